@@ -1,0 +1,1 @@
+"""Tactogram learns, generates, judges and renders touch."""

@@ -1,0 +1,31 @@
+"""Every error this package raises on purpose: what was expected, what came, what to do."""
+
+from __future__ import annotations
+
+
+class TactogramError(Exception):
+    """Root of the errors raised on purpose; the command line prints one line for it and exits 1."""
+
+
+class ParameterError(TactogramError, ValueError):
+    """An argument is outside what the function is defined for."""
+
+
+class UnitError(TactogramError, ValueError):
+    """A quantity has another unit than the operation needs."""
+
+
+class DataError(TactogramError):
+    """A file or a data set is broken or not what it claims to be; the message names file and place."""
+
+
+class LeakError(TactogramError):
+    """The same recording would stand on both sides of a split."""
+
+
+class RunError(TactogramError):
+    """A run folder is missing, broken, unfinished, or of another version."""
+
+
+class MissingExtraError(TactogramError, ImportError):
+    """An optional dependency is not installed; the message names the extra that brings it."""

@@ -1,0 +1,1 @@
+"""Measures, pictures, result tables and the report."""

@@ -1,0 +1,1 @@
+"""Between a signal and a network: torch, differentiable, invertible."""

@@ -1,0 +1,203 @@
+"""What models promise to the rest of the package: small protocols, and the values they speak in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import ParameterError
+from tactogram.signal import Image, Signal
+
+CONDITIONS: Mapping[str, str] = {
+    "material": "weight per material name, e.g. {'cork': 0.6, 'tile': 0.4}; a lone name is weight 1",
+    "image": "photograph of the surface (Image)",
+    "words": "score per sensory word, e.g. {'rough': 6.0}",
+    "vibration": "a Signal to go by",
+    "speed_mm_s": "stroking speed, mm/s",
+    "force_n": "normal force, N",
+    "latent": "float array, shape (dimension,): the model's own random input, to fix or walk through",
+}
+"""The closed list of condition names. Command line and studio build their forms from it."""
+
+Condition = Mapping[str, Any]
+
+
+def check_condition(condition: Condition, *, needs: Sequence[str] = (), takes: Sequence[str] = ()) -> None:
+    """Refuse a condition that lacks what a model needs or holds what it does not take.
+
+    Raises
+    ------
+    ParameterError
+        Naming the missing or the unknown condition.
+    """
+    for name in needs:
+        if condition.get(name) is None:
+            raise ParameterError(f"condition {name!r} is needed: {CONDITIONS[name]}")
+    for name, value in condition.items():
+        if value is not None and name not in (*needs, *takes):
+            known = ", ".join((*needs, *takes)) or "none"
+            raise ParameterError(f"condition {name!r} is not one this model takes ({known})")
+
+
+def material_weights(condition: Condition, materials: Sequence[str]) -> NDArray[np.float64]:
+    """Return the weight of each of ``materials`` that ``condition["material"]`` asks for.
+
+    Parameters
+    ----------
+    condition : mapping
+        ``material`` is a name or a mapping from name to weight >= 0.
+    materials : sequence of str
+        The names a model knows.
+
+    Returns
+    -------
+    float64 array, shape (material,)
+        As given: not scaled to sum to 1.
+
+    Raises
+    ------
+    ParameterError
+        For an unknown material, a weight that is negative or not finite, or weights that are all 0.
+    """
+    asked = condition.get("material")
+    if asked is None:
+        raise ParameterError(f"condition 'material' is needed: {CONDITIONS['material']}")
+    asked = {asked: 1.0} if isinstance(asked, str) else dict(asked)
+    weights = np.zeros(len(materials))
+    for name, weight in asked.items():
+        if name not in materials:
+            raise ParameterError(f"material must be one of {', '.join(materials)}, got {name!r}")
+        if not (np.isfinite(weight) and weight >= 0):
+            raise ParameterError(f"weight of {name} must be finite and >= 0, got {weight}")
+        weights[materials.index(name)] = weight
+    if not weights.any():
+        raise ParameterError("at least one material needs a weight > 0, got all 0")
+    return weights
+
+
+@dataclass(frozen=True, eq=False)
+class Example:
+    """One prepared piece of a recording, as a learner sees it.
+
+    Parameters
+    ----------
+    id : str
+        The recording it was cut from.
+    signal : Signal
+        Prepared: stream, axes, band and rate are those of the recipe.
+    material : str, optional
+        Its class.
+    condition : mapping
+        What else is known of it, under names from `CONDITIONS`.
+    """
+
+    id: str
+    signal: Signal
+    material: str | None = None
+    condition: Condition = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class SignalKind:
+    """What every signal of a run has in common; saved with the weights.
+
+    Parameters
+    ----------
+    rate : float, Hz
+    unit : str
+    axes : tuple of str
+    materials : tuple of str
+        The classes, sorted.
+    simulated : bool
+        Whether any of the training data was simulated.
+    """
+
+    rate: float
+    unit: str
+    axes: tuple[str, ...]
+    materials: tuple[str, ...] = ()
+    simulated: bool = False
+
+    def check(self, signal: Signal) -> None:
+        """Refuse a signal of another rate, unit or set of axes."""
+        got = (signal.rate, signal.unit, signal.axes)
+        if got != (self.rate, self.unit, self.axes):
+            raise ParameterError(
+                f"signal must be {self.rate:g} Hz, {self.unit}, axes {','.join(self.axes)}; "
+                f"got {signal.rate:g} Hz, {signal.unit}, axes {','.join(signal.axes)}"
+            )
+
+
+@runtime_checkable
+class Generator(Protocol):
+    """A trained model that gives signals or images."""
+
+    def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal | Image:
+        """Return what ``condition`` asks for; the same seed gives the same samples.
+
+        ``seconds`` defaults to the model's own length.
+        """
+        ...
+
+
+@runtime_checkable
+class Classifier(Protocol):
+    """A trained model that names the material of a signal."""
+
+    materials: tuple[str, ...]
+
+    def probabilities(self, signal: Signal) -> NDArray[np.float64]:
+        """Return the probability of each of ``materials``, float64, shape (material,), sum 1."""
+        ...
+
+
+@runtime_checkable
+class Predictor(Protocol):
+    """A trained model that scores a signal or an image, for example in sensory words."""
+
+    def predict(self, signal: Signal) -> Mapping[str, float]:
+        """Return a score per name."""
+        ...
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One stage of a model's training, e.g. a label predictor before its GAN."""
+
+    name: str
+    steps: int
+
+
+@runtime_checkable
+class Learner(Protocol):
+    """A model that can be trained. It owns its networks *and* their optimisers."""
+
+    def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
+        """Return the stages of a training on ``examples``, in order. A closed-form model has one of one step."""
+        ...
+
+    def batches(
+        self, stage: Stage, examples: Sequence[Example], *, seed: int, start: int = 0
+    ) -> Iterator[Any]:
+        """Yield the batches of ``stage`` from step ``start`` on; batch k depends on seed and k alone."""
+        ...
+
+    def step(self, stage: Stage, batch: Any) -> dict[str, float]:
+        """Update every network once, as the paper does it, and return the losses."""
+        ...
+
+    def validate(self, examples: Sequence[Example]) -> dict[str, float]:
+        """Return figures on examples that were not trained on."""
+        ...
+
+    def state(self) -> dict[str, Any]:
+        """Return all that is needed to go on training: nested dicts and lists of tensors and plain numbers."""
+        ...
+
+    def load_state(self, state: Mapping[str, Any]) -> None:
+        """Go on from ``state``."""
+        ...

@@ -1,0 +1,172 @@
+"""An experiment as a value: the model, how its data is prepared, its configuration, its seed."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal, Self, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+
+from tactogram.errors import ParameterError
+from tactogram.signal import Signal
+from tactogram.signal.filters import bandpass, dft321, resample
+
+
+M = TypeVar("M", bound=BaseModel)
+
+
+class Prepare(BaseModel):
+    """What is done to a recording before a model sees it: the same in training, evaluation and use.
+
+    In this order: take ``stream``; take ``axes``; band-pass ``band``; resample to ``rate``.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    stream: str | None = None
+    """Name of the stream; None takes the only one, or ``acceleration`` where there are several."""
+    axes: tuple[str, ...] | Literal["all", "dft321"] = "all"
+    """Axes to keep by name, all of them, or three combined to one by DFT321."""
+    band: tuple[float, float] | None = None
+    """Pass band in Hz (zero-phase); None leaves the signal as it is."""
+    rate: float | None = Field(default=None, gt=0)
+    """Sampling rate in Hz; None keeps the recording's own."""
+
+    @field_validator("band")
+    @classmethod
+    def _band_is_a_band(cls, band: tuple[float, float] | None) -> tuple[float, float] | None:
+        if band is not None and not 0 <= band[0] < band[1]:
+            raise ValueError(f"band must be low < high in Hz, got {band[0]:g} {band[1]:g}")
+        return band
+
+    def stream_of(self, names: Sequence[str]) -> str:
+        """Return which of ``names`` is prepared."""
+        if self.stream is None:
+            if len(names) == 1:
+                return names[0]
+            if "acceleration" in names:
+                return "acceleration"
+            raise ParameterError(f"prepare.stream must be one of {', '.join(names)}, got none")
+        if self.stream not in names:
+            raise ParameterError(f"prepare.stream must be one of {', '.join(names)}, got {self.stream!r}")
+        return self.stream
+
+    def apply(self, signal: Signal) -> Signal:
+        """Return ``signal`` as a model sees it."""
+        if self.axes == "dft321":
+            signal = dft321(signal)
+        elif self.axes != "all":
+            signal = signal.select(*self.axes)
+        if self.band is not None:
+            signal = bandpass(signal, *self.band)
+        if self.rate is not None and self.rate != signal.rate:
+            signal = resample(signal, self.rate)
+        return signal
+
+
+class Training(BaseModel):
+    """How the loop runs; none of it changes what is learned but ``precision``."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    precision: Literal["32-true", "bf16-mixed", "16-mixed"] = "32-true"
+    """Lightning Fabric's name for the arithmetic."""
+    checkpoint_every: int = Field(default=200, gt=0)
+    """Steps between checkpoints."""
+    log_every: int = Field(default=10, gt=0)
+    """Steps between lines of metrics.jsonl."""
+
+
+class Recipe(BaseModel):
+    """What to train and how. A file holds only what differs from the defaults; unknown keys are errors."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    model: str
+    seed: int = Field(default=0, ge=0)
+    prepare: Prepare = Prepare()
+    training: Training = Training()
+    config: dict[str, Any] = Field(default_factory=dict)
+    """What differs from the model's own `Config`."""
+
+    @classmethod
+    def load(cls, path: Path, *, changes: Mapping[str, Any] | None = None) -> Self:
+        """Read a TOML file, then apply ``changes``: values by dotted key, e.g. ``{"prepare.rate": 2000}``.
+
+        Raises
+        ------
+        ParameterError
+            If the file is not TOML, or a key or value is not one of a recipe.
+        """
+        try:
+            values = tomllib.loads(path.read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+            raise ParameterError(f"{path}: not a readable recipe: {error}") from error
+        for key, value in (changes or {}).items():
+            _set(values, key, value)
+        return cls.of(values, where=str(path))
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any], *, where: str = "recipe") -> Self:
+        """Return the recipe that ``values`` describe."""
+        return validated(cls, values, where=where)
+
+    def resolved(self, config: BaseModel) -> dict[str, Any]:
+        """Return every value that decides the result, defaults included, as JSON types."""
+        return self.model_dump(mode="json") | {"config": config.model_dump(mode="json")}
+
+
+def validated(kind: type[M], values: Mapping[str, Any], *, where: str) -> M:
+    """Return ``values`` as a ``kind``, or refuse them in one line that names the key."""
+    try:
+        return kind.model_validate(dict(values))
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(str(part) for part in first["loc"])
+        if first["type"] == "extra_forbidden":
+            known = ", ".join(sorted(_keys_at(kind, first["loc"][:-1])))
+            raise ParameterError(f"{where}: unknown key {key!r}; known here: {known}") from None
+        raise ParameterError(f"{where}: {key}: {first['msg']}, got {first['input']!r}") from None
+
+
+def parse_changes(assignments: Sequence[str]) -> dict[str, Any]:
+    """Return ``["prepare.rate=2000", …]`` as values by dotted key; a value is read as TOML, else as text."""
+    changes = {}
+    for text in assignments:
+        key, sign, value = text.partition("=")
+        if not (sign and key.strip()):
+            raise ParameterError(f"--set needs KEY=VALUE, got {text!r}")
+        try:
+            changes[key.strip()] = tomllib.loads(f"x = {value}")["x"]
+        except tomllib.TOMLDecodeError:
+            changes[key.strip()] = value.strip()
+    return changes
+
+
+def run_id(resolved: Mapping[str, Any], data_sha256: str) -> str:
+    """Return 10 hex digits that name a run after everything that decides its result."""
+    facts = json.dumps({"recipe": resolved, "data": data_sha256}, sort_keys=True)
+    return hashlib.sha256(facts.encode()).hexdigest()[:10]
+
+
+def _set(values: dict[str, Any], key: str, value: Any) -> None:
+    *tables, last = key.split(".")
+    for table in tables:
+        values = values.setdefault(table, {})
+        if not isinstance(values, dict):
+            raise ParameterError(f"{key}: {table} is a value, not a table")
+    values[last] = value
+
+
+def _keys_at(kind: type[BaseModel], place: tuple[int | str, ...]) -> list[str]:
+    fields = kind.model_fields
+    for part in place:
+        inner = fields[str(part)].annotation if str(part) in fields else None
+        if not (isinstance(inner, type) and issubclass(inner, BaseModel)):
+            return []
+        fields = inner.model_fields
+    return list(fields)

@@ -1,0 +1,1 @@
+"""Signals into devices and haptic files."""

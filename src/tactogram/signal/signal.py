@@ -1,0 +1,147 @@
+"""What a tactile signal is: samples, and all that is needed to know what they mean."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tactogram.errors import ParameterError
+
+UNITS = ("m/s^2", "m/s", "m", "N", "V", "1")
+"""Units of a sample. ``"1"`` is a ratio: a friction coefficient, sensor counts, or full scale in -1..1."""
+
+Domain = Literal["time", "displacement"]
+
+
+@dataclass(frozen=True, eq=False)
+class Signal:
+    """A tactile signal. Frozen; every operation on it is a function that returns a new one.
+
+    Parameters
+    ----------
+    samples : float32 array, shape (axis, time)
+        In ``unit``. Copied unless already a read-only float32 array; read-only afterwards.
+        A 1-D array is one axis. At least one sample; every sample finite.
+    rate : float
+        Samples per second (Hz), or per millimetre when ``domain`` is ``"displacement"``. Greater than 0.
+    unit : str
+        Unit of a sample, one of `UNITS`.
+    axes : tuple of str, optional
+        One name per axis. By default ``("z",)`` for one axis and ``("x", "y", "z")`` for three.
+    domain : {"time", "displacement"}
+        What the last dimension of ``samples`` runs over.
+
+    Raises
+    ------
+    ParameterError
+        If any of the above does not hold.
+    """
+
+    samples: NDArray[np.float32]
+    rate: float
+    unit: str
+    axes: tuple[str, ...] = ()
+    domain: Domain = "time"
+
+    def __post_init__(self) -> None:
+        samples = _frozen(self.samples)
+        axes = tuple(self.axes) or {1: ("z",), 3: ("x", "y", "z")}.get(len(samples), ())
+        if len(axes) != len(samples) or len(set(axes)) != len(axes):
+            raise ParameterError(f"axes must be {len(samples)} different names, got {axes}")
+        rate = float(self.rate)
+        if not (rate > 0 and np.isfinite(rate)):
+            raise ParameterError(f"rate must be > 0 and finite, got {self.rate}")
+        if self.unit not in UNITS:
+            raise ParameterError(f"unit must be one of {', '.join(UNITS)}, got {self.unit!r}")
+        if self.domain not in ("time", "displacement"):
+            raise ParameterError(f"domain must be 'time' or 'displacement', got {self.domain!r}")
+        object.__setattr__(self, "samples", samples)
+        object.__setattr__(self, "axes", axes)
+        object.__setattr__(self, "rate", rate)
+
+    def __len__(self) -> int:
+        """Return the number of samples per axis."""
+        return int(self.samples.shape[1])
+
+    @property
+    def seconds(self) -> float:
+        """Duration in s; only for a signal over time."""
+        if self.domain != "time":
+            raise ParameterError("a signal over displacement has no duration; use length_mm")
+        return len(self) / self.rate
+
+    @property
+    def length_mm(self) -> float:
+        """Path length in mm; only for a signal over displacement."""
+        if self.domain != "displacement":
+            raise ParameterError("a signal over time has no path length; use seconds")
+        return len(self) / self.rate
+
+    def axis(self, name: str) -> NDArray[np.float32]:
+        """Return the samples of one axis, float32, shape (time,)."""
+        if name not in self.axes:
+            raise ParameterError(f"axis must be one of {', '.join(self.axes)}, got {name!r}")
+        return self.samples[self.axes.index(name)]
+
+    def select(self, *names: str) -> Signal:
+        """Return the named axes only, in the order given."""
+        return replace(self, samples=np.stack([self.axis(name) for name in names]), axes=names)
+
+    def cut(self, start: int, stop: int | None = None) -> Signal:
+        """Return samples ``start`` to ``stop`` (exclusive, as in a slice)."""
+        return replace(self, samples=self.samples[:, start:stop])
+
+    def with_samples(self, samples: ArrayLike, **changes: Any) -> Signal:
+        """Return the same kind of signal with other samples (and ``changes``)."""
+        return replace(self, samples=samples, **changes)
+
+
+def _frozen(samples: ArrayLike) -> NDArray[np.float32]:
+    """Return ``samples`` as a read-only float32 array (axis, time), refusing what cannot be one."""
+    array = np.asarray(samples)
+    if array.ndim not in (1, 2) or array.size == 0:
+        raise ParameterError(f"samples must be (axis, time) with at least one sample, got shape {array.shape}")
+    if array.dtype.kind not in "fiub":
+        raise ParameterError(f"samples must be real numbers, got dtype {array.dtype}")
+    array = np.atleast_2d(array)
+    if array.dtype != np.float32 or array.flags.writeable:
+        with np.errstate(over="ignore"):
+            array = np.array(array, dtype=np.float32)
+    if not np.isfinite(array).all():
+        axis, place = np.argwhere(~np.isfinite(array))[0]
+        raise ParameterError(
+            f"samples must be finite, got {array[axis, place]} at axis {axis}, sample {place}"
+        )
+    array.flags.writeable = False
+    return array
+
+
+@dataclass(frozen=True, eq=False)
+class Image:
+    """A photograph of a surface, or a generated one.
+
+    Parameters
+    ----------
+    pixels : uint8 array, shape (row, column, 3)
+        sRGB. Copied; read-only afterwards.
+    mm_per_pixel : float, optional
+        Scale of the surface in the picture; None when unknown.
+    """
+
+    pixels: NDArray[np.uint8]
+    mm_per_pixel: float | None = None
+
+    def __post_init__(self) -> None:
+        pixels = np.asarray(self.pixels)
+        if pixels.dtype != np.uint8 or pixels.ndim != 3 or pixels.shape[2] != 3 or pixels.size == 0:
+            raise ParameterError(
+                f"pixels must be uint8 (row, column, 3), got {pixels.dtype} of shape {pixels.shape}"
+            )
+        if self.mm_per_pixel is not None and not 0 < self.mm_per_pixel < np.inf:
+            raise ParameterError(f"mm_per_pixel must be > 0, got {self.mm_per_pixel}")
+        pixels = np.array(pixels)
+        pixels.flags.writeable = False
+        object.__setattr__(self, "pixels", pixels)
