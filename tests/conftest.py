@@ -1,0 +1,21 @@
+"""What every test may use."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+
+def real_data(name: str) -> Path:
+    """Return the folder of a real data set, or skip: real recordings are not part of the project."""
+    root = Path(os.environ.get("TACTOGRAM_REAL_DATA") or Path(__file__).parents[2] / "shared" / "data")
+    folder = root / name
+    if not folder.is_dir():
+        pytest.skip(f"no real recordings at {name}: set TACTOGRAM_REAL_DATA to the folder that holds them")
+    return folder
+
+
+@pytest.fixture(name="real_data", scope="session")
+def real_data_fixture():
+    """Give `real_data` to tests."""
+    return real_data
