@@ -1,0 +1,229 @@
+"""One folder per model. A folder with a ``model.toml`` is a model: there is no list of them anywhere."""
+
+from __future__ import annotations
+
+import os
+import sys
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping
+from importlib import import_module
+from importlib.machinery import PathFinder
+from importlib.metadata import entry_points
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+
+from tactogram.errors import ParameterError
+from tactogram.model import CONDITIONS, Learner, SignalKind
+from tactogram.recipe import validated
+
+if TYPE_CHECKING:
+    import torch
+
+ENTRY_POINTS = "tactogram.models"
+"""Group under which an installed package names its models: ``my_model = "my_package.my_model"``."""
+
+FOLDERS_VARIABLE = "TACTOGRAM_MODELS"
+"""Environment variable with further folders of models, separated as in PATH."""
+
+
+class Facts(BaseModel):
+    """What a ``model.toml`` says. Unknown keys are errors."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    title: str = Field(min_length=1)
+    """What the publication is called."""
+    authors: tuple[str, ...] = Field(min_length=1)
+    """Family name and initials, in the order of the publication."""
+    year: int = Field(ge=1900, le=2100)
+    doi: str = ""
+    """Without resolver, e.g. ``10.1109/HAPTICS.2014.6775475``; empty where there is none."""
+    task: Literal["classification", "generation", "prediction"]
+    needs: tuple[str, ...] = ()
+    """Conditions that must be given, from `tactogram.model.CONDITIONS`."""
+    takes: tuple[str, ...] = ()
+    """Further conditions that may be given."""
+    gives: Literal["signal", "image", "probabilities", "scores"]
+    """What comes out."""
+
+    @field_validator("needs", "takes")
+    @classmethod
+    def _known(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        for name in names:
+            if name not in CONDITIONS:
+                raise ValueError(f"conditions are {', '.join(CONDITIONS)}; unknown {name!r}")
+        return names
+
+
+class ModelFacts(Facts):
+    """A model that can be used, and where it is. Its code, and torch with it, is imported on demand."""
+
+    name: str
+    """Name of the folder; what a recipe's ``model`` and the command line say."""
+    folder: Path
+    package: str
+    """What the folder is imported as."""
+
+    def recipes(self) -> tuple[str, ...]:
+        """Return the names of the recipes in the folder, sorted."""
+        return tuple(sorted(file.stem for file in (self.folder / "recipes").glob("*.toml")))
+
+    def recipe(self, name: str) -> Path:
+        """Return the file of the recipe ``name``, or ``name`` itself if it is the path of a TOML file.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such recipe.
+        """
+        if name in self.recipes():
+            return self.folder / "recipes" / f"{name}.toml"
+        if name.endswith(".toml") and Path(name).is_file():
+            return Path(name)
+        raise ParameterError(
+            f"recipe of {self.name} must be one of {', '.join(self.recipes())}, or a TOML file; got {name!r}"
+        )
+
+    def config_class(self) -> type[BaseModel]:
+        """Import the folder and return its ``Config``."""
+        config: type[BaseModel] = self._module().Config
+        return config
+
+    def config(self, values: Mapping[str, Any] | None = None) -> BaseModel:
+        """Return the model's configuration where ``values`` replace the published ones.
+
+        Raises
+        ------
+        ParameterError
+            If a key or value is not one of this model.
+        """
+        return validated(self.config_class(), values or {}, where=f"config of {self.name}")
+
+    def build(
+        self, config: BaseModel, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
+    ) -> Learner:
+        """Import the folder and return an untrained model for signals of ``kind``.
+
+        Parameters
+        ----------
+        config : BaseModel
+            Of this model's `config_class`.
+        kind : SignalKind
+            What the training signals have in common.
+        seed : int
+            Decides the initial weights.
+        device : str or torch.device
+            Where the model computes.
+        """
+        learner: Learner = self._module().build(config, kind, seed=seed, device=device)
+        return learner
+
+    def _module(self) -> ModuleType:
+        found = sys.modules.get(self.package)
+        if found is None and "." not in self.package:
+            return _import_folder(self.package, self.folder)
+        found = found or import_module(self.package)
+        if Path(str(found.__file__)).parent.resolve() != self.folder.resolve():
+            raise ParameterError(f"{self.folder}: rename it, {self.package!r} is the name of another module")
+        return found
+
+
+def available(folders: Iterable[Path | str] = ()) -> dict[str, ModelFacts]:
+    """Return every model by name: those of this package, installed ones, and those in further folders.
+
+    Nothing but ``model.toml`` files is read; no model is imported.
+
+    Parameters
+    ----------
+    folders : iterable of paths
+        Each is a model's folder or holds such folders. Those in ``TACTOGRAM_MODELS`` are added.
+
+    Raises
+    ------
+    ParameterError
+        If a ``model.toml`` is broken, a folder holds no model, or two models have one name.
+    """
+    found: dict[str, ModelFacts] = {}
+    for folder, package in _places(folders):
+        if folder.name in found:
+            if found[folder.name].folder.resolve() == folder.resolve():
+                continue
+            raise ParameterError(
+                f"two models are called {folder.name!r}: {found[folder.name].folder}, {folder}"
+            )
+        found[folder.name] = _read(folder, package)
+    return dict(sorted(found.items()))
+
+
+def find(name: str, folders: Iterable[Path | str] = ()) -> ModelFacts:
+    """Return the model called ``name``.
+
+    Raises
+    ------
+    ParameterError
+        If there is none, with the names there are.
+    """
+    models = available(folders)
+    if name not in models:
+        raise ParameterError(f"model must be one of {', '.join(models)}, got {name!r}")
+    return models[name]
+
+
+def _places(folders: Iterable[Path | str]) -> Iterator[tuple[Path, str]]:
+    for file in sorted(Path(__file__).parent.glob("*/model.toml")):
+        yield file.parent, f"{__name__}.{file.parent.name}"
+    for point in sorted(entry_points(group=ENTRY_POINTS), key=lambda p: p.value):
+        yield _folder_of(point.value), point.value
+    more = [text for text in os.environ.get(FOLDERS_VARIABLE, "").split(os.pathsep) if text]
+    for given in (*map(Path, more), *map(Path, folders)):
+        files = (
+            [given / "model.toml"] if (given / "model.toml").is_file() else sorted(given.glob("*/model.toml"))
+        )
+        if not files:
+            raise ParameterError(f"{given}: expected a folder of models, found no model.toml in it")
+        for file in files:
+            yield file.parent.resolve(), file.parent.resolve().name
+
+
+def _folder_of(package: str) -> Path:
+    """Return where an installed package is, without importing it or its parents."""
+    places: list[str] | None = None
+    for depth in range(package.count(".") + 1):
+        spec = PathFinder.find_spec(".".join(package.split(".")[: depth + 1]), places)
+        places = list(spec.submodule_search_locations or ()) if spec else None
+        if not places:
+            raise ParameterError(f"entry point {package!r} of {ENTRY_POINTS}: no such package")
+    return Path(places[0]) if places else Path()
+
+
+def _read(folder: Path, package: str) -> ModelFacts:
+    file = folder / "model.toml"
+    if not folder.name.isidentifier():
+        raise ParameterError(f"{folder}: a model's folder must be named like a module, got {folder.name!r}")
+    try:
+        values = tomllib.loads(file.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ParameterError(f"{file}: not readable as TOML: {error}") from error
+    facts = validated(Facts, values, where=str(file))
+    return ModelFacts(**facts.model_dump(), name=folder.name, folder=folder, package=package)
+
+
+def _import_folder(name: str, folder: Path) -> ModuleType:
+    """Import a folder outside every package as the package ``name``, without touching ``sys.path``."""
+    if PathFinder.find_spec(name) is not None or name in sys.stdlib_module_names:
+        raise ParameterError(f"{folder}: rename it, {name!r} is the name of another module")
+    spec = spec_from_file_location(name, folder / "__init__.py", submodule_search_locations=[str(folder)])
+    if spec is None or spec.loader is None or not (folder / "__init__.py").is_file():
+        raise ParameterError(f"{folder}: expected an __init__.py that gives Config and build, found none")
+    module = module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module
