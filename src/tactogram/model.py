@@ -176,8 +176,12 @@ class Stage:
 class Learner(Protocol):
     """A model that can be trained. It owns its networks *and* their optimisers."""
 
+    def setup(self, fabric: Any) -> None:
+        """Hand networks and optimisers to Lightning Fabric, which knows device, precision and processes."""
+        ...
+
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
-        """Return the stages of a training on ``examples``, in order. A closed-form model has one of one step."""
+        """Return the stages of a training on ``examples``, in order; a closed form is one step."""
         ...
 
     def batches(
@@ -195,7 +199,10 @@ class Learner(Protocol):
         ...
 
     def state(self) -> dict[str, Any]:
-        """Return all that is needed to go on training: nested dicts and lists of tensors and plain numbers."""
+        """Return all that is needed to go on training: nested dicts and lists of tensors and plain numbers.
+
+        What only training needs stands under the key ``optimisers`` and is left out of finished runs.
+        """
         ...
 
     def load_state(self, state: Mapping[str, Any]) -> None:

@@ -7,14 +7,13 @@ import json
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal, Self, TypeVar
+from typing import Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.filters import bandpass, dft321, resample
-
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -28,13 +27,14 @@ class Prepare(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     stream: str | None = None
-    """Name of the stream; None takes the only one, or ``acceleration`` where there are several."""
+    """Name of the stream; None takes ``acceleration`` where there is one, else the first of the data set."""
     axes: tuple[str, ...] | Literal["all", "dft321"] = "all"
     """Axes to keep by name, all of them, or three combined to one by DFT321."""
     band: tuple[float, float] | None = None
     """Pass band in Hz (zero-phase); None leaves the signal as it is."""
-    rate: float | None = Field(default=None, gt=0)
-    """Sampling rate in Hz; None keeps the recording's own."""
+    rate: Annotated[float, Field(gt=0)] | Literal["own", "band"] = "own"
+    """Sampling rate in Hz; ``own`` keeps the recording's; ``band`` is 2.5 times the upper edge of ``band``
+    where that is lower than the recording's own, which loses nothing that the band-pass left."""
 
     @field_validator("band")
     @classmethod
@@ -46,11 +46,7 @@ class Prepare(BaseModel):
     def stream_of(self, names: Sequence[str]) -> str:
         """Return which of ``names`` is prepared."""
         if self.stream is None:
-            if len(names) == 1:
-                return names[0]
-            if "acceleration" in names:
-                return "acceleration"
-            raise ParameterError(f"prepare.stream must be one of {', '.join(names)}, got none")
+            return "acceleration" if "acceleration" in names else names[0]
         if self.stream not in names:
             raise ParameterError(f"prepare.stream must be one of {', '.join(names)}, got {self.stream!r}")
         return self.stream
@@ -63,9 +59,16 @@ class Prepare(BaseModel):
             signal = signal.select(*self.axes)
         if self.band is not None:
             signal = bandpass(signal, *self.band)
-        if self.rate is not None and self.rate != signal.rate:
-            signal = resample(signal, self.rate)
-        return signal
+        rate = self.rate_of(signal.rate)
+        return signal if rate == signal.rate else resample(signal, rate)
+
+    def rate_of(self, own: float) -> float:
+        """Return the rate in Hz that a recording of rate ``own`` is brought to."""
+        if isinstance(self.rate, float):
+            return self.rate
+        if self.rate == "own" or self.band is None:
+            return own
+        return min(own, 2.5 * self.band[1])
 
 
 class Training(BaseModel):

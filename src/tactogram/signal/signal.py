@@ -84,7 +84,8 @@ class Signal:
         """Return the samples of one axis, float32, shape (time,)."""
         if name not in self.axes:
             raise ParameterError(f"axis must be one of {', '.join(self.axes)}, got {name!r}")
-        return self.samples[self.axes.index(name)]
+        samples: NDArray[np.float32] = self.samples[self.axes.index(name)]
+        return samples
 
     def select(self, *names: str) -> Signal:
         """Return the named axes only, in the order given."""
@@ -96,7 +97,7 @@ class Signal:
 
     def with_samples(self, samples: ArrayLike, **changes: Any) -> Signal:
         """Return the same kind of signal with other samples (and ``changes``)."""
-        return replace(self, samples=samples, **changes)
+        return replace(self, samples=np.asarray(samples), **changes)
 
 
 def _frozen(samples: ArrayLike) -> NDArray[np.float32]:

@@ -1,0 +1,37 @@
+"""Every number of the published network (Saga et al., Sec. II-B), and what we had to assume."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class Config(BaseModel):
+    """Numbers with their place in the paper; "assumed" where the paper states none."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    window: int = Field(default=200, ge=8)
+    """Samples per axis of one input. Sec. II-B: "200-point continuous time series"."""
+    filters: tuple[int, ...] = (64, 64, 128, 128, 256, 256)
+    """Filters per convolution, in pairs with a pooling after each pair. Sec. II-B."""
+    kernel: int = Field(default=5, ge=1)
+    """Filters are 1 x 5: along time only, the same for each axis. Sec. II-B."""
+    pool: int = Field(default=2, ge=2)
+    """Max-pooling 1 x 2. Sec. II-B."""
+    dense: tuple[int, int] = (256, 256)
+    """Widths of the two fully connected layers. Assumed."""
+    dropout: float = Field(default=0.5, ge=0, lt=1)
+    """Between the second fully connected layer and the output (Sec. II-B); the rate is assumed."""
+    learning_rate: float = Field(default=1e-3, gt=0)
+    """Of Adam (Sec. II-B); the value, Adam's own default, is assumed."""
+    schedule: Literal["constant", "one-cycle"] = "constant"
+    """Assumed: the paper names none. ``one-cycle`` rises to ``learning_rate`` and falls to 0 (Smith 2018)."""
+    batch_size: int = Field(default=64, gt=0)
+    """Assumed."""
+    steps: int = Field(default=5000, gt=0)
+    """Assumed: the paper states no number of updates."""
+    hop: float = Field(default=0.5, gt=0, le=1)
+    """Step between the windows that a recording is judged by, as a share of the window. Ours: the paper
+    judges windows; we average their probabilities over a recording."""

@@ -1,0 +1,53 @@
+"""The 13-layer network of Saga et al., Sec. II-B and Figure 3."""
+
+from __future__ import annotations
+
+from torch import Tensor, nn
+
+from tactogram.models.stroke_cnn.config import Config
+
+
+class StrokeCNN(nn.Module):
+    """Six 1 x 5 convolutions with three poolings, two dense layers, the output.
+
+    Each activation is followed by batch normalisation: the paper applies it *after* the activation.
+
+    Parameters
+    ----------
+    config : Config
+    axes : int
+        Axes of the input; they share their filters and meet in the first dense layer.
+    classes : int
+    """
+
+    def __init__(self, config: Config, *, axes: int, classes: int) -> None:
+        super().__init__()
+        layers: list[nn.Module] = []
+        width, points = 1, config.window
+        for number, filters in enumerate(config.filters):
+            padding = (0, config.kernel // 2)
+            layers += [nn.Conv2d(width, filters, (1, config.kernel), padding=padding), nn.ReLU()]
+            layers += [nn.BatchNorm2d(filters)]
+            points += 2 * padding[1] - config.kernel + 1
+            width = filters
+            if number % 2:
+                layers += [nn.MaxPool2d((1, config.pool))]
+                points //= config.pool
+        self.convolutions = nn.Sequential(*layers)
+        first, second = config.dense
+        self.dense = nn.Sequential(
+            nn.Linear(width * axes * points, first), nn.ReLU(), nn.BatchNorm1d(first),
+            nn.Linear(first, second), nn.ReLU(), nn.BatchNorm1d(second),
+        )  # fmt: skip
+        self.output = nn.Sequential(nn.Dropout(config.dropout), nn.Linear(second, classes))
+
+    def embed(self, x: Tensor) -> Tensor:
+        """Return the last hidden layer: (window, axis, time) -> (window, feature)."""
+        h = self.convolutions(x[:, None])  # B, 1, A, T -> B, F, A, T / 8
+        embedded: Tensor = self.dense(h.flatten(1))  # B, D
+        return embedded
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Return the logits: (window, axis, time) -> (window, class)."""
+        logits: Tensor = self.output(self.embed(x))  # B, C
+        return logits

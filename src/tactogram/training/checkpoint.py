@@ -1,0 +1,95 @@
+"""A learner's state as one safetensors file: tensors by path, everything else as JSON beside them."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save_file
+from torch import Tensor
+
+from tactogram.errors import RunError
+
+VERSION = 1
+
+
+def save_state(path: Path, state: Mapping[str, Any], facts: Mapping[str, Any] | None = None) -> None:
+    """Write ``state`` and ``facts`` to ``path``: beside it first, then renamed; a kill leaves the old one.
+
+    Parameters
+    ----------
+    path : Path
+        Ends in ``.safetensors``.
+    state : mapping
+        Nested dicts and lists of tensors, arrays and plain JSON values.
+    facts : mapping, optional
+        JSON values that say what the state is of.
+    """
+    tensors: dict[str, Tensor] = {}
+    structure = _take_apart(state, "", tensors)
+    header = {
+        "tactogram": json.dumps({"version": VERSION, "structure": structure, "facts": dict(facts or {})})
+    }
+    part = path.with_name(path.name + ".part")
+    save_file(tensors, part, metadata=header)
+    with part.open("rb") as file:
+        os.fsync(file.fileno())
+    part.replace(path)
+
+
+def load_state(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the state and the facts written by `save_state`; tensors are on the CPU.
+
+    Raises
+    ------
+    RunError
+        If the file is missing, broken, or of a later version.
+    """
+    try:
+        with safe_open(path, framework="pt") as file:
+            header = json.loads((file.metadata() or {})["tactogram"])
+            tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+    except (OSError, SafetensorError, KeyError, json.JSONDecodeError) as error:
+        raise RunError(f"{path}: not a readable checkpoint: {error}") from error
+    if header["version"] > VERSION:
+        raise RunError(f"{path}: written by a later version (format {header['version']}, known {VERSION})")
+    state = _put_together(header["structure"], tensors)
+    return state, header["facts"]
+
+
+def _take_apart(value: Any, place: str, tensors: dict[str, Tensor]) -> Any:
+    """Return ``value`` with each tensor replaced by a reference into ``tensors``."""
+    if isinstance(value, np.ndarray):
+        value = torch.from_numpy(np.array(value))
+    if isinstance(value, Tensor):
+        tensors[place] = value.detach().cpu().clone().contiguous()
+        return {"$tensor": place}
+    if isinstance(value, Mapping):
+        items = [
+            [key, _take_apart(inner, f"{place}.{key}" if place else str(key), tensors)]
+            for key, inner in value.items()
+        ]
+        return {"$dict": items}
+    if isinstance(value, list | tuple):
+        return [_take_apart(inner, f"{place}.{number}", tensors) for number, inner in enumerate(value)]
+    if isinstance(value, np.generic):
+        return value.item()
+    if value is None or isinstance(value, str | int | float | bool):
+        return value
+    raise RunError(f"state at {place} must be a tensor or a JSON value, got {type(value).__name__}")
+
+
+def _put_together(value: Any, tensors: Mapping[str, Tensor]) -> Any:
+    if isinstance(value, dict):
+        if "$tensor" in value:
+            return tensors[value["$tensor"]]
+        return {key: _put_together(inner, tensors) for key, inner in value["$dict"]}
+    if isinstance(value, list):
+        return [_put_together(inner, tensors) for inner in value]
+    return value

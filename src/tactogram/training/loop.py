@@ -1,0 +1,74 @@
+"""The training loop: the same for every model. It knows neither networks nor losses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import islice
+
+import numpy as np
+
+from tactogram.errors import RunError
+from tactogram.model import Example, Learner, Stage
+from tactogram.training.seeds import child_seed, torch_seeded
+
+
+@dataclass(frozen=True)
+class Position:
+    """How far a training is: ``step`` steps of stage number ``stage`` are done."""
+
+    stage: int = 0
+    step: int = 0
+
+
+OnStep = Callable[[Position, Stage, dict[str, float]], None]
+
+
+def fit(
+    learner: Learner,
+    examples: Sequence[Example],
+    *,
+    seed: int,
+    start: Position = Position(),
+    rank: int = 0,
+    on_step: OnStep = lambda position, stage, losses: None,
+) -> None:
+    """Train ``learner`` on ``examples`` from ``start`` to the end of its last stage.
+
+    Batch k and the random numbers of step k depend on ``seed``, stage and k alone, so that a training that
+    goes on from a checkpoint is the training that was never interrupted.
+
+    Parameters
+    ----------
+    learner : Learner
+    examples : sequence of Example
+        The training part.
+    seed : int
+    start : Position
+        What is done already; ``learner`` holds the state of that moment.
+    rank : int
+        Number of this process among several; each draws batches of its own.
+    on_step : function
+        Called after each step with the new position, the stage and its losses: logs, saves, shows.
+
+    Raises
+    ------
+    RunError
+        When a loss is no longer finite.
+    """
+    for number, stage in enumerate(learner.stages(examples)):
+        if number < start.stage:
+            continue
+        done = start.step if number == start.stage else 0
+        batches = learner.batches(
+            stage, examples, seed=child_seed(seed, "batches", stage.name, rank), start=done
+        )
+        for step, batch in enumerate(islice(batches, stage.steps - done), start=done + 1):
+            with torch_seeded(seed, "step", stage.name, rank, step):
+                losses = learner.step(stage, batch)
+            if not all(np.isfinite(loss) for loss in losses.values()):
+                shown = ", ".join(f"{name} {loss:g}" for name, loss in losses.items())
+                raise RunError(
+                    f"training diverged at step {step} of {stage.name}: {shown}; lower the learning rate"
+                )
+            on_step(Position(number, step), stage, losses)

@@ -1,0 +1,187 @@
+"""The folder that a training leaves behind, and what can be asked of it.
+
+recipe.toml  environment.json  data.json  metrics.jsonl  checkpoint.safetensors (while it trains)
+model.safetensors + model.json (when it is done)  samples/  evaluation.json  report.html
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any, Self
+
+import tomli_w
+
+from tactogram.errors import RunError
+from tactogram.model import Learner, SignalKind
+from tactogram.recipe import Recipe
+from tactogram.training.checkpoint import load_state, save_state
+from tactogram.training.loop import Position
+
+VERSION = 1
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run folder. Files are written beside and renamed: a kill at any instant leaves a usable one."""
+
+    folder: Path
+
+    @classmethod
+    def create(cls, folder: Path, *, recipe: Recipe, data: Mapping[str, Any], identity: str) -> Self:
+        """Make the folder with recipe, environment and data facts.
+
+        Raises
+        ------
+        RunError
+            If the folder holds a run already.
+        """
+        run = cls(folder)
+        if (folder / "recipe.toml").exists():
+            state = "is finished" if run.finished else "has begun; --resume goes on with it"
+            raise RunError(f"{folder}: a run is here already and {state}; give another --out or delete it")
+        folder.mkdir(parents=True, exist_ok=True)
+        run.write_json("environment.json", environment())
+        run.write_json("data.json", {**data, "run_id": identity})
+        values = recipe.model_dump(mode="json", exclude_none=True)
+        write_text(folder / "recipe.toml", tomli_w.dumps(values))
+        return run
+
+    @classmethod
+    def open(cls, folder: Path) -> Self:
+        """Return the run in ``folder``.
+
+        Raises
+        ------
+        RunError
+            If there is none.
+        """
+        if not (folder / "recipe.toml").is_file():
+            raise RunError(f"{folder}: not a run: expected a folder that `tactogram train` made")
+        return cls(folder)
+
+    @property
+    def name(self) -> str:
+        """The folder's name."""
+        return self.folder.resolve().name
+
+    @property
+    def finished(self) -> bool:
+        """Whether training came to its end."""
+        return (self.folder / "model.json").is_file()
+
+    @property
+    def recipe(self) -> Recipe:
+        """The recipe it was, or is being, trained with."""
+        return Recipe.load(self.folder / "recipe.toml")
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """Which data it was trained on: path, name, sha256, split, whether simulated."""
+        return self.read_json("data.json")
+
+    # -- while it trains ---------------------------------------------------------------------------------
+
+    def save_checkpoint(self, learner: Learner, position: Position) -> None:
+        """Keep all that is needed to go on from ``position``."""
+        save_state(self.folder / "checkpoint.safetensors", learner.state(), asdict(position))
+
+    def restore(self, learner: Learner) -> Position:
+        """Bring ``learner`` to the last checkpoint and forget log lines written after it."""
+        path = self.folder / "checkpoint.safetensors"
+        position = Position()
+        if path.exists():
+            state, facts = load_state(path)
+            learner.load_state(state)
+            position = Position(**facts)
+        kept = [m for m in self.metrics() if (m["stage"], m["step"]) <= (position.stage, position.step)]
+        write_text(self.folder / "metrics.jsonl", "".join(json.dumps(m) + "\n" for m in kept))
+        return position
+
+    def log(self, position: Position, values: Mapping[str, float]) -> None:
+        """Append a line to metrics.jsonl."""
+        with (self.folder / "metrics.jsonl").open("a", encoding="utf-8") as file:
+            file.write(json.dumps({**asdict(position), **values}) + "\n")
+
+    def metrics(self) -> list[dict[str, Any]]:
+        """Return the logged lines; a last line cut short by a kill is left out."""
+        path = self.folder / "metrics.jsonl"
+        if not path.exists():
+            return []
+        lines = path.read_text(encoding="utf-8").split("\n")
+        return [json.loads(line) for line in lines[:-1]]
+
+    def finish(self, learner: Learner, kind: SignalKind, facts: Mapping[str, Any]) -> None:
+        """Write the weights and what they mean, then drop the checkpoint."""
+        weights = {key: value for key, value in learner.state().items() if key != "optimisers"}
+        save_state(self.folder / "model.safetensors", weights)
+        self.write_json("model.json", {"version": VERSION, "kind": asdict(kind), **facts})
+        (self.folder / "checkpoint.safetensors").unlink(missing_ok=True)
+
+    # -- when it is done ---------------------------------------------------------------------------------
+
+    def facts(self) -> dict[str, Any]:
+        """Return model.json.
+
+        Raises
+        ------
+        RunError
+            If training has not come to its end, or the run is of a later version.
+        """
+        if not self.finished:
+            raise RunError(
+                f"{self.folder}: training is not finished; go on with `tactogram train … --resume`"
+            )
+        facts = self.read_json("model.json")
+        if facts["version"] > VERSION:
+            raise RunError(f"{self.folder}: of a later version (format {facts['version']}, known {VERSION})")
+        return facts
+
+    def kind(self) -> SignalKind:
+        """Return what every signal of the run has in common."""
+        facts = self.facts()["kind"]
+        return SignalKind(**{**facts, "axes": tuple(facts["axes"]), "materials": tuple(facts["materials"])})
+
+    def read_json(self, name: str) -> dict[str, Any]:
+        """Return one of the run's JSON files."""
+        try:
+            values: dict[str, Any] = json.loads((self.folder / name).read_text(encoding="utf-8"))
+        except (OSError, json.JSONDecodeError) as error:
+            raise RunError(f"{self.folder / name}: not readable: {error}") from error
+        return values
+
+    def write_json(self, name: str, values: Mapping[str, Any]) -> None:
+        """Write one of the run's JSON files."""
+        write_text(self.folder / name, json.dumps(values, indent=1, ensure_ascii=False) + "\n")
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write ``text`` beside ``path`` and rename."""
+    part = path.with_name(path.name + ".part")
+    part.write_text(text, encoding="utf-8")
+    os.replace(part, path)
+
+
+def environment() -> dict[str, Any]:
+    """Return what the run is made with: versions, processor, threads."""
+    import torch
+
+    packages = {}
+    for name in ("tactogram", "torch", "numpy", "scipy", "lightning-fabric", "numba"):
+        try:
+            packages[name] = version(name)
+        except PackageNotFoundError:
+            packages[name] = "not installed as a package"
+    return {
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+        "processor": platform.processor() or platform.machine(),
+        "threads": torch.get_num_threads(),
+        "cuda": torch.cuda.get_device_name() if torch.cuda.is_available() else None,
+        "packages": packages,
+    }
