@@ -2,11 +2,12 @@
 
 An importer is a module of this package, found by looking and registered nowhere. It offers
 
-- facts: ``NAME`` (the word after ``data import``), ``TITLE``, ``LICENCE``, ``DESCRIPTION`` (what is read, to what
-  units, and which parts were checked on real files), all ``str``;
-- ``find(folder: Path) -> list[Item]``: a cheap look at names and tables, in an order that stays; it opens no signal;
-- ``read(item: Item) -> list[Recording]``: the recordings of one item. It runs in another process, so that all cores
-  read; whatever it raises as `DataError` or `ParameterError` is told with the item's name.
+- facts: ``NAME`` (the word after ``data import``), ``TITLE``, ``LICENCE``, ``DESCRIPTION`` (what is read,
+  to what units, and which parts were checked on real files), all ``str``;
+- ``find(folder: Path) -> list[Item]``: a cheap look at names and tables, in an order that stays;
+  it opens no signal;
+- ``read(item: Item) -> list[Recording]``: the recordings of one item. It runs in another process, so that
+  all cores read; what it raises as a `TactogramError` is told with the item's name.
 
 ``LICENCE`` says what the source states; where it states none, ``"not stated"``.
 """
@@ -28,16 +29,23 @@ class Item:
     Parameters
     ----------
     name : str
-        Path relative to the imported folder, with ``/``; `Recording.source` starts with it, and errors name it.
+        Path relative to the imported folder, with ``/``; `Recording.source` starts with it, errors name it.
     paths : tuple of Path
         The files it needs. One that is missing or empty is an error that names it, before `read` is called.
     info : mapping
         What `find` already knows, for `read`: anything that can be pickled.
+    image : Path, optional
+        The photograph of every recording of this item that brings none of its own. Many items may share one:
+        it is opened and stored once, by the import, not by `read`.
+    image_width_mm : float, optional
+        How many mm of surface the width of that photograph shows.
     """
 
     name: str
     paths: tuple[Path, ...]
     info: Mapping[str, Any] = field(default_factory=dict)
+    image: Path | None = None
+    image_width_mm: float | None = None
 
 
 class Importer(Protocol):
@@ -49,7 +57,7 @@ class Importer(Protocol):
     DESCRIPTION: str
 
     def find(self, folder: Path) -> list[Item]:
-        """Return what is to be read in ``folder``, in a stable order; raise `DataError` if it is not this set."""
+        """Return what is to be read in ``folder``, in a stable order; `DataError` if it is not this set."""
         ...
 
     def read(self, item: Item) -> list[Recording]:
