@@ -1,0 +1,423 @@
+"""A texture as an autoregressive process: noise through an all-pole filter that was fitted to a recording.
+
+Each axis is ``x[n] = -a_1 x[n-1] - … - a_p x[n-p] + e[n]``, its innovations e white with one covariance over
+the axes. The level is that of the fitted data, in its unit. Synthesis is in `tactogram.signal.synthesis`,
+models over speed and force in `tactogram.signal.texture_map`.
+
+References
+----------
+- Burg, J. P. (1975). Maximum Entropy Spectral Analysis. PhD thesis, Stanford University.
+- de Waele, S. & Broersen, P. M. T. (2000). The Burg algorithm for segments. IEEE Trans. Signal Process.
+  48(10), 2876-2880. doi 10.1109/78.869039
+- Kay, S. M. (1988). Modern Spectral Estimation: Theory and Application. Prentice Hall. Ch. 6 and 7.
+- Akaike, H. (1974). A new look at the statistical model identification. IEEE Trans. Autom. Control 19(6),
+  716-723. doi 10.1109/TAC.1974.1100705
+- Itakura (1975): see `tactogram.signal.line_spectrum`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tactogram.errors import ParameterError
+from tactogram.signal.line_spectrum import (
+    line_spectrum_of_reflection,
+    polynomial_of_reflection,
+    reflection_of_line_spectrum,
+    reflection_of_polynomial,
+)
+from tactogram.signal.signal import Signal
+
+Array = NDArray[np.float64]
+Method = Literal["burg", "yule-walker"]
+Level = Literal["log", "linear"]
+
+SILENCE = 1e-6
+"""Power that a silent model counts for in a mix, as a share of the loudest one's: 60 dB below it."""
+
+
+@dataclass(frozen=True, eq=False)
+class AutoregressiveModel:
+    """One texture: an all-pole filter per axis, and the innovations that drive them.
+
+    Parameters
+    ----------
+    reflection : float64 array, shape (axis, order)
+        Reflection coefficients, within (-1, 1), so that every model there is is stable.
+    innovation : float64 array, shape (axis, axis)
+        Covariance of the innovations, unit^2.
+    rate : float, Hz
+    unit : str
+    axes : tuple of str
+    mean : float64 array, shape (axis,), optional
+        Constant part, in ``unit``; 0 by default.
+
+    Raises
+    ------
+    ParameterError
+        If a shape does not fit, a filter is not stable, or the covariance is none.
+    """
+
+    reflection: Array
+    innovation: Array
+    rate: float
+    unit: str
+    axes: tuple[str, ...]
+    mean: Array | None = None
+
+    def __post_init__(self) -> None:
+        n = len(self.axes)
+        reflection = _fixed(self.reflection)
+        innovation = _fixed(self.innovation)
+        mean = _fixed(np.zeros(n) if self.mean is None else self.mean)
+        if n == 0 or reflection.ndim != 2 or len(reflection) != n:
+            raise ParameterError(f"reflection must be ({n} axes, order), got shape {reflection.shape}")
+        if not np.all(np.abs(reflection) < 1):
+            raise ParameterError(
+                "reflection coefficients must be within (-1, 1): the filter would not be stable"
+            )
+        if innovation.shape != (n, n) or mean.shape != (n,):
+            raise ParameterError(
+                f"innovation must be ({n}, {n}) and mean ({n},), got {innovation.shape} and {mean.shape}"
+            )
+        if not (np.isfinite(innovation).all() and np.isfinite(mean).all()):
+            raise ParameterError("innovation and mean must be finite")
+        if not np.allclose(innovation, innovation.T) or _lowest(innovation) < -1e-9:
+            raise ParameterError("innovation must be a covariance: symmetric, no negative eigenvalue")
+        if not (self.rate > 0 and np.isfinite(self.rate)):
+            raise ParameterError(f"rate must be > 0 and finite, got {self.rate}")
+        object.__setattr__(self, "reflection", reflection)
+        object.__setattr__(self, "innovation", innovation)
+        object.__setattr__(self, "mean", mean)
+        object.__setattr__(self, "axes", tuple(self.axes))
+
+    @classmethod
+    def from_coefficients(
+        cls,
+        coefficients: ArrayLike,
+        innovation: ArrayLike,
+        *,
+        rate: float,
+        unit: str,
+        axes: Sequence[str] = ("z",),
+        mean: ArrayLike | None = None,
+    ) -> AutoregressiveModel:
+        """Return the model of given polynomials, shape (axis, order + 1), each beginning with 1.
+
+        ``innovation`` is a covariance (axis, axis), or a variance per axis. `ParameterError` if not stable.
+        """
+        rows = [reflection_of_polynomial(row) for row in np.atleast_2d(np.asarray(coefficients, np.float64))]
+        return cls(np.array(rows), _covariance(innovation), rate, unit, tuple(axes), _maybe(mean))
+
+    @classmethod
+    def from_line_spectrum(
+        cls,
+        lines: ArrayLike,
+        innovation: ArrayLike,
+        *,
+        rate: float,
+        unit: str,
+        axes: Sequence[str] = ("z",),
+        mean: ArrayLike | None = None,
+    ) -> AutoregressiveModel:
+        """Return the model of given line spectral frequencies, rad/sample, shape (axis, order).
+
+        ``innovation`` is a covariance (axis, axis), or a variance per axis.
+        """
+        rows = [reflection_of_line_spectrum(row) for row in np.atleast_2d(np.asarray(lines, np.float64))]
+        return cls(np.array(rows), _covariance(innovation), rate, unit, tuple(axes), _maybe(mean))
+
+    @property
+    def order(self) -> int:
+        """Number of past samples that the next one depends on."""
+        return int(self.reflection.shape[1])
+
+    @property
+    def coefficients(self) -> Array:
+        """Polynomials A(z), float64, shape (axis, order + 1), each beginning with 1."""
+        return np.array([polynomial_of_reflection(row) for row in self.reflection])
+
+    @cached_property
+    def line_spectrum(self) -> Array:
+        """Line spectral frequencies, rad/sample, float64, shape (axis, order), ascending."""
+        return np.array([line_spectrum_of_reflection(row) for row in self.reflection])
+
+    @property
+    def variance(self) -> Array:
+        """Variance of the innovations, unit^2, float64, shape (axis,)."""
+        return np.diag(self.innovation).copy()
+
+    @property
+    def correlation(self) -> Array:
+        """Correlation of the innovations, float64, shape (axis, axis); a silent axis has none with others."""
+        return _correlation(self.innovation)
+
+    @property
+    def gain(self) -> Array:
+        """Power of each axis over that of its innovations, float64, shape (axis,), >= 1."""
+        result: Array = 1.0 / np.prod((1 - self.reflection) * (1 + self.reflection), axis=1)
+        return result
+
+    @property
+    def power(self) -> Array:
+        """Variance of each axis, unit^2, float64, shape (axis,)."""
+        return self.variance * self.gain
+
+    def power_spectrum(self, frequencies: ArrayLike) -> Array:
+        """Return the one-sided power spectral density, unit^2/Hz, float64, shape (axis, frequency).
+
+        Its integral from 0 to rate / 2 is `power`. ``frequencies`` in Hz, within 0 to rate / 2.
+        """
+        f = np.atleast_1d(np.asarray(frequencies, np.float64))
+        if f.ndim != 1 or not np.all((f >= 0) & (f <= self.rate / 2)):
+            raise ParameterError(f"frequencies must be one row within 0 to {self.rate / 2:g} Hz")
+        z = np.exp(-2j * np.pi * f / self.rate)
+        forward = np.ones((len(self.axes), f.size), complex)
+        backward = forward
+        for k in self.reflection.T[:, :, None]:
+            forward, backward = forward + k * z * backward, z * backward + k * forward
+        density: Array = 2 * self.variance[:, None] / (self.rate * np.abs(forward) ** 2)
+        return density
+
+    def of_order(self, order: int) -> AutoregressiveModel:
+        """Return the same process written with a higher order (the added coefficients are 0)."""
+        if order < self.order:
+            raise ParameterError(f"order must be >= {self.order}, got {order}")
+        if order == self.order:
+            return self
+        return replace(self, reflection=np.pad(self.reflection, ((0, 0), (0, order - self.order))))
+
+    def prediction_error(self, signal: Signal) -> Array:
+        """Return what the model does not foresee, float64, shape (axis, time - order), in its unit."""
+        _same(self, signal)
+        if len(signal) <= self.order:
+            raise ParameterError(
+                f"signal must be longer than the order {self.order}, got {len(signal)} samples"
+            )
+        forward = signal.samples.astype(np.float64) - np.asarray(self.mean)[:, None]
+        return _prediction_error(self.reflection, forward)
+
+
+def fit_autoregressive(
+    signals: Signal | Sequence[Signal],
+    *,
+    order: int | None = None,
+    max_order: int | None = None,
+    method: Method = "burg",
+) -> AutoregressiveModel:
+    """Fit one model to one signal, or to several that are taken as pieces of one process.
+
+    Pieces are never joined: Burg's error sums (de Waele & Broersen 2000), or the autocorrelation, run over
+    all of them. The model's power is the mean square of the data about its mean, exactly.
+
+    Parameters
+    ----------
+    signals : Signal or sequence of Signal
+        Over time; equal in rate, unit and axes; their lengths may differ.
+    order : int, optional
+        None takes the order with the least AIC (Akaike 1974), one for all axes.
+    max_order : int, optional
+        Highest order that AIC may take; by default 60, or a third of the longest piece if that is less.
+    method : {"burg", "yule-walker"}
+        Kay 1988, Ch. 7; Yule-Walker with the biased autocorrelation. Both always give a stable model.
+
+    Raises
+    ------
+    ParameterError
+        If there is no signal, they differ in kind, or they are too short for the order.
+    """
+    pieces = [signals] if isinstance(signals, Signal) else list(signals)
+    if not pieces:
+        raise ParameterError("at least one signal is needed to fit a model, got none")
+    kind = pieces[0]
+    for piece in pieces:
+        if piece.domain != "time":
+            raise ParameterError(
+                "an autoregressive model is fitted to signals over time, got one over displacement"
+            )
+        if (piece.rate, piece.unit, piece.axes) != (kind.rate, kind.unit, kind.axes):
+            raise ParameterError("signals to fit one model to must be equal in rate, unit and axes")
+    longest = max(map(len, pieces))
+    highest = order if order is not None else max_order if max_order is not None else min(60, longest // 3)
+    if not 0 <= highest < longest:
+        raise ParameterError(f"order must be >= 0 and less than the {longest} samples at hand, got {highest}")
+    if method not in ("burg", "yule-walker"):
+        raise ParameterError(f"method must be 'burg' or 'yule-walker', got {method!r}")
+
+    arrays = [piece.samples.astype(np.float64) for piece in pieces]
+    count = sum(map(len, pieces))
+    mean: Array = sum(a.sum(axis=1) for a in arrays) / count
+    arrays = [a - mean[:, None] for a in arrays]
+    power: Array = sum(np.square(a).sum(axis=1) for a in arrays) / count
+    reflection = (_burg if method == "burg" else _yule_walker)(arrays, highest)
+    if order is None:
+        reflection = reflection[:, : _least_aic(reflection, power, count)]
+    error = power * np.prod((1 - reflection) * (1 + reflection), axis=1)
+    deviation = np.sqrt(error)
+    innovation = _innovation_correlation(arrays, reflection) * np.outer(deviation, deviation)
+    return AutoregressiveModel(reflection, innovation, kind.rate, kind.unit, kind.axes, mean)
+
+
+def mix(
+    models: Sequence[AutoregressiveModel], weights: ArrayLike, *, level: Level = "log"
+) -> AutoregressiveModel:
+    """Return the model between ``models``: line spectral frequencies averaged by weight, and always stable.
+
+    The output power, not the variance of the innovations, is interpolated: in dB (``level="log"``), so that
+    the level moves evenly to the hand, or linearly. A silent axis has no spectrum to add; its level counts
+    as `SILENCE`.
+
+    Parameters
+    ----------
+    models : sequence of AutoregressiveModel
+        Equal in rate, unit and axes; the order may differ.
+    weights : array-like, shape (model,)
+        >= 0, not all 0; scaled to sum to 1.
+
+    Raises
+    ------
+    ParameterError
+        If the models differ in kind or the weights are none.
+    """
+    w = np.asarray(weights, np.float64)
+    if not models or w.shape != (len(models),) or not (np.isfinite(w).all() and (w >= 0).all() and w.any()):
+        raise ParameterError(f"weights must be {len(models)} numbers >= 0, not all 0; got {w.tolist()}")
+    for model in models:
+        _same(models[0], model)
+    chosen = [m for m, share in zip(models, w, strict=True) if share > 0]
+    w = w[w > 0] / w.sum()
+    if len(chosen) == 1:
+        return chosen[0]
+    order = max(m.order for m in chosen)
+    powers = np.array([m.power for m in chosen])
+    lines = np.array([m.of_order(order).line_spectrum for m in chosen])
+    reflection = np.zeros((len(chosen[0].axes), order))
+    for axis in range(len(reflection)):
+        shares = w * (powers[:, axis] > 0)
+        if order and shares.any():
+            reflection[axis] = reflection_of_line_spectrum(shares @ lines[:, axis] / shares.sum())
+    if level == "linear":
+        power = w @ powers
+    else:
+        loudest = powers.max(axis=0)
+        heard = np.where(powers > 0, powers, SILENCE * loudest)
+        power = np.exp(w @ np.log(np.where(loudest > 0, heard, 1.0))) * (loudest > 0)
+    deviation = np.sqrt(power * np.prod((1 - reflection) * (1 + reflection), axis=1))
+    correlation = np.tensordot(w, [m.correlation for m in chosen], axes=1)
+    return replace(
+        chosen[0],
+        reflection=reflection,
+        innovation=correlation * np.outer(deviation, deviation),
+        mean=w @ np.array([m.mean for m in chosen]),
+    )
+
+
+def _burg(pieces: list[Array], order: int) -> Array:
+    """Return reflection coefficients (axis, order) by Burg's method, its sums over all pieces."""
+    reflection = np.zeros((len(pieces[0]), order))
+    errors = [(piece, piece) for piece in pieces]
+    for m in range(order):
+        errors = [(f[:, 1:], b[:, :-1]) for f, b in errors if f.shape[1] > 1]
+        cross = sum(np.einsum("at,at->a", f, b) for f, b in errors)
+        energy = sum(np.einsum("at,at->a", f, f) + np.einsum("at,at->a", b, b) for f, b in errors)
+        reflection[:, m] = _bounded(-2 * np.asarray(cross), np.asarray(energy))
+        k = reflection[:, m, None]
+        errors = [(f + k * b, b + k * f) for f, b in errors]
+    return reflection
+
+
+def _yule_walker(pieces: list[Array], order: int) -> Array:
+    """Return reflection coefficients (axis, order) of the pooled biased autocorrelation (Levinson-Durbin)."""
+    size = 2 ** int(np.ceil(np.log2(max(p.shape[1] for p in pieces) + order + 1)))
+    spectrum = sum(np.abs(np.fft.rfft(p, size)) ** 2 for p in pieces)
+    r = np.fft.irfft(spectrum, size)[:, : order + 1]
+    reflection = np.zeros((len(r), order))
+    for axis, row in enumerate(r):
+        polynomial, error = np.ones(1), row[0]
+        for m in range(order):
+            k = _bounded(-polynomial @ row[m + 1 : 0 : -1], error)
+            reflection[axis, m] = k
+            padded = np.append(polynomial, 0.0)
+            polynomial = padded + k * padded[::-1]
+            error *= (1 - k) * (1 + k)
+    return reflection
+
+
+def _bounded(numerator: Array, denominator: Array) -> Array:
+    """Return the quotient, 0 where there is no energy left, and below 1 where rounding reaches it."""
+    safe = np.where(denominator > 0, denominator, 1.0)
+    quotient: Array = np.clip(np.where(denominator > 0, numerator / safe, 0.0), -1 + 1e-12, 1 - 1e-12)
+    return quotient
+
+
+def _least_aic(reflection: Array, power: Array, count: int) -> int:
+    """Return the order with the least AIC, summed over the axes (Akaike 1974)."""
+    heard = power > 0
+    if not heard.any():
+        return 0
+    steps = np.log((1 - reflection[heard]) * (1 + reflection[heard])).sum(axis=0)
+    criterion = count * np.concatenate(([0.0], np.cumsum(steps)))
+    criterion += 2 * heard.sum() * np.arange(criterion.size)
+    return int(np.argmin(criterion))
+
+
+def _prediction_error(reflection: Array, samples: Array) -> Array:
+    """Return the forward prediction errors, shape (axis, time - order)."""
+    forward = backward = samples
+    for k in reflection.T[:, :, None]:
+        forward, backward = (
+            forward[:, 1:] + k * backward[:, :-1],
+            backward[:, :-1] + k * forward[:, 1:],
+        )
+    return forward
+
+
+def _innovation_correlation(pieces: list[Array], reflection: Array) -> Array:
+    """Return how the prediction errors of the axes go together, shape (axis, axis)."""
+    if len(reflection) == 1:
+        return np.ones((1, 1))
+    errors = [_prediction_error(reflection, p) for p in pieces if p.shape[1] > reflection.shape[1]]
+    return _correlation(sum((e @ e.T for e in errors), np.zeros((len(reflection),) * 2)))
+
+
+def _correlation(covariance: Array) -> Array:
+    deviation = np.sqrt(np.diag(covariance))
+    safe = np.where(deviation > 0, deviation, 1.0)
+    correlation: Array = covariance / np.outer(safe, safe)
+    np.fill_diagonal(correlation, 1.0)
+    return correlation
+
+
+def _lowest(covariance: Array) -> float:
+    return (
+        float(np.linalg.eigvalsh(_correlation(covariance))[0]) if (np.diag(covariance) >= 0).all() else -1.0
+    )
+
+
+def _covariance(innovation: ArrayLike) -> Array:
+    array = np.asarray(innovation, np.float64)
+    return array if array.ndim == 2 else np.diag(np.atleast_1d(array))
+
+
+def _maybe(mean: ArrayLike | None) -> Array | None:
+    return None if mean is None else np.asarray(mean, np.float64)
+
+
+def _fixed(values: ArrayLike) -> Array:
+    array = np.array(values, np.float64)
+    array.flags.writeable = False
+    return array
+
+
+def _same(model: AutoregressiveModel, other: AutoregressiveModel | Signal) -> None:
+    if (model.rate, model.unit, model.axes) != (other.rate, other.unit, other.axes):
+        raise ParameterError(
+            f"expected {model.rate:g} Hz, {model.unit}, axes {','.join(model.axes)}; "
+            f"got {other.rate:g} Hz, {other.unit}, axes {','.join(other.axes)}"
+        )

@@ -1,0 +1,172 @@
+"""One surface under every speed and force: autoregressive models at the conditions that were recorded.
+
+Between them the nearest ones are mixed through their line spectral frequencies, by the barycentric weights
+of the triangle of a Delaunay triangulation over (speed, force) that the asked condition lies in; outside,
+the nearest point of the convex hull stands in (Culbertson et al. 2012, 2014). Where only one of the two is
+known, or the conditions lie on a line, the triangles are the segments of that line.
+
+References
+----------
+- Culbertson, H., Romano, J. M., Castillo, P., Mintz, M. & Kuchenbecker, K. J. (2012). Refined methods for
+  creating realistic haptic virtual textures from tool-mediated contact acceleration data. Proc. IEEE Haptics
+  Symposium, 385-391.
+- Culbertson, H., Unwin, J. & Kuchenbecker, K. J. (2014). Modeling and rendering realistic textures from
+  unconstrained tool-surface interactions. IEEE Trans. Haptics 7(3), 381-393. doi 10.1109/TOH.2014.2316797
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import Delaunay
+
+from tactogram.errors import ParameterError
+from tactogram.signal.autoregressive import AutoregressiveModel, Level, mix
+
+Array = NDArray[np.float64]
+NAMES = ("speed_mm_s", "force_n")
+
+
+class TextureMap:
+    """Models of one surface over speed and force.
+
+    Parameters
+    ----------
+    models : sequence of AutoregressiveModel
+        Equal in rate, unit and axes.
+    conditions : array-like, shape (model, 2)
+        Speed in mm/s and force in N of each model; a column that is not known is NaN throughout.
+    triangles : int array-like, shape (triangle, 3), optional
+        Of indices into ``models``; by default Delaunay's, over speed and force each divided by its range.
+    level : {"log", "linear"}
+        How the power is interpolated: see `tactogram.signal.autoregressive.mix`.
+
+    Raises
+    ------
+    ParameterError
+        If there is no model, a condition is missing for some models only, or two conditions are the same.
+    """
+
+    def __init__(
+        self,
+        models: Sequence[AutoregressiveModel],
+        conditions: ArrayLike,
+        *,
+        triangles: ArrayLike | None = None,
+        level: Level = "log",
+    ) -> None:
+        points = np.array(conditions, np.float64)
+        if not models or points.shape != (len(models), 2):
+            raise ParameterError(f"conditions must be ({len(models)} models, 2), got shape {points.shape}")
+        known = ~np.isnan(points)
+        if not np.array_equal(known.all(axis=0), known.any(axis=0)):
+            raise ParameterError("a speed or force must be known for every model or for none")
+        filled = np.where(known, points, 0.0)
+        if not (np.isfinite(filled).all() and (filled >= 0).all()):
+            raise ParameterError("speed and force must be finite and >= 0")
+        if len(np.unique(filled, axis=0)) < len(filled):
+            raise ParameterError("two models have the same speed and force; fit one to both recordings")
+        self.models = tuple(models)
+        self.level: Level = level
+        self.conditions = points
+        self.conditions.flags.writeable = False
+        self.known = (bool(known[0, 0]), bool(known[0, 1]))
+        extent = np.ptp(filled, axis=0)
+        self._scale = np.where(extent > 0, extent, 1.0)
+        self._points = filled / self._scale
+        self._edges, self._triangles = _simplices(self._points, triangles)
+
+    def weights(self, speed_mm_s: float | None = None, force_n: float | None = None) -> Array:
+        """Return the share of each model at a condition, float64, shape (model,), >= 0, sum 1.
+
+        Parameters
+        ----------
+        speed_mm_s, force_n : float, optional
+            By default the median of the models' own. Clamped to the convex hull of what was recorded.
+
+        Raises
+        ------
+        ParameterError
+            If one is asked for that is not known of this surface, or is negative or not finite.
+        """
+        point = np.zeros(2)
+        for place, value in enumerate((speed_mm_s, force_n)):
+            if value is None:
+                point[place] = np.median(self._points[:, place])
+            elif not self.known[place]:
+                raise ParameterError(
+                    f"{NAMES[place]} is not known of this surface's recordings; leave it out"
+                )
+            elif not (np.isfinite(value) and value >= 0):
+                raise ParameterError(f"{NAMES[place]} must be finite and >= 0, got {value}")
+            else:
+                point[place] = value / self._scale[place]
+        shares = np.zeros(len(self.models))
+        corners, inside = _within(point, self._points, self._triangles)
+        if corners is None:
+            corners, inside = _nearest(point, self._points, self._edges)
+        shares[corners] = inside
+        return shares
+
+    def at(self, speed_mm_s: float | None = None, force_n: float | None = None) -> AutoregressiveModel:
+        """Return the model at a condition; the parameters are those of `weights`."""
+        return mix(self.models, self.weights(speed_mm_s, force_n), level=self.level)
+
+
+def _simplices(points: Array, triangles: ArrayLike | None) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return edges (edge, 2) and triangles (triangle, 3) that cover ``points``."""
+    none = np.zeros((0, 3), np.intp)
+    if len(points) == 1:
+        return np.zeros((1, 2), np.intp), none
+    centred = points - points.mean(axis=0)
+    _, spread, directions = np.linalg.svd(centred, full_matrices=False)
+    if spread[1] <= 1e-9 * spread[0]:  # all on one line
+        order = np.argsort(centred @ directions[0])
+        return np.stack((order[:-1], order[1:]), axis=1), none
+    if triangles is None:
+        found = Delaunay(points).simplices.astype(np.intp)
+    else:
+        found = np.asarray(triangles, np.intp)
+        if found.ndim != 2 or found.shape[1] != 3 or found.min() < 0 or found.max() >= len(points):
+            raise ParameterError(f"triangles must be (triangle, 3) indices below {len(points)}")
+    edges = np.unique(np.sort(found[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
+    return edges, found
+
+
+def _within(
+    point: Array, points: Array, triangles: NDArray[np.intp]
+) -> tuple[NDArray[np.intp] | None, Array]:
+    """Return the corners of the triangle that holds ``point`` and its barycentric coordinates, or None."""
+    if not len(triangles):
+        return None, np.zeros(0)
+    a, b, c = points[triangles].transpose(1, 0, 2)
+    double = _cross(b - a, c - a)
+    area = np.where(double == 0, np.inf, double)
+    second, third = _cross(point - a, c - a) / area, _cross(b - a, point - a) / area
+    shares = np.stack((1 - second - third, second, third), axis=1)
+    shares[double == 0] = -np.inf
+    best = int(np.argmax(shares.min(axis=1)))
+    if shares[best].min() < -1e-12:
+        return None, np.zeros(0)
+    inside = np.maximum(shares[best], 0)
+    return triangles[best], inside / inside.sum()
+
+
+def _nearest(point: Array, points: Array, edges: NDArray[np.intp]) -> tuple[NDArray[np.intp], Array]:
+    """Return the ends of the edge nearest to ``point``, and the shares of its nearest point on it."""
+    a, b = points[edges].transpose(1, 0, 2)
+    along = b - a
+    square = np.einsum("ed,ed->e", along, along)
+    share = np.clip(np.einsum("ed,ed->e", point - a, along) / np.where(square > 0, square, 1.0), 0, 1)
+    distance = np.linalg.norm(a + share[:, None] * along - point, axis=1)
+    best = int(np.argmin(distance))
+    if edges[best][0] == edges[best][1]:
+        return edges[best][:1], np.ones(1)
+    return edges[best], np.array([1 - share[best], share[best]])
+
+
+def _cross(u: Array, v: Array) -> Array:
+    crossed: Array = u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
+    return crossed
