@@ -2,3 +2,7 @@
 
 from tactogram.datasets.recording import Recording as Recording
 from tactogram.datasets.recording import RecordingInfo as RecordingInfo
+from tactogram.datasets.store import Store as Store
+from tactogram.datasets.store import open_store as open_store
+from tactogram.datasets.writing import add_recordings as add_recordings
+from tactogram.datasets.writing import create_store as create_store

@@ -1,0 +1,231 @@
+"""How a store lies on disk: ``dataset.json``, Parquet shards, photographs, and a sorted list of ids.
+
+A shard has one row per recording. What is known of a recording stands in plain columns under the names of
+`RecordingInfo`; each stream adds ``acceleration_rate`` (Hz, or samples per mm), ``acceleration_axes``
+(``"x,y,z"``), ``acceleration_length`` (samples per axis) and one ``list<float>`` column per axis
+(``acceleration_x``, …), null where a recording lacks it. Units and domains are the same in the whole store
+and stand in ``dataset.json``. Shards need not have the same columns: a recording with a further axis or
+stream starts another one (DuckDB: ``read_parquet('STORE/shard-*.parquet', union_by_name = true)``).
+
+Samples are uncompressed, PLAIN, and one page per column and row group, so that those of one recording lie
+side by side in the file and a window is read as a slice of it, however large the store is. Compression would
+cost that, and saves little on sensor noise.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from tactogram.datasets.recording import Recording, RecordingInfo
+from tactogram.errors import DataError, ParameterError
+from tactogram.signal import Signal
+
+FORMAT = "tactogram-dataset"
+VERSION = 1
+FACTS = "dataset.json"
+
+INFO_COLUMNS: Mapping[str, pa.DataType] = {
+    "id": pa.string(),
+    "material": pa.string(),
+    "speed_mm_s": pa.float64(),
+    "force_n": pa.float64(),
+    "direction_deg": pa.float64(),
+    "contactor": pa.string(),
+    "session": pa.string(),
+    "subject": pa.string(),
+    "ratings": pa.map_(pa.string(), pa.float64()),
+    "labels": pa.map_(pa.string(), pa.string()),
+    "source": pa.string(),
+    "history": pa.list_(pa.string()),
+    "simulated": pa.bool_(),
+    "image": pa.string(),
+}
+"""Columns that every shard has: the fields of `RecordingInfo`, and the key of the photograph."""
+
+ID_TABLE = np.dtype([("id", "S16"), ("facts", "S16"), ("shard", "<i4"), ("row", "<i4")])
+"""The list of ids, sorted: what is known of each as a hash, and where it stands."""
+
+
+@dataclass(frozen=True)
+class StreamFacts:
+    """What the recordings of a store have in common in one stream.
+
+    Parameters
+    ----------
+    unit : str
+    domain : str
+        ``"time"`` or ``"displacement"``.
+    axes : tuple of str
+        Every axis that any recording has.
+    """
+
+    unit: str
+    domain: str
+    axes: tuple[str, ...]
+
+    def widened(self, name: str, signal: Signal, source: str) -> StreamFacts:
+        """Return the facts with the axes of ``signal``, or refuse it for another unit or domain."""
+        if (signal.unit, signal.domain) != (self.unit, self.domain):
+            raise DataError(
+                f"{source}: stream {name!r} must be in {self.unit} over {self.domain} as in the rest of the "
+                f"store, got {signal.unit} over {signal.domain}; put it into a store of its own"
+            )
+        return StreamFacts(self.unit, self.domain, tuple(dict.fromkeys((*self.axes, *signal.axes))))
+
+
+@dataclass(frozen=True)
+class StoredFile:
+    """One Parquet file of the store."""
+
+    file: str
+    rows: int
+    bytes: int
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What ``dataset.json`` says."""
+
+    name: str
+    licence: str
+    source: str
+    simulated: bool
+    sha256: str
+    streams: Mapping[str, StreamFacts]
+    shards: tuple[StoredFile, ...]
+    images: tuple[StoredFile, ...]
+    ids: str
+    duplicates: tuple[Mapping[str, str], ...] = ()
+    skipped: tuple[Mapping[str, str], ...] = ()
+
+    @property
+    def rows(self) -> int:
+        """Number of recordings."""
+        return sum(shard.rows for shard in self.shards)
+
+    def text(self) -> str:
+        """Return the content of ``dataset.json``."""
+        head = {"format": FORMAT, "version": VERSION, "recordings": self.rows}
+        return json.dumps(head | asdict(self), indent=1, ensure_ascii=False) + "\n"
+
+    @classmethod
+    def load(cls, folder: Path) -> Facts:
+        """Read ``dataset.json``.
+
+        Raises
+        ------
+        DataError
+            If there is none, or it is not one, or of a version that this package does not know.
+        """
+        path = folder / FACTS
+        try:
+            values = json.loads(path.read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            raise DataError(
+                f"{folder} is not a store: it has no {FACTS}; make one with data import"
+            ) from None
+        except (OSError, ValueError) as error:
+            raise DataError(f"{path} is not readable: {error}; import the data again") from error
+        if not isinstance(values, dict) or values.get("format") != FORMAT:
+            raise DataError(f"{path} must say format {FORMAT!r}; this is not a store")
+        if values.get("version") != VERSION:
+            raise DataError(
+                f"{path}: format version must be {VERSION}, got {values.get('version')!r}; "
+                "import the data again, or use the tactogram that wrote it"
+            )
+        try:
+            values["streams"] = {
+                name: StreamFacts(s["unit"], s["domain"], tuple(s["axes"]))
+                for name, s in values["streams"].items()
+            }
+            for kind in ("shards", "images"):
+                values[kind] = tuple(StoredFile(**entry) for entry in values[kind])
+            for kind in ("duplicates", "skipped"):
+                values[kind] = tuple(values[kind])
+            return cls(**{f.name: values[f.name] for f in fields(cls)})
+        except (KeyError, TypeError, AttributeError) as error:
+            raise DataError(f"{path} lacks or misspells {error}; import the data again") from error
+
+
+def axis_column(stream: str, axis: str) -> str:
+    """Return the name of the column that holds one axis."""
+    return f"{stream}_{axis}"
+
+
+def schema(streams: Mapping[str, StreamFacts]) -> pa.Schema:
+    """Return the columns of a shard that holds ``streams``.
+
+    Raises
+    ------
+    ParameterError
+        If two columns would have the same name.
+    """
+    columns: list[tuple[str, pa.DataType]] = list(INFO_COLUMNS.items())
+    for name, facts in streams.items():
+        columns += [
+            (f"{name}_rate", pa.float64()),
+            (f"{name}_axes", pa.string()),
+            (f"{name}_length", pa.int64()),
+        ]
+        columns += [(axis_column(name, axis), pa.list_(pa.float32())) for axis in facts.axes]
+    names = [name for name, _ in columns]
+    for name in names:
+        if names.count(name) > 1:
+            raise ParameterError(f"two columns would be called {name!r}; rename the stream or its axis")
+    return pa.schema(columns)
+
+
+def info_row(info: RecordingInfo, image: str | None) -> dict[str, Any]:
+    """Return the scalar columns of one recording."""
+    row: dict[str, Any] = {name: getattr(info, name) for name in INFO_COLUMNS if name != "image"}
+    for name in ("speed_mm_s", "force_n", "direction_deg"):
+        row[name] = None if row[name] is None else float(row[name])
+    return row | {
+        "ratings": sorted((str(k), float(v)) for k, v in info.ratings.items()),
+        "labels": sorted((str(k), str(v)) for k, v in info.labels.items()),
+        "history": list(info.history),
+        "image": image,
+    }
+
+
+def row_info(row: Mapping[str, Any]) -> RecordingInfo:
+    """Return what the scalar columns of one row say."""
+    values = {f.name: row[f.name] for f in fields(RecordingInfo)}
+    values["ratings"] = dict(row["ratings"] or ())
+    values["labels"] = dict(row["labels"] or ())
+    values["history"] = tuple(row["history"] or ())
+    return RecordingInfo(**values)
+
+
+def facts_hash(recording: Recording, image: str | None) -> bytes:
+    """Return 16 hex digits that follow from all that is known of a recording besides its samples."""
+    text = json.dumps(info_row(recording, image), sort_keys=True, ensure_ascii=False)
+    return hashlib.sha256(text.encode()).hexdigest()[:16].encode()
+
+
+def store_hash(ids: np.ndarray) -> str:
+    """Return the sha256 of what a store holds, whatever the order or number of shards.
+
+    Parameters
+    ----------
+    ids : array of `ID_TABLE`, sorted by id
+    """
+    digest = hashlib.sha256()
+    digest.update(np.ascontiguousarray(ids["id"]).tobytes())
+    digest.update(np.ascontiguousarray(ids["facts"]).tobytes())
+    return digest.hexdigest()
+
+
+def file_hash(path: Path) -> str:
+    """Return the sha256 of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

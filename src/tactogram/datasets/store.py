@@ -1,0 +1,352 @@
+"""The store: recordings on disk, of which only what is asked for is read."""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import fields
+from itertools import accumulate
+from pathlib import Path
+from typing import Any, overload
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+
+from tactogram.datasets.layout import (
+    INFO_COLUMNS,
+    Facts,
+    StoredFile,
+    StreamFacts,
+    axis_column,
+    file_hash,
+    row_info,
+    store_hash,
+)
+from tactogram.datasets.photographs import decode, image_key
+from tactogram.datasets.recording import Recording, RecordingInfo, content_id
+from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.signal import Image, Signal
+
+
+def open_store(path: Path | str) -> Store:
+    """Open the store in folder ``path``; reads ``dataset.json`` only.
+
+    Raises
+    ------
+    DataError
+        If it is no store, or one of a format version that is not known.
+    """
+    return Store(Path(path))
+
+
+class Store:
+    """Recordings on disk. Made by `create_store` or an import, opened by `open_store`.
+
+    Attributes
+    ----------
+    path : Path
+    facts : Facts
+        What ``dataset.json`` says: name, licence, shards, duplicates met, files skipped.
+    index : sequence of RecordingInfo
+        What is known of each recording, read lazily, in the order they were put in.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.facts = Facts.load(path)
+        self.index: Sequence[RecordingInfo] = _Index(self)
+        self._ends = list(accumulate(shard.rows for shard in self.facts.shards))
+        self._shards: dict[int, _Shard] = {}
+        self._pictures: dict[str, tuple[Path, int]] | None = None
+        try:
+            self._ids = np.load(path / self.facts.ids, mmap_mode="r", allow_pickle=False)
+        except (OSError, ValueError) as error:
+            raise DataError(
+                f"{path / self.facts.ids}: not readable: {error}; import the data again"
+            ) from error
+
+    def __reduce__(self) -> tuple[Callable[[Path | str], Store], tuple[Path]]:
+        """Pickle as the path: another process opens it for itself."""
+        return open_store, (self.path,)
+
+    def __len__(self) -> int:
+        """Return the number of recordings."""
+        return self.facts.rows
+
+    def __contains__(self, id: object) -> bool:
+        """Say whether a recording of this id is in it."""
+        return isinstance(id, str) and self._find(id) is not None
+
+    @property
+    def name(self) -> str:
+        """What the data set is called."""
+        return self.facts.name
+
+    @property
+    def licence(self) -> str:
+        """What its source says about its use."""
+        return self.facts.licence
+
+    @property
+    def simulated(self) -> bool:
+        """Whether any of it was made by a formula."""
+        return self.facts.simulated
+
+    @property
+    def sha256(self) -> str:
+        """Hash of all samples, photographs and labels: the identity of the data, whatever its order."""
+        return self.facts.sha256
+
+    @property
+    def streams(self) -> Mapping[str, StreamFacts]:
+        """Unit, domain and axes of each stream."""
+        return self.facts.streams
+
+    def info(self, id: str) -> RecordingInfo:
+        """Return what is known of one recording."""
+        shard, row = self._locate(id)
+        return shard.infos[row]
+
+    def streams_of(self, id: str) -> tuple[str, ...]:
+        """Return the names of the streams that one recording has."""
+        shard, row = self._locate(id)
+        return tuple(name for name in self.streams if shard.has(name, row))
+
+    def length(self, id: str, stream: str) -> int:
+        """Return the number of samples per axis."""
+        shard, row = self._stream(id, stream)
+        return int(shard.lengths[stream][row])
+
+    def rate(self, id: str, stream: str) -> float:
+        """Return the rate in Hz, or samples per mm for a stream over displacement."""
+        shard, row = self._stream(id, stream)
+        return float(shard.rates[stream][row])
+
+    def signal(self, id: str, stream: str, *, start: int = 0, stop: int | None = None) -> Signal:
+        """Return samples ``start`` to ``stop`` (as in a slice) of one stream; nothing else is read.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such recording or stream, or the slice is empty.
+        DataError
+            If the shard is damaged.
+        """
+        shard, row = self._stream(id, stream)
+        length = int(shard.lengths[stream][row])
+        first, last, _ = slice(start, stop).indices(length)
+        if last <= first:
+            raise ParameterError(f"samples must lie in 0 to {length} of {id}, got {start} to {stop}")
+        facts, axes = self.streams[stream], shard.axes[stream][row]
+        samples = np.stack([shard.read(axis_column(stream, axis), row, first, last) for axis in axes])
+        samples.flags.writeable = False
+        rate = float(shard.rates[stream][row])
+        return Signal(samples, rate, facts.unit, axes, "time" if facts.domain == "time" else "displacement")
+
+    def read(self, id: str) -> Recording:
+        """Return a whole recording, photograph included."""
+        info = self.info(id)
+        streams = {name: self.signal(id, name) for name in self.streams_of(id)}
+        values = {f.name: getattr(info, f.name) for f in fields(RecordingInfo)}
+        return Recording(streams=streams, image=self.image(id), **values)
+
+    def image(self, id: str) -> Image | None:
+        """Return the photograph of one recording, or None."""
+        shard, row = self._locate(id)
+        key = shard.images[row]
+        return None if key is None else self.photograph(key)
+
+    def image_id(self, id: str) -> str | None:
+        """Return the key of the photograph of one recording: the same key, the same picture."""
+        shard, row = self._locate(id)
+        return shard.images[row]
+
+    def photograph(self, key: str) -> Image:
+        """Return the photograph of this key."""
+        if key not in self._photographs():
+            raise DataError(f"{self.path}: photograph {key} is missing; import the data again")
+        path, row = self._photographs()[key]
+        # Written as one row group per photograph.
+        [found] = pq.ParquetFile(path).read_row_group(row).to_pylist()
+        return decode(found["image"], mm_per_pixel=found["mm_per_pixel"], name=f"{path}, row {row}")
+
+    def photograph_keys(self) -> tuple[str, ...]:
+        """Return the keys of all photographs."""
+        return tuple(self._photographs())
+
+    def _photographs(self) -> dict[str, tuple[Path, int]]:
+        if self._pictures is None:
+            self._pictures = {}
+            for stored in self.facts.images:
+                path = self.path / stored.file
+                keys = _opened(path, stored).read(columns=["key"])["key"].to_pylist()
+                self._pictures |= {key: (path, row) for row, key in enumerate(keys)}
+        return self._pictures
+
+    def _find(self, id: str) -> tuple[int, int] | None:
+        key = id.encode(errors="replace")
+        place = bisect_left(range(len(self._ids)), key, key=lambda i: self._ids["id"][i])
+        if place == len(self._ids) or self._ids["id"][place] != key:
+            return None
+        return int(self._ids["shard"][place]), int(self._ids["row"][place])
+
+    def _locate(self, id: str) -> tuple[_Shard, int]:
+        place = self._find(id)
+        if place is None:
+            raise ParameterError(f"recording must be one of the {len(self)} in {self.path}, got {id!r}")
+        return self._shard(place[0]), place[1]
+
+    def _stream(self, id: str, stream: str) -> tuple[_Shard, int]:
+        shard, row = self._locate(id)
+        if stream not in self.streams or not shard.has(stream, row):
+            raise ParameterError(
+                f"stream of {id} must be one of {', '.join(self.streams_of(id))}, got {stream!r}"
+            )
+        return shard, row
+
+    def _shard(self, number: int) -> _Shard:
+        if number not in self._shards:
+            stored = self.facts.shards[number]
+            self._shards[number] = _Shard(self.path / stored.file, stored, self.streams)
+        return self._shards[number]
+
+
+class _Shard:
+    """What is known of the recordings of one shard, and where their samples lie in the file."""
+
+    def __init__(self, path: Path, stored: StoredFile, streams: Mapping[str, StreamFacts]) -> None:
+        self.path = path
+        file = _opened(path, stored)
+        names = set(file.schema_arrow.names)
+        self._streams = [name for name in streams if f"{name}_rate" in names]
+        scalars = [f"{s}_{what}" for s in self._streams for what in ("rate", "axes", "length")]
+        table = file.read(columns=[*INFO_COLUMNS, *scalars])
+        rows = table.select(list(INFO_COLUMNS)).to_pylist()
+        self.infos = [row_info(row) for row in rows]
+        self.images: list[str | None] = [row["image"] for row in rows]
+        self.rates = {s: table[f"{s}_rate"].to_numpy() for s in self._streams}
+        self.lengths = {s: _filled(table[f"{s}_length"]) for s in self._streams}
+        texts = {s: table[f"{s}_axes"].to_pylist() for s in self._streams}
+        self.axes = {s: [tuple(t.split(",")) if t else () for t in texts[s]] for s in self._streams}
+        self._places = self._first_bytes(file.metadata, streams)
+
+    def has(self, stream: str, row: int) -> bool:
+        return stream in self.lengths and bool(self.lengths[stream][row])
+
+    def read(self, column: str, row: int, start: int, stop: int) -> NDArray[np.float32]:
+        place = int(self._places[column][row]) + 4 * start
+        samples = np.fromfile(self.path, "<f4", count=stop - start, offset=place)
+        if len(samples) != stop - start:
+            raise DataError(f"{self.path} is cut short; import the data again")
+        return samples.astype(np.float32, copy=False)
+
+    def _first_bytes(self, metadata: Any, streams: Mapping[str, StreamFacts]) -> dict[str, NDArray[np.int64]]:
+        """Return for each axis column the byte at which the samples of each row begin.
+
+        The values of a column chunk are the end of its only page; see `layout`.
+        """
+        first = metadata.row_group(0)
+        numbers = {first.column(i).path_in_schema: i for i in range(first.num_columns)}
+        ends = list(accumulate(metadata.row_group(g).num_rows for g in range(metadata.num_row_groups)))
+        places = {}
+        for stream in self._streams:
+            for axis in streams[stream].axes:
+                column = axis_column(stream, axis)
+                number = numbers.get(f"{column}.list.element")
+                if number is None:
+                    continue
+                held = np.array([axis in axes for axes in self.axes[stream]]) * self.lengths[stream]
+                place = np.zeros(len(held), np.int64)
+                for group, (begin, end) in enumerate(zip([0, *ends], ends, strict=False)):
+                    chunk = metadata.row_group(group).column(number)
+                    after = np.cumsum(held[begin:end])
+                    last = chunk.data_page_offset + chunk.total_compressed_size
+                    place[begin:end] = last - 4 * (after[-1] - after + held[begin:end])
+                places[column] = place
+        return places
+
+
+class _Index(Sequence[RecordingInfo]):
+    """What is known of every recording, read shard by shard when asked for."""
+
+    def __init__(self, store: Store) -> None:
+        self._store = store
+
+    def __len__(self) -> int:
+        return len(self._store)
+
+    @overload
+    def __getitem__(self, place: int) -> RecordingInfo: ...
+    @overload
+    def __getitem__(self, place: slice) -> Sequence[RecordingInfo]: ...
+    def __getitem__(self, place: int | slice) -> RecordingInfo | Sequence[RecordingInfo]:
+        if isinstance(place, slice):
+            return [self[i] for i in range(*place.indices(len(self)))]
+        if not -len(self) <= place < len(self):
+            raise IndexError(f"index must be below {len(self)}, got {place}")
+        place %= len(self)
+        number = bisect_right(self._store._ends, place)
+        before = self._store._ends[number - 1] if number else 0
+        return self._store._shard(number).infos[place - before]
+
+    def __iter__(self) -> Iterator[RecordingInfo]:
+        for number in range(len(self._store.facts.shards)):
+            yield from self._store._shard(number).infos
+
+
+def problems(store: Store, *, progress: Callable[[int, int], None] | None = None) -> list[str]:
+    """Return what is wrong with a store, one line each: none when every byte is as it was written.
+
+    Every file is hashed, every recording read, and its id computed anew from its samples.
+
+    Parameters
+    ----------
+    store : Store
+    progress : callable, optional
+        Called with the number of recordings checked and their total.
+    """
+    found = []
+    for stored in (*store.facts.shards, *store.facts.images):
+        path = store.path / stored.file
+        if not path.is_file():
+            found.append(f"{path}: missing; import the data again")
+        elif path.stat().st_size != stored.bytes or file_hash(path) != stored.sha256:
+            found.append(f"{path}: changed since it was written (sha256 differs); import the data again")
+    if store_hash(store._ids) != store.sha256 or len(store._ids) != len(store):
+        found.append(f"{store.path / store.facts.ids}: is not the list of ids that was written")
+    if found:
+        return found
+    pictures = set()
+    for done, info in enumerate(store.index, 1):
+        try:
+            streams = {name: store.signal(info.id, name) for name in store.streams_of(info.id)}
+            if content_id(streams) != info.id:
+                found.append(f"{info.source}: samples of {info.id} are not those that gave it its id")
+            pictures.add(store.image_id(info.id))
+        except TactogramError as error:
+            found.append(str(error))
+        if progress is not None:
+            progress(done, len(store))
+    for key in sorted(pictures - {None}, key=str):
+        try:
+            if image_key(store.photograph(str(key))) != key:
+                found.append(f"{store.path}: photograph {key} shows something else than when it was stored")
+        except TactogramError as error:
+            found.append(str(error))
+    return found
+
+
+def _opened(path: Path, stored: StoredFile) -> pq.ParquetFile:
+    try:
+        size = path.stat().st_size
+        if size != stored.bytes:
+            raise DataError(f"{path}: must be {stored.bytes} bytes, got {size}; import the data again")
+        return pq.ParquetFile(path)
+    except (OSError, pa.ArrowException) as error:
+        raise DataError(f"{path}: not readable: {error}; import the data again") from error
+
+
+def _filled(column: pa.ChunkedArray) -> NDArray[np.int64]:
+    return np.asarray(column.fill_null(0).to_numpy(), dtype=np.int64)

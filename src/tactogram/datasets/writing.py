@@ -1,0 +1,399 @@
+"""Writing a store: in one pass, in flat memory, complete or not at all."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import socket
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+import psutil
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from tactogram.datasets.layout import (
+    FACTS,
+    ID_TABLE,
+    INFO_COLUMNS,
+    Facts,
+    StoredFile,
+    StreamFacts,
+    facts_hash,
+    file_hash,
+    info_row,
+    schema,
+    store_hash,
+)
+from tactogram.datasets.photographs import Photograph, encode, image_key
+from tactogram.datasets.recording import Recording, content_id
+from tactogram.datasets.store import Store, open_store
+from tactogram.errors import DataError, ParameterError
+from tactogram.signal import Signal
+
+GROUP_BYTES, GROUP_ROWS = 2**25, 1024
+"""A row group is written when it holds this much: what the writer keeps in memory."""
+SHARD_BYTES, SHARD_ROWS = 2**28, 16384
+"""A shard is closed when it holds this much: what one damaged file costs."""
+MOST_SAMPLES = 2**29 - 2**20
+"""Samples per axis that fit into one Parquet page (2 GiB)."""
+
+_NAME = re.compile(r"[A-Za-z0-9_+-]+")
+
+
+def create_store(
+    path: Path | str,
+    recordings: Iterable[Recording],
+    *,
+    name: str,
+    licence: str,
+    source: str = "",
+    simulated: bool = False,
+) -> Store:
+    """Write ``recordings`` to a new store and open it. It appears complete, or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        A folder that does not exist yet.
+    recordings : iterable of Recording
+        Read once; a few at a time are in memory. Equal samples are one recording: ``facts.duplicates`` lists
+        what was left out.
+    name, licence, source : str
+        What it is called, what may be done with it, where it comes from.
+    simulated : bool
+        Whether a formula made it; also true if any recording says so.
+
+    Raises
+    ------
+    DataError
+        If ``path`` exists, there are no recordings, or one cannot stand beside the others.
+    """
+    path = Path(path)
+    if path.exists():
+        raise DataError(f"{path} must not exist yet; choose another folder, or data add to it")
+    with new_store(path, name=name, licence=licence, source=source, simulated=simulated) as writer:
+        for recording in recordings:
+            writer.add(recording)
+        writer.publish(path)
+    return open_store(path)
+
+
+def add_recordings(store: Store, recordings: Iterable[Recording]) -> Store:
+    """Put further recordings into ``store`` and open it anew.
+
+    They go to new shards; ``dataset.json`` is replaced last and at once. What is there already is left out.
+
+    Raises
+    ------
+    DataError
+        If a recording cannot stand beside the others, or the store was changed meanwhile.
+    """
+    with StoreWriter(store.path, store.facts, store) as writer:
+        for recording in recordings:
+            writer.add(recording)
+        if writer.added:
+            writer.finish()
+    return open_store(store.path)
+
+
+def new_store(path: Path, *, name: str, licence: str, source: str, simulated: bool) -> StoreWriter:
+    """Return a writer into a part folder beside ``path``."""
+    if not name:
+        raise ParameterError("a store needs a name, got ''")
+    if not licence:
+        raise ParameterError("a store needs a licence; say 'not stated' where the source states none")
+    part = path.with_name(f"{path.name}.part-{_host()}-{os.getpid()}")
+    if part.exists():
+        shutil.rmtree(part)
+    part.mkdir(parents=True)
+    empty = Facts(name, licence, source, simulated, "", {}, (), (), "")
+    return StoreWriter(part, empty, None)
+
+
+def clear_stale_parts(path: Path) -> list[Path]:
+    """Remove part folders of ``path`` whose process is gone; return those of which that is not known."""
+    left = []
+    for part in sorted(path.parent.glob(f"{path.name}.part-*")):
+        host, _, process = part.name.removeprefix(f"{path.name}.part-").rpartition("-")
+        if host == _host() and process.isdigit() and not psutil.pid_exists(int(process)):
+            shutil.rmtree(part, ignore_errors=True)
+        elif not (host == _host() and process == str(os.getpid())):
+            left.append(part)
+    return left
+
+
+class StoreWriter:
+    """Takes recordings one by one and writes shards.
+
+    Leaving its ``with`` block without `publish` or `finish` removes all that was written.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the files go.
+    facts : Facts
+        What is there already.
+    store : Store or None
+        The store that ``facts`` are of; None for a new one.
+    """
+
+    def __init__(self, folder: Path, facts: Facts, store: Store | None) -> None:
+        self.folder, self.facts = folder, facts
+        self.added = 0
+        self.streams: dict[str, StreamFacts] = dict(facts.streams)
+        self.duplicates = list(facts.duplicates)
+        self.skipped = list(facts.skipped)
+        self._store = store
+        self._ids: list[tuple[bytes, bytes, int, int]] = []
+        self._seen: dict[str, tuple[str | None, str]] = {}
+        self._rows: list[tuple[dict[str, Any], Mapping[str, Signal]]] = []
+        self._bytes = self._shard_rows = self._shard_bytes = 0
+        self._shards = list(facts.shards)
+        self._images = list(facts.images)
+        self._pictures = set() if store is None else set(store.photograph_keys())
+        self._new_pictures = 0
+        self._picture_path = folder
+        self._shard: pq.ParquetWriter | None = None
+        self._image_file: pq.ParquetWriter | None = None
+        self._simulated = facts.simulated
+        self._written: list[Path] = []
+        self._done = False
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Remove what was written, unless it was finished."""
+        for writer in (self._shard, self._image_file):
+            if writer is not None:
+                writer.close()
+        self._shard = self._image_file = None
+        if self._done:
+            return
+        if self._store is None:
+            shutil.rmtree(self.folder, ignore_errors=True)
+        for path in self._written:
+            path.unlink(missing_ok=True)
+
+    def add(self, recording: Recording, photograph: Photograph | None = None) -> bool:
+        """Take one recording; False if its samples were there already.
+
+        Parameters
+        ----------
+        recording : Recording
+        photograph : Photograph, optional
+            Stands for ``recording.image`` where that is None.
+
+        Raises
+        ------
+        DataError
+            If it cannot stand beside the others: another unit, or the same samples with another material.
+        """
+        where = recording.source or recording.id
+        if recording.id != content_id(recording.streams):
+            raise DataError(f"{where}: id must follow from the samples, got {recording.id!r}; leave it empty")
+        kept = self._met(recording.id)
+        if kept is not None:
+            if kept[0] != recording.material:
+                raise DataError(
+                    f"{where}: the same samples as {kept[1]}, but called {recording.material!r} here "
+                    f"and {kept[0]!r} there; leave one out"
+                )
+            self.duplicates.append({"id": recording.id, "kept": kept[1], "dropped": where})
+            return False
+        widened = dict(self.streams)
+        for name, signal in recording.streams.items():
+            _check_names(where, name, signal)
+            facts = widened.get(name) or StreamFacts(signal.unit, signal.domain, ())
+            widened[name] = facts.widened(name, signal, where)
+        if widened != self.streams:
+            schema(widened)
+            self._close_shard()
+            self.streams = widened
+        key = self._keep_picture(recording, photograph)
+        self._seen[recording.id] = (recording.material, where)
+        self._simulated |= recording.simulated
+        place = (len(self._shards), self._shard_rows)
+        self._ids.append((recording.id.encode(), facts_hash(recording, key), *place))
+        self._rows.append((info_row(recording, key), recording.streams))
+        self._shard_rows += 1
+        self._bytes += sum(signal.samples.nbytes for signal in recording.streams.values())
+        self.added += 1
+        if self._bytes >= GROUP_BYTES or len(self._rows) >= GROUP_ROWS:
+            self._write_group()
+        if self._shard_bytes >= SHARD_BYTES or self._shard_rows >= SHARD_ROWS:
+            self._close_shard()
+        return True
+
+    def finish(self) -> Facts:
+        """Close all files and write ``dataset.json``, which makes the folder a store."""
+        self._close_shard()
+        if self._image_file is not None:
+            self._image_file.close()
+            self._images.append(_stored(self._picture_path, self._new_pictures))
+            self._image_file = None
+        if not self._shards:
+            raise DataError("no recordings: nothing was written")
+        ids = np.array(self._ids, ID_TABLE)
+        if self._store is not None:
+            ids = np.concatenate([self._store._ids, ids])
+        ids.sort(order="id")
+        sha256 = store_hash(ids)
+        ids_file = f"ids-{sha256[:16]}.npy"
+        self._save_ids(ids, self.folder / ids_file)
+        facts = replace(
+            self.facts,
+            simulated=self._simulated,
+            sha256=sha256,
+            streams=self.streams,
+            shards=tuple(self._shards),
+            images=tuple(self._images),
+            ids=ids_file,
+            duplicates=tuple(self.duplicates),
+            skipped=tuple(self.skipped),
+        )
+        if self._store is not None and Facts.load(self.folder) != self.facts:
+            raise DataError(f"{self.folder} was changed by another process; open it again and repeat")
+        part = self.folder / f"{FACTS}.part-{os.getpid()}"
+        self._written.append(part)
+        part.write_text(facts.text(), encoding="utf-8")
+        part.replace(self.folder / FACTS)
+        self._done = True
+        if self._store is not None and self.facts.ids != ids_file:
+            (self.folder / self.facts.ids).unlink(missing_ok=True)
+        return facts
+
+    def publish(self, path: Path) -> Facts:
+        """Finish, and give the folder its name."""
+        facts = self.finish()
+        self._done = False
+        try:
+            self.folder.rename(path)
+        except OSError as error:
+            raise DataError(f"{path} cannot be made: {error.strerror}") from error
+        self._done = True
+        return facts
+
+    def _met(self, id: str) -> tuple[str | None, str] | None:
+        if id in self._seen:
+            return self._seen[id]
+        if self._store is not None and id in self._store:
+            info = self._store.info(id)
+            return info.material, info.source or id
+        return None
+
+    def _save_ids(self, ids: np.ndarray, path: Path) -> None:
+        part = path.with_name(f"{path.name}.part-{os.getpid()}")
+        self._written += [part, path]
+        with part.open("wb") as file:
+            np.save(file, ids, allow_pickle=False)
+        part.replace(path)
+
+    def _keep_picture(self, recording: Recording, photograph: Photograph | None) -> str | None:
+        if recording.image is not None:
+            key, scale = image_key(recording.image), recording.image.mm_per_pixel
+        elif photograph is not None:
+            key, scale = photograph.key, photograph.mm_per_pixel
+        else:
+            return None
+        if key in self._pictures:
+            return key
+        if self._image_file is None:
+            columns = {"key": pa.string(), "mm_per_pixel": pa.float64(), "image": pa.binary()}
+            self._picture_path = self._new_file("images", len(self._images))
+            self._image_file = _parquet(self._picture_path, pa.schema(columns))
+        data = encode(recording.image) if recording.image is not None else photograph.data  # type: ignore[union-attr]
+        row = {"key": key, "mm_per_pixel": scale, "image": data}
+        self._image_file.write_table(pa.Table.from_pylist([row], schema=self._image_file.schema))
+        self._pictures.add(key)
+        self._new_pictures += 1
+        return key
+
+    def _write_group(self) -> None:
+        if not self._rows:
+            return
+        if self._shard is None:
+            self._shard_path = self._new_file("shard", len(self._shards))
+            self._shard = _parquet(self._shard_path, schema(self.streams))
+        columns = _columns([row for row, _ in self._rows], [held for _, held in self._rows], self.streams)
+        table = pa.Table.from_arrays(columns, schema=self._shard.schema)
+        self._shard.write_table(table, row_group_size=len(self._rows))
+        self._rows.clear()
+        self._shard_bytes += self._bytes
+        self._bytes = 0
+
+    def _close_shard(self) -> None:
+        self._write_group()
+        if self._shard is not None:
+            self._shard.close()
+            self._shards.append(_stored(self._shard_path, self._shard_rows))
+        self._shard = None
+        self._shard_rows = self._shard_bytes = 0
+
+    def _new_file(self, kind: str, number: int) -> Path:
+        # The suffix keeps two processes that add at once, and what a killed one left, apart.
+        suffix = "" if self._store is None else f"-{os.urandom(4).hex()}"
+        path = self.folder / f"{kind}-{number:05d}{suffix}.parquet"
+        self._written.append(path)
+        return path
+
+
+def _columns(
+    rows: list[dict[str, Any]], held: list[Mapping[str, Signal]], streams: Mapping[str, StreamFacts]
+) -> list[pa.Array]:
+    """Return the columns of one row group, in the order of `layout.schema`."""
+    columns = [pa.array([row[name] for row in rows], kind) for name, kind in INFO_COLUMNS.items()]
+    for name, facts in streams.items():
+        signals = [recording.get(name) for recording in held]
+        columns += [
+            pa.array([s and s.rate for s in signals], pa.float64()),
+            pa.array([s and ",".join(s.axes) for s in signals], pa.string()),
+            pa.array([s and len(s) for s in signals], pa.int64()),
+        ]
+        for axis in facts.axes:
+            parts = [s.axis(axis) if s is not None and axis in s.axes else None for s in signals]
+            lengths = [0 if part is None else len(part) for part in parts]
+            values = np.concatenate([np.zeros(0, np.float32), *(p for p in parts if p is not None)])
+            offsets = pa.array(np.concatenate([[0], np.cumsum(lengths)]), pa.int32())
+            missing = pa.array([part is None for part in parts], pa.bool_())
+            columns.append(pa.ListArray.from_arrays(offsets, pa.array(values), mask=missing))
+    return columns
+
+
+def _parquet(path: Path, columns: pa.Schema) -> pq.ParquetWriter:
+    """Return a writer whose column chunks are one plain page each; see `layout`."""
+    return pq.ParquetWriter(
+        path,
+        columns,
+        compression="none",
+        use_dictionary=False,
+        write_statistics=False,
+        data_page_size=2**31 - 1,
+    )
+
+
+def _stored(path: Path, rows: int) -> StoredFile:
+    return StoredFile(path.name, rows, path.stat().st_size, file_hash(path))
+
+
+def _check_names(where: str, name: str, signal: Signal) -> None:
+    for text in (name, *signal.axes):
+        if not _NAME.fullmatch(text):
+            raise DataError(f"{where}: names of streams and axes must be letters, digits, _+-; got {text!r}")
+    if len(signal) > MOST_SAMPLES:
+        raise DataError(
+            f"{where}: {name} must be at most {MOST_SAMPLES} samples, got {len(signal)}; cut it first"
+        )
+
+
+def _host() -> str:
+    return re.sub(r"[^A-Za-z0-9]+", "_", socket.gethostname()) or "host"
