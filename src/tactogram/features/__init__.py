@@ -1,1 +1,11 @@
-"""Between a signal and a network: torch, differentiable, invertible."""
+"""Between a signal and what a network sees: torch, differentiable, invertible."""
+
+from tactogram.features.levels import Levels as Levels
+from tactogram.features.phase import fast_griffin_lim as fast_griffin_lim
+from tactogram.features.phase import griffin_lim as griffin_lim
+from tactogram.features.phase import recover as recover
+from tactogram.features.phase import spectral_convergence as spectral_convergence
+from tactogram.features.phase_gradient import gradient_phase as gradient_phase
+from tactogram.features.spectrogram import Spectrogram as Spectrogram
+from tactogram.features.spectrum import Spectrum as Spectrum
+from tactogram.features.stft import STFT as STFT

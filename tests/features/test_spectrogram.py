@@ -1,0 +1,236 @@
+import json
+from dataclasses import asdict, replace
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tactogram.errors import ParameterError, UnitError
+from tactogram.features import Spectrogram, spectral_convergence
+from tactogram.signal import Signal
+
+
+def noise(*shape, seed=0, dtype=torch.float64):
+    return torch.randn(*shape, generator=torch.Generator().manual_seed(seed), dtype=dtype)
+
+
+def tone(length, *, frequency=120.0, rate=1000, amplitude=1.0, dtype=torch.float64):
+    time = torch.arange(length, dtype=torch.float64) / rate
+    return (amplitude * torch.sin(2 * torch.pi * frequency * time)).to(dtype)
+
+
+@st.composite
+def spectrograms(draw):
+    n_fft = draw(st.sampled_from([64, 65, 66, 256, 2048]))
+    hop = draw(st.integers(max(1, n_fft // 20), 3 * n_fft // 4))
+    return Spectrogram(
+        rate=1000,
+        n_fft=n_fft,
+        hop=hop,
+        window=draw(st.sampled_from(["hann", "hamming"])),
+        bins=draw(st.none() | st.integers(1, n_fft // 2 + 1)),
+        scaling=draw(st.sampled_from(["db", "linear", "power"])),
+    )
+
+
+@settings(deadline=None, max_examples=100)
+@given(spectrograms(), st.integers(1, 5000), st.sampled_from([(torch.float32, 1e-5), (torch.float64, 1e-12)]))
+def test_exact(spectrogram, length, precision):
+    dtype, atol = precision
+    x = noise(2, length, dtype=dtype)
+    s = spectrogram.stft(x)
+    assert s.shape == (2, spectrogram.n_fft // 2 + 1, spectrogram.frames(length))
+    torch.testing.assert_close(spectrogram.istft(s, length), x, atol=atol, rtol=0)
+
+
+@settings(deadline=None, max_examples=60)
+@given(spectrograms(), st.integers(1, 3000), st.integers(0, 3))
+def test_encode_and_decode_keep_shape_and_range(spectrogram, length, seed):
+    spectrogram = replace(spectrogram, iterations=2)
+    x = noise(2, length, seed=seed)
+    z = spectrogram.encode(x)
+    assert z.shape == (2, spectrogram.bins, spectrogram.frames(length))
+    assert float(z.min()) >= -1
+    assert float(z.max()) <= 1
+    y = spectrogram.decode(z, length)
+    assert y.shape == (2, length)
+    assert bool(torch.isfinite(y).all())
+
+
+@pytest.mark.parametrize("scaling", ["db", "linear", "power"])
+@pytest.mark.parametrize(("n_fft", "hop"), [(256, 25), (256, 64), (255, 64)])
+def test_stable(n_fft, hop, scaling):
+    spectrogram = Spectrogram(rate=1000, n_fft=n_fft, hop=hop, scaling=scaling, ceil_db=6)
+    z = spectrogram.encode(tone(2048) + 0.1 * noise(2048))
+    again = spectrogram.encode(spectrogram.decode(z, 2048))
+    assert (again - z).abs().mean() < {"db": 0.03, "linear": 0.01, "power": 0.01}[scaling]
+
+
+def test_stable_where_bins_are_dropped_and_levels_clipped():
+    spectrogram = Spectrogram(rate=1000, bins=40, floor_db=-30, ceil_db=-10)
+    z = spectrogram.encode(0.5 * noise(2000))
+    target = spectrogram.magnitude(z)
+    assert spectral_convergence(spectrogram.decode(z, 2000), target, spectrogram.transform) < -10
+
+
+@pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
+@pytest.mark.parametrize("gain", [0.001, 0.01, 0.1, 1.0])
+def test_level_is_kept(gain, dtype):
+    spectrogram = Spectrogram(rate=1000, ceil_db=6, floor_db=-120)
+    x = tone(4096, amplitude=gain, dtype=dtype)
+    y = spectrogram.decode(spectrogram.encode(x), 4096)
+    assert y.dtype == dtype
+    assert float(y[512:-512].std() / x[512:-512].std()) == pytest.approx(1, abs=0.01)
+
+
+@pytest.mark.parametrize(("n_fft", "window"), [(250, "hann"), (256, "hamming"), (125, "hann")])
+def test_values_are_amplitudes_of_sinusoids(n_fft, window):
+    spectrogram = Spectrogram(
+        rate=1000, n_fft=n_fft, hop=50, window=window, scaling="linear", ceil_db=20, low=0
+    )
+    m = 30
+    z = spectrogram.encode(tone(4000, frequency=m * 1000 / n_fft, amplitude=3.0))
+    middle = z[m, 10:-10] * 10  # high is 1 and stands for +20 dB re 1
+    torch.testing.assert_close(middle, torch.full_like(middle, 3.0), atol=1e-6, rtol=0)
+    constant = spectrogram.encode(torch.full((4000,), 2.5, dtype=torch.float64))[0, 10:-10] * 10
+    torch.testing.assert_close(constant, torch.full_like(constant, 2.5), atol=1e-6, rtol=0)
+
+
+def test_scalings_are_their_formulas():
+    amplitude = torch.tensor([0.0, 0.001, 0.1, 1.0, 10.0], dtype=torch.float64)
+    db = Spectrogram(rate=1000, floor_db=-40, ceil_db=0)
+    assert db.value(amplitude).tolist() == pytest.approx([-1, -1, 0, 1, 1])
+    assert db.amplitude(db.value(amplitude)).tolist() == pytest.approx([0, 0, 0.1, 1, 1])
+    linear = Spectrogram(rate=1000, scaling="linear", low=0, ref=2)
+    assert linear.value(amplitude).tolist() == pytest.approx([0, 0.0005, 0.05, 0.5, 1])
+    assert linear.amplitude(linear.value(amplitude)).tolist() == pytest.approx([0, 0.001, 0.1, 1, 2])
+    power = Spectrogram(rate=1000, scaling="power", low=0, high=255)
+    assert power.value(amplitude).tolist() == pytest.approx([0, 255e-6, 2.55, 255, 255])
+    assert power.amplitude(power.value(amplitude)).tolist() == pytest.approx([0, 0.001, 0.1, 1, 1])
+
+
+def test_cut_bins_are_silent():
+    spectrogram = Spectrogram(rate=1000, n_fft=2048, hop=204, bins=48)
+    z = spectrogram.encode(noise(4096))
+    assert z.shape == (48, 22)
+    assert (spectrogram.magnitude(z)[48:] == 0).all()
+    again = spectrogram.stft(spectrogram.decode(z, 4096)).abs().square().sum(-1)
+    assert float(again[52:].sum() / again.sum()) < 0.02
+
+
+def test_floor_is_silence():
+    spectrogram = Spectrogram(rate=1000)
+    assert torch.equal(spectrogram.decode(-torch.ones(2, 129, 9), 500), torch.zeros(2, 500))
+
+
+def test_batch_is_item_by_item():
+    spectrogram = Spectrogram(rate=1000, iterations=6)
+    x = torch.stack([noise(700, seed=k) for k in range(3)])
+    together = spectrogram.encode(x)
+    torch.testing.assert_close(together, torch.stack([spectrogram.encode(item) for item in x]))
+    alone = torch.stack([spectrogram.decode(z, 700, seed=2) for z in together])
+    torch.testing.assert_close(spectrogram.decode(together, 700, seed=2), alone, atol=1e-8, rtol=0)
+
+
+@pytest.mark.parametrize("scaling", ["db", "linear", "power"])
+def test_encode_is_differentiable(scaling):
+    spectrogram = Spectrogram(rate=1000, n_fft=16, hop=4, scaling=scaling, floor_db=-200, ceil_db=40)
+    x = noise(2, 30).requires_grad_()
+    assert torch.autograd.gradcheck(spectrogram.encode, x)
+    silence = torch.zeros(30, requires_grad=True)
+    spectrogram.encode(silence).sum().backward()
+    assert bool(torch.isfinite(silence.grad).all())
+
+
+def test_fields_in_json_are_enough_to_invert():
+    spectrogram = Spectrogram(
+        rate=2500, unit="V", n_fft=128, hop=32, window=("kaiser", 8.0), bins=50, floor_db=-60, iterations=5
+    )
+    again = Spectrogram(**json.loads(json.dumps(asdict(spectrogram))))
+    assert again == spectrogram
+    z = spectrogram.encode(noise(999))
+    assert torch.equal(again.decode(z, 999, seed=4), spectrogram.decode(z, 999, seed=4))
+
+
+def test_signal_there_and_back():
+    spectrogram = Spectrogram(rate=1000, unit="N", ceil_db=6)
+    signal = Signal(torch.stack([tone(1000), tone(1000, frequency=55)]).numpy(), 1000, "N", ("x", "y"))
+    z = spectrogram.encode_signal(signal)
+    assert z.shape == (2, 129, 17)
+    assert z.dtype == torch.float32
+    again = spectrogram.decode_signal(z, len(signal), axes=signal.axes)
+    assert (again.rate, again.unit, again.axes, len(again)) == (1000, "N", ("x", "y"), 1000)
+    np.testing.assert_allclose(again.samples[:, 200:800].std(1), 0.5**0.5, rtol=0.02)
+    assert len(spectrogram.decode_signal(z[0])) == 1024  # all that 17 frames hold
+
+
+def test_friction_over_displacement():
+    spectrogram = Spectrogram(rate=20, unit="1", domain="displacement", n_fft=512, hop=128, window="hamming")
+    friction = Signal(0.4 + 0.1 * noise(1280).numpy(), 20, "1", domain="displacement")
+    z = spectrogram.encode_signal(friction)
+    assert z.shape == (1, 257, 11)  # FrictGAN's 257 x 11
+    assert spectrogram.decode_signal(z, 1280).domain == "displacement"
+
+
+def test_refuses_another_unit_domain_and_rate():
+    spectrogram = Spectrogram(rate=1000)
+    with pytest.raises(UnitError, match=r"signal must be in m/s\^2, got V"):
+        spectrogram.encode_signal(Signal(np.ones(100), 1000, "V"))
+    with pytest.raises(UnitError, match="signal must be over time"):
+        spectrogram.encode_signal(Signal(np.ones(100), 1000, "m/s^2", domain="displacement"))
+    with pytest.raises(ParameterError, match="signal must have rate 1000, got 999; resample it first"):
+        spectrogram.encode_signal(Signal(np.ones(100), 999, "m/s^2"))
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"n_fft": 64, "hop": 64}, "cannot be inverted"),
+        ({"n_fft": 64, "hop": 80}, "hop must be"),
+        ({"bins": 130}, r"bins must be a whole number in 1\.\.129, got 130"),
+        ({"bins": 0}, "bins must be"),
+        ({"rate": 0}, "rate must be > 0"),
+        ({"ref": -1.0}, "ref must be > 0"),
+        ({"floor_db": 0.0}, "floor_db must be < ceil_db"),
+        ({"low": 1.0}, "low must be < high"),
+        ({"scaling": "mel"}, "scaling must be"),
+        ({"unit": "g"}, "unit must be one of"),
+        ({"iterations": -1}, "iterations must be >= 0"),
+        ({"start": "best"}, "start must be"),
+        ({"iteration": "best"}, "iteration is not one of"),
+        ({"domain": "space"}, "domain must be"),
+    ],
+)
+def test_refuses_fields_that_cannot_be(fields, message):
+    with pytest.raises(ParameterError, match=message):
+        Spectrogram(**{"rate": 1000} | fields)
+
+
+def test_refuses_what_is_no_picture():
+    spectrogram = Spectrogram(rate=1000, n_fft=64, hop=16, bins=8)
+    with pytest.raises(ParameterError, match="100 samples are 8 frames, got 9"):
+        spectrogram.decode(torch.zeros(8, 9), 100)
+    with pytest.raises(ParameterError, match=r"z must be \(\.\.\., 8 bins, frame\), got \(9, 8\)"):
+        spectrogram.decode(torch.zeros(9, 8), 100)
+    with pytest.raises(ParameterError, match="values must be finite"):
+        spectrogram.decode(torch.full((8, 8), torch.nan), 100)
+    with pytest.raises(ParameterError, match="float32 or float64"):
+        spectrogram.decode(torch.zeros(8, 8, dtype=torch.float16), 100)
+
+
+@pytest.mark.real_data
+def test_real_recording_comes_back_better_than_random_griffin_lim(real_data):
+    """BioTac vibration is rectified: most of it is an offset, where a drifting phase shows."""
+    with np.load(real_data("biotac_slide") / "mat01.npz") as archive:
+        x = archive["pac"][: int(archive["lengths"][0])].reshape(-1)
+    spectrogram = Spectrogram(rate=2200, unit="1", scaling="linear", low=0, ceil_db=80, iterations=32)
+    z = spectrogram.encode(torch.from_numpy(x.astype(np.float32)))
+    target = spectrogram.magnitude(z)
+    plain = replace(spectrogram, start="random", iteration="fast_griffin_lim")
+    ours, theirs = (
+        float(spectral_convergence(s.decode(z, x.size), target, s.transform)) for s in (spectrogram, plain)
+    )
+    assert ours < -25
+    assert ours < theirs - 6
