@@ -21,6 +21,8 @@ class Position:
     step: int = 0
 
 
+BEGINNING = Position()
+
 OnStep = Callable[[Position, Stage, dict[str, float]], None]
 
 
@@ -29,7 +31,7 @@ def fit(
     examples: Sequence[Example],
     *,
     seed: int,
-    start: Position = Position(),
+    start: Position = BEGINNING,
     rank: int = 0,
     on_step: OnStep = lambda position, stage, losses: None,
 ) -> None:

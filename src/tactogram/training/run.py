@@ -1,6 +1,6 @@
 """The folder that a training leaves behind, and what can be asked of it.
 
-recipe.toml  environment.json  data.json  metrics.jsonl  checkpoint.safetensors (while it trains)
+recipe.toml  environment.json  data.json  split.json  metrics.jsonl  checkpoint.safetensors (while it trains)
 model.safetensors + model.json (when it is done)  samples/  evaluation.json  report.html
 """
 

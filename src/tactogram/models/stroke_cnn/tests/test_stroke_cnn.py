@@ -1,0 +1,137 @@
+import numpy as np
+import pytest
+import torch
+
+from tactogram.errors import ParameterError
+from tactogram.model import Classifier, Example, SignalKind, Stage
+from tactogram.models.stroke_cnn.config import Config
+from tactogram.models.stroke_cnn.learner import StrokeCNNLearner, Windows
+from tactogram.models.stroke_cnn.networks import StrokeCNN
+from tactogram.signal import Signal
+
+KIND = SignalKind(330.0, "m/s^2", ("x", "y", "z"), ("a", "b", "c"))
+
+
+def small(**changes):
+    values = {"window": 32, "filters": (4, 4, 8, 8, 8, 8), "dense": (16, 8), "batch_size": 8, "steps": 30}
+    return Config(**(values | changes))
+
+
+def examples(count=9, length=400):
+    random = np.random.default_rng(0)
+    return [
+        Example(
+            str(i),
+            Signal(random.standard_normal((3, length)) * (1 + 3 * (i % 3)), 330.0, "m/s^2"),
+            "abc"[i % 3],
+        )
+        for i in range(count)
+    ]
+
+
+def trained(config=None):
+    learner = StrokeCNNLearner(config or small(), KIND, seed=0)
+    data = examples()
+    for stage in learner.stages(data):
+        for _, batch in zip(range(stage.steps), learner.batches(stage, data, seed=1), strict=False):
+            learner.step(stage, batch)
+    return learner
+
+
+def test_layers_have_the_shapes_of_the_paper():
+    network = StrokeCNN(Config(), axes=3, classes=30)
+    shapes = []
+    for layer in network.convolutions:
+        if isinstance(layer, torch.nn.Conv2d | torch.nn.MaxPool2d):
+            layer.register_forward_hook(lambda m, x, y: shapes.append(tuple(y.shape[1:])))
+    assert network(torch.zeros(2, 3, 200)).shape == (2, 30)
+    assert shapes == [
+        (64, 3, 200), (64, 3, 200), (64, 3, 100),
+        (128, 3, 100), (128, 3, 100), (128, 3, 50),
+        (256, 3, 50), (256, 3, 50), (256, 3, 25),
+    ]  # fmt: skip
+
+
+def test_the_network_has_thirteen_layers_and_their_weights():
+    network = StrokeCNN(Config(), axes=3, classes=30)
+    convolutions = [m for m in network.modules() if isinstance(m, torch.nn.Conv2d)]
+    assert [(m.in_channels, m.out_channels, m.kernel_size) for m in convolutions] == [
+        (1, 64, (1, 5)), (64, 64, (1, 5)), (64, 128, (1, 5)), (128, 128, (1, 5)), (128, 256, (1, 5)), (256, 256, (1, 5)),
+    ]  # fmt: skip
+    by_hand = sum(
+        5 * i * o + o for i, o in [(1, 64), (64, 64), (64, 128), (128, 128), (128, 256), (256, 256)]
+    )
+    by_hand += 256 * 3 * 25 * 256 + 256 + 256 * 256 + 256 + 256 * 30 + 30
+    by_hand += 2 * (2 * (64 + 128 + 256) + 2 * 256)  # scale and shift of each batch normalisation
+    assert sum(p.numel() for p in network.parameters()) == by_hand
+    poolings = sum(isinstance(m, torch.nn.MaxPool2d) for m in network.modules())
+    dense = sum(isinstance(m, torch.nn.Linear) for m in network.modules())
+    assert 1 + len(convolutions) + poolings + dense == 13  # with the input
+
+
+def test_normalisation_follows_the_activation():
+    layers = list(StrokeCNN(Config(), axes=1, classes=2).convolutions)
+    for before, layer in zip(layers, layers[1:], strict=False):
+        assert not isinstance(layer, torch.nn.BatchNorm2d) or isinstance(before, torch.nn.ReLU)
+
+
+def test_axes_share_their_filters():
+    network = StrokeCNN(small(), axes=3, classes=2).eval()
+    x = torch.randn(1, 3, 32, generator=torch.Generator().manual_seed(0))
+    features = network.convolutions(x[:, None])
+    swapped = network.convolutions(x[:, None][:, :, [2, 0, 1]])
+    torch.testing.assert_close(swapped, features[:, :, [2, 0, 1]])
+
+
+def test_it_learns_what_is_plain():
+    learner = trained()
+    assert isinstance(learner, Classifier)
+    assert learner.validate(examples()) == {"recording_accuracy": 1.0}
+
+
+def test_a_batch_is_judged_like_its_items():
+    learner = trained()
+    signal = examples()[0].signal
+    windows = learner.window_probabilities(signal)
+    alone = [learner.window_probabilities(signal.cut(k * 16, k * 16 + 32))[0] for k in range(len(windows))]
+    np.testing.assert_allclose(windows, alone, atol=1e-5)
+    np.testing.assert_allclose(windows.sum(1), 1, atol=1e-9)
+    np.testing.assert_allclose(learner.probabilities(signal), windows.mean(0), atol=1e-12)
+
+
+def test_standardising_takes_gravity_and_level_away():
+    learner = StrokeCNNLearner(small(), KIND, seed=0)
+    data = [Example(e.id, e.signal.with_samples(e.signal.samples * 5 + 9.81), e.material) for e in examples()]
+    learner.step(Stage("standardise", 1), data)
+    x = np.stack([e.signal.samples for e in data])
+    seen = learner._input(x)
+    torch.testing.assert_close(seen.mean((0, 2)), torch.zeros(3), atol=1e-4, rtol=0)
+    torch.testing.assert_close(seen.std((0, 2)), torch.ones(3), atol=1e-3, rtol=0)
+
+
+def test_every_window_is_equally_likely():
+    data = [
+        Example("short", Signal(np.zeros((1, 12)), 10, "1"), "a"),
+        Example("long", Signal(np.arange(19.0), 10, "1"), "b"),
+    ]
+    windows = Windows(data, ("a", "b"), 10)  # 3 places and 10 places
+    x, which = windows.draw(13_000, np.random.default_rng(0))
+    starts = x[which == 1][:, 0, 0]
+    assert np.bincount(which).tolist() == pytest.approx([3000, 10_000], rel=0.06)
+    counts = np.bincount(starts.astype(int), minlength=10)
+    assert len(counts) == 10
+    assert counts == pytest.approx(1000, rel=0.15)
+
+
+def test_what_cannot_be_learned_is_refused():
+    with pytest.raises(ParameterError, match="at least 2 materials, got 1"):
+        StrokeCNNLearner(small(), SignalKind(330.0, "N", ("z",), ("a",)), seed=0)
+    learner = StrokeCNNLearner(small(), KIND, seed=0)
+    with pytest.raises(ParameterError, match="has 20 samples, a window needs 32"):
+        next(learner.batches(Stage("classify", 1), examples(3, 20), seed=0))
+    with pytest.raises(ParameterError, match="at least 32 samples at 330 Hz, got 31"):
+        learner.probabilities(examples(1, 31)[0].signal)
+    with pytest.raises(ParameterError, match="constant on an axis"):
+        learner.step(Stage("standardise", 1), [Example("c", Signal(np.ones((3, 40)), 330.0, "m/s^2"), "a")])
+    with pytest.raises(ParameterError, match="got 100 Hz"):
+        learner.probabilities(Signal(np.zeros((3, 40)), 100.0, "m/s^2"))

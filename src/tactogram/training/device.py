@@ -1,0 +1,26 @@
+"""Where a training computes: Lightning Fabric chooses device and precision."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tactogram.recipe import Training
+
+
+def make_fabric(training: Training, *, accelerator: str = "auto", devices: int = 1) -> Any:
+    """Return a launched ``lightning_fabric.Fabric`` for a recipe's precision.
+
+    Parameters
+    ----------
+    training : Training
+        Its ``precision`` is used.
+    accelerator : str
+        Fabric's name: ``auto`` takes a GPU where there is one.
+    devices : int
+        How many; each trains on batches of its own and gradients are averaged.
+    """
+    from lightning_fabric import Fabric
+
+    fabric = Fabric(accelerator=accelerator, devices=devices, precision=training.precision)
+    fabric.launch()
+    return fabric

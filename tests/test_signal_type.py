@@ -1,0 +1,78 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from tactogram.errors import ParameterError
+from tactogram.signal import Image, Signal
+
+
+def test_samples_are_copied_and_read_only():
+    samples = np.zeros((3, 5), np.float32)
+    signal = Signal(samples, 100, "m/s^2")
+    samples[0, 0] = 7
+    assert signal.samples[0, 0] == 0
+    with pytest.raises(ValueError, match="read-only"):
+        signal.samples[0, 0] = 1
+
+
+def test_a_read_only_float32_array_is_not_copied():
+    first = Signal(np.ones((1, 5), np.float32), 100, "N")
+    assert Signal(first.samples, 100, "N").samples is first.samples
+
+
+@given(arrays(np.float64, st.tuples(st.integers(1, 4), st.integers(1, 20)), elements=st.floats(-1e6, 1e6)))
+def test_samples_are_kept_to_float32(samples):
+    signal = Signal(samples, 10, "m", axes=tuple("abcd"[: len(samples)]))
+    np.testing.assert_array_equal(signal.samples, samples.astype(np.float32))
+    assert len(signal) == samples.shape[1]
+
+
+def test_one_axis_may_be_flat():
+    assert Signal([1, 2, 3], 10, "V").samples.shape == (1, 3)
+
+
+def test_axes_have_names():
+    signal = Signal([[1, 2], [3, 4], [5, 6]], 10, "m/s^2")
+    assert signal.axes == ("x", "y", "z")
+    np.testing.assert_array_equal(signal.select("z", "x").samples, [[5, 6], [1, 2]])
+    with pytest.raises(ParameterError, match="axis must be one of x, y, z, got 'w'"):
+        signal.axis("w")
+
+
+def test_duration_and_path_length():
+    assert Signal(np.zeros(50), 100, "N").seconds == 0.5
+    friction = Signal(np.ones(50), 10, "1", domain="displacement")
+    assert friction.length_mm == 5
+    with pytest.raises(ParameterError, match="use length_mm"):
+        _ = friction.seconds
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"samples": []}, "not empty"),
+        ({"samples": [[[1.0]]]}, r"shape \(1, 1, 1\)"),
+        ({"samples": ["a"]}, "real numbers"),
+        ({"samples": [0, float("nan")]}, "got nan at axis 0, sample 1"),
+        ({"samples": [1e300]}, "got inf at axis 0, sample 0"),
+        ({"rate": 0}, "rate must be > 0 and finite, got 0"),
+        ({"rate": float("inf")}, "rate must be > 0 and finite"),
+        ({"unit": "g"}, "unit must be one of m/s"),
+        ({"axes": ("x", "y")}, "axes must be 1 different names"),
+        ({"domain": "space"}, "domain must be"),
+    ],
+)
+def test_what_is_no_signal_is_refused(arguments, message):
+    with pytest.raises(ParameterError, match=message):
+        Signal(**({"samples": [0.0, 1.0], "rate": 10, "unit": "N"} | arguments))
+
+
+def test_an_image_is_colour_bytes():
+    image = Image(np.zeros((2, 3, 3), np.uint8), mm_per_pixel=0.1)
+    assert not image.pixels.flags.writeable
+    with pytest.raises(ParameterError, match="pixels must be uint8"):
+        Image(np.zeros((2, 3)))
+    with pytest.raises(ParameterError, match="mm_per_pixel must be > 0"):
+        Image(np.zeros((2, 3, 3), np.uint8), mm_per_pixel=0)

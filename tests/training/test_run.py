@@ -1,0 +1,75 @@
+import pytest
+import torch
+
+from tactogram.errors import RunError
+from tactogram.model import SignalKind
+from tactogram.recipe import Prepare, Recipe
+from tactogram.training import Position, Run
+
+
+class Counter:
+    """A learner that is a number."""
+
+    def __init__(self):
+        self.n = torch.zeros(1)
+
+    def state(self):
+        return {"n": self.n, "optimisers": {"large": torch.ones(1000)}}
+
+    def load_state(self, state):
+        self.n = state["n"]
+
+
+@pytest.fixture
+def run(tmp_path):
+    recipe = Recipe(model="counter", prepare=Prepare(band=(20, 1000)))
+    return Run.create(tmp_path / "run", recipe=recipe, data={"path": "x"}, identity="abc")
+
+
+def test_the_recipe_is_read_as_it_was_written(run):
+    assert run.recipe == Recipe(model="counter", prepare=Prepare(band=(20, 1000)))
+    assert run.data == {"path": "x", "run_id": "abc"}
+
+
+def test_a_folder_holds_one_run(run):
+    with pytest.raises(RunError, match="a run is here already and has begun; --resume"):
+        Run.create(run.folder, recipe=run.recipe, data={}, identity="abc")
+
+
+def test_restoring_forgets_what_was_logged_after_the_checkpoint(run):
+    learner = Counter()
+    for step in range(1, 6):
+        learner.n += 1
+        run.log(Position(0, step), {"loss": float(step)})
+        if step == 3:
+            run.save_checkpoint(learner, Position(0, step))
+    with (run.folder / "metrics.jsonl").open("a") as file:
+        file.write('{"stage": 0, "st')  # a kill in the middle of a line
+    again = Counter()
+    assert run.restore(again) == Position(0, 3)
+    assert again.n.item() == 3
+    assert [m["step"] for m in run.metrics()] == [1, 2, 3]
+
+
+def test_a_finished_run_has_weights_without_optimisers(run):
+    learner = Counter()
+    run.save_checkpoint(learner, Position(0, 1))
+    with pytest.raises(RunError, match="training is not finished"):
+        run.kind()
+    kind = SignalKind(330.0, "m/s^2", ("x", "y", "z"), ("a", "b"), simulated=True)
+    run.finish(learner, kind, {"model": "counter"})
+    assert run.kind() == kind
+    assert run.finished
+    assert not (run.folder / "checkpoint.safetensors").exists()
+    assert (run.folder / "model.safetensors").stat().st_size < 1000
+
+
+def test_a_folder_without_a_run_is_refused(tmp_path):
+    with pytest.raises(RunError, match="not a run"):
+        Run.open(tmp_path)
+
+
+def test_a_later_version_is_refused(run):
+    run.write_json("model.json", {"version": 99})
+    with pytest.raises(RunError, match="of a later version"):
+        run.facts()
