@@ -1,0 +1,27 @@
+"""Which class a recording belongs to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Literal
+
+from tactogram.datasets.recording import RecordingInfo
+from tactogram.errors import ParameterError
+
+Label = Literal["material", "material+contactor"] | Callable[[RecordingInfo], str | None]
+"""The class of a recording: its material; both, as ``"carpet1-pen"``; or what a function says."""
+
+
+def label_of(info: RecordingInfo, label: Label) -> str | None:
+    """Return the class of one recording, None where it has none.
+
+    ``"material+contactor"`` gives the 30 classes of Saga et al. (Table I): ``"carpet1-pen"``; a recording
+    without a contactor is of its material's class.
+    """
+    if callable(label):
+        return label(info)
+    if label == "material":
+        return info.material
+    if label == "material+contactor":
+        return "-".join(part for part in (info.material, info.contactor) if part) or None
+    raise ParameterError(f"label must be 'material', 'material+contactor' or a function, got {label!r}")
