@@ -1,0 +1,64 @@
+"""What holds for the project as a whole."""
+
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+LIGHT = [
+    "signal",
+    "signal.io",
+    "model",
+    "recipe",
+    "datasets",
+    "statistics",
+    "rendering",
+    "capture",
+    "study",
+    "cli",
+    "models",
+]
+
+
+@pytest.mark.parametrize("name", LIGHT)
+def test_it_needs_no_torch(name):
+    code = f"import sys, tactogram.{name}; sys.exit('torch' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_nothing_heavy_is_imported_before_a_verb_is_chosen():
+    code = "import sys, tactogram.cli; tactogram.cli._parser(); sys.exit('numpy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_imports_point_one_way():
+    command = [str(Path(sys.executable).with_name("lint-imports"))]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+
+
+def test_the_public_interface_is_there():
+    import tactogram
+
+    for name in tactogram.__all__:
+        assert getattr(tactogram, name).__doc__
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = tactogram.nothing
+
+
+def test_every_dependency_is_pinned_and_has_its_reason():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    pinned = {
+        line.split("==")[0].lower()
+        for line in (ROOT / "constraints.txt").read_text().splitlines()
+        if "==" in line
+    }
+    needed = [
+        *project["dependencies"],
+        *(d for extra in project["optional-dependencies"].values() for d in extra),
+    ]
+    names = {text.split(">")[0].split("=")[0].lower() for text in needed}
+    assert names <= pinned
