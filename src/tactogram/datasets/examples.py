@@ -1,0 +1,277 @@
+"""Prepared pieces of recordings, as learners see them, and windows cut from them."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import tempfile
+import weakref
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.datasets.labels import Label, label_of
+from tactogram.datasets.recording import RecordingInfo
+from tactogram.datasets.splits import Segment
+from tactogram.datasets.store import Store
+from tactogram.errors import ParameterError
+from tactogram.model import Example, SignalKind
+from tactogram.recipe import Prepare
+from tactogram.signal import Signal
+
+
+class Examples(Sequence[Example]):
+    """Segments of recordings, prepared when first asked for.
+
+    A segment is cut first and prepared then, so that no filter carries one side of a split to the other. What
+    was prepared is kept in files and read memory-mapped: memory stays flat.
+
+    Parameters
+    ----------
+    store : Store
+    segments : iterable of Segment
+        Usually one part of a `Split`.
+    prepare : Prepare
+        Stream, axes, band and rate.
+    label : str or callable
+        What `Example.material` is; see `labels.Label`.
+    cache_dir : Path, optional
+        Where prepared signals are kept for the next time. By default a folder that goes with this object.
+
+    Raises
+    ------
+    ParameterError
+        If a segment is of no recording of ``store``, or begins after its end (when it is asked for).
+    """
+
+    def __init__(
+        self,
+        store: Store,
+        segments: Iterable[Segment],
+        prepare: Prepare,
+        *,
+        label: Label = "material",
+        cache_dir: Path | None = None,
+    ) -> None:
+        self.store, self.segments, self.prepare, self.label = store, tuple(segments), prepare, label
+        self.infos: tuple[RecordingInfo, ...] = tuple(store.info(segment.id) for segment in self.segments)
+        if cache_dir is None:
+            self._cache = Path(tempfile.mkdtemp(prefix="tactogram-"))
+            weakref.finalize(self, shutil.rmtree, self._cache, ignore_errors=True)
+        else:
+            self._cache = Path(cache_dir)
+            self._cache.mkdir(parents=True, exist_ok=True)
+
+    def __len__(self) -> int:
+        """Return the number of segments."""
+        return len(self.segments)
+
+    @overload
+    def __getitem__(self, place: int) -> Example: ...
+    @overload
+    def __getitem__(self, place: slice) -> Sequence[Example]: ...
+    def __getitem__(self, place: int | slice) -> Example | Sequence[Example]:
+        """Return one example, prepared now if it was not yet."""
+        if isinstance(place, slice):
+            return [self[i] for i in range(*place.indices(len(self)))]
+        info = self.infos[place]
+        return Example(
+            info.id,
+            self._prepared(self.segments[place]),
+            label_of(info, self.label),
+            _Condition(self.store, info),
+        )
+
+    @property
+    def materials(self) -> tuple[str, ...]:
+        """The classes, sorted."""
+        return tuple(sorted({name for info in self.infos if (name := label_of(info, self.label))}))
+
+    @property
+    def simulated(self) -> bool:
+        """Whether any of it was made by a formula."""
+        return any(info.simulated for info in self.infos)
+
+    def prepare_all(
+        self, *, workers: int | None = None, progress: Callable[[int, int], None] | None = None
+    ) -> None:
+        """Prepare every segment now, on several cores.
+
+        Parameters
+        ----------
+        workers : int, optional
+            Threads; by default one per core. Filters and resampling leave the interpreter's lock.
+        progress : callable, optional
+            Called with the number prepared and the total.
+        """
+        workers = (
+            workers or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+        )
+        with ThreadPoolExecutor(workers or cores()) as pool:
+            tasks = [pool.submit(self._prepared, segment) for segment in self.segments]
+            try:
+                for done, task in enumerate(as_completed(tasks), 1):
+                    task.result()
+                    if progress is not None:
+                        progress(done, len(tasks))
+            except BaseException:
+                pool.shutdown(wait=False, cancel_futures=True)
+                raise
+
+    def _prepared(self, segment: Segment) -> Signal:
+        stream = self.prepare.stream_of(self.store.streams_of(segment.id))
+        facts = {
+            "version": version("tactogram"),
+            "segment": [segment.id, segment.start_s, segment.stop_s, stream],
+            "prepare": self.prepare.model_dump(mode="json"),
+        }
+        name = hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()[:32]
+        samples, kind = self._cache / f"{name}.npy", self._cache / f"{name}.json"
+        if not samples.exists():
+            signal = self.prepare.apply(_cut(self.store, segment, stream))
+            held = {"rate": signal.rate, "unit": signal.unit, "axes": signal.axes, "domain": signal.domain}
+            _replace(kind, json.dumps(held).encode())
+            _replace(samples, signal.samples)
+        held = json.loads(kind.read_bytes())
+        mapped = np.load(samples, mmap_mode="r", allow_pickle=False)
+        return Signal(mapped, held["rate"], held["unit"], tuple(held["axes"]), held["domain"])
+
+
+class _Condition(Mapping[str, Any]):
+    """What is known of a recording, under the names of `CONDITIONS`; the photograph is read when asked for."""
+
+    def __init__(self, store: Store, info: RecordingInfo) -> None:
+        self._store, self._id = store, info.id
+        known: dict[str, Any] = {
+            "speed_mm_s": info.speed_mm_s,
+            "force_n": info.force_n,
+            "words": dict(info.ratings) or None,
+            "image": store.image_id(info.id),
+        }
+        self._known = {name: value for name, value in known.items() if value is not None}
+
+    def __getitem__(self, name: str) -> Any:
+        return self._store.photograph(self._known[name]) if name == "image" else self._known[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._known)
+
+    def __len__(self) -> int:
+        return len(self._known)
+
+
+def signal_kind(examples: Sequence[Example], *, simulated: bool | None = None) -> SignalKind:
+    """Return what all ``examples`` have in common.
+
+    Parameters
+    ----------
+    examples : sequence of Example
+    simulated : bool, optional
+        By default what `Examples` says of itself.
+
+    Raises
+    ------
+    ParameterError
+        If there are none, or they differ in rate, unit, axes or domain; the message says which option helps.
+    """
+    if not examples:
+        raise ParameterError("there are no examples: the part of the split is empty")
+    first = examples[0].signal
+    for example in examples:
+        signal = example.signal
+        if signal.rate != first.rate:
+            raise ParameterError(
+                f"all signals must have one rate, got {first.rate:g} and {signal.rate:g} Hz; "
+                "--set prepare.rate=HZ resamples them"
+            )
+        if signal.axes != first.axes:
+            raise ParameterError(
+                f"all signals must have the same axes, got {','.join(first.axes)} and {','.join(signal.axes)}; "
+                "--set prepare.axes=['NAME'] keeps some, or choose recordings of one kind"
+            )
+        if (signal.unit, signal.domain) != (first.unit, first.domain):
+            raise ParameterError(
+                f"all signals must be of one unit and domain, got {first.unit} over {first.domain} and "
+                f"{signal.unit} over {signal.domain}; --set prepare.stream=NAME takes one stream"
+            )
+    if simulated is None:
+        simulated = isinstance(examples, Examples) and examples.simulated
+    materials = tuple(sorted({e.material for e in examples if e.material is not None}))
+    return SignalKind(first.rate, first.unit, first.axes, materials, simulated)
+
+
+def random_windows(signal: Signal, count: int, length: int, rng: np.random.Generator) -> NDArray[np.float32]:
+    """Cut ``count`` windows of ``length`` samples at random places; they may overlap.
+
+    Returns
+    -------
+    float32 array, shape (window, axis, time), in the signal's unit
+
+    Raises
+    ------
+    ParameterError
+        If the signal is shorter than a window.
+    """
+    starts = rng.integers(0, len(regular_windows(signal, length, 1)), count)
+    return regular_windows(signal, length, 1)[starts]
+
+
+def regular_windows(signal: Signal, length: int, hop: int) -> NDArray[np.float32]:
+    """Return the windows of ``length`` samples that begin every ``hop`` samples; an incomplete last one is left out.
+
+    Returns
+    -------
+    float32 array, shape (window, axis, time), in the signal's unit
+        A read-only view: nothing is copied.
+
+    Raises
+    ------
+    ParameterError
+        If the signal is shorter than a window.
+    """
+    if length < 1 or hop < 1:
+        raise ParameterError(f"length and hop must be >= 1, got {length} and {hop}")
+    if len(signal) < length:
+        raise ParameterError(f"a window of {length} samples is longer than the signal of {len(signal)}")
+    windows = np.lib.stride_tricks.sliding_window_view(signal.samples, length, axis=1)
+    return windows.transpose(1, 0, 2)[::hop]
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    available = getattr(os, "sched_getaffinity", None)
+    return len(available(0)) if available else os.cpu_count() or 1
+
+
+def _cut(store: Store, segment: Segment, stream: str) -> Signal:
+    rate, length = store.rate(segment.id, stream), store.length(segment.id, stream)
+    start = round(segment.start_s * rate)
+    stop = length if segment.stop_s is None else min(round(segment.stop_s * rate), length)
+    if start >= stop:
+        raise ParameterError(
+            f"segment of {segment.id} must begin within its {length / rate:g} s and hold a sample, "
+            f"got {segment.start_s:g} to {segment.stop_s} s"
+        )
+    return store.signal(segment.id, stream, start=start, stop=stop)
+
+
+def _replace(path: Path, content: bytes | NDArray[np.float32]) -> None:
+    """Write beside and rename: two threads or processes may prepare the same segment."""
+    handle, part = tempfile.mkstemp(dir=path.parent, prefix=f"{path.name}.part-")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            if isinstance(content, bytes):
+                file.write(content)
+            else:
+                np.save(file, content, allow_pickle=False)
+        os.replace(part, path)
+    except BaseException:
+        Path(part).unlink(missing_ok=True)
+        raise

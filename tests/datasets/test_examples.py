@@ -1,0 +1,173 @@
+"""What learners get: cut first, prepared then, with the conditions that are known."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tactogram.datasets import Recording, create_store
+from tactogram.datasets.examples import Examples, random_windows, regular_windows, signal_kind
+from tactogram.datasets.splits import Segment
+from tactogram.errors import ParameterError
+from tactogram.model import Example
+from tactogram.recipe import Prepare
+from tactogram.signal import Image, Signal
+
+
+def noise(seed, *, samples=1000, rate=1000.0, axes=("x", "y", "z"), unit="m/s^2"):
+    return Signal(np.random.default_rng(seed).standard_normal((len(axes), samples)), rate, unit, axes)
+
+
+def store_of(folder, *recordings):
+    return create_store(folder / "store", recordings, name="test", licence="CC0-1.0")
+
+
+def whole(store):
+    return [Segment(info.id) for info in store.index]
+
+
+@pytest.fixture
+def store(tmp_path):
+    picture = Image(np.random.default_rng(0).integers(0, 256, (4, 5, 3), dtype=np.uint8), 0.5)
+    return store_of(
+        tmp_path,
+        Recording(
+            streams={"acceleration": noise(1), "sound": noise(2, rate=8000.0, axes=("z",), unit="1")},
+            material="cork",
+            contactor="pen",
+            speed_mm_s=100.0,
+            force_n=0.5,
+            ratings={"rough": 6.0},
+            image=picture,
+            simulated=True,
+        ),
+        Recording(streams={"acceleration": noise(3)}, material="jeans"),
+    )
+
+
+def test_a_segment_is_cut_before_it_is_prepared(store):
+    prepare = Prepare(axes=("y",), band=(20.0, 200.0), rate=500.0)
+    [info, _] = store.index
+    [example] = Examples(store, [Segment(info.id, 0.2, 0.7)], prepare)
+    expected = prepare.apply(store.signal(info.id, "acceleration").cut(200, 700))
+    np.testing.assert_array_equal(example.signal.samples, expected.samples)
+    assert (example.signal.rate, example.signal.axes) == (500.0, ("y",))
+
+
+def test_conditions_are_those_that_are_known(store):
+    first, second = Examples(store, whole(store), Prepare())
+    assert set(first.condition) == {"speed_mm_s", "force_n", "words", "image"}
+    assert first.condition["words"] == {"rough": 6.0}
+    assert first.condition["image"].mm_per_pixel == 0.5
+    assert first.material == "cork"
+    assert dict(second.condition) == {}
+
+
+@pytest.mark.parametrize(
+    ("label", "expected"),
+    [
+        ("material", ("cork", "jeans")),
+        ("material+contactor", ("cork-pen", "jeans")),
+        (lambda info: info.contactor, ("pen",)),
+    ],
+)
+def test_classes_are_as_asked_for(store, label, expected):
+    examples = Examples(store, whole(store), Prepare(), label=label)
+    assert examples.materials == expected
+    assert signal_kind(examples).materials == expected
+
+
+def test_an_unknown_label_is_refused(store):
+    with pytest.raises(ParameterError, match="label must be"):
+        Examples(store, whole(store), Prepare(), label="colour")[0]
+
+
+def test_what_was_prepared_is_read_from_the_cache(store, tmp_path, monkeypatch):
+    prepare = Prepare(band=(20.0, 200.0))
+    first = Examples(store, whole(store), prepare, cache_dir=tmp_path / "cache")
+    first.prepare_all(workers=2)
+    expected = first[1].signal.samples.copy()
+    monkeypatch.setattr(Prepare, "apply", lambda *_: pytest.fail("prepared again"))
+    again = Examples(store, whole(store), prepare, cache_dir=tmp_path / "cache")
+    np.testing.assert_array_equal(again[1].signal.samples, expected)
+    assert not list((tmp_path / "cache").glob("*.part-*"))
+
+
+def test_another_preparation_is_not_taken_from_the_cache(store, tmp_path):
+    cache = tmp_path / "cache"
+    [one] = Examples(store, whole(store)[:1], Prepare(rate=500.0), cache_dir=cache)
+    [two] = Examples(store, whole(store)[:1], Prepare(rate=250.0), cache_dir=cache)
+    assert (one.signal.rate, two.signal.rate) == (500.0, 250.0)
+
+
+def test_the_temporary_cache_goes_with_the_object(store):
+    examples = Examples(store, whole(store), Prepare())
+    folder = examples._cache
+    assert len(examples[0].signal) == 1000
+    del examples
+    assert not folder.exists()
+
+
+def test_all_that_is_prepared_is_counted(store):
+    seen = []
+    Examples(store, whole(store), Prepare()).prepare_all(
+        progress=lambda done, total: seen.append((done, total))
+    )
+    assert seen == [(1, 2), (2, 2)]
+
+
+def test_a_segment_beyond_the_end_is_refused(store):
+    with pytest.raises(ParameterError, match="must begin within its 1 s"):
+        Examples(store, [Segment(store.index[0].id, 1.0)], Prepare())[0]
+
+
+def test_an_unknown_recording_is_refused(store):
+    with pytest.raises(ParameterError, match="recording must be one of"):
+        Examples(store, [Segment("0" * 16)], Prepare())
+
+
+def test_simulated_is_told(store):
+    assert signal_kind(Examples(store, whole(store), Prepare())).simulated
+    assert not signal_kind(Examples(store, whole(store)[1:], Prepare())).simulated
+
+
+@pytest.mark.parametrize(
+    ("other", "says"),
+    [
+        (noise(2, rate=500.0), r"one rate, got 1000 and 500 Hz; --set prepare.rate"),
+        (noise(2, axes=("x",)), r"same axes, got x,y,z and x; --set prepare.axes"),
+        (
+            noise(2, unit="V"),
+            r"one unit and domain, got m/s\^2 over time and V over time; --set prepare.stream",
+        ),
+    ],
+)
+def test_mixed_kinds_are_refused_and_the_option_named(other, says):
+    with pytest.raises(ParameterError, match=says):
+        signal_kind([Example("a", noise(1)), Example("b", other)])
+
+
+def test_no_examples_have_no_kind(store):
+    with pytest.raises(ParameterError, match="no examples"):
+        signal_kind(Examples(store, [], Prepare()))
+
+
+@given(samples=st.integers(1, 50), length=st.integers(1, 50), hop=st.integers(1, 9), seed=st.integers(0, 9))
+def test_windows_are_slices(samples, length, hop, seed):
+    signal = noise(seed, samples=samples, axes=("x", "y"))
+    if length > samples:
+        with pytest.raises(ParameterError, match="longer than the signal"):
+            regular_windows(signal, length, hop)
+        return
+    starts = range(0, samples - length + 1, hop)
+    expected = np.stack([signal.samples[:, s : s + length] for s in starts])
+    np.testing.assert_array_equal(regular_windows(signal, length, hop), expected)
+
+
+def test_random_windows_reach_both_ends_and_follow_the_seed():
+    signal = Signal(np.arange(30.0), 1.0, "1")
+    windows = random_windows(signal, 2000, 10, np.random.default_rng(0))
+    assert windows.shape == (2000, 1, 10)
+    assert set(windows[:, 0, 0]) == set(range(21))
+    assert (np.diff(windows[:, 0], axis=1) == 1).all()
+    np.testing.assert_array_equal(windows, random_windows(signal, 2000, 10, np.random.default_rng(0)))
