@@ -1,7 +1,19 @@
 """Where data is and what it holds: recordings, the store, splits that cannot leak, the simulator."""
 
+from tactogram.datasets.examples import Examples as Examples
+from tactogram.datasets.examples import random_windows as random_windows
+from tactogram.datasets.examples import regular_windows as regular_windows
+from tactogram.datasets.examples import signal_kind as signal_kind
+from tactogram.datasets.labels import Label as Label
+from tactogram.datasets.labels import label_of as label_of
 from tactogram.datasets.recording import Recording as Recording
 from tactogram.datasets.recording import RecordingInfo as RecordingInfo
+from tactogram.datasets.splits import Segment as Segment
+from tactogram.datasets.splits import Split as Split
+from tactogram.datasets.splits import contiguous_blocks as contiguous_blocks
+from tactogram.datasets.splits import kfold as kfold
+from tactogram.datasets.splits import split_fractions as split_fractions
+from tactogram.datasets.splits import split_last as split_last
 from tactogram.datasets.store import Store as Store
 from tactogram.datasets.store import open_store as open_store
 from tactogram.datasets.writing import add_recordings as add_recordings

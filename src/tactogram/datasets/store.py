@@ -20,11 +20,12 @@ from tactogram.datasets.layout import (
     StoredFile,
     StreamFacts,
     axis_column,
+    facts_hash,
     file_hash,
     row_info,
     store_hash,
 )
-from tactogram.datasets.photographs import decode, image_key
+from tactogram.datasets.photographs import Photograph, decode, image_key
 from tactogram.datasets.recording import Recording, RecordingInfo, content_id
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.signal import Image, Signal
@@ -185,12 +186,27 @@ class Store:
                 self._pictures |= {key: (path, row) for row, key in enumerate(keys)}
         return self._pictures
 
-    def _find(self, id: str) -> tuple[int, int] | None:
+    def holds(self, recording: Recording, photograph: Photograph | None = None) -> bool:
+        """Say whether it has this recording, with all that is known of it.
+
+        ``photograph`` stands for ``recording.image`` where that is None.
+        """
+        place = self._place(recording.id)
+        if recording.image is not None:
+            key: str | None = image_key(recording.image)
+        else:
+            key = None if photograph is None else photograph.key
+        return place is not None and bool(self._ids["facts"][place] == facts_hash(recording, key))
+
+    def _place(self, id: str) -> int | None:
+        """Return where ``id`` stands in the sorted list."""
         key = id.encode(errors="replace")
         place = bisect_left(range(len(self._ids)), key, key=lambda i: self._ids["id"][i])
-        if place == len(self._ids) or self._ids["id"][place] != key:
-            return None
-        return int(self._ids["shard"][place]), int(self._ids["row"][place])
+        return place if place < len(self._ids) and self._ids["id"][place] == key else None
+
+    def _find(self, id: str) -> tuple[int, int] | None:
+        place = self._place(id)
+        return None if place is None else (int(self._ids["shard"][place]), int(self._ids["row"][place]))
 
     def _locate(self, id: str) -> tuple[_Shard, int]:
         place = self._find(id)

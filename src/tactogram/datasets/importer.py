@@ -1,0 +1,65 @@
+"""What an importer module offers: the way from the files of one data set to recordings.
+
+An importer is a module of this package, found by looking and registered nowhere. It offers
+
+- facts: ``NAME`` (the word after ``data import``), ``TITLE``, ``LICENCE``, ``DESCRIPTION`` (what is read,
+  to what units, and which parts were checked on real files), all ``str``;
+- ``find(folder: Path) -> list[Item]``: a cheap look at names and tables, in an order that stays;
+  it opens no signal;
+- ``read(item: Item) -> list[Recording]``: the recordings of one item. It runs in another process, so that
+  all cores read; what it raises as a `TactogramError` is told with the item's name.
+
+``LICENCE`` says what the source states; where it states none, ``"not stated"``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+from tactogram.datasets.recording import Recording
+
+
+@dataclass(frozen=True)
+class Item:
+    """What is read in one go: one recording, or one file that holds several.
+
+    Parameters
+    ----------
+    name : str
+        Path relative to the imported folder, with ``/``; `Recording.source` starts with it, errors name it.
+    paths : tuple of Path
+        The files it needs. One that is missing or empty is an error that names it, before `read` is called.
+    info : mapping
+        What `find` already knows, for `read`: anything that can be pickled.
+    image : Path, optional
+        The photograph of every recording of this item that brings none of its own. Many items may share one:
+        it is opened and stored once, by the import, not by `read`.
+    image_width_mm : float, optional
+        How many mm of surface the width of that photograph shows.
+    """
+
+    name: str
+    paths: tuple[Path, ...]
+    info: Mapping[str, Any] = field(default_factory=dict)
+    image: Path | None = None
+    image_width_mm: float | None = None
+
+
+class Importer(Protocol):
+    """What a module has to offer to be one."""
+
+    NAME: str
+    TITLE: str
+    LICENCE: str
+    DESCRIPTION: str
+
+    def find(self, folder: Path) -> list[Item]:
+        """Return what is to be read in ``folder``, in a stable order; `DataError` if it is not this set."""
+        ...
+
+    def read(self, item: Item) -> list[Recording]:
+        """Return the recordings of ``item``."""
+        ...

@@ -1,0 +1,92 @@
+"""Reading many files on all cores, in order, in flat memory."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections import deque
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from importlib import import_module
+from itertools import islice
+from multiprocessing import connection, get_context, parent_process
+from threading import Thread
+
+from tactogram.datasets.examples import cores
+from tactogram.datasets.importer import Item
+from tactogram.datasets.recording import Recording
+from tactogram.errors import DataError, ParameterError, TactogramError
+
+
+def read_all(
+    importer: Importer,
+    items: Sequence[Item],
+    workers: int | None,
+    progress: Callable[[int, int], None] | None,
+) -> Generator[tuple[Item, list[Recording] | str]]:
+    """Yield each item, in order, with its recordings or with what is wrong with it.
+
+    Only a few items per process are under way at a time, so that memory stays flat.
+    """
+    # Starting a process costs as much as reading some dozen files.
+    workers = max(min(cores(), len(items) // 16), 1) if workers is None else workers
+    if workers < 1:
+        raise ParameterError(f"workers must be >= 1, got {workers}")
+    if workers == 1:
+        for done, item in enumerate(items, 1):
+            yield item, _read(module, item)
+            if progress is not None:
+                progress(done, len(items))
+        return
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_start_worker)
+    try:
+        waiting: deque[tuple[Item, Future[list[Recording] | str]]] = deque()
+        rest = iter(items)
+        for done in range(1, len(items) + 1):
+            for item in islice(rest, 3 * workers - len(waiting)):
+                waiting.append((item, pool.submit(_read, module, item)))
+            item, future = waiting.popleft()
+            try:
+                yield item, future.result()
+            except BrokenProcessPool as error:
+                raise DataError(
+                    f"{item.name}: a process that read died here or nearby, perhaps for want of memory; "
+                    "try --workers 1"
+                ) from error
+            if progress is not None:
+                progress(done, len(items))
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _read(module: str, item: Item) -> list[Recording] | str:
+    """Return the recordings of one item, or one line on what is wrong with it."""
+    try:
+        for path in item.paths:
+            if not path.is_file():
+                return f"{path}: missing, though {item.name} needs it"
+            if path.stat().st_size == 0:
+                return f"{path}: empty file"
+        recordings: list[Recording] = import_module(module).read(item)
+    except TactogramError as error:
+        text = str(error)
+    except Exception as error:  # whatever a reader trips over, the user needs the name of the file
+        text = f"{type(error).__name__}: {error}"
+    else:
+        return recordings or f"{item.name}: holds no recording"
+    text = " ".join(text.split())
+    return text if item.name in text else f"{item.name}: {text}"
+
+
+def _start_worker() -> None:
+    """Leave interrupts to the parent, and end with it: a killed import must not leave processes behind."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = parent_process()
+
+    def end_with_parent() -> None:
+        if parent is not None:
+            connection.wait([parent.sentinel])
+            os._exit(1)
+
+    Thread(target=end_with_parent, daemon=True).start()
