@@ -34,4 +34,4 @@ class Config(BaseModel):
     """Assumed: the paper states no number of updates."""
     hop: float = Field(default=0.5, gt=0, le=1)
     """Step between the windows that a recording is judged by, as a share of the window. Ours: the paper
-    judges windows; we average their probabilities over a recording."""
+    judges windows; we average their log probabilities over a recording."""

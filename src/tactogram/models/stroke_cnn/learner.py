@@ -1,4 +1,4 @@
-"""Training and use of the classifier: random windows in, probabilities averaged over a recording out."""
+"""Training and use of the classifier: random windows in, probabilities pooled over a recording out."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from tactogram.errors import ParameterError
+from tactogram.evaluation.classification import pooled
 from tactogram.model import Example, SignalKind, Stage
 from tactogram.models.stroke_cnn.config import Config
 from tactogram.models.stroke_cnn.networks import StrokeCNN
@@ -141,8 +142,7 @@ class StrokeCNNLearner:
     # -- use ---------------------------------------------------------------------------------------------
 
     def probabilities(self, signal: Signal) -> NDArray[np.float64]:
-        mean: NDArray[np.float64] = self.window_probabilities(signal).mean(axis=0)
-        return mean
+        return pooled(self.window_probabilities(signal))
 
     def window_probabilities(self, signal: Signal) -> NDArray[np.float64]:
         """Return the probability of each material for each window, float64, shape (window, material)."""

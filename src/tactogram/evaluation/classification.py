@@ -1,0 +1,145 @@
+"""How well a classifier names what it is given: by window and by recording, with confusion counts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol, Self, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import binomtest
+
+from tactogram.errors import ParameterError
+from tactogram.model import Example
+from tactogram.signal import Signal
+
+
+@runtime_checkable
+class WindowClassifier(Protocol):
+    """A classifier that judges a recording window by window."""
+
+    materials: tuple[str, ...]
+
+    def window_probabilities(self, signal: Signal) -> NDArray[np.float64]:
+        """Return float64, shape (window, material)."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class ClassificationResult:
+    """Counts of a classifier's answers on recordings that it was not trained on.
+
+    Parameters
+    ----------
+    materials : tuple of str
+        The classes.
+    windows, recordings : int64 array, shape (true class, answered class)
+        How many windows were answered so; how many recordings, by their windows' pooled probabilities.
+    """
+
+    materials: tuple[str, ...]
+    windows: NDArray[np.int64]
+    recordings: NDArray[np.int64]
+
+    @property
+    def window_accuracy(self) -> float:
+        """Share of windows named rightly, 0..1."""
+        return float(np.trace(self.windows) / self.windows.sum())
+
+    @property
+    def recording_accuracy(self) -> float:
+        """Share of recordings named rightly, 0..1."""
+        return float(np.trace(self.recordings) / self.recordings.sum())
+
+    @property
+    def recording_interval(self) -> tuple[float, float]:
+        """Wilson's 95 % interval of the recording accuracy (Wilson 1927), recordings taken as independent."""
+        test = binomtest(int(np.trace(self.recordings)), int(self.recordings.sum()))
+        interval = test.proportion_ci(0.95, method="wilson")
+        return float(interval.low), float(interval.high)
+
+    def __add__(self, other: Self) -> ClassificationResult:
+        """Return the counts of both, e.g. of two folds."""
+        if self.materials != other.materials:
+            raise ParameterError("results of different classes cannot be added")
+        return ClassificationResult(
+            self.materials, self.windows + other.windows, self.recordings + other.recordings
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the figures as JSON types, under the names that the command line documents."""
+        return {
+            "window_accuracy": self.window_accuracy,
+            "recording_accuracy": self.recording_accuracy,
+            "recording_accuracy_95": list(self.recording_interval),
+            "windows": int(self.windows.sum()),
+            "recordings": int(self.recordings.sum()),
+            "chance": 1 / len(self.materials),
+            "per_material": {
+                name: {
+                    "window_accuracy": _share(self.windows, row),
+                    "recording_accuracy": _share(self.recordings, row),
+                    "recordings": int(self.recordings[row].sum()),
+                }
+                for row, name in enumerate(self.materials)
+            },
+            "materials": list(self.materials),
+            "confusion_windows": self.windows.tolist(),
+            "confusion_recordings": self.recordings.tolist(),
+        }
+
+
+def judge_classifier(
+    classifier: WindowClassifier,
+    examples: Sequence[Example],
+    *,
+    on_example: Callable[[], None] = lambda: None,
+) -> ClassificationResult:
+    """Let ``classifier`` name every window of ``examples`` and count its answers.
+
+    Raises
+    ------
+    ParameterError
+        If an example has a class that the classifier does not know.
+    """
+    classes = len(classifier.materials)
+    windows = np.zeros((classes, classes), np.int64)
+    recordings = np.zeros((classes, classes), np.int64)
+    for example in examples:
+        if example.material not in classifier.materials:
+            raise ParameterError(
+                f"recording {example.id} is of {example.material!r}, which the classifier does not know"
+            )
+        true = classifier.materials.index(example.material)
+        probabilities = classifier.window_probabilities(example.signal)
+        np.add.at(windows[true], probabilities.argmax(axis=1), 1)
+        recordings[true, pooled(probabilities).argmax()] += 1
+        on_example()
+    return ClassificationResult(classifier.materials, windows, recordings)
+
+
+def pooled(windows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the probabilities of a recording: the mean of its windows' log probabilities, made to sum to 1.
+
+    The geometric mean lets a window that rules a class out count for more than one that is undecided; on
+    recordings it errs less than the arithmetic mean (linear and logarithmic opinion pools, Genest and Zidek
+    1986).
+
+    Parameters
+    ----------
+    windows : float64 array, shape (window, class)
+        Each row sums to 1.
+
+    Returns
+    -------
+    float64 array, shape (class,)
+    """
+    log = np.log(np.maximum(windows, 1e-12)).mean(axis=0)
+    share: NDArray[np.float64] = np.exp(log - log.max())
+    return share / share.sum()
+
+
+def _share(counts: NDArray[np.int64], row: int) -> float | None:
+    total = int(counts[row].sum())
+    return float(counts[row, row] / total) if total else None

@@ -1,0 +1,144 @@
+"""Figures of results and of signals. Each returns a matplotlib Figure; none shows or saves it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from scipy.signal import stft, welch
+
+from tactogram.signal import Image, Signal
+
+INK, BLUE, ORANGE = "#1b1f24", "#2166ac", "#d6604d"
+AXIS_COLOURS = ("#2166ac", "#d6604d", "#4d9221", "#8073ac", "#b35806", "#666666")
+
+
+def confusion_figure(counts: NDArray[np.int64], names: Sequence[str], *, title: str = "") -> Figure:
+    """Draw a confusion matrix like Table I of Saga et al.: rows are true classes and sum to 1.
+
+    Parameters
+    ----------
+    counts : int64 array, shape (true class, answered class)
+    names : sequence of str
+    title : str
+    """
+    share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
+    size = max(4.5, 1.6 + 0.32 * len(names))
+    figure = Figure(figsize=(size + 1.2, size), layout="constrained")
+    axes = figure.add_subplot()
+    picture = axes.imshow(share, cmap="Blues", vmin=0, vmax=1)
+    figure.colorbar(picture, ax=axes, fraction=0.04, pad=0.02, label="share of the true class")
+    axes.set_xticks(range(len(names)), names, rotation=90, fontsize=7)
+    axes.set_yticks(range(len(names)), names, fontsize=7)
+    axes.set(xlabel="answered", ylabel="touched", title=title)
+    axes.tick_params(length=0)
+    for row, column in np.argwhere(share >= 0.005):
+        value = share[row, column]
+        text = "1" if value > 0.995 else f"{value:.2f}".lstrip("0")
+        axes.text(
+            column, row, text, ha="center", va="center", fontsize=5.5, color="white" if value > 0.55 else INK
+        )
+    return figure
+
+
+def signal_figure(signal: Signal, *, title: str = "", seconds: float = 2.0) -> Figure:
+    """Draw the beginning of a signal and its spectrogram, one row per axis.
+
+    The spectrogram is Hamming 256, hop 128, as in Saga et al. Sec. III-B, in dB re 1 ``unit`` per bin.
+    """
+    rows = len(signal.axes)
+    figure = Figure(figsize=(9, 0.6 + 1.55 * rows), layout="constrained")
+    grid = figure.subplots(rows, 2, squeeze=False, width_ratios=(1.4, 1), sharex="col")
+    shown = signal.cut(0, min(len(signal), max(2, round(seconds * signal.rate))))
+    time = np.arange(len(shown)) / shown.rate
+    pictures = []
+    for row, name in enumerate(signal.axes):
+        grid[row, 0].plot(time, shown.axis(name), lw=0.6, color=AXIS_COLOURS[row % len(AXIS_COLOURS)])
+        grid[row, 0].set_ylabel(f"{name}  {unit_text(signal.unit)}")
+        grid[row, 0].margins(x=0)
+        window = min(256, len(signal))
+        f, t, z = stft(signal.axis(name), signal.rate, "hamming", nperseg=window, noverlap=window // 2)
+        pictures.append((grid[row, 1], f, t, 20 * np.log10(np.abs(z) + 1e-12)))
+        grid[row, 1].set_ylabel("Hz")
+    top = max(float(np.max(db)) for *_, db in pictures)
+    for place, f, t, db in pictures:
+        mesh = place.pcolormesh(
+            t, f, db, vmin=top - 70, vmax=top, cmap="magma", shading="nearest", rasterized=True
+        )
+    figure.colorbar(mesh, ax=grid[:, 1], fraction=0.06, pad=0.02, label=f"dB re 1 {unit_text(signal.unit)}")
+    grid[-1, 0].set_xlabel("time, s")
+    grid[-1, 1].set_xlabel("time, s")
+    if title:
+        figure.suptitle(title, fontsize=10)
+    return figure
+
+
+def spectra_figure(signals: Mapping[str, Sequence[Signal]], *, title: str = "") -> Figure:
+    """Draw the mean power spectrum of each group of signals in one plot per axis, with its spread.
+
+    Parameters
+    ----------
+    signals : mapping from str to sequence of Signal
+        Groups by name, all of one rate, unit and set of axes; the band is from the smallest to the largest.
+    """
+    first = next(iter(signals.values()))[0]
+    figure = Figure(figsize=(9, 2.6), layout="constrained")
+    grid = figure.subplots(1, len(first.axes), squeeze=False, sharey=True)[0]
+    for colour, (group, members) in zip(AXIS_COLOURS, signals.items(), strict=False):
+        for place, name in zip(grid, first.axes, strict=True):
+            spectra = []
+            for signal in members:
+                f, power = welch(signal.axis(name), signal.rate, nperseg=min(256, len(signal)))
+                spectra.append(10 * np.log10(power + 1e-20))
+            n = min(map(len, spectra))
+            stack = np.stack([s[:n] for s in spectra])
+            place.plot(f[:n], stack.mean(0), lw=1.2, color=colour, label=group)
+            if len(stack) > 1:
+                place.fill_between(f[:n], stack.min(0), stack.max(0), color=colour, alpha=0.2, lw=0)
+            place.set(xlabel="frequency, Hz", title=name)
+            place.margins(x=0)
+    grid[0].set_ylabel(f"dB re 1 ({unit_text(first.unit)})²/Hz")
+    grid[-1].legend(frameon=False, fontsize=8)
+    if title:
+        figure.suptitle(title, fontsize=10)
+    return figure
+
+
+def losses_figure(metrics: Sequence[Mapping[str, Any]], *, title: str = "") -> Figure:
+    """Draw the curves of metrics.jsonl over steps, a line per name; thin as logged, thick smoothed."""
+    figure = Figure(figsize=(9, 2.8), layout="constrained")
+    axes = figure.add_subplot()
+    names = [n for n in dict.fromkeys(k for m in metrics for k in m) if n not in ("stage", "step")]
+    for colour, name in zip(AXIS_COLOURS, names, strict=False):
+        points = [(m["step"], m[name]) for m in metrics if name in m]
+        step, value = np.array(points).T
+        axes.plot(step, value, lw=0.5, alpha=0.4, color=colour)
+        width = max(1, len(value) // 25)
+        smooth = np.convolve(value, np.ones(width) / width, "valid")
+        axes.plot(step[width - 1 :], smooth, lw=1.6, color=colour, label=name)
+    axes.set(xlabel="step", title=title)
+    axes.margins(x=0)
+    axes.legend(frameon=False)
+    return figure
+
+
+def photos_figure(photos: Mapping[str, Image]) -> Figure:
+    """Draw photographs side by side, each under its name."""
+    columns = min(5, len(photos))
+    rows = -(-len(photos) // columns)
+    figure = Figure(figsize=(9, 1.95 * rows), layout="constrained")
+    grid = figure.subplots(rows, columns, squeeze=False).ravel()
+    for place in grid:
+        place.axis("off")
+    for place, (name, image) in zip(grid, photos.items(), strict=False):
+        place.imshow(image.pixels)
+        place.set_title(name, fontsize=8)
+    return figure
+
+
+def unit_text(unit: str) -> str:
+    """Return a unit as people write it."""
+    return {"m/s^2": "m/s²", "1": "(ratio)"}.get(unit, unit)

@@ -1,0 +1,140 @@
+"""A report as one HTML file: text, tables, figures and sounds, all inside it."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+import soundfile
+from jinja2 import Environment
+from matplotlib.figure import Figure
+
+from tactogram.signal import Signal
+from tactogram.signal.filters import resample
+
+AUDIBLE_RATE = 8000
+"""Hz; browsers refuse to play slower files."""
+
+
+@dataclass(frozen=True)
+class Text:
+    """A paragraph."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table; numbers are right-aligned."""
+
+    header: Sequence[str]
+    rows: Sequence[Sequence[object]]
+    caption: str = ""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure with a caption."""
+
+    figure: Figure
+    caption: str = ""
+
+
+@dataclass(frozen=True)
+class Sound:
+    """A signal to listen to: one axis, brought to an audible rate and to full scale (said in the caption)."""
+
+    signal: Signal
+    caption: str = ""
+
+
+Block = Text | Table | Picture | Sound
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading and what stands under it."""
+
+    title: str
+    blocks: Sequence[Block]
+
+
+def write_report(
+    path: Path, *, title: str, summary: str, sections: Sequence[Section], simulated: bool
+) -> Path:
+    """Write the report to ``path`` (beside it, then renamed) and return it.
+
+    Parameters
+    ----------
+    path : Path
+    title, summary : str
+    sections : sequence of Section
+    simulated : bool
+        Whether any of the data was simulated: said at the top of the page.
+    """
+    page = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(
+        files("tactogram.evaluation").joinpath("report.html.jinja").read_text(encoding="utf-8")
+    )
+    text = page.render(
+        title=title,
+        summary=summary,
+        simulated=simulated,
+        sections=[(s.title, [_render(block) for block in s.blocks]) for s in sections],
+    )
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(path.name + ".part")
+    part.write_text(text, encoding="utf-8")
+    part.replace(path)
+    return path
+
+
+def save_figure(path: Path, figure: Figure) -> Path:
+    """Write ``figure`` as PNG to ``path`` (beside it, then renamed) and return it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(path.name + ".part")
+    figure.savefig(part, format="png", dpi=150)
+    part.replace(path)
+    return path
+
+
+def _render(block: Block) -> dict[str, object]:
+    if isinstance(block, Text):
+        return {"kind": "text", "text": block.text}
+    if isinstance(block, Table):
+        rows = [[_cell(value) for value in row] for row in block.rows]
+        return {"kind": "table", "header": block.header, "rows": rows, "caption": block.caption}
+    if isinstance(block, Picture):
+        picture = io.BytesIO()
+        block.figure.savefig(picture, format="png", dpi=130)
+        return {"kind": "picture", "data": _base64(picture), "caption": block.caption}
+    return {"kind": "sound", "data": _base64(_audible(block.signal)), "caption": block.caption}
+
+
+def _cell(value: object) -> tuple[str, bool]:
+    if value is None:
+        return "–", False
+    if isinstance(value, float):
+        return f"{value:.3g}", True
+    return str(value), isinstance(value, int)
+
+
+def _audible(signal: Signal) -> io.BytesIO:
+    """Return one axis as a WAV file: the one with the most energy, without its mean, peak at 0.9."""
+    samples = signal.samples - signal.samples.mean(axis=1, keepdims=True)
+    strongest = int((samples**2).sum(axis=1).argmax())
+    one = Signal(samples[strongest], signal.rate, "1")
+    if one.rate < AUDIBLE_RATE:
+        one = resample(one, AUDIBLE_RATE)
+    sound = one.samples[0] / max(float(np.abs(one.samples).max()), 1e-12) * 0.9
+    file = io.BytesIO()
+    soundfile.write(file, sound, round(one.rate), format="WAV", subtype="PCM_16")
+    return file
+
+
+def _base64(file: io.BytesIO) -> str:
+    return base64.b64encode(file.getvalue()).decode()

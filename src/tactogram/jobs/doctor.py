@@ -1,0 +1,93 @@
+"""What is installed, what is missing and what for, and which device is used."""
+
+from __future__ import annotations
+
+import os
+import platform
+from importlib.metadata import PackageNotFoundError, metadata, requires, version
+from importlib.util import find_spec
+from typing import Any
+
+from packaging.requirements import Requirement
+
+EXTRAS = {
+    "tensorboard": "training curves in TensorBoard",
+    "dev": "tests, style, types, benchmarks",
+    "docs": "building the documentation",
+}
+
+
+def doctor() -> dict[str, Any]:
+    """Return facts on this installation.
+
+    Returns
+    -------
+    dict
+        ``tactogram``, ``python``, ``platform``, ``cores``, ``memory_gib``, ``device``, ``threads``,
+        ``packages`` (name to version or None), ``extras`` (name to ``for`` and ``missing``), ``problems``
+        (sentences).
+    """
+    import psutil
+    import torch
+
+    core: dict[str, str | None] = {}
+    extras: dict[str, dict[str, Any]] = {
+        name: {"for": what, "missing": []} for name, what in EXTRAS.items() if name in _provided()
+    }
+    for text in requires("tactogram") or []:
+        need = Requirement(text)
+        if need.marker is None:
+            core[need.name] = _version(need.name)
+        for name, extra in extras.items():
+            if _only_for(need, name) and _version(need.name) is None:
+                extra["missing"].append(need.name)
+    cuda = torch.cuda.is_available()
+    return {
+        "tactogram": _version("tactogram"),
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+        "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
+        "memory_gib": round(psutil.virtual_memory().total / 2**30, 1),
+        "device": torch.cuda.get_device_name() if cuda else "cpu",
+        "threads": torch.get_num_threads(),
+        "packages": core,
+        "extras": extras,
+        "problems": _problems(core),
+    }
+
+
+def _only_for(need: Requirement, extra: str) -> bool:
+    """Whether ``need`` comes with ``extra`` and not without."""
+    return bool(
+        need.marker and need.marker.evaluate({"extra": extra}) and not need.marker.evaluate({"extra": ""})
+    )
+
+
+def _problems(core: dict[str, str | None]) -> list[str]:
+    found = [f"{name} is missing: install tactogram again" for name, got in core.items() if got is None]
+    if os.environ.get("OMP_WAIT_POLICY", "").upper() != "PASSIVE":
+        found.append(
+            "OMP_WAIT_POLICY is not PASSIVE: training slows down several times when a core is busy; "
+            "the tactogram command sets it, a script of your own must set it before importing torch"
+        )
+    if find_spec("torchvision") is not None and "+cpu" in (_version("torch") or ""):
+        found.append(
+            "torchvision is installed beside a CPU build of torch: its compiled operators may not load "
+            "('operator torchvision::nms does not exist'); install the CPU build of torchvision or none"
+        )
+    if find_spec("torchaudio") is not None:
+        found.append(
+            "torchaudio is installed: tactogram does not use it, and a mismatched one breaks imports"
+        )
+    return found
+
+
+def _version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
+
+
+def _provided() -> list[str]:
+    return metadata("tactogram").get_all("Provides-Extra") or []

@@ -1,0 +1,240 @@
+"""Judge a run on recordings that it was not trained on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tactogram.datasets import Examples, Segment, Split, Store, label_of, open_store
+from tactogram.errors import LeakError, ParameterError
+from tactogram.evaluation.classification import ClassificationResult, judge_classifier
+from tactogram.evaluation.figures import confusion_figure, losses_figure, spectra_figure
+from tactogram.evaluation.measures import log_spectral_distance
+from tactogram.evaluation.report import Picture, Section, Sound, Table, Text, write_report
+from tactogram.jobs.progress import Progress, silent
+from tactogram.jobs.search import SurfaceIndex
+from tactogram.jobs.training import LoadedRun, load_run, test_part
+from tactogram.model import Example, Generator
+
+SPECTRA = "Mean power spectra, with the range from the smallest to the largest."
+
+
+def evaluate(
+    run: Path | str | LoadedRun,
+    *,
+    data: Path | str | None = None,
+    unknown: bool = False,
+    progress: Progress = silent,
+) -> dict[str, Any]:
+    """Judge ``run`` and write ``evaluation.json`` and ``report.html`` into it.
+
+    Parameters
+    ----------
+    run : path or LoadedRun
+    data : path, optional
+        A store: every recording of it is used, classes are matched by name. By default the test part of what
+        the run was trained on.
+
+    Returns
+    -------
+    dict
+        ``data`` (name, sha256, split, simulated), ``report``, and: for a classifier ``window_accuracy``,
+        ``recording_accuracy`` and what `ClassificationResult.as_dict` gives, with ``none_of_these``; for a
+        generator ``measures``.
+
+    Raises
+    ------
+    LeakError
+        If a recording of ``data`` was trained on.
+    """
+    loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    store, segments, described = _what(loaded, data, unknown)
+    examples = Examples(store, segments, loaded.recipe.prepare, label=loaded.run.data["label"])
+    figures: dict[str, Any] = {
+        "model": loaded.facts.name,
+        "run": loaded.run.data["run_id"],
+        "data": {
+            "name": store.name,
+            "sha256": store.sha256,
+            "split": described,
+            "simulated": store.simulated,
+        },
+    }
+    known = [example for example in examples if example.material in loaded.kind.materials]
+    others = [example for example in examples if example.material not in loaded.kind.materials]
+    if not known:
+        raise ParameterError(
+            f"{store.name}: no recording of a material that the run knows ({', '.join(loaded.kind.materials)})"
+        )
+    if isinstance(loaded.model, Generator):
+        results, sections = _judge_generator(loaded, known)
+    else:
+        results, sections = _judge_classifier(loaded, known, others, progress)
+    figures.update(results)
+    if metrics := [m for m in loaded.run.metrics() if "loss" in m]:
+        sections.append(Section("Training", [Picture(losses_figure(metrics), "Loss over steps.")]))
+    report = write_report(
+        loaded.run.folder / "report.html",
+        title=f"{loaded.facts.name}: {loaded.run.name}",
+        summary=f"{loaded.facts.title} ({loaded.facts.year}). Judged on {store.name}, {described}.",
+        sections=sections,
+        simulated=store.simulated or loaded.kind.simulated,
+    )
+    figures["report"] = str(report)
+    loaded.run.write_json("evaluation.json", figures)
+    return figures
+
+
+def _what(loaded: LoadedRun, data: Path | str | None, unknown: bool) -> tuple[Store, Sequence[Segment], str]:
+    """Return the store and the parts of it to judge on, and a phrase that says which."""
+    if data is None:
+        store, split = test_part(loaded.run)
+        if not split.test:
+            raise ParameterError(f"{loaded.run.name}: kept no recordings for testing; give --data")
+        left_out = tuple(
+            Segment(info.id)
+            for info in store.index
+            if unknown and label_of(info, loaded.run.data["label"]) not in loaded.kind.materials
+        )
+        described = f"{len(split.test)} recordings kept apart by {split.by}"
+        return store, (*split.test, *left_out), described
+    store = open_store(data)
+    split = Split.load(loaded.run.folder / "split.json")
+    trained = {segment.id for segment in (*split.train, *split.validation)}
+    both = sorted(trained & {info.id for info in store.index})
+    if both:
+        raise LeakError(
+            f"{data}: {len(both)} of its {len(store)} recordings were trained on (first: {both[0]}); "
+            "evaluate on others, or without --data on the run's own test part"
+        )
+    return store, [Segment(info.id) for info in store.index], f"all {len(store)} recordings"
+
+
+def _judge_classifier(
+    loaded: LoadedRun, known: Sequence[Example], unknown: Sequence[Example], progress: Progress
+) -> tuple[dict[str, Any], list[Section]]:
+    done = iter(range(1, len(known) + 1))
+    result = judge_classifier(
+        loaded.model, known, on_example=lambda: progress("judge", next(done), len(known))
+    )
+    figures = result.as_dict()
+    figures["none_of_these"] = _judge_rejection(loaded, known, unknown)
+    return figures, [_accuracy(result), _rejection(figures["none_of_these"])]
+
+
+def _judge_rejection(
+    loaded: LoadedRun, known: Sequence[Example], unknown: Sequence[Example]
+) -> dict[str, Any]:
+    """Return how many recordings of known and of unknown materials are called "none of these"."""
+    index = SurfaceIndex.load(loaded.run)
+    far = {
+        name: np.array([index.nearest(loaded.model.embed(e.signal), 1)[0]["distance"] for e in part])
+        for name, part in (("known", known), ("unknown", unknown))
+    }
+    facts: dict[str, Any] = {
+        "threshold": index.threshold,
+        "calibrated_on": index.calibrated_on,
+        "known": len(known),
+        "known_kept": float(np.mean(far["known"] <= index.threshold)),
+        "unknown": len(unknown),
+        "unknown_rejected": None,
+        "auroc": None,
+    }
+    if unknown:
+        facts["unknown_rejected"] = float(np.mean(far["unknown"] > index.threshold))
+        pairs = far["unknown"][:, None] - far["known"][None]
+        facts["auroc"] = float(np.mean(pairs > 0) + np.mean(pairs == 0) / 2)
+        facts["unknown_materials"] = sorted({str(e.material) for e in unknown})
+    return facts
+
+
+def _accuracy(result: ClassificationResult) -> Section:
+    low, high = result.recording_interval
+    rows = [
+        ("recordings", result.recording_accuracy, f"{low:.3f} – {high:.3f}", int(result.recordings.sum())),
+        ("windows", result.window_accuracy, "–", int(result.windows.sum())),
+        ("chance", 1 / len(result.materials), "–", "–"),
+    ]
+    table = Table(
+        ("named rightly", "share", "95 % interval", "of"),
+        rows,
+        "Recordings are judged by the mean log probability of their windows. Interval: Wilson.",
+    )
+    picture = Picture(
+        confusion_figure(result.windows, result.materials),
+        "Share of the windows of each true class (row) that were answered so (column).",
+    )
+    return Section("What is it?", [table, picture])
+
+
+def _rejection(facts: dict[str, Any]) -> Section:
+    rows = [
+        ("recordings of known materials that pass", facts["known_kept"], facts["known"]),
+        ("recordings of unknown materials that are refused", facts["unknown_rejected"], facts["unknown"]),
+        ("area under the ROC curve, unknown against known", facts["auroc"], "–"),
+    ]
+    text = (
+        f"Farther than {facts['threshold']:.3g} (cosine distance) from everything known is “none of these”. "
+        f"The threshold was set on {facts['calibrated_on']} recordings that were not trained on."
+    )
+    return Section("None of these", [Text(text), Table(("", "share", "of"), rows)])
+
+
+def _judge_generator(loaded: LoadedRun, known: Sequence[Example]) -> tuple[dict[str, Any], list[Section]]:
+    """Hold generated signals against recordings, beside recordings against each other and other materials."""
+    by_material: dict[str, list[Any]] = {}
+    for example in known:
+        by_material.setdefault(str(example.material), []).append(example)
+    rows: dict[str, dict[str, float | None]] = {}
+    sections: list[Section] = []
+    for number, (name, members) in enumerate(by_material.items()):
+        real = [example.signal for example in members]
+        made = [
+            loaded.model.generate(
+                {"material": name, **_speed_force(example, loaded)}, seconds=real[i].seconds, seed=i
+            )
+            for i, example in enumerate(members)
+        ]
+        others = [e.signal for other, part in by_material.items() if other != name for e in part]
+        rows[name] = {
+            "model": log_spectral_distance(made, real),
+            "floor": log_spectral_distance(real[::2], real[1::2]) if len(real) > 1 else None,
+            "ceiling": log_spectral_distance(others, real) if others else None,
+        }
+        if number < 9:
+            sections.append(
+                Section(
+                    name,
+                    [
+                        Picture(spectra_figure({"recorded": real, "generated": made}), SPECTRA),
+                        Sound(real[0], "recorded (played at full scale)"),
+                        Sound(made[0], "generated (played at full scale)"),
+                    ],
+                )
+            )  # fmt: skip
+    overall = {
+        column: float(np.mean([v for row in rows.values() if (v := row[column]) is not None] or [np.nan]))
+        for column in ("model", "floor", "ceiling")
+    }
+    table = Table(
+        ("material", "model", "floor", "ceiling"),
+        [(name, row["model"], row["floor"], row["ceiling"]) for name, row in rows.items()]
+        + [("mean", overall["model"], overall["floor"], overall["ceiling"])],
+        "Log-spectral distance in dB to recordings kept apart; lower is better. Floor: one half of those "
+        "recordings against the other. Ceiling: other materials against them.",
+    )
+    return (
+        {"measures": {"log_spectral_distance_db": overall}, "per_material": rows},
+        [Section("How close is it?", [table]), *sections],
+    )
+
+
+def _speed_force(example: Example, loaded: LoadedRun) -> dict[str, Any]:
+    return {
+        name: example.condition.get(name)
+        for name in ("speed_mm_s", "force_n")
+        if name in loaded.facts.takes and example.condition.get(name) is not None
+    }

@@ -1,0 +1,70 @@
+"""Run the experiment behind a published table or figure: every module of `tactogram.experiments` is one."""
+
+from __future__ import annotations
+
+import ast
+import json
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from tactogram import experiments as package
+from tactogram.errors import ParameterError
+from tactogram.jobs.crossval import crossval
+from tactogram.jobs.evaluate import evaluate
+from tactogram.jobs.progress import Progress, silent
+from tactogram.jobs.simulate import simulate_to_store
+from tactogram.jobs.training import train
+from tactogram.training.run import write_text
+
+
+class Jobs:
+    """The jobs that an experiment may call, handed down to it: experiments stand below jobs."""
+
+    def __init__(self, progress: Progress) -> None:
+        self.simulate = partial(simulate_to_store, progress=progress)
+        self.crossval = partial(crossval, progress=progress)
+        self.train = partial(train, progress=progress)
+        self.evaluate = partial(evaluate, progress=progress)
+
+
+def experiments() -> dict[str, str]:
+    """Return each experiment's name and the first line of what it is, without importing any."""
+    found = {}
+    for file in sorted(Path(package.__path__[0]).glob("*.py")):
+        if not file.stem.startswith("_"):
+            text = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
+            found[file.stem] = text.split("\n", 1)[0]
+    return found
+
+
+def reproduce(
+    name: str, *, recipe: str = "bench", out: Path | str | None = None, progress: Progress = silent
+) -> dict[str, Any]:
+    """Run the experiment ``name`` and return its result, also written to ``OUT/result.json``.
+
+    Parameters
+    ----------
+    name : str
+        One of `experiments`.
+    recipe : {"bench", "paper"}
+        ``bench`` is sized for two cores, ``paper`` is the published size.
+    out : path, optional
+        Folder for everything it makes; by default ``runs/NAME``. What is there already is not made again.
+
+    Returns
+    -------
+    dict
+        The experiment's figures, and ``text``: its table, published beside ours.
+    """
+    if name not in experiments():
+        raise ParameterError(f"experiment must be one of {', '.join(experiments())}, got {name!r}")
+    if recipe not in ("bench", "paper"):
+        raise ParameterError(f"--recipe must be bench or paper, got {recipe!r}")
+    folder = Path(out) if out else Path("runs") / name
+    folder.mkdir(parents=True, exist_ok=True)
+    run = import_module(f"{package.__name__}.{name}").run
+    result: dict[str, Any] = run(Jobs(progress), folder, paper=recipe == "paper")
+    write_text(folder / "result.json", json.dumps(result, indent=1) + "\n")
+    return result

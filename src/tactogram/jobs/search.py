@@ -1,0 +1,223 @@
+"""The search engine for surfaces: the nearest recordings to a new one, and an honest "none of these".
+
+Saga et al. propose their classifier "as a search engine for surface material retrieval". A recording is
+embedded as the last hidden layer of the classifier averaged over its windows, scaled to length 1. What is
+nearest is looked up in a vector index. A recording is "none of these" when it is farther from everything
+known than `KEPT` of the recordings of known materials are: the k-nearest-neighbour test of Sun et al. 2022
+("Out-of-distribution detection with deep nearest neighbors"), its threshold calibrated on recordings that
+the network was not trained on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from usearch.index import Index
+
+from tactogram.datasets import Examples, Segment, Store, open_store
+from tactogram.errors import ParameterError, RunError
+from tactogram.jobs.training import LoadedRun, load_run
+from tactogram.model import Example
+from tactogram.signal import Signal
+from tactogram.training.run import Run
+
+KEPT = 0.95
+"""Share of recordings of known materials that the threshold lets pass."""
+
+
+class Embedder(Protocol):
+    """A model that turns a signal into a vector."""
+
+    def embed(self, signal: Signal) -> NDArray[np.float32]:
+        """Return float32, shape (feature,)."""
+        ...
+
+
+class SurfaceIndex:
+    """Embedded recordings, and the distance beyond which something is none of them.
+
+    Parameters
+    ----------
+    vectors : float32 array, shape (recording, feature)
+        Of length 1.
+    ids, materials : sequence of str
+        A recording each.
+    threshold : float
+        Cosine distance, 0..2.
+    calibrated_on : int
+        How many recordings the threshold follows from.
+    """
+
+    def __init__(
+        self,
+        vectors: NDArray[np.float32],
+        ids: Sequence[str],
+        materials: Sequence[str],
+        *,
+        threshold: float,
+        calibrated_on: int,
+    ) -> None:
+        self.ids, self.materials = list(ids), list(materials)
+        self.threshold, self.calibrated_on = threshold, calibrated_on
+        self.index = Index(ndim=vectors.shape[1], metric="cos", dtype="f32")
+        self.index.add(np.arange(len(vectors)), vectors)
+
+    def nearest(self, vector: NDArray[np.float32], count: int) -> list[dict[str, Any]]:
+        """Return the ``count`` nearest recordings: ``id``, ``material``, ``distance`` (cosine, 0..2)."""
+        found = self.index.search(_unit(vector[None])[0], min(count, len(self.ids)))
+        return [
+            {
+                "id": self.ids[int(m.key)],
+                "material": self.materials[int(m.key)],
+                "distance": float(m.distance),
+            }
+            for m in found
+        ]
+
+    def save(self, run: Run) -> None:
+        """Write ``search.usearch`` and ``search.json`` into the run."""
+        part = run.folder / "search.usearch.part"
+        self.index.save(str(part))
+        part.replace(run.folder / "search.usearch")
+        run.write_json(
+            "search.json",
+            {
+                "version": 1,
+                "ids": self.ids,
+                "materials": self.materials,
+                "threshold": self.threshold,
+                "kept": KEPT,
+                "calibrated_on": self.calibrated_on,
+            },
+        )
+
+    @classmethod
+    def load(cls, run: Run) -> SurfaceIndex:
+        """Return the index of ``run``.
+
+        Raises
+        ------
+        RunError
+            If the run has none: only classifiers trained with `tactogram train` have.
+        """
+        if not (run.folder / "search.json").is_file():
+            raise RunError(f"{run.folder}: has no search index; search needs a trained classifier")
+        facts = run.read_json("search.json")
+        found = cls.__new__(cls)
+        found.ids, found.materials = facts["ids"], facts["materials"]
+        found.threshold, found.calibrated_on = facts["threshold"], facts["calibrated_on"]
+        found.index = Index.restore(str(run.folder / "search.usearch"))
+        return found
+
+
+def build_index(embedder: Embedder, known: Sequence[Example], kept_apart: Sequence[Example]) -> SurfaceIndex:
+    """Return an index over ``known``, its threshold calibrated on ``kept_apart``.
+
+    Parameters
+    ----------
+    embedder : Embedder
+    known : sequence of Example
+        What can be found.
+    kept_apart : sequence of Example
+        Recordings of known materials that ``embedder`` was not trained on. Where there are none, each known
+        recording is held against the others, which is optimistic.
+    """
+    if not known:
+        raise ParameterError("an index needs at least one recording, got none")
+    vectors = _embed(embedder, known)
+    if len(kept_apart):
+        distances = 1 - (_embed(embedder, kept_apart) @ vectors.T).max(axis=1)
+    else:
+        similarity = vectors @ vectors.T
+        np.fill_diagonal(similarity, -1)
+        distances = 1 - similarity.max(axis=1)
+    # The conformal quantile: at least KEPT of new recordings pass, however few the threshold follows from.
+    rank = min(len(distances), int(np.ceil((len(distances) + 1) * KEPT)))
+    threshold = float(np.sort(distances)[rank - 1])
+    return SurfaceIndex(
+        vectors,
+        [example.id for example in known],
+        [str(example.material) for example in known],
+        threshold=threshold,
+        calibrated_on=len(kept_apart),
+    )
+
+
+def index_run(run: Run, embedder: Embedder, known: Sequence[Example], kept_apart: Sequence[Example]) -> None:
+    """Build the index of a run that was just trained and save it there."""
+    build_index(embedder, known, kept_apart).save(run)
+
+
+def search(
+    run: Path | str | LoadedRun, signal: Signal, *, data: Path | str | None = None, count: int = 5
+) -> dict[str, Any]:
+    """Return what is most like ``signal``.
+
+    Parameters
+    ----------
+    run : path or LoadedRun
+        A trained classifier.
+    signal : Signal
+        As recorded; it is prepared as the run's recipe says.
+    data : path, optional
+        A store to search in; by default what the run was trained on.
+    count : int
+        How many recordings to return.
+
+    Returns
+    -------
+    dict
+        ``nearest`` (``id``, ``material``, ``distance``), ``materials`` (each once, by its nearest recording),
+        ``none_of_these`` (bool), ``distance`` and ``threshold`` (cosine, 0..2).
+    """
+    loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    index = SurfaceIndex.load(loaded.run)
+    if data is not None:
+        index = _index_of(loaded, open_store(data), index.threshold, index.calibrated_on)
+    vector = loaded.model.embed(loaded.prepare(signal))
+    every = index.nearest(vector, len(index.ids))
+    materials: dict[str, float] = {}
+    for found in every:
+        materials.setdefault(found["material"], found["distance"])
+    return {
+        "nearest": every[:count],
+        "materials": [{"material": m, "distance": d} for m, d in list(materials.items())[:count]],
+        "none_of_these": every[0]["distance"] > index.threshold,
+        "distance": every[0]["distance"],
+        "threshold": index.threshold,
+        "calibrated_on": index.calibrated_on,
+        "simulated": loaded.kind.simulated,
+    }
+
+
+def _index_of(loaded: LoadedRun, store: Store, threshold: float, calibrated_on: int) -> SurfaceIndex:
+    """Return an index over ``store``; kept in the run, by the store's hash, so that it is built once."""
+    file = loaded.run.folder / f"search-{store.sha256[:16]}.npz"
+    segments = [Segment(info.id) for info in store.index if info.material is not None]
+    names = {info.id: info.material for info in store.index}
+    if file.exists():
+        vectors = np.load(file, allow_pickle=False)["vectors"]
+    else:
+        prepare = loaded.recipe.prepare
+        vectors = _embed(loaded.model, Examples(store, segments, prepare))
+        part = file.with_name(file.name + ".part")
+        with part.open("wb") as opened:
+            np.savez(opened, vectors=vectors)
+        part.replace(file)
+    ids = [segment.id for segment in segments]
+    return SurfaceIndex(
+        vectors, ids, [str(names[i]) for i in ids], threshold=threshold, calibrated_on=calibrated_on
+    )
+
+
+def _embed(embedder: Embedder, examples: Sequence[Example]) -> NDArray[np.float32]:
+    return _unit(np.stack([embedder.embed(example.signal) for example in examples]))
+
+
+def _unit(vectors: NDArray[np.float32]) -> NDArray[np.float32]:
+    unit: NDArray[np.float32] = vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)
+    return unit

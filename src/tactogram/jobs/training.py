@@ -1,0 +1,285 @@
+"""Train a model on a store, or on given examples; load what came out."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from tactogram import models
+from tactogram.datasets import (
+    Examples,
+    RecordingInfo,
+    Segment,
+    Split,
+    Store,
+    label_of,
+    open_store,
+    signal_kind,
+    split_fractions,
+    split_last,
+)
+from tactogram.errors import ParameterError, RunError
+from tactogram.jobs.progress import Progress, silent
+from tactogram.model import Classifier, Example, Learner, SignalKind
+from tactogram.recipe import Prepare, Recipe, run_id
+from tactogram.signal import Signal
+from tactogram.training.device import make_fabric
+from tactogram.training.loop import BEGINNING, Position, fit
+from tactogram.training.run import Run
+
+TEST_SHARE, VALIDATION_SHARE = 0.2, 0.1
+"""Parts of the recordings that `train` keeps for `evaluate`, and for choosing and calibrating."""
+
+
+@dataclass(frozen=True)
+class LoadedRun:
+    """A finished run, ready for use.
+
+    ``model`` keeps the promises its ``facts.task`` says: a `Classifier`, a `Generator` or a `Predictor`.
+    """
+
+    run: Run
+    facts: models.ModelFacts
+    recipe: Recipe
+    kind: SignalKind
+    model: Any
+
+    def prepare(self, signal: Signal) -> Signal:
+        """Return ``signal`` as the model was trained on it: axes, band and rate of the recipe."""
+        prepared = self.recipe.prepare.apply(signal)
+        if self.recipe.prepare.rate in ("own", "band") and prepared.rate != self.kind.rate:
+            prepared = Prepare(rate=self.kind.rate).apply(prepared)
+        self.kind.check(prepared)
+        return prepared
+
+
+def load_run(folder: Path | str, *, device: str = "cpu", model_folders: Sequence[Path] = ()) -> LoadedRun:
+    """Return the finished run in ``folder``.
+
+    Raises
+    ------
+    RunError
+        If there is none, it is not finished, or its files are broken.
+    """
+    from tactogram.training.checkpoint import load_state
+
+    run = Run.open(Path(folder))
+    kind, recipe = run.kind(), run.recipe
+    facts = models.find(recipe.model, model_folders)
+    model = facts.build(facts.config(recipe.config), kind, seed=recipe.seed, device=device)
+    state, _ = load_state(run.folder / "model.safetensors")
+    model.load_state(state)
+    return LoadedRun(run, facts, recipe, kind, model)
+
+
+def train(
+    model: str,
+    data: Path | str,
+    *,
+    recipe: str = "quick",
+    changes: Mapping[str, Any] | None = None,
+    split: str = "",
+    by: str = "recording",
+    label: str = "material",
+    where: Mapping[str, str] | None = None,
+    out: Path | str | None = None,
+    resume: bool = False,
+    accelerator: str = "auto",
+    devices: int = 1,
+    model_folders: Sequence[Path] = (),
+    progress: Progress = silent,
+) -> Run:
+    """Train ``model`` on the training part of ``data`` and return the finished run.
+
+    Parameters
+    ----------
+    model : str
+        Name of a model.
+    data : path
+        A store.
+    recipe : str
+        Name of one of the model's recipes, or a TOML file.
+    changes : mapping, optional
+        Values by dotted key that replace the recipe's.
+    split : str
+        ``last=N`` keeps the last N recordings of each material for testing, ``all`` keeps none apart; by
+        default a fifth is kept for testing and a tenth for validation, drawn by the recipe's seed.
+    by : str
+        What must not stand on both sides: ``recording``, ``session``, ``subject`` or ``condition``.
+    label : str
+        Fields that make the class, joined by ``+``.
+    where : mapping, optional
+        Keep only recordings whose fields have these values: ``A``, ``A|B`` (either), ``!A|B`` (neither).
+    out : path, optional
+        The run's folder; by default ``runs/MODEL-RECIPE-ID``.
+    resume : bool
+        Go on with the run in ``out`` from its last checkpoint.
+
+    Raises
+    ------
+    RunError
+        If the folder holds another run, or ``resume`` meets other data or another recipe than it began with.
+    """
+    store = open_store(data)
+    facts = models.find(model, model_folders)
+    chosen = Recipe.load(facts.recipe(recipe), changes=changes)
+    index = select(store.index, where)
+    parts = make_split(index, split=split, by=by, seed=chosen.seed, label=label)
+    config = facts.config(chosen.config)
+    resolved = chosen.resolved(config) | {"split": asdict(parts), "label": label}
+    identity = run_id(resolved, store.sha256)
+    folder = Path(out) if out else Path("runs") / f"{model}-{Path(recipe).stem}-{identity}"
+    run = _begin(folder, chosen, identity, resume, store, parts, label)
+    if run.finished:
+        return run
+    examples = Examples(store, parts.train, chosen.prepare, label=label)
+    examples.prepare_all(progress=partial(progress, "prepare"))
+    kind = signal_kind(examples, simulated=store.simulated)
+    learner = facts.build(config, kind, seed=chosen.seed)
+    fabric = make_fabric(chosen.training, accelerator=accelerator, devices=devices)
+    learner.setup(fabric)
+    start = run.restore(learner) if resume else Position()
+    run_training(learner, examples, chosen, run=run, start=start, rank=fabric.global_rank, progress=progress)
+    if fabric.is_global_zero:
+        validation = Examples(store, parts.validation, chosen.prepare, label=label)
+        run.finish(
+            learner, kind, {"model": model, "label": label, "validation": learner.validate(validation)}
+        )
+        if isinstance(learner, Classifier) and hasattr(learner, "embed"):
+            from tactogram.jobs.search import index_run
+
+            index_run(run, learner, examples, validation)
+    return run
+
+
+def run_training(
+    learner: Learner,
+    examples: Sequence[Example],
+    recipe: Recipe,
+    *,
+    run: Run | None = None,
+    start: Position = BEGINNING,
+    rank: int = 0,
+    task: str = "",
+    progress: Progress = silent,
+) -> None:
+    """Fit ``learner``; log and save to ``run`` where there is one, and show progress."""
+    every = recipe.training
+
+    def on_step(position: Position, stage: Any, losses: dict[str, float]) -> None:
+        last = position.step == stage.steps
+        if run is not None and rank == 0:
+            if position.step % every.log_every == 0 or last:
+                run.log(position, losses)
+            if position.step % every.checkpoint_every == 0 or last:
+                run.save_checkpoint(learner, position)
+        note = " ".join(f"{name} {loss:.3g}" for name, loss in losses.items()) if len(losses) < 4 else ""
+        progress(f"{task}{stage.name}", position.step, stage.steps, note)
+
+    fit(learner, examples, seed=recipe.seed, start=start, rank=rank, on_step=on_step)
+
+
+def make_split(index: Sequence[RecordingInfo], *, split: str, by: str, seed: int, label: str) -> Split:
+    """Return the parts that a command line's ``--split`` and ``--by`` ask for, each with all classes."""
+    index = labelled(index, label)
+    if split.startswith("last="):
+        try:
+            return split_last(index, int(split.removeprefix("last=")))
+        except ValueError:
+            raise ParameterError(f"--split last=N needs a number of recordings, got {split!r}") from None
+    if split == "all":
+        return Split(tuple(Segment(info.id) for info in index), (), (), by=by, seed=seed)
+    if split:
+        raise ParameterError(f"--split must be last=N or all, got {split!r}")
+    return split_fractions(index, by=by, test=TEST_SHARE, validation=VALIDATION_SHARE, seed=seed)
+
+
+def labelled(index: Sequence[RecordingInfo], label: str) -> list[RecordingInfo]:
+    """Return ``index`` with the class of each recording for its material: splits share out classes."""
+    named = [replace(info, material=label_of(info, label)) for info in index]
+    nameless = [info for info in named if info.material is None]
+    if nameless:
+        name = nameless[0].source or nameless[0].id
+        raise ParameterError(f"recording {name} has no {label}: leave it out with --where")
+    return named
+
+
+def select(index: Sequence[RecordingInfo], where: Mapping[str, str] | None) -> list[RecordingInfo]:
+    """Return the recordings whose fields, or labels, have the values of ``where``.
+
+    Numbers are compared by value; ``A|B`` is either, ``!A|B`` neither.
+
+    Raises
+    ------
+    ParameterError
+        If none has.
+    """
+    kept = [info for info in index if all(_has(info, key, value) for key, value in (where or {}).items())]
+    if not kept:
+        asked = ", ".join(f"{key}={value}" for key, value in (where or {}).items()) or "anything"
+        raise ParameterError(f"no recording has {asked}")
+    return kept
+
+
+def _has(info: RecordingInfo, key: str, value: str) -> bool:
+    if value.startswith("!"):
+        return not _has(info, key, value[1:])
+    if "|" in value:
+        return any(_has(info, key, one) for one in value.split("|"))
+    got = info.labels.get(key) if key in info.labels else getattr(info, key, None)
+    if isinstance(got, float):
+        try:
+            return got == float(value)
+        except ValueError:
+            return False
+    return got is not None and str(got) == str(value)
+
+
+def _begin(
+    folder: Path, recipe: Recipe, identity: str, resume: bool, store: Store, split: Split, label: str
+) -> Run:
+    """Return a new run, or with ``resume`` the one that is there, if it is of the same making."""
+    if not resume:
+        data = {
+            "path": os.fspath(Path(store.path).resolve()),
+            "name": store.name,
+            "licence": store.licence,
+            "sha256": store.sha256,
+            "simulated": store.simulated,
+            "label": label,
+            "split": {"by": split.by, **{part: len(held) for part, held in split.parts.items()}},
+        }
+        run = Run.create(folder, recipe=recipe, data=data, identity=identity)
+        split.save(folder / "split.json")
+        return run
+    if not (folder / "recipe.toml").exists():
+        raise RunError(f"{folder}: nothing to resume here; leave --resume away to begin")
+    run = Run.open(folder)
+    if run.data["run_id"] != identity:
+        raise RunError(
+            f"{folder}: was begun with another recipe, split or data; resume with the same ones, "
+            "or give another --out"
+        )
+    return run
+
+
+def test_part(run: Run) -> tuple[Store, Split]:
+    """Return the store that ``run`` was trained on and the split it used.
+
+    Raises
+    ------
+    RunError
+        If the store is gone or is not what it was.
+    """
+    facts = run.data
+    try:
+        store = open_store(facts["path"])
+    except Exception as error:
+        raise RunError(f"{run.folder}: its data is not at {facts['path']} any more; give --data") from error
+    if store.sha256 != facts["sha256"]:
+        raise RunError(f"{facts['path']}: has changed since the run; give --data for recordings kept apart")
+    return store, Split.load(run.folder / "split.json")

@@ -1,0 +1,66 @@
+import numpy as np
+import pytest
+
+from tactogram.errors import ParameterError
+from tactogram.evaluation.classification import ClassificationResult, judge_classifier, pooled
+from tactogram.model import Example
+from tactogram.signal import Signal
+
+
+class Told:
+    """A classifier that answers what the samples say: each sample is the answer of one window."""
+
+    materials = ("a", "b")
+
+    def window_probabilities(self, signal):
+        p = signal.samples[0].astype(float)
+        return np.stack([1 - p, p], axis=1)
+
+
+def example(material, *answers):
+    return Example("i", Signal(list(answers), 1.0, "1"), material)
+
+
+def test_windows_and_recordings_are_counted():
+    result = judge_classifier(
+        Told(), [example("a", 0.1, 0.2, 0.9), example("b", 0.6, 0.4, 0.4), example("b", 0.9)]
+    )
+    np.testing.assert_array_equal(result.windows, [[2, 1], [2, 2]])
+    np.testing.assert_array_equal(result.recordings, [[1, 0], [1, 1]])
+    assert result.window_accuracy == pytest.approx(4 / 7)
+    assert result.recording_accuracy == pytest.approx(2 / 3)
+    figures = result.as_dict()
+    assert figures["per_material"]["b"] == {
+        "window_accuracy": 0.5,
+        "recording_accuracy": 0.5,
+        "recordings": 2,
+    }
+    assert figures["chance"] == 0.5
+
+
+def test_pooling_by_hand():
+    windows = np.array([[0.5, 0.5], [0.1, 0.9]])
+    a, b = np.sqrt(0.5 * 0.1), np.sqrt(0.5 * 0.9)
+    np.testing.assert_allclose(pooled(windows), [a / (a + b), b / (a + b)])
+    assert pooled(np.array([[0.0, 1.0], [0.9, 0.1]])).argmax() == 1
+
+
+def test_folds_add_up():
+    one = judge_classifier(Told(), [example("a", 0.1)])
+    two = judge_classifier(Told(), [example("b", 0.1)])
+    np.testing.assert_array_equal((one + two).recordings, [[1, 0], [1, 0]])
+    with pytest.raises(ParameterError, match="different classes"):
+        _ = one + ClassificationResult(("a", "c"), one.windows, one.recordings)
+
+
+def test_the_interval_is_wilsons():
+    counts = np.array([[5, 5], [0, 0]])
+    low, high = ClassificationResult(("a", "b"), counts, counts).recording_interval
+    # Wilson half-width at 5 of 10 is 0.263.
+    assert (high - low) / 2 == pytest.approx(0.263, abs=0.001)
+    assert (high + low) / 2 == pytest.approx(0.5)
+
+
+def test_an_unknown_class_is_refused():
+    with pytest.raises(ParameterError, match="recording i is of 'z', which the classifier does not know"):
+        judge_classifier(Told(), [example("z", 0.1)])

@@ -1,0 +1,69 @@
+import base64
+import io
+import re
+
+import numpy as np
+import soundfile
+from PIL import Image as Pillow
+
+from tactogram.evaluation import figures
+from tactogram.evaluation.report import Picture, Section, Sound, Table, Text, save_figure, write_report
+from tactogram.signal import Image, Signal
+
+
+def stroke(rate=330.0):
+    t = np.arange(int(2 * rate)) / rate
+    return Signal(np.stack([9.81 + 0 * t, np.sin(2 * np.pi * 50 * t), 0.1 * t]), rate, "m/s^2")
+
+
+def test_a_report_holds_all_it_shows(tmp_path):
+    path = write_report(
+        tmp_path / "r.html",
+        title="A <b>title</b>",
+        summary="Short.",
+        simulated=True,
+        sections=[
+            Section(
+                "One", [Text("5 < 6"), Table(("name", "value"), [("a", 0.12345), ("b", None)], "caption")]
+            ),
+            Section("Two", [Picture(figures.signal_figure(stroke()), "a stroke"), Sound(stroke(), "listen")]),
+        ],
+    )
+    page = path.read_text()
+    assert "A &lt;b&gt;title" in page
+    assert "Simulated data" in page
+    assert "0.123" in page
+    assert not re.search(r'(src|href)="(?!data:|#)', page)  # nothing from elsewhere
+    sound = base64.b64decode(re.search(r"data:audio/wav;base64,([^\"]+)", page)[1])
+    samples, rate = soundfile.read(io.BytesIO(sound))
+    assert rate == 8000
+    assert len(samples) == 16_000
+    spectrum = np.abs(np.fft.rfft(samples))
+    assert np.argmax(spectrum) / 2 == 50  # the axis with the vibration, without gravity
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_real_data_is_not_called_simulated(tmp_path):
+    path = write_report(tmp_path / "r.html", title="t", summary="s", simulated=False, sections=[])
+    assert "Simulated data" not in path.read_text()
+
+
+def test_figures_are_drawn(tmp_path):
+    counts = np.array([[3, 1], [0, 4]])
+    photo = Image(np.zeros((4, 4, 3), np.uint8))
+    drawn = {
+        "confusion": figures.confusion_figure(counts, ("a", "b")),
+        "spectra": figures.spectra_figure({"one": [stroke(), stroke()], "other": [stroke()]}),
+        "losses": figures.losses_figure([{"stage": 1, "step": s, "loss": 1 / s} for s in range(1, 40)]),
+        "photos": figures.photos_figure({"a": photo, "b": photo}),
+        "short": figures.signal_figure(stroke().cut(0, 20)),
+    }
+    for name, figure in drawn.items():
+        with Pillow.open(save_figure(tmp_path / f"{name}.png", figure)) as picture:
+            assert picture.width > 300
+            assert len(set(picture.convert("L").get_flattened_data())) > 2
+
+
+def test_a_confusion_matrix_shows_shares_of_the_true_class():
+    figure = figures.confusion_figure(np.array([[3, 1], [0, 4]]), ("a", "b"))
+    np.testing.assert_allclose(figure.axes[0].images[0].get_array(), [[0.75, 0.25], [0, 1]])

@@ -1,0 +1,241 @@
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from conftest import TINY, recordings, texture
+
+from tactogram.datasets import Split, create_store
+from tactogram.errors import LeakError, ParameterError, RunError
+from tactogram.jobs.classify import classify
+from tactogram.jobs.crossval import crossval
+from tactogram.jobs.evaluate import evaluate
+from tactogram.jobs.exchange import export_run, import_run
+from tactogram.jobs.generate import generate, generate_files, parse_mix
+from tactogram.jobs.search import search
+from tactogram.jobs.training import load_run, select, train
+from tactogram.signal.io import read_metadata, read_signal
+from tactogram.training import load_state
+
+
+def test_a_run_holds_what_made_it(run, store):
+    assert run.recipe.model == "stroke_cnn"
+    assert run.data["simulated"] is True
+    assert run.kind().materials == ("cork", "foam", "tile")
+    assert run.facts()["validation"]["recording_accuracy"] > 0.6
+    split = Split.load(run.folder / "split.json")
+    assert not {s.id for s in split.train} & {s.id for s in split.test}
+    steps = [(m["stage"], m["step"]) for m in run.metrics()]
+    assert steps == sorted(set(steps))
+    assert steps[-1] == (1, TINY["config.steps"])
+
+
+def test_a_loaded_run_says_what_the_trained_one_said(run):
+    one, two = load_run(run.folder), load_run(run.folder)
+    prepared = one.prepare(texture("cork", 99))
+    np.testing.assert_array_equal(one.model.probabilities(prepared), two.model.probabilities(prepared))
+
+
+def test_it_names_and_finds_what_it_was_trained_on(run):
+    for material in ("cork", "foam", "tile"):
+        said = classify(run.folder, texture(material, 77))
+        assert said["material"] == material
+        assert sum(said["probabilities"].values()) == pytest.approx(1)
+        assert search(run.folder, texture(material, 77))["nearest"][0]["material"] == material
+
+
+def test_evaluation_names_split_and_floor(run):
+    figures = evaluate(run.folder, unknown=True)
+    assert figures["recording_accuracy"] >= 0.8
+    assert figures["recordings"] == 6
+    assert figures["none_of_these"]["unknown"] == 10
+    assert figures["none_of_these"]["unknown_materials"] == ["wool"]
+    assert 0 <= figures["none_of_these"]["auroc"] <= 1
+    assert figures["data"]["simulated"] is True
+    page = (run.folder / "report.html").read_text()
+    assert "Simulated data" in page
+    assert json.loads((run.folder / "evaluation.json").read_text()) == figures
+
+
+def test_other_data_is_matched_by_name_and_what_was_trained_on_is_refused(run, store, tmp_path):
+    create_store(
+        tmp_path / "new", recordings(("tile", "cork"), 2, first=50), name="new", licence="-", simulated=True
+    )
+    figures = evaluate(run.folder, data=tmp_path / "new")
+    assert figures["recordings"] == 4
+    with pytest.raises(LeakError, match="of its 40 recordings were trained on"):
+        evaluate(run.folder, data=store)
+
+
+def test_search_in_another_store(run, store):
+    found = search(run.folder, texture("wool", 5), data=store, count=3)
+    assert found["nearest"][0]["material"] == "wool"
+    assert len(found["nearest"]) == 3
+    again = search(run.folder, texture("wool", 5), data=store, count=3)
+    assert again == found
+
+
+def test_folds_are_by_recording_and_cover_everything(store, tmp_path):
+    figures = crossval(
+        "stroke_cnn", store, folds=2, recipe="tiny", changes=TINY, out=tmp_path / "cv", accelerator="cpu"
+    )
+    assert figures["recordings"] == 40
+    assert figures["split"] == "2 folds by recording"
+    assert len(figures["per_fold"]) == 2
+    assert figures["recording_accuracy"] > 0.7
+    assert {f.name for f in (tmp_path / "cv").iterdir()} == {"crossval.json", "confusion.png", "report.html"}
+
+
+def test_fewer_recordings_than_folds_are_cut_into_blocks(tmp_path):
+    create_store(tmp_path / "s", recordings(("cork", "tile"), 2), name="s", licence="-", simulated=True)
+    options = {"recipe": "tiny", "changes": TINY, "accelerator": "cpu", "out": tmp_path / "cv"}
+    figures = crossval("stroke_cnn", tmp_path / "s", folds=5, only_folds=1, **options)
+    assert figures["split"].startswith("5 contiguous blocks of each recording, 0.097 s (one window) left out")
+    assert figures["split"].endswith("only 1 of the 5 folds were run")
+    with pytest.raises(ParameterError, match="--folds 50 needs as many recordings of every class"):
+        crossval("stroke_cnn", tmp_path / "s", folds=50, **options)
+
+
+def test_last_recordings_test(store, tmp_path):
+    figures = crossval(
+        "stroke_cnn",
+        store,
+        split="last=3",
+        label="material+contactor",
+        where={"speed_mm_s": "100"},
+        recipe="tiny",
+        changes=TINY,
+        out=tmp_path / "cv",
+        accelerator="cpu",
+    )
+    assert figures["recordings"] == 12
+    assert "cork-finger" in figures["materials"]
+
+
+def test_select_by_fields_and_labels(store):
+    from tactogram.datasets import open_store
+
+    index = open_store(store).index
+    assert len(select(index, {"speed_mm_s": "100.0", "material": "cork|tile"})) == 10
+    assert len(select(index, {"material": "!cork|tile"})) == 20
+    assert len(select(index, {"recording": "3"})) == 4
+    with pytest.raises(ParameterError, match="no recording has material=glass"):
+        select(index, {"material": "glass"})
+
+
+def test_a_killed_training_goes_on_to_the_same_weights(store, tmp_path):
+    changes = ["--set", "config.steps=80", "--set", "training.checkpoint_every=5", "--split", "all"]
+    command = [
+        sys.executable,
+        "-m",
+        "tactogram.cli",
+        "train",
+        "stroke_cnn",
+        "--data",
+        str(store),
+        "--recipe",
+        "tiny",
+    ]
+    command += [*changes, "--accelerator", "cpu", "--out"]
+    whole, killed = tmp_path / "whole", tmp_path / "killed"
+    subprocess.run([*command, str(whole)], check=True, capture_output=True)
+    child = subprocess.Popen([*command, str(killed)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    while not (killed / "checkpoint.safetensors").exists() and child.poll() is None:
+        time.sleep(0.01)
+    os.kill(child.pid, signal.SIGKILL)
+    assert child.wait() == -signal.SIGKILL
+    with pytest.raises(RunError, match="training is not finished"):
+        load_run(killed)
+    refused = subprocess.run([*command, str(killed)], capture_output=True, text=True, check=False)
+    assert refused.returncode == 1
+    assert "--resume goes on with it" in refused.stderr
+    other = [*command, str(killed), "--resume", "--set", "seed=5"]
+    refused = subprocess.run(other, capture_output=True, text=True, check=False)
+    assert "begun with another recipe" in refused.stderr
+    subprocess.run([*command, str(killed), "--resume"], check=True, capture_output=True)
+    a, b = (load_state(f / "model.safetensors")[0]["network"] for f in (whole, killed))
+    assert all((a[name] == b[name]).all() for name in a)
+    assert (whole / "metrics.jsonl").read_text() == (killed / "metrics.jsonl").read_text()
+
+
+def test_a_run_travels_in_one_file(run, tmp_path):
+    export_run(run.folder, tmp_path / "r.zip")
+    import_run(tmp_path / "r.zip", tmp_path / "again")
+    assert classify(tmp_path / "again", texture("cork", 3)) == classify(run.folder, texture("cork", 3))
+    with pytest.raises(RunError, match="exists already"):
+        import_run(tmp_path / "r.zip", tmp_path / "again")
+    (tmp_path / "x.zip").write_text("no zip")
+    with pytest.raises(RunError, match="not a packed run"):
+        import_run(tmp_path / "x.zip", tmp_path / "other")
+    assert not (tmp_path / "other").exists()
+
+
+def test_a_packed_path_outside_the_run_is_refused(tmp_path):
+    import zipfile
+
+    with zipfile.ZipFile(tmp_path / "bad.zip", "w") as packed:
+        packed.writestr("../evil", "x")
+    with pytest.raises(RunError, match="names a path outside the run"):
+        import_run(tmp_path / "bad.zip", tmp_path / "out")
+    assert {p.name for p in tmp_path.iterdir()} == {"bad.zip"}
+
+
+@pytest.fixture(scope="module")
+def voice(store, tmp_path_factory):
+    out = tmp_path_factory.mktemp("runs") / "ar"
+    return load_run(train("ar_texture", store, recipe="tiny", out=out, accelerator="cpu").folder)
+
+
+def test_generated_files_say_what_they_are(voice, tmp_path):
+    written = generate_files(
+        voice, {"material": {"cork": 0.5, "tile": 0.5}}, tmp_path / "x.wav", seconds=2, count=2
+    )
+    assert [row["seconds"] for row in written] == [2.0, 2.0]
+    first = read_signal(tmp_path / "x-1.wav")
+    assert (first.rate, first.unit, first.axes) == (330.0, "m/s^2", ("x", "y", "z"))
+    said = read_metadata(tmp_path / "x-1.wav")
+    assert said["simulated"] == "true"
+    assert said["material"] == "cork=0.5,tile=0.5"
+    assert (first.samples != read_signal(tmp_path / "x-2.wav").samples).any()
+    again = next(generate(voice, {"material": {"cork": 0.5, "tile": 0.5}}, seconds=2))
+    np.testing.assert_array_equal(again.samples, first.samples)
+
+
+def test_a_generator_is_judged_beside_floor_and_ceiling(voice):
+    figures = evaluate(voice)
+    row = figures["measures"]["log_spectral_distance_db"]
+    assert 0 < row["floor"] < row["ceiling"]
+    assert row["model"] < row["ceiling"] / 2
+
+
+@pytest.mark.parametrize(
+    ("condition", "options", "message"),
+    [
+        ({"material": "glass"}, {}, "material must be one of cork, foam, tile, wool, got 'glass'"),
+        ({"material": {"cork": 0.0}}, {}, "at least one material needs a weight > 0"),
+        ({"material": "cork"}, {"seconds": 36_000.0}, "seconds must be > 0 and at most 3600, got 36000"),
+        ({"material": "cork"}, {"count": 0}, "count must be at least 1"),
+        ({"material": "cork", "words": {"rough": 1.0}}, {}, "condition 'words' is not one this model takes"),
+    ],
+)
+def test_conditions_that_mean_nothing_are_refused(voice, condition, options, message):
+    with pytest.raises(ParameterError, match=message):
+        next(generate(voice, condition, **options))
+
+
+def test_a_classifier_does_not_generate_nor_a_voice_classify(run, voice):
+    with pytest.raises(ParameterError, match="stroke_cnn does not generate"):
+        next(generate(run.folder, {"material": "cork"}))
+    with pytest.raises(ParameterError, match="ar_texture is not a classifier"):
+        classify(voice, texture("cork", 0))
+
+
+def test_mixes_are_read():
+    assert parse_mix("a b=0.5, c=1") == {"a b": 0.5, "c": 1.0}
+    for text in ("a", "a=x", "=1", "a=1,a=2"):
+        with pytest.raises(ParameterError, match="--mix"):
+            parse_mix(text)
