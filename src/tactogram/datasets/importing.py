@@ -10,14 +10,15 @@ from pathlib import Path
 from typing import Any, Self
 
 import tactogram.datasets
-from tactogram.datasets.importer import Importer as Importer
-from tactogram.datasets.importer import Item as Item
+from tactogram.datasets.importer import Importer, Item
 from tactogram.datasets.photographs import Photograph, read_photograph
 from tactogram.datasets.reading import read_all
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.store import Store, open_store
 from tactogram.datasets.writing import StoreWriter, clear_stale_parts, new_store
 from tactogram.errors import DataError, ParameterError, TactogramError
+
+__all__ = ["Importer", "Item", "import_dataset", "importers"]
 
 
 def importers() -> dict[str, Importer]:

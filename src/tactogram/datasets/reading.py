@@ -20,14 +20,29 @@ from tactogram.errors import DataError, ParameterError, TactogramError
 
 
 def read_all(
-    importer: Importer,
+    module: str,
     items: Sequence[Item],
     workers: int | None,
     progress: Callable[[int, int], None] | None,
 ) -> Generator[tuple[Item, list[Recording] | str]]:
-    """Yield each item, in order, with its recordings or with what is wrong with it.
+    """Yield each item, in order, with its recordings or with what is wrong with it in one line.
 
     Only a few items per process are under way at a time, so that memory stays flat.
+
+    Parameters
+    ----------
+    module : str
+        Full name of the importer module.
+    items : sequence of Item
+    workers : int or None
+        Processes; by default one per core, or none besides this one for a few items.
+    progress : callable or None
+        Called with the number of items read and the total.
+
+    Raises
+    ------
+    DataError
+        If a process dies.
     """
     # Starting a process costs as much as reading some dozen files.
     workers = max(min(cores(), len(items) // 16), 1) if workers is None else workers
