@@ -14,7 +14,8 @@ TINY = {"config.steps": 60, "config.batch_size": 16, "config.learning_rate": 3e-
 
 def texture(material, seed, *, seconds=3.0, rate=330.0):
     noise = np.random.default_rng(seed).standard_normal((3, int(seconds * rate)))
-    return Signal(lfilter([1], [1, -POLES[material]], noise) + [[0], [0], [9.81]], rate, "m/s^2")
+    gravity = np.array([[0], [0], [9.81]])
+    return Signal(lfilter([1], [1, -POLES[material]], noise) + gravity, rate, "m/s^2")
 
 
 def recordings(materials=tuple(POLES), count=10, first=0):
@@ -29,6 +30,21 @@ def recordings(materials=tuple(POLES), count=10, first=0):
                 source=f"{name}/{number}",
                 simulated=True,
             )
+
+
+@pytest.fixture(scope="session", name="texture")
+def texture_fixture():
+    return texture
+
+
+@pytest.fixture(scope="session", name="recordings")
+def recordings_fixture():
+    return recordings
+
+
+@pytest.fixture(scope="session")
+def tiny():
+    return TINY
 
 
 @pytest.fixture(scope="session")

@@ -3,10 +3,9 @@ import subprocess
 import sys
 
 import pytest
-from conftest import texture
+from tactogram.signal.io import write_signal
 
 from tactogram.cli import main
-from tactogram.signal.io import write_signal
 
 
 def test_help_names_every_verb(capsys):
@@ -68,7 +67,7 @@ def test_what_is_wrong_is_one_line(arguments, message, store, run, capsys, tmp_p
     assert "Traceback" not in said.err
 
 
-def test_results_are_one_json_object(run, capsys, tmp_path):
+def test_results_are_one_json_object(run, capsys, tmp_path, texture):
     file = tmp_path / "x.wav"
     write_signal(file, texture("tile", 8))
     assert main(["classify", str(run.folder), str(file), "--json"]) == 0

@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 import pytest
-from conftest import TINY, recordings, texture
+from tactogram.signal.io import read_metadata, read_signal
 
 from tactogram.datasets import Split, create_store
 from tactogram.errors import LeakError, ParameterError, RunError
@@ -18,11 +18,10 @@ from tactogram.jobs.exchange import export_run, import_run
 from tactogram.jobs.generate import generate, generate_files, parse_mix
 from tactogram.jobs.search import search
 from tactogram.jobs.training import load_run, select, train
-from tactogram.signal.io import read_metadata, read_signal
 from tactogram.training import load_state
 
 
-def test_a_run_holds_what_made_it(run, store):
+def test_a_run_holds_what_made_it(run, store, tiny):
     assert run.recipe.model == "stroke_cnn"
     assert run.data["simulated"] is True
     assert run.kind().materials == ("cork", "foam", "tile")
@@ -31,16 +30,16 @@ def test_a_run_holds_what_made_it(run, store):
     assert not {s.id for s in split.train} & {s.id for s in split.test}
     steps = [(m["stage"], m["step"]) for m in run.metrics()]
     assert steps == sorted(set(steps))
-    assert steps[-1] == (1, TINY["config.steps"])
+    assert steps[-1] == (1, tiny["config.steps"])
 
 
-def test_a_loaded_run_says_what_the_trained_one_said(run):
+def test_a_loaded_run_says_what_the_trained_one_said(run, texture):
     one, two = load_run(run.folder), load_run(run.folder)
     prepared = one.prepare(texture("cork", 99))
     np.testing.assert_array_equal(one.model.probabilities(prepared), two.model.probabilities(prepared))
 
 
-def test_it_names_and_finds_what_it_was_trained_on(run):
+def test_it_names_and_finds_what_it_was_trained_on(run, texture):
     for material in ("cork", "foam", "tile"):
         said = classify(run.folder, texture(material, 77))
         assert said["material"] == material
@@ -61,7 +60,7 @@ def test_evaluation_names_split_and_floor(run):
     assert json.loads((run.folder / "evaluation.json").read_text()) == figures
 
 
-def test_other_data_is_matched_by_name_and_what_was_trained_on_is_refused(run, store, tmp_path):
+def test_other_data_is_matched_by_name_and_what_was_trained_on_is_refused(run, store, tmp_path, recordings):
     create_store(
         tmp_path / "new", recordings(("tile", "cork"), 2, first=50), name="new", licence="-", simulated=True
     )
@@ -71,7 +70,7 @@ def test_other_data_is_matched_by_name_and_what_was_trained_on_is_refused(run, s
         evaluate(run.folder, data=store)
 
 
-def test_search_in_another_store(run, store):
+def test_search_in_another_store(run, store, texture):
     found = search(run.folder, texture("wool", 5), data=store, count=3)
     assert found["nearest"][0]["material"] == "wool"
     assert len(found["nearest"]) == 3
@@ -79,9 +78,9 @@ def test_search_in_another_store(run, store):
     assert again == found
 
 
-def test_folds_are_by_recording_and_cover_everything(store, tmp_path):
+def test_folds_are_by_recording_and_cover_everything(store, tmp_path, tiny):
     figures = crossval(
-        "stroke_cnn", store, folds=2, recipe="tiny", changes=TINY, out=tmp_path / "cv", accelerator="cpu"
+        "stroke_cnn", store, folds=2, recipe="tiny", changes=tiny, out=tmp_path / "cv", accelerator="cpu"
     )
     assert figures["recordings"] == 40
     assert figures["split"] == "2 folds by recording"
@@ -90,9 +89,9 @@ def test_folds_are_by_recording_and_cover_everything(store, tmp_path):
     assert {f.name for f in (tmp_path / "cv").iterdir()} == {"crossval.json", "confusion.png", "report.html"}
 
 
-def test_fewer_recordings_than_folds_are_cut_into_blocks(tmp_path):
+def test_fewer_recordings_than_folds_are_cut_into_blocks(tmp_path, recordings, tiny):
     create_store(tmp_path / "s", recordings(("cork", "tile"), 2), name="s", licence="-", simulated=True)
-    options = {"recipe": "tiny", "changes": TINY, "accelerator": "cpu", "out": tmp_path / "cv"}
+    options = {"recipe": "tiny", "changes": tiny, "accelerator": "cpu", "out": tmp_path / "cv"}
     figures = crossval("stroke_cnn", tmp_path / "s", folds=5, only_folds=1, **options)
     assert figures["split"].startswith("5 contiguous blocks of each recording, 0.097 s (one window) left out")
     assert figures["split"].endswith("only 1 of the 5 folds were run")
@@ -100,7 +99,7 @@ def test_fewer_recordings_than_folds_are_cut_into_blocks(tmp_path):
         crossval("stroke_cnn", tmp_path / "s", folds=50, **options)
 
 
-def test_last_recordings_test(store, tmp_path):
+def test_last_recordings_test(store, tmp_path, tiny):
     figures = crossval(
         "stroke_cnn",
         store,
@@ -108,7 +107,7 @@ def test_last_recordings_test(store, tmp_path):
         label="material+contactor",
         where={"speed_mm_s": "100"},
         recipe="tiny",
-        changes=TINY,
+        changes=tiny,
         out=tmp_path / "cv",
         accelerator="cpu",
     )
@@ -127,7 +126,7 @@ def test_select_by_fields_and_labels(store):
         select(index, {"material": "glass"})
 
 
-def test_a_killed_training_goes_on_to_the_same_weights(store, tmp_path):
+def test_a_killed_training_goes_on_to_the_same_weights(store, tmp_path, tiny):
     changes = ["--set", "config.steps=80", "--set", "training.checkpoint_every=5", "--split", "all"]
     command = [
         sys.executable,
@@ -162,7 +161,7 @@ def test_a_killed_training_goes_on_to_the_same_weights(store, tmp_path):
     assert (whole / "metrics.jsonl").read_text() == (killed / "metrics.jsonl").read_text()
 
 
-def test_a_run_travels_in_one_file(run, tmp_path):
+def test_a_run_travels_in_one_file(run, tmp_path, texture):
     export_run(run.folder, tmp_path / "r.zip")
     import_run(tmp_path / "r.zip", tmp_path / "again")
     assert classify(tmp_path / "again", texture("cork", 3)) == classify(run.folder, texture("cork", 3))
@@ -185,7 +184,7 @@ def test_a_packed_path_outside_the_run_is_refused(tmp_path):
 
 
 @pytest.fixture(scope="module")
-def voice(store, tmp_path_factory):
+def voice(store, tmp_path_factory, tiny):
     out = tmp_path_factory.mktemp("runs") / "ar"
     return load_run(train("ar_texture", store, recipe="tiny", out=out, accelerator="cpu").folder)
 
@@ -227,7 +226,7 @@ def test_conditions_that_mean_nothing_are_refused(voice, condition, options, mes
         next(generate(voice, condition, **options))
 
 
-def test_a_classifier_does_not_generate_nor_a_voice_classify(run, voice):
+def test_a_classifier_does_not_generate_nor_a_voice_classify(run, voice, texture):
     with pytest.raises(ParameterError, match="stroke_cnn does not generate"):
         next(generate(run.folder, {"material": "cork"}))
     with pytest.raises(ParameterError, match="ar_texture is not a classifier"):
