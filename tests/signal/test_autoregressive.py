@@ -13,7 +13,8 @@ from scipy.signal import freqz, lfilter, welch
 from tactogram.errors import ParameterError
 from tactogram.recipe import Prepare
 from tactogram.signal import Signal
-from tactogram.signal.autoregressive import AutoregressiveModel, fit_autoregressive, mix
+from tactogram.signal.autoregressive import AutoregressiveModel, mix
+from tactogram.signal.autoregressive_fit import fit_autoregressive
 from tactogram.signal.line_spectrum import reflection_of_polynomial
 from tactogram.signal.synthesis import synthesise
 

@@ -8,7 +8,8 @@ from scipy.signal import lfilter, welch
 
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
-from tactogram.signal.autoregressive import AutoregressiveModel, fit_autoregressive
+from tactogram.signal.autoregressive import AutoregressiveModel
+from tactogram.signal.autoregressive_fit import fit_autoregressive
 from tactogram.signal.synthesis import Synthesizer, synthesise
 
 RATE = 2000.0

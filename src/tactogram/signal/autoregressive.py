@@ -1,18 +1,9 @@
-"""A texture as an autoregressive process: noise through an all-pole filter that was fitted to a recording.
+"""A texture as an autoregressive process: noise through an all-pole filter.
 
 Each axis is ``x[n] = -a_1 x[n-1] - … - a_p x[n-p] + e[n]``, its innovations e white with one covariance over
-the axes. The level is that of the fitted data, in its unit. Synthesis is in `tactogram.signal.synthesis`,
-models over speed and force in `tactogram.signal.texture_map`.
-
-References
-----------
-- Burg, J. P. (1975). Maximum Entropy Spectral Analysis. PhD thesis, Stanford University.
-- de Waele, S. & Broersen, P. M. T. (2000). The Burg algorithm for segments. IEEE Trans. Signal Process.
-  48(10), 2876-2880. doi 10.1109/78.869039
-- Kay, S. M. (1988). Modern Spectral Estimation: Theory and Application. Prentice Hall. Ch. 6 and 7.
-- Akaike, H. (1974). A new look at the statistical model identification. IEEE Trans. Autom. Control 19(6),
-  716-723. doi 10.1109/TAC.1974.1100705
-- Itakura (1975): see `tactogram.signal.line_spectrum`.
+the axes. Models are fitted in `tactogram.signal.autoregressive_fit`, mixed here through their line spectral
+frequencies (`tactogram.signal.line_spectrum`), made to sound in `tactogram.signal.synthesis`, and laid out
+over speed and force in `tactogram.signal.texture_map`.
 """
 
 from __future__ import annotations
@@ -35,7 +26,6 @@ from tactogram.signal.line_spectrum import (
 from tactogram.signal.signal import Signal
 
 Array = NDArray[np.float64]
-Method = Literal["burg", "yule-walker"]
 Level = Literal["log", "linear"]
 
 SILENCE = 1e-6
@@ -204,66 +194,6 @@ class AutoregressiveModel:
         return _prediction_error(self.reflection, forward)
 
 
-def fit_autoregressive(
-    signals: Signal | Sequence[Signal],
-    *,
-    order: int | None = None,
-    max_order: int | None = None,
-    method: Method = "burg",
-) -> AutoregressiveModel:
-    """Fit one model to one signal, or to several that are taken as pieces of one process.
-
-    Pieces are never joined: Burg's error sums (de Waele & Broersen 2000), or the autocorrelation, run over
-    all of them. The model's power is the mean square of the data about its mean, exactly.
-
-    Parameters
-    ----------
-    signals : Signal or sequence of Signal
-        Over time; equal in rate, unit and axes; their lengths may differ.
-    order : int, optional
-        None takes the order with the least AIC (Akaike 1974), one for all axes.
-    max_order : int, optional
-        Highest order that AIC may take; by default 60, or a third of the longest piece if that is less.
-    method : {"burg", "yule-walker"}
-        Kay 1988, Ch. 7; Yule-Walker with the biased autocorrelation. Both always give a stable model.
-
-    Raises
-    ------
-    ParameterError
-        If there is no signal, they differ in kind, or they are too short for the order.
-    """
-    pieces = [signals] if isinstance(signals, Signal) else list(signals)
-    if not pieces:
-        raise ParameterError("at least one signal is needed to fit a model, got none")
-    kind = pieces[0]
-    for piece in pieces:
-        if piece.domain != "time":
-            raise ParameterError(
-                "an autoregressive model is fitted to signals over time, got one over displacement"
-            )
-        if (piece.rate, piece.unit, piece.axes) != (kind.rate, kind.unit, kind.axes):
-            raise ParameterError("signals to fit one model to must be equal in rate, unit and axes")
-    longest = max(map(len, pieces))
-    highest = order if order is not None else max_order if max_order is not None else min(60, longest // 3)
-    if not 0 <= highest < longest:
-        raise ParameterError(f"order must be >= 0 and less than the {longest} samples at hand, got {highest}")
-    if method not in ("burg", "yule-walker"):
-        raise ParameterError(f"method must be 'burg' or 'yule-walker', got {method!r}")
-
-    arrays = [piece.samples.astype(np.float64) for piece in pieces]
-    count = sum(map(len, pieces))
-    mean: Array = sum(a.sum(axis=1) for a in arrays) / count
-    arrays = [a - mean[:, None] for a in arrays]
-    power: Array = sum(np.square(a).sum(axis=1) for a in arrays) / count
-    reflection = (_burg if method == "burg" else _yule_walker)(arrays, highest)
-    if order is None:
-        reflection = reflection[:, : _least_aic(reflection, power, count)]
-    error = power * np.prod((1 - reflection) * (1 + reflection), axis=1)
-    deviation = np.sqrt(error)
-    innovation = _innovation_correlation(arrays, reflection) * np.outer(deviation, deviation)
-    return AutoregressiveModel(reflection, innovation, kind.rate, kind.unit, kind.axes, mean)
-
-
 def mix(
     models: Sequence[AutoregressiveModel], weights: ArrayLike, *, level: Level = "log"
 ) -> AutoregressiveModel:
@@ -318,55 +248,6 @@ def mix(
     )
 
 
-def _burg(pieces: list[Array], order: int) -> Array:
-    """Return reflection coefficients (axis, order) by Burg's method, its sums over all pieces."""
-    reflection = np.zeros((len(pieces[0]), order))
-    errors = [(piece, piece) for piece in pieces]
-    for m in range(order):
-        errors = [(f[:, 1:], b[:, :-1]) for f, b in errors if f.shape[1] > 1]
-        cross = sum(np.einsum("at,at->a", f, b) for f, b in errors)
-        energy = sum(np.einsum("at,at->a", f, f) + np.einsum("at,at->a", b, b) for f, b in errors)
-        reflection[:, m] = _bounded(-2 * np.asarray(cross), np.asarray(energy))
-        k = reflection[:, m, None]
-        errors = [(f + k * b, b + k * f) for f, b in errors]
-    return reflection
-
-
-def _yule_walker(pieces: list[Array], order: int) -> Array:
-    """Return reflection coefficients (axis, order) of the pooled biased autocorrelation (Levinson-Durbin)."""
-    size = 2 ** int(np.ceil(np.log2(max(p.shape[1] for p in pieces) + order + 1)))
-    spectrum = sum(np.abs(np.fft.rfft(p, size)) ** 2 for p in pieces)
-    r = np.fft.irfft(spectrum, size)[:, : order + 1]
-    reflection = np.zeros((len(r), order))
-    for axis, row in enumerate(r):
-        polynomial, error = np.ones(1), row[0]
-        for m in range(order):
-            k = _bounded(-polynomial @ row[m + 1 : 0 : -1], error)
-            reflection[axis, m] = k
-            padded = np.append(polynomial, 0.0)
-            polynomial = padded + k * padded[::-1]
-            error *= (1 - k) * (1 + k)
-    return reflection
-
-
-def _bounded(numerator: Array, denominator: Array) -> Array:
-    """Return the quotient, 0 where there is no energy left, and below 1 where rounding reaches it."""
-    safe = np.where(denominator > 0, denominator, 1.0)
-    quotient: Array = np.clip(np.where(denominator > 0, numerator / safe, 0.0), -1 + 1e-12, 1 - 1e-12)
-    return quotient
-
-
-def _least_aic(reflection: Array, power: Array, count: int) -> int:
-    """Return the order with the least AIC, summed over the axes (Akaike 1974)."""
-    heard = power > 0
-    if not heard.any():
-        return 0
-    steps = np.log((1 - reflection[heard]) * (1 + reflection[heard])).sum(axis=0)
-    criterion = count * np.concatenate(([0.0], np.cumsum(steps)))
-    criterion += 2 * heard.sum() * np.arange(criterion.size)
-    return int(np.argmin(criterion))
-
-
 def _prediction_error(reflection: Array, samples: Array) -> Array:
     """Return the forward prediction errors, shape (axis, time - order)."""
     forward = backward = samples
@@ -376,14 +257,6 @@ def _prediction_error(reflection: Array, samples: Array) -> Array:
             backward[:, :-1] + k * forward[:, 1:],
         )
     return forward
-
-
-def _innovation_correlation(pieces: list[Array], reflection: Array) -> Array:
-    """Return how the prediction errors of the axes go together, shape (axis, axis)."""
-    if len(reflection) == 1:
-        return np.ones((1, 1))
-    errors = [_prediction_error(reflection, p) for p in pieces if p.shape[1] > reflection.shape[1]]
-    return _correlation(sum((e @ e.T for e in errors), np.zeros((len(reflection),) * 2)))
 
 
 def _correlation(covariance: Array) -> Array:

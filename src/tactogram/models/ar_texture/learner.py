@@ -20,7 +20,8 @@ from tactogram.model import (
 )
 from tactogram.models.ar_texture.config import Config
 from tactogram.signal import Signal
-from tactogram.signal.autoregressive import AutoregressiveModel, fit_autoregressive, mix
+from tactogram.signal.autoregressive import AutoregressiveModel, mix
+from tactogram.signal.autoregressive_fit import fit_autoregressive
 from tactogram.signal.synthesis import synthesise
 from tactogram.signal.texture_map import NAMES, TextureMap
 

@@ -1,0 +1,317 @@
+"""The promises that every model keeps. A new model's folder is met here without an edit."""
+
+from itertools import islice
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from tactogram import models
+from tactogram.errors import ParameterError
+from tactogram.model import Classifier, Example, Generator, Learner, SignalKind
+from tactogram.recipe import Recipe
+from tactogram.signal import Signal
+from tactogram.training.checkpoint import load_state, save_state
+from tactogram.training.loop import Position, fit
+
+RATE = 1000.0
+MATERIALS = {"cork": [1, -1.6, 0.9], "felt": [1, -0.9], "tile": [1, 0.3, 0.8]}
+"""Simulated: noise through a filter per material."""
+
+
+def surface(material, seed):
+    noise = np.random.default_rng(seed).standard_normal((3, 1500))
+    x = lfilter([1], MATERIALS[material], noise)[:, 500:]
+    return Example(f"{material}-{seed}", Signal(0.2 * x / x.std(), RATE, "m/s^2"), material)
+
+
+TRAINING = [surface(name, seed) for name in MATERIALS for seed in range(3)]
+UNSEEN = [surface(name, seed) for name in MATERIALS for seed in range(10, 12)]
+KIND = SignalKind(RATE, "m/s^2", ("x", "y", "z"), tuple(sorted(MATERIALS)), simulated=True)
+
+
+def with_task(*tasks):
+    found = [facts for facts in models.available().values() if facts.task in tasks]
+    return pytest.mark.parametrize("facts", found, ids=lambda facts: facts.name)
+
+
+every = with_task("classification", "generation", "prediction")
+
+
+def built(facts, seed=0):
+    recipe = Recipe.load(facts.recipe("tiny"))
+    return facts.build(facts.config(recipe.config), KIND, seed=seed)
+
+
+def trained(facts, seed=0):
+    learner = built(facts, seed)
+    fit(learner, TRAINING, seed=seed)
+    return learner
+
+
+def outputs(learner):
+    """What a trained model says, as one array."""
+    if isinstance(learner, Generator):
+        return learner.generate({"material": {"cork": 1, "tile": 2}}, seed=3).samples
+    if isinstance(learner, Classifier):
+        return np.array([learner.probabilities(e.signal) for e in UNSEEN])
+    return np.array([list(learner.predict(e.signal).values()) for e in UNSEEN])
+
+
+@every
+def test_is_a_learner(facts):
+    assert isinstance(built(facts), Learner)
+
+
+@every
+def test_has_the_three_recipes_and_every_one_loads(facts):
+    assert {"paper", "quick", "tiny"} <= set(facts.recipes())
+    for name in facts.recipes():
+        recipe = Recipe.load(facts.recipe(name))
+        assert recipe.model == facts.name
+        facts.config(recipe.config)
+
+
+@every
+def test_says_what_it_is_in_a_readme(facts):
+    text = (facts.folder / "README.md").read_text(encoding="utf-8")
+    assert "@" in text, "a BibTeX entry"
+    assert facts.doi in text
+
+
+@every
+def test_tiny_trains_and_its_losses_stay_finite(facts):
+    seen = []
+    fit(built(facts), TRAINING, seed=0, on_step=lambda place, stage, losses: seen.append((stage, losses)))
+    stages = built(facts).stages(TRAINING)
+    assert len(seen) == sum(stage.steps for stage in stages)
+    assert all(losses for _, losses in seen)
+    assert all(np.isfinite(list(losses.values())).all() for _, losses in seen)
+
+
+@every
+def test_judges_unseen_recordings_in_finite_figures(facts):
+    figures = trained(facts).validate(UNSEEN)
+    assert figures
+    assert np.isfinite(list(figures.values())).all()
+
+
+@every
+def test_same_seed_is_the_same_model(facts):
+    np.testing.assert_array_equal(outputs(trained(facts)), outputs(trained(facts)))
+
+
+@every
+def test_state_comes_back_from_a_file(facts, tmp_path):
+    learner, other = trained(facts), built(facts, seed=1)
+    save_state(tmp_path / "model.safetensors", learner.state())
+    other.load_state(load_state(tmp_path / "model.safetensors")[0])
+    np.testing.assert_array_equal(outputs(other), outputs(learner))
+
+
+@every
+def test_resumed_is_never_interrupted(facts, tmp_path):
+    """Stopped after half the steps of the last stage, saved, and gone on with in a new process's place."""
+    learner = built(facts)
+    *first, last = learner.stages(TRAINING)
+    stop = Position(len(first), last.steps // 2)
+
+    class KilledError(Exception):
+        pass
+
+    def kill(position, stage, losses):
+        if position == stop:
+            save_state(tmp_path / "checkpoint.safetensors", learner.state())
+            raise KilledError
+
+    if stop.step:
+        with pytest.raises(KilledError):
+            fit(learner, TRAINING, seed=0, on_step=kill)
+    resumed = built(facts)
+    if stop.step:
+        resumed.load_state(load_state(tmp_path / "checkpoint.safetensors")[0])
+    fit(resumed, TRAINING, seed=0, start=stop if stop.step else Position())
+    np.testing.assert_array_equal(outputs(resumed), outputs(trained(facts)))
+
+
+@every
+def test_batches_depend_on_seed_and_step_alone(facts):
+    learner = built(facts)
+    fit(learner, TRAINING, seed=0)
+    stage = learner.stages(TRAINING)[-1]
+    start = min(2, stage.steps - 1)
+    from_begin = list(islice(learner.batches(stage, TRAINING, seed=5), start, stage.steps))
+    from_there = list(islice(learner.batches(stage, TRAINING, seed=5, start=start), stage.steps - start))
+    assert len(from_begin) == len(from_there) > 0
+    for one, other in zip(from_begin, from_there, strict=True):
+        for a, b in zip(one, other, strict=True):
+            np.testing.assert_array_equal(_array(a), _array(b))
+
+
+@with_task("generation")
+def test_generates_signals_of_its_kind(facts):
+    learner = trained(facts)
+    assert isinstance(learner, Generator)
+    one = learner.generate({"material": "cork"}, seconds=0.5, seed=3)
+    KIND.check(one)
+    assert len(one) == 500
+    np.testing.assert_array_equal(
+        one.samples, learner.generate({"material": "cork"}, seconds=0.5, seed=3).samples
+    )
+    assert not np.array_equal(
+        one.samples, learner.generate({"material": "cork"}, seconds=0.5, seed=4).samples
+    )
+    assert len(learner.generate({"material": "cork"}, seed=3)) > 0
+
+
+@with_task("generation")
+def test_refuses_a_condition_it_does_not_take(facts):
+    learner = trained(facts)
+    with pytest.raises(ParameterError, match="not one this model takes"):
+        learner.generate({"material": "cork", "no such": 1}, seed=0)
+    if "material" in facts.needs:
+        with pytest.raises(ParameterError, match="must be one of cork, felt, tile"):
+            learner.generate({"material": "glass"}, seed=0)
+
+
+@with_task("classification")
+def test_gives_one_probability_per_material(facts):
+    learner = trained(facts)
+    assert isinstance(learner, Classifier)
+    assert learner.materials == KIND.materials
+    for example in UNSEEN:
+        shares = learner.probabilities(example.signal)
+        assert shares.shape == (3,)
+        assert shares.dtype == np.float64
+        assert shares.min() >= 0
+        assert shares.sum() == pytest.approx(1)
+
+
+@with_task("classification", "prediction")
+def test_refuses_a_signal_of_another_kind(facts):
+    learner = trained(facts)
+    judge = learner.probabilities if facts.task == "classification" else learner.predict
+    with pytest.raises(ParameterError, match="signal must be 1000 Hz"):
+        judge(Signal(np.ones((3, 1000)), 500, "m/s^2"))
+
+
+# -- how models are found -----------------------------------------------------------------------------------
+
+FACTS = """
+title = "A model from elsewhere"
+authors = ["Nobody N."]
+year = 2020
+task = "generation"
+gives = "signal"
+"""
+
+CODE = """
+from pydantic import BaseModel, ConfigDict
+from {name}.learner import Learner
+
+class Config(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+    width: int = 3
+
+def build(config, kind, *, seed, device="cpu"):
+    return Learner(config.width)
+"""
+
+
+def elsewhere(folder, name, facts=FACTS):
+    place = folder / name
+    (place / "recipes").mkdir(parents=True)
+    (place / "model.toml").write_text(facts, encoding="utf-8")
+    (place / "__init__.py").write_text(CODE.format(name=name), encoding="utf-8")
+    (place / "learner.py").write_text(
+        "class Learner:\n    def __init__(self, width):\n        self.width = width\n", encoding="utf-8"
+    )
+    (place / "recipes" / "wide.toml").write_text(f'model = "{name}"\n[config]\nwidth = 9\n', encoding="utf-8")
+    return place
+
+
+def test_a_folder_is_a_model(tmp_path):
+    elsewhere(tmp_path, "model_in_a_folder")
+    facts = models.available([tmp_path])["model_in_a_folder"]
+    recipe = Recipe.load(facts.recipe("wide"))
+    assert facts.build(facts.config(recipe.config), KIND, seed=0).width == 9
+    assert facts.build(facts.config(), KIND, seed=0).width == 3
+    assert models.find("model_in_a_folder", [tmp_path / "model_in_a_folder"]) == facts
+
+
+def test_environment_names_folders_of_models(tmp_path, monkeypatch):
+    elsewhere(tmp_path, "model_of_the_environment")
+    monkeypatch.setenv(models.FOLDERS_VARIABLE, str(tmp_path))
+    assert "model_of_the_environment" in models.available()
+
+
+def test_installed_packages_bring_models(tmp_path, monkeypatch):
+    (tmp_path / "installed_package").mkdir()
+    (tmp_path / "installed_package" / "__init__.py").write_text("raise ImportError('read, not imported')")
+    elsewhere(tmp_path / "installed_package", "model_of_a_package")
+    facts = tmp_path / "some-1.0.dist-info"
+    facts.mkdir()
+    (facts / "METADATA").write_text("Metadata-Version: 2.1\nName: some\nVersion: 1.0\n")
+    (facts / "entry_points.txt").write_text("[tactogram.models]\nx = installed_package.model_of_a_package\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    assert models.available()["model_of_a_package"].folder.parent.name == "installed_package"
+
+
+def test_listing_models_imports_none_of_them():
+    import subprocess
+    import sys
+
+    code = "import sys; from tactogram import models; models.available(); sys.exit('torch' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("facts", "message"),
+    [
+        (FACTS + 'colour = "red"\n', "unknown key 'colour'"),
+        (FACTS.replace('"generation"', '"cooking"'), "task"),
+        (FACTS + 'needs = ["smell"]\n', "unknown 'smell'"),
+        ("title = ", "not readable as TOML"),
+        (FACTS.replace("year = 2020", ""), "year"),
+    ],
+)
+def test_broken_facts_are_one_line_that_names_the_file(tmp_path, facts, message):
+    place = elsewhere(tmp_path, "broken_model", facts)
+    with pytest.raises(ParameterError, match=message) as error:
+        models.available([tmp_path])
+    assert str(place / "model.toml") in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_two_models_of_one_name_are_refused(tmp_path):
+    elsewhere(tmp_path / "a", "twin_model")
+    elsewhere(tmp_path / "b", "twin_model")
+    with pytest.raises(ParameterError, match="two models are called 'twin_model'"):
+        models.available([tmp_path / "a", tmp_path / "b"])
+
+
+def test_name_of_another_module_is_refused(tmp_path):
+    elsewhere(tmp_path, "json")
+    with pytest.raises(ParameterError, match="name of another module"):
+        models.available([tmp_path])["json"].config_class()
+
+
+def test_folder_without_models_is_refused(tmp_path):
+    with pytest.raises(ParameterError, match=r"found no model\.toml"):
+        models.available([tmp_path])
+
+
+def test_unknown_model_and_recipe_name_what_there_is():
+    with pytest.raises(ParameterError, match="must be one of .*ar_texture.*got 'nothing'"):
+        models.find("nothing")
+    with pytest.raises(ParameterError, match="must be one of paper, quick, tiny"):
+        models.find("ar_texture").recipe("huge")
+
+
+def test_unknown_config_key_is_refused():
+    with pytest.raises(ParameterError, match="unknown key 'depth'"):
+        models.find("ar_texture").config({"depth": 3})
+
+
+def _array(value):
+    return value.signal.samples if isinstance(value, Example) else np.asarray(value)
