@@ -136,8 +136,9 @@ def pooled(windows: NDArray[np.float64]) -> NDArray[np.float64]:
     float64 array, shape (class,)
     """
     log = np.log(np.maximum(windows, 1e-12)).mean(axis=0)
-    share: NDArray[np.float64] = np.exp(log - log.max())
-    return share / share.sum()
+    share = np.exp(log - log.max())
+    probabilities: NDArray[np.float64] = share / share.sum()
+    return probabilities
 
 
 def _share(counts: NDArray[np.int64], row: int) -> float | None:

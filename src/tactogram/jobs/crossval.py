@@ -14,6 +14,7 @@ from typing import Any
 from tactogram import models
 from tactogram.datasets import (
     Examples,
+    Label,
     RecordingInfo,
     Split,
     Store,
@@ -22,6 +23,7 @@ from tactogram.datasets import (
     open_store,
     signal_kind,
 )
+from tactogram.datasets.splits import By
 from tactogram.errors import ParameterError
 from tactogram.evaluation.classification import ClassificationResult, WindowClassifier, judge_classifier
 from tactogram.evaluation.figures import confusion_figure
@@ -42,8 +44,8 @@ def crossval(
     folds: int = 10,
     only_folds: int | None = None,
     split: str = "",
-    by: str = "recording",
-    label: str = "material",
+    by: By = "recording",
+    label: Label = "material",
     where: Mapping[str, str] | None = None,
     recipe: str = "quick",
     changes: Mapping[str, Any] | None = None,
@@ -138,8 +140,8 @@ def _splits(
     *,
     folds: int,
     split: str,
-    by: str,
-    label: str,
+    by: By,
+    label: Label,
 ) -> tuple[list[Split], str]:
     """Return the splits of a cross-validation and a sentence that says how they were made."""
     if split:

@@ -63,19 +63,15 @@ class SurfaceIndex:
     ) -> None:
         self.ids, self.materials = list(ids), list(materials)
         self.threshold, self.calibrated_on = threshold, calibrated_on
-        self.index = Index(ndim=vectors.shape[1], metric="cos", dtype="f32")
+        self.index: Any = Index(ndim=vectors.shape[1], metric="cos", dtype="f32")
         self.index.add(np.arange(len(vectors)), vectors)
 
     def nearest(self, vector: NDArray[np.float32], count: int) -> list[dict[str, Any]]:
         """Return the ``count`` nearest recordings: ``id``, ``material``, ``distance`` (cosine, 0..2)."""
-        found = self.index.search(_unit(vector[None])[0], min(count, len(self.ids)))
+        found: Any = self.index.search(_unit(vector[None])[0], min(count, len(self.ids)))
         return [
-            {
-                "id": self.ids[int(m.key)],
-                "material": self.materials[int(m.key)],
-                "distance": float(m.distance),
-            }
-            for m in found
+            {"id": self.ids[int(key)], "material": self.materials[int(key)], "distance": float(distance)}
+            for key, distance in zip(found.keys, found.distances, strict=True)
         ]
 
     def save(self, run: Run) -> None:

@@ -12,6 +12,7 @@ from typing import Any
 from tactogram import models
 from tactogram.datasets import (
     Examples,
+    Label,
     RecordingInfo,
     Segment,
     Split,
@@ -22,6 +23,7 @@ from tactogram.datasets import (
     split_fractions,
     split_last,
 )
+from tactogram.datasets.splits import By
 from tactogram.errors import ParameterError, RunError
 from tactogram.jobs.progress import Progress, silent
 from tactogram.model import Classifier, Example, Learner, SignalKind
@@ -83,8 +85,8 @@ def train(
     recipe: str = "quick",
     changes: Mapping[str, Any] | None = None,
     split: str = "",
-    by: str = "recording",
-    label: str = "material",
+    by: By = "recording",
+    label: Label = "material",
     where: Mapping[str, str] | None = None,
     out: Path | str | None = None,
     resume: bool = False,
@@ -183,7 +185,7 @@ def run_training(
     fit(learner, examples, seed=recipe.seed, start=start, rank=rank, on_step=on_step)
 
 
-def make_split(index: Sequence[RecordingInfo], *, split: str, by: str, seed: int, label: str) -> Split:
+def make_split(index: Sequence[RecordingInfo], *, split: str, by: By, seed: int, label: Label) -> Split:
     """Return the parts that a command line's ``--split`` and ``--by`` ask for, each with all classes."""
     index = labelled(index, label)
     if split.startswith("last="):
@@ -198,7 +200,7 @@ def make_split(index: Sequence[RecordingInfo], *, split: str, by: str, seed: int
     return split_fractions(index, by=by, test=TEST_SHARE, validation=VALIDATION_SHARE, seed=seed)
 
 
-def labelled(index: Sequence[RecordingInfo], label: str) -> list[RecordingInfo]:
+def labelled(index: Sequence[RecordingInfo], label: Label) -> list[RecordingInfo]:
     """Return ``index`` with the class of each recording for its material: splits share out classes."""
     named = [replace(info, material=label_of(info, label)) for info in index]
     nameless = [info for info in named if info.material is None]
@@ -240,7 +242,7 @@ def _has(info: RecordingInfo, key: str, value: str) -> bool:
 
 
 def _begin(
-    folder: Path, recipe: Recipe, identity: str, resume: bool, store: Store, split: Split, label: str
+    folder: Path, recipe: Recipe, identity: str, resume: bool, store: Store, split: Split, label: Label
 ) -> Run:
     """Return a new run, or with ``resume`` the one that is there, if it is of the same making."""
     if not resume:
