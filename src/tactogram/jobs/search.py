@@ -28,6 +28,9 @@ from tactogram.training.run import Run
 KEPT = 0.95
 """Share of recordings of known materials that the threshold lets pass."""
 
+EXACT_BELOW = 20_000
+"""Recordings up to which every one is compared; above, the index's graph is walked."""
+
 
 class Embedder(Protocol):
     """A model that turns a signal into a vector."""
@@ -68,7 +71,8 @@ class SurfaceIndex:
 
     def nearest(self, vector: NDArray[np.float32], count: int) -> list[dict[str, Any]]:
         """Return the ``count`` nearest recordings: ``id``, ``material``, ``distance`` (cosine, 0..2)."""
-        found: Any = self.index.search(_unit(vector[None])[0], min(count, len(self.ids)))
+        exact = len(self.ids) <= EXACT_BELOW
+        found: Any = self.index.search(_unit(vector[None])[0], min(count, len(self.ids)), exact=exact)
         return [
             {"id": self.ids[int(key)], "material": self.materials[int(key)], "distance": float(distance)}
             for key, distance in zip(found.keys, found.distances, strict=True)

@@ -1,0 +1,30 @@
+import json
+
+import pytest
+
+from tactogram.errors import RunError
+from tactogram.jobs import demo as module
+from tactogram.jobs.demo import demo
+
+
+def test_the_whole_chain_leaves_a_report(tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "PER_CLASS", 10)
+    monkeypatch.setattr(module, "STEPS", 30)
+    result = demo(tmp_path / "demo")
+    json.dumps(result)
+    assert result["simulated"] is True
+    assert result["recording_accuracy"] > 2 / 8
+    assert set(result["voice"]) == set(result["voice"]) - {module.UNKNOWN}
+    for row in result["voice"].values():
+        assert row["model"] < row["ceiling"]
+    page = (tmp_path / "demo" / "report.html").read_text(encoding="utf-8")
+    assert "Simulated data" in page
+    assert page.count("<audio") > 20
+    assert len(list((tmp_path / "demo" / "sounds").glob("*.wav"))) == 5
+
+
+def test_it_replaces_nothing_but_an_earlier_demo(tmp_path):
+    (tmp_path / "mine.txt").write_text("mine")
+    with pytest.raises(RunError, match="holds something else than an earlier demo"):
+        demo(tmp_path)
+    assert (tmp_path / "mine.txt").read_text() == "mine"

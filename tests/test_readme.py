@@ -1,0 +1,70 @@
+"""The README's tour and the examples, run as they stand."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+ENVIRONMENT = {
+    **os.environ,
+    "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
+    "MPLBACKEND": "agg",
+    "PYTHONWARNINGS": "error",
+}
+
+
+def test_the_tour_runs_as_written(tmp_path):
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"<!-- tour -->\n```(\w+)\n(.*?)```", text, re.DOTALL)
+    assert [language for language, _ in blocks] == ["sh", "python"]
+    for language, code in blocks:
+        command = ["bash", "-euc", code] if language == "sh" else [sys.executable, "-c", code]
+        done = subprocess.run(
+            command, cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+    assert (tmp_path / "runs/names/report.html").stat().st_size > 50_000
+    assert (tmp_path / "mix.csv").exists()
+    assert (tmp_path / "mix.flac").exists()
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / "examples").glob("plot_*.py")), ids=lambda p: p.stem)
+def test_an_example_runs(file, tmp_path):
+    done = subprocess.run(
+        [sys.executable, str(file)],
+        cwd=tmp_path,
+        env=ENVIRONMENT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_every_command_of_the_readme_is_one():
+    text = (ROOT / "README.md").read_text(encoding="utf-8") + (ROOT / "docs/command-line.md").read_text(
+        encoding="utf-8"
+    )
+    verbs = set(re.findall(r"tactogram ([a-z]+)(?= |`|\n)", text)) - {"takes", "learns"}
+    assert verbs
+    for verb in sorted(verbs):
+        done = subprocess.run(
+            ["tactogram", verb, "--help"], env=ENVIRONMENT, capture_output=True, check=False
+        )
+        assert done.returncode == 0, verb
+
+
+def test_every_link_of_the_documents_leads_somewhere():
+    for file in (*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / "src").rglob("README.md")):
+        for link in re.findall(r"\]\((?!https?:|#)([^)#]+)", file.read_text(encoding="utf-8")):
+            assert (file.parent / link).exists(), f"{file.name}: {link}"
+
+
+def test_every_make_target_is_listed():
+    text = (ROOT / "Makefile").read_text(encoding="utf-8")
+    listed = set(re.findall(r"^([a-z]+):.*## ", text, re.MULTILINE))
+    assert {"demo", "test", "install", "check", "bench", "docs", "help"} <= listed
