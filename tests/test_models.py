@@ -188,6 +188,17 @@ def test_gives_one_probability_per_material(facts):
 
 
 @with_task("classification", "prediction")
+def test_judges_each_signal_by_itself(facts):
+    learner = trained(facts)
+    np.testing.assert_array_equal(outputs(learner), outputs(learner))
+    judge = learner.probabilities if facts.task == "classification" else learner.predict
+    alone = judge(UNSEEN[-1].signal)
+    for example in UNSEEN:
+        judge(example.signal)
+    np.testing.assert_array_equal(judge(UNSEEN[-1].signal), alone)
+
+
+@with_task("classification", "prediction")
 def test_refuses_a_signal_of_another_kind(facts):
     learner = trained(facts)
     judge = learner.probabilities if facts.task == "classification" else learner.predict
