@@ -8,7 +8,6 @@ block by block: the spectrum moves, the level moves evenly, and there is no clic
 """
 
 import sys
-from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -72,8 +71,11 @@ seconds = np.arange(stream.size) / RATE
 right.plot(seconds, stream, lw=0.4)
 right.set(xlabel="time (s)", ylabel="acceleration (m/s²)", title="ribbed → rough, in blocks (simulated)")
 
-out = Path(sys.argv[1] if len(sys.argv) > 1 else "autoregressive_texture.png")
-figure.savefig(out, dpi=100)
 steps = np.abs(np.diff(stream))
 seams = np.cumsum([len(block) for block in blocks])[:-1] - 1
-print(f"{out}: largest step at a seam {steps[seams].max():.2f} m/s², anywhere {steps.max():.2f} m/s²")
+print(f"largest step at a seam {steps[seams].max():.2f} m/s², anywhere {steps.max():.2f} m/s²")
+
+if len(sys.argv) > 1:
+    figure.savefig(sys.argv[1], dpi=120)
+else:
+    plt.show()

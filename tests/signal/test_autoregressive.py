@@ -246,6 +246,13 @@ def test_mixing_a_model_with_itself_changes_nothing():
     )
 
 
+def test_mix_knows_its_frequencies():
+    """They are kept from the mixing; they must be those of the filter that came out."""
+    mixed = mix([resonance(100, 0.95), fit_autoregressive(drawn([1, -1.6, 0.9], 5, 0), order=9)], [0.3, 0.7])
+    again = AutoregressiveModel(mixed.reflection, mixed.innovation, mixed.rate, mixed.unit, mixed.axes)
+    np.testing.assert_allclose(mixed.line_spectrum, again.line_spectrum, atol=1e-12)
+
+
 def test_one_weight_alone_is_that_model():
     one, other = resonance(100, 0.95), resonance(200, 0.95)
     assert mix([one, other], [0, 3]) is other

@@ -227,11 +227,10 @@ def mix(
     order = max(m.order for m in chosen)
     powers = np.array([m.power for m in chosen])
     lines = np.array([m.of_order(order).line_spectrum for m in chosen])
-    reflection = np.zeros((len(chosen[0].axes), order))
-    for axis in range(len(reflection)):
-        shares = w * (powers[:, axis] > 0)
-        if order and shares.any():
-            reflection[axis] = reflection_of_line_spectrum(shares @ lines[:, axis] / shares.sum())
+    shares = w[:, None] * (powers > 0)
+    shares = np.where(shares.any(axis=0), shares, w[:, None])
+    mean_lines = np.einsum("ma,mal->al", shares / shares.sum(axis=0), lines)
+    reflection = np.array([reflection_of_line_spectrum(row) for row in mean_lines])
     if level == "linear":
         power = w @ powers
     else:
@@ -240,12 +239,14 @@ def mix(
         power = np.exp(w @ np.log(np.where(loudest > 0, heard, 1.0))) * (loudest > 0)
     deviation = np.sqrt(power * np.prod((1 - reflection) * (1 + reflection), axis=1))
     correlation = np.tensordot(w, [m.correlation for m in chosen], axes=1)
-    return replace(
+    mixed = replace(
         chosen[0],
         reflection=reflection,
         innovation=correlation * np.outer(deviation, deviation),
         mean=w @ np.array([m.mean for m in chosen]),
     )
+    mixed.__dict__["line_spectrum"] = mean_lines  # known already; a stream mixes mixes, block by block
+    return mixed
 
 
 def _prediction_error(reflection: Array, samples: Array) -> Array:

@@ -24,7 +24,7 @@ from tactogram.signal.signal import Signal
 
 Array = NDArray[np.float64]
 
-WAYPOINTS = 8
+WAYPOINTS = 4
 """Steps at which the way from one model to the next is mixed through line spectral frequencies."""
 
 
