@@ -1,0 +1,229 @@
+"""The short-time Fourier transform and its least-squares inverse, exact for every length."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TypeAlias
+
+import numpy as np
+import torch
+import torch.nn.functional as F
+from scipy.signal import get_window
+from torch import Tensor
+
+from tactogram.errors import ParameterError
+
+Window: TypeAlias = str | tuple[str, float]
+
+LEAST_COVER = 1e-4
+"""Smallest summed squared window, relative to the squared peak of the window, that is taken as invertible.
+
+Below it rounding is amplified more than 100 times, and float32 no longer comes back to 1e-5.
+"""
+
+
+@dataclass(frozen=True)
+class STFT:
+    """A short-time Fourier transform: frame ``t`` is centred on sample ``t * hop``, zeros all around.
+
+    On a whole number of hops it is `librosa.stft` with ``center=True, pad_mode="constant"``. Any other
+    length is padded with zeros to whole hops: without that the last samples are covered by the edge of one
+    window only, and the inverse loses them. Odd ``n_fft`` keep the same frames (centre ``n_fft // 2``).
+
+    Parameters
+    ----------
+    n_fft : int, samples
+        Length of window and transform, at least 2.
+    hop : int, samples
+        Step between frames.
+    window : str or (str, float)
+        Name for `scipy.signal.get_window` (periodic), with its parameter where it has one.
+
+    Raises
+    ------
+    ParameterError
+        If the window does not exist, or leaves samples so badly covered that the inverse would not be exact.
+    """
+
+    n_fft: int
+    hop: int
+    window: Window = "hann"
+
+    def __post_init__(self) -> None:
+        if not (isinstance(self.n_fft, int) and self.n_fft >= 2):
+            raise ParameterError(f"n_fft must be a whole number >= 2, got {self.n_fft}")
+        if not (isinstance(self.hop, int) and 1 <= self.hop <= self.n_fft):
+            raise ParameterError(f"hop must be a whole number in 1..{self.n_fft}, got {self.hop}")
+        if not isinstance(self.window, str):
+            object.__setattr__(self, "window", tuple(self.window))  # JSON turns tuples into lists
+        # A signal of one hop has two frames, and no sample of a longer one is covered by less.
+        centre = self.n_fft // 2
+        least = _cover(self.window, self.n_fft, self.hop, 2, torch.float64, "cpu")[centre : centre + self.hop]
+        peak = _window(self.window, self.n_fft, torch.float64, "cpu").abs().max()
+        if float(least.min()) < LEAST_COVER * float(peak) ** 2:
+            raise ParameterError(
+                f"window {self.window} of {self.n_fft} with hop {self.hop} cannot be inverted: "
+                "some samples are hardly covered; take a smaller hop"
+            )
+
+    @property
+    def bins(self) -> int:
+        """Number of frequency bins, 0 Hz and (for even ``n_fft``) half the rate included."""
+        return self.n_fft // 2 + 1
+
+    def frames(self, length: int) -> int:
+        """Return the number of frames of ``length`` samples."""
+        return 1 + -(-length // self.hop)
+
+    def length(self, frames: int) -> int:
+        """Return the greatest number of samples that has ``frames`` frames."""
+        return (frames - 1) * self.hop
+
+    def weights(self, like: Tensor) -> Tensor:
+        """Return the window, shape (n_fft,), in the precision and on the device of ``like``."""
+        return _window(self.window, self.n_fft, like.real.dtype, str(like.device))
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Return the transform of ``x``. Differentiable.
+
+        Parameters
+        ----------
+        x : float32 or float64 tensor, shape (..., time)
+
+        Returns
+        -------
+        complex tensor, shape (..., n_fft // 2 + 1, frame)
+        """
+        if x.dtype not in (torch.float32, torch.float64):
+            raise ParameterError(f"x must be float32 or float64, got {x.dtype}")
+        if x.ndim == 0 or x.shape[-1] == 0:
+            raise ParameterError(f"x must have at least one sample, got shape {tuple(x.shape)}")
+        length = x.shape[-1]
+        left = self.n_fft // 2
+        right = self.length(self.frames(length)) + self.n_fft - left - length
+        pieces = F.pad(x, (left, right)).unfold(-1, self.n_fft, self.hop)  # ..., frame, n_fft
+        s: Tensor = torch.fft.rfft(pieces * self.weights(x))  # ..., frame, bin
+        return s.mT
+
+    def inverse(self, s: Tensor, length: int) -> Tensor:
+        """Return the signal whose transform is nearest to ``s`` (Griffin & Lim 1984, eq. 6). Differentiable.
+
+        Parameters
+        ----------
+        s : complex tensor, shape (..., n_fft // 2 + 1, frame)
+        length : int, samples
+
+        Returns
+        -------
+        float tensor, shape (..., time)
+
+        Raises
+        ------
+        ParameterError
+            If ``s`` has not the bins of this transform and the frames of ``length`` samples.
+        """
+        self.check(s, length)
+        pieces = torch.fft.irfft(s.mT, self.n_fft) * self.weights(s)  # ..., frame, n_fft
+        left = self.n_fft // 2
+        x = overlap_add(pieces, self.hop)[..., left : left + length]
+        return x / self.cover(s, s.shape[-1])[left : left + length]
+
+    def cover(self, like: Tensor, frames: int) -> Tensor:
+        """Return the summed squared windows of ``frames`` frames, shape ((frames - 1) * hop + n_fft,)."""
+        return _cover(self.window, self.n_fft, self.hop, frames, like.real.dtype, str(like.device))
+
+    def check(self, s: Tensor, length: int) -> None:
+        """Refuse a spectrogram that is not one of ``length`` samples."""
+        if length < 1:
+            raise ParameterError(f"length must be >= 1 sample, got {length}")
+        if s.ndim < 2 or s.shape[-2] != self.bins:
+            raise ParameterError(f"spectrogram must be (..., {self.bins} bins, frame), got {tuple(s.shape)}")
+        if s.shape[-1] != self.frames(length):
+            raise ParameterError(f"{length} samples are {self.frames(length)} frames, got {s.shape[-1]}")
+
+
+class Projection:
+    """``s -> STFT(inverse STFT(s))`` over and over, without allocating: the step of every phase recovery.
+
+    Parameters
+    ----------
+    transform : STFT
+    like : complex tensor, shape (batch, frame, bin)
+        Shape, precision and device of what will be projected. Bins run fastest, unlike in `STFT`.
+    length : int, samples
+        The signal is 0 outside it.
+    """
+
+    def __init__(self, transform: STFT, like: Tensor, length: int) -> None:
+        batch, frames, _ = like.shape
+        n_fft, hop, left = transform.n_fft, transform.hop, transform.n_fft // 2
+        overlaps = -(-n_fft // hop)
+        self._n_fft = n_fft
+        self._window = transform.weights(like)
+        # Frames are kept in rows of whole hops, so that overlap-add is one addition of blocks per overlap.
+        rows = like.real.new_zeros(batch, frames, overlaps * hop)
+        x = like.real.new_zeros(batch, (frames - 1 + overlaps) * hop)
+        self._rows = rows[..., :n_fft]
+        self._blocks = rows.view(batch, frames, overlaps, hop).unbind(2)
+        self._x = x
+        spread = x.view(batch, -1, hop)
+        self._targets = [spread[:, k : k + frames] for k in range(overlaps)]
+        self._pieces = x.unfold(-1, n_fft, hop)[:, :frames]
+        self._windowed = torch.empty_like(self._rows, memory_format=torch.contiguous_format)
+        self._gain = torch.zeros_like(x[0])
+        inside = slice(left, left + length)
+        self._gain[inside] = 1 / transform.cover(like, frames)[inside]
+        self._inside = inside
+
+    def signal(self, s: Tensor) -> Tensor:
+        """Return the inverse of ``s``, shape (batch, time): a view that the next call overwrites."""
+        torch.mul(torch.fft.irfft(s, self._n_fft), self._window, out=self._rows)
+        self._x.zero_()
+        for target, block in zip(self._targets, self._blocks, strict=True):
+            target.add_(block)
+        self._x.mul_(self._gain)
+        return self._x[:, self._inside]
+
+    def __call__(self, s: Tensor) -> Tensor:
+        """Return the transform nearest to ``s`` that a signal has; same shape."""
+        self.signal(s)
+        torch.mul(self._pieces, self._window, out=self._windowed)
+        projected: Tensor = torch.fft.rfft(self._windowed)
+        return projected
+
+
+def overlap_add(pieces: Tensor, hop: int) -> Tensor:
+    """Return the sum of ``pieces``, each ``hop`` samples after the last.
+
+    Parameters
+    ----------
+    pieces : tensor, shape (..., frame, n)
+    hop : int, samples
+
+    Returns
+    -------
+    tensor, shape (..., (frame - 1) * hop + n)
+    """
+    *batch, frames, n = pieces.shape
+    overlaps = -(-n // hop)
+    blocks = F.pad(pieces, (0, overlaps * hop - n)).reshape(*batch, frames, overlaps, hop)
+    total = pieces.new_zeros(*batch, frames - 1 + overlaps, hop)
+    for k in range(overlaps):
+        total[..., k : k + frames, :] += blocks[..., k, :]
+    return total.flatten(-2)[..., : (frames - 1) * hop + n]
+
+
+@lru_cache(maxsize=64)
+def _window(window: Window, n_fft: int, dtype: torch.dtype, device: str) -> Tensor:
+    try:
+        values = get_window(window, n_fft)
+    except (ValueError, TypeError) as error:
+        raise ParameterError(f"window must be one that scipy knows, got {window}") from error
+    return torch.from_numpy(np.ascontiguousarray(values)).to(device=device, dtype=dtype)
+
+
+@lru_cache(maxsize=64)
+def _cover(window: Window, n_fft: int, hop: int, frames: int, dtype: torch.dtype, device: str) -> Tensor:
+    squared = _window(window, n_fft, torch.float64, "cpu").square().expand(frames, n_fft)
+    return overlap_add(squared, hop).to(device=device, dtype=dtype)
