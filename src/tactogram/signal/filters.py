@@ -47,6 +47,61 @@ def bandpass(signal: Signal, low: float, high: float) -> Signal:
     return signal.with_samples(_forward_backward(sos, signal, low or high))
 
 
+class StreamBandpass:
+    """A causal band-pass for a signal that arrives in blocks; how it is cut into blocks changes nothing.
+
+    The Butterworth filter of `bandpass` run forward only, at -3 dB at ``low`` and ``high``. It delays, more
+    towards the edges: `delay` says by how much. It starts as if the first sample had been there for ever, so
+    that gravity makes no jump.
+
+    Parameters
+    ----------
+    rate, low, high : float
+        As in `bandpass`.
+    order : int
+        Per edge.
+
+    Raises
+    ------
+    ParameterError
+        If the band is empty or reaches half the rate.
+    """
+
+    def __init__(self, rate: float, low: float, high: float, *, order: int = ORDER) -> None:
+        self.rate = float(rate)
+        self._sos = butterworth(rate, low, high, order=order)
+        self._state: NDArray[np.float64] | None = None
+
+    def process(self, block: Signal) -> Signal:
+        """Return the next block, filtered: as long as ``block``.
+
+        Raises
+        ------
+        ParameterError
+            If the block has another rate than the filter, or another number of axes than the block before.
+        """
+        if block.rate != self.rate:
+            raise ParameterError(f"block must be at {self.rate:g} Hz, got {block.rate:g}")
+        x = block.samples.astype(np.float64)
+        if self._state is None:
+            steady = dsp.sosfilt_zi(self._sos)
+            self._state = steady[:, None, :] * x[None, :, :1]
+        elif self._state.shape[1] != len(x):
+            raise ParameterError(f"block must have {self._state.shape[1]} axes as before, got {len(x)}")
+        y, self._state = dsp.sosfilt(self._sos, x, axis=1, zi=self._state)
+        return block.with_samples(y)
+
+    def reset(self) -> None:
+        """Forget the past: the next block is a beginning."""
+        self._state = None
+
+    def delay(self, frequency: float) -> float:
+        """Return the group delay in s at ``frequency`` in Hz."""
+        w = 2 * np.pi * np.array([frequency * (1 - 1e-4), frequency * (1 + 1e-4)]) / self.rate
+        _, response = dsp.sosfreqz(self._sos, worN=w)
+        return float(-np.angle(response[1] / response[0]) / (w[1] - w[0]) / self.rate)
+
+
 def butterworth(
     rate: float, low: float, high: float, *, order: int = ORDER, passes: int = 1
 ) -> NDArray[np.float64]:

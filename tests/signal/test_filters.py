@@ -1,0 +1,248 @@
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import signal as dsp
+
+from tactogram.errors import ParameterError, UnitError
+from tactogram.signal import Signal
+from tactogram.signal.filters import (
+    StreamBandpass,
+    bandpass,
+    butterworth,
+    dft321,
+    remove_gravity,
+    resample,
+)
+
+BANDS = [(44100, 20, 1000), (10000, 20, 1000), (330, 10, 160), (1000, 0, 100), (44100, 0.5, 20000)]
+
+
+def sine(frequency, rate, seconds, *, phase=0.3, level=1.0, unit="m/s^2"):
+    t = np.arange(round(rate * seconds)) / rate
+    return Signal(level * np.sin(2 * np.pi * frequency * t + phase), rate, unit)
+
+
+def level_db(signal, reference, margin):
+    kept = slice(margin, -margin)
+    ratio = signal.samples[0, kept].astype(float).std() / reference.samples[0, kept].astype(float).std()
+    return 20 * np.log10(ratio)
+
+
+@pytest.mark.parametrize(("rate", "low", "high"), BANDS)
+@pytest.mark.parametrize("passes", [1, 2])
+def test_edges_are_at_3_db_after_all_passes(rate, low, high, passes):
+    sos = butterworth(rate, low, high, passes=passes)
+    _, response = dsp.sosfreqz(sos, worN=[f for f in (low, high) if f > 0], fs=rate)
+    np.testing.assert_allclose(20 * passes * np.log10(np.abs(response)), -3.0103, atol=1e-3)
+
+
+@pytest.mark.parametrize(("frequency", "expected"), [(20, -3.01), (150, 0), (500, -3.01)])
+def test_bandpass_has_its_gain_on_a_sine(frequency, expected):
+    x = sine(frequency, 3000, 4)
+    assert level_db(bandpass(x, 20, 500), x, 1500) == pytest.approx(expected, abs=0.05)
+
+
+def test_bandpass_removes_what_is_outside():
+    outside = sine(5, 3000, 4).with_samples(
+        sine(5, 3000, 4).samples + sine(1200, 3000, 4).samples + np.float32(9.81)
+    )
+    assert np.abs(bandpass(outside, 20, 500).samples[:, 600:-600]).max() < 1e-3
+
+
+def test_bandpass_does_not_delay():
+    x = np.zeros(2001, np.float32)
+    x[1000] = 1
+    y = bandpass(Signal(x, 1000, "V"), 50, 200).samples[0]
+    np.testing.assert_allclose(y, y[::-1], atol=1e-6)
+    assert y.argmax() == 1000
+
+
+def test_bandpass_from_zero_keeps_a_constant():
+    x = Signal(np.full((3, 500), 9.81), 1000, "m/s^2")
+    np.testing.assert_allclose(bandpass(x, 0, 100).samples, 9.81, rtol=1e-6)
+
+
+def test_band_at_half_the_rate_is_refused_in_one_line():
+    with pytest.raises(ParameterError, match=r"below half the rate \(165 Hz\), got 20 1000") as refusal:
+        bandpass(sine(50, 330, 1), 20, 1000)
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(("low", "high"), [(100, 20), (-1, 20), (20, 20), (np.nan, 20)])
+def test_an_empty_band_is_refused(low, high):
+    with pytest.raises(ParameterError, match="low < high"):
+        bandpass(sine(50, 330, 1), low, high)
+
+
+@given(st.integers(1, 60), st.sampled_from(BANDS))
+@settings(deadline=None, max_examples=40)
+def test_any_length_can_be_filtered(length, band):
+    rate, low, high = band
+    x = np.random.default_rng(length).normal(size=(2, length))
+    y = bandpass(Signal(x, rate, "N", ("a", "b")), low, high)
+    assert y.samples.shape == (2, length)
+    assert np.abs(y.samples).max() < 20
+
+
+@given(
+    st.integers(1, 700),
+    st.floats(100, 20000, allow_nan=False),
+    st.floats(100, 20000, allow_nan=False),
+)
+@settings(deadline=None, max_examples=60)
+def test_resampled_length_is_the_rounded_product(length, old, new):
+    x = Signal(np.full(length, 2.5), old, "N")
+    if round(length * new / old) < 1:
+        with pytest.raises(ParameterError, match="at least one sample"):
+            resample(x, new)
+        return
+    y = resample(x, new)
+    assert len(y) == round(length * new / old) or new == old
+    assert y.rate == new
+    np.testing.assert_allclose(y.samples, 2.5, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [(1000, 330), (330, 1000), (44100, 10000), (333.3, 1000), (6012.37, 1000)]
+)
+def test_resampling_keeps_level_and_phase(old, new):
+    frequency = 0.2 * min(old, new)
+    x, expected = sine(frequency, old, 4), sine(frequency, new, 4)
+    y = resample(x, new)
+    margin = round(0.5 * new)
+    error = y.samples[0, margin:-margin] - expected.samples[0, margin : len(y) - margin]
+    assert np.abs(error).max() < 3e-4
+
+
+def test_resampling_removes_what_the_new_rate_cannot_hold():
+    assert np.abs(resample(sine(400, 1000, 4), 500).samples[:, 100:-100]).max() < 1e-5
+
+
+@pytest.mark.parametrize("share", [0.1, 0.4, 0.45])
+def test_resampling_is_flat_to_045_of_the_lower_rate(share):
+    x = sine(share * 300, 1000, 20)
+    y = resample(x, 300)
+    assert 20 * np.log10(y.samples[0, 500:-500].std() * np.sqrt(2)) == pytest.approx(0, abs=0.01)
+
+
+def test_the_same_rate_changes_nothing():
+    x = sine(50, 330, 1)
+    assert resample(x, 330) is x
+
+
+@pytest.mark.parametrize("rate", [0, -1, np.nan, np.inf])
+def test_a_rate_that_is_none_is_refused(rate):
+    with pytest.raises(ParameterError, match="rate must be > 0"):
+        resample(sine(50, 330, 1), rate)
+
+
+@given(st.integers(1, 400), st.integers(0, 2**31))
+@settings(deadline=None, max_examples=60)
+def test_dft321_keeps_the_energy_at_every_frequency(length, seed):
+    """Landin et al. 2010: the combined spectrum has the summed power of the three."""
+    x = Signal(np.random.default_rng(seed).normal(size=(3, length)), 1000, "m/s^2")
+    y = dft321(x)
+    power = (np.abs(np.fft.rfft(x.samples.astype(float))) ** 2).sum(axis=0)
+    np.testing.assert_allclose(
+        np.abs(np.fft.rfft(y.samples[0].astype(float))) ** 2, power, atol=1e-4 * length
+    )
+
+
+def test_dft321_has_the_phase_of_the_sum():
+    x = Signal(np.random.default_rng(0).normal(size=(3, 256)), 1000, "m/s^2")
+    total = np.fft.rfft(x.samples.astype(float).sum(axis=0))
+    combined = np.fft.rfft(dft321(x).samples[0].astype(float))
+    assert np.abs(np.angle(combined * total.conj()))[1:-1].max() < 1e-4
+
+
+def test_dft321_of_one_moving_axis_is_that_axis():
+    x = np.zeros((3, 300), np.float32)
+    x[1] = sine(50, 1000, 0.3).samples
+    np.testing.assert_allclose(dft321(Signal(x, 1000, "m/s^2")).samples[0], x[1], atol=1e-6)
+
+
+def test_dft321_energy_does_not_depend_on_orientation():
+    rng = np.random.default_rng(1)
+    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    x = rng.normal(size=(3, 512))
+    spectra = [
+        np.abs(np.fft.rfft(dft321(Signal(a, 1000, "m/s^2")).samples[0].astype(float))) for a in (x, turn @ x)
+    ]
+    np.testing.assert_allclose(*spectra, rtol=1e-3, atol=1e-3)
+
+
+def test_dft321_needs_three_axes():
+    with pytest.raises(ParameterError, match="three axes, got 1"):
+        dft321(sine(50, 330, 1))
+
+
+def test_gravity_is_removed_and_vibration_is_left():
+    t = np.arange(3000) / 1000
+    gravity = 9.81 * np.stack([np.cos(0.5 * t), np.sin(0.5 * t), 0 * t])
+    vibration = np.stack([np.sin(2 * np.pi * f * t) for f in (30, 60, 120)])
+    y = remove_gravity(Signal(gravity + vibration, 1000, "m/s^2")).samples
+    assert np.abs(y - vibration)[:, 1000:-1000].max() < 0.05
+
+
+def test_a_short_signal_loses_its_mean():
+    y = remove_gravity(Signal([9.0, 10.0, 11.0], 1000, "m/s^2"))
+    np.testing.assert_allclose(y.samples, [[-1, 0, 1]])
+
+
+def test_gravity_is_no_force():
+    with pytest.raises(UnitError, match=r"m/s\^2, got N"):
+        remove_gravity(sine(50, 330, 1, unit="N"))
+
+
+@given(st.lists(st.integers(1, 200), min_size=1, max_size=8), st.sampled_from(BANDS))
+@settings(deadline=None, max_examples=40)
+def test_blocks_are_invisible(lengths, band):
+    rate, low, high = band
+    whole = Signal(np.random.default_rng(7).normal(9.81, 1, (3, sum(lengths))), rate, "m/s^2")
+    stream, once = StreamBandpass(rate, low, high), StreamBandpass(rate, low, high)
+    starts = np.cumsum([0, *lengths])
+    blocks = [stream.process(whole.cut(a, b)).samples for a, b in itertools.pairwise(starts)]
+    np.testing.assert_array_equal(np.concatenate(blocks, axis=1), once.process(whole).samples)
+
+
+def test_the_causal_band_pass_is_causal_and_flat():
+    x = sine(150, 3000, 4)
+    stream = StreamBandpass(3000, 20, 500)
+    y = stream.process(x)
+    assert level_db(y, x, 3000) == pytest.approx(0, abs=0.02)
+    delayed = sine(150, 3000, 4, phase=0.3 - 2 * np.pi * 150 * stream.delay(150))
+    phase_delay_differs = np.abs(y.samples - delayed.samples).max()
+    assert 0 < stream.delay(150) < 0.01
+    assert phase_delay_differs > 0
+    later = x.with_samples(np.where(np.arange(len(x)) < 6000, x.samples, 0))
+    stream.reset()
+    np.testing.assert_array_equal(stream.process(later).samples[:, :6000], y.samples[:, :6000])
+
+
+def test_group_delay_is_that_of_a_burst():
+    rate, f = 3000, 150
+    t = np.arange(6000) / rate
+    burst = np.exp(-(((t - 1) / 0.1) ** 2)) * np.sin(2 * np.pi * f * t)
+    stream = StreamBandpass(rate, 20, 500)
+    y = stream.process(Signal(burst, rate, "V")).samples[0].astype(float)
+    centre = [
+        np.sum(t * np.abs(dsp.hilbert(v)) ** 2) / np.sum(np.abs(dsp.hilbert(v)) ** 2) for v in (burst, y)
+    ]
+    assert centre[1] - centre[0] == pytest.approx(stream.delay(f), abs=2e-4)
+
+
+def test_a_stream_starts_without_a_jump():
+    x = Signal(np.full((3, 100), 9.81), 1000, "m/s^2")
+    assert np.abs(StreamBandpass(1000, 20, 400).process(x).samples).max() < 1e-4
+
+
+def test_a_block_of_another_kind_is_refused():
+    stream = StreamBandpass(1000, 20, 400)
+    stream.process(Signal(np.zeros((3, 5)), 1000, "V"))
+    with pytest.raises(ParameterError, match="3 axes as before, got 1"):
+        stream.process(Signal(np.zeros(5), 1000, "V"))
+    with pytest.raises(ParameterError, match="at 1000 Hz, got 500"):
+        stream.process(Signal(np.zeros(5), 500, "V"))
