@@ -1,0 +1,287 @@
+"""Time stamps that jitter: what they say of the rate, and the way to evenly spaced samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import linalg, special
+
+from tactogram.errors import DataError, ParameterError
+from tactogram.signal.filters import resample
+from tactogram.signal.signal import Domain, Signal
+
+MOST_REPEATED = 0.05
+"""Share of repeated stamps above which stamps are block arrival times rather than sampling times."""
+
+_MOST_MISSING = 3
+_HALF_TAPS = 12
+_KAISER_BETA = 8.0
+_SMOOTHNESS = 1e-2
+"""Weight of the content near half the rate against the data: below it, jitter does not amplify noise."""
+_SLOPE = 1e-6
+"""Weight of the slope: what bridges gaps longer than the kernel."""
+
+
+@dataclass(frozen=True)
+class Timing:
+    """What time stamps say about the sampling.
+
+    Parameters
+    ----------
+    rate : float, Hz
+        Estimated rate of the sampling clock (per mm for positions).
+    samples : int
+        Number of stamps.
+    jitter_rms : float, s
+        Root mean square of the stamps' deviation from the even grid of that rate.
+    largest_gap : float, s
+        Longest time between two stamps.
+    dropped : int
+        Estimated number of samples missing between the first and the last.
+    repeated : int
+        Number of stamps equal to the one before.
+    resolution : float, s
+        Largest power of ten of which all stamps are multiples; 0 if there is none above 1 ns.
+    even : bool
+        Whether nothing is missing or repeated and the jitter is no more than the rounding of the stamps
+        (or a thousandth of a sample): then the samples *are* evenly spaced and need no resampling.
+    """
+
+    rate: float
+    samples: int
+    jitter_rms: float
+    largest_gap: float
+    dropped: int
+    repeated: int
+    resolution: float
+    even: bool
+
+
+def estimate_timing(times: ArrayLike) -> Timing:
+    """Return rate, jitter and losses of a recording from its time stamps.
+
+    Each stamp is given its place on the sampling clock by a phase-locked loop, so that jitter passes and a loss
+    is counted. The rate is the median slope between stamps half the recording apart, which a few late stamps
+    do not move (the incomplete method of H. Theil, "A rank-invariant method of linear and polynomial regression
+    analysis", 1950), refined by least squares over the stamps near that line.
+    Tested: within 100 ppm for 4000 samples with up to 20 % jitter and 2 % losses.
+
+    Parameters
+    ----------
+    times : float array, shape (time,), s
+        Sampling instants (or positions in mm), at least two different, never decreasing.
+
+    Raises
+    ------
+    DataError
+        If a stamp is not finite, goes back, or more than `MOST_REPEATED` of them repeat.
+    """
+    return _clocked(_checked(times))[0]
+
+
+def _clocked(t: NDArray[np.float64]) -> tuple[Timing, NDArray[np.float64]]:
+    """Return the timing, and the instant of each sample in periods after the first."""
+    steps = np.diff(t)
+    repeated = int(np.count_nonzero(steps == 0))
+    if repeated > MOST_REPEATED * len(steps) and repeated > 1:
+        raise DataError(
+            f"{repeated} of {len(t)} time stamps repeat the one before: they are too coarse or the arrival times "
+            "of blocks; give the rate instead"
+        )
+    resolution = _resolution(t)
+    places = _places(t)
+    period = _period(t, places)
+    deviation = t - period * places
+    deviation -= (deviation.max() + deviation.min()) / 2
+    missing = int(places[-1]) + 1 - (len(t) - repeated)
+    dropped = max(0, missing)
+    tolerance = max(1e-3 * period, 0.51 * resolution)
+    rounding_only = repeated == 0 and bool(np.abs(deviation).max() <= tolerance)
+    timing = Timing(
+        rate=1 / period,
+        samples=len(t),
+        jitter_rms=float(deviation.std()),
+        largest_gap=float(steps.max()),
+        dropped=dropped,
+        repeated=repeated,
+        resolution=resolution,
+        even=rounding_only and missing == 0,
+    )
+    return timing, places.astype(np.float64) if rounding_only else (t - t[0]) / period
+
+
+def to_uniform(
+    times: ArrayLike,
+    samples: ArrayLike,
+    unit: str,
+    *,
+    axes: tuple[str, ...] = (),
+    domain: Domain = "time",
+    rate: float | None = None,
+) -> Signal:
+    """Return evenly spaced samples of what was sampled at ``times``.
+
+    Stamps that are even but for their rounding (`Timing.even`) keep their samples as they are. Otherwise the
+    band-limited signal that explains the samples best is solved for: samples on the even grid of the estimated
+    rate, joined by Kaiser-windowed sinc functions, least squares over all stamps at once, with a slight
+    preference for little content near half the rate, which makes gaps and crowded stamps harmless.
+    Tested accuracy: see ``tests/signal/test_timing.py``; a sine up to 0.6 of half the rate comes back within
+    -60 dB at 10 % jitter, and up to 0.4 within -40 dB at 20 % jitter with 2 % of the samples lost.
+
+    A gap of several samples is bridged, not recovered: look at `Timing.largest_gap`.
+    Samples with the same stamp count as measurements of the same instant (their mean, in effect).
+
+    Parameters
+    ----------
+    times : float array, shape (time,)
+        In s (or mm when ``domain`` is displacement), never decreasing.
+    samples : float array, shape (axis, time) or (time,)
+        In ``unit``.
+    unit, axes, domain
+        As in `Signal`.
+    rate : float, optional
+        Rate of the result; by default the estimated one.
+
+    Returns
+    -------
+    Signal
+        Its first sample is at ``times[0]``; its last not after ``times[-1]``.
+
+    Raises
+    ------
+    DataError
+        As `estimate_timing`.
+    ParameterError
+        If ``samples`` and ``times`` are not equally many.
+    """
+    t = _checked(times)
+    x = np.atleast_2d(np.asarray(samples, dtype=np.float64))
+    if x.ndim != 2 or x.shape[1] != len(t):
+        raise ParameterError(f"samples must be (axis, {len(t)}) as there are times, got shape {x.shape}")
+    timing, instants = _clocked(t)
+    if instants[-1] > _MOST_MISSING * len(t) + 100:
+        raise DataError(
+            f"time stamps are mostly gaps: {len(t)} samples for {instants[-1]:.0f} periods of {timing.rate:g} Hz, "
+            f"longest gap {timing.largest_gap:g} s; cut the recording there"
+        )
+    if not timing.even:
+        x = _solve(instants, x)
+    signal = Signal(x.astype(np.float32), timing.rate, unit, axes, domain)
+    return signal if rate is None else resample(signal, rate)
+
+
+def _checked(times: ArrayLike) -> NDArray[np.float64]:
+    t = np.asarray(times, dtype=np.float64)
+    if t.ndim != 1 or len(t) < 2:
+        raise DataError(f"at least two time stamps are needed, got shape {t.shape}")
+    bad = np.flatnonzero(~np.isfinite(t))
+    if len(bad):
+        raise DataError(f"time stamps must be finite, got {t[bad[0]]} at sample {bad[0]}")
+    back = np.flatnonzero(np.diff(t) < 0)
+    if len(back):
+        i = int(back[0])
+        raise DataError(f"time goes backwards at sample {i + 1}: {t[i + 1]:.9g} after {t[i]:.9g}")
+    if t[-1] == t[0]:
+        raise DataError(f"time stands still: all {len(t)} stamps are {t[0]:.9g}")
+    return t
+
+
+def _resolution(t: NDArray[np.float64]) -> float:
+    """Return the largest power of ten, from 1 down to 1e-9, that divides every stamp; else 0."""
+    for exponent in range(10):
+        ticks = t * 10.0**exponent
+        rounded = np.round(ticks)
+        if np.abs(ticks - rounded).max() <= 1e-6 + 4 * np.finfo(float).eps * np.abs(rounded).max():
+            return float(10.0**-exponent)
+    return 0.0
+
+
+def _places(t: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return the tick of the sampling clock that each stamp belongs to, int64, shape (time,), from 0."""
+    steps = np.diff(t)
+    steps = steps[steps > 0]
+    typical = np.median(steps)
+    period = float(steps[np.abs(steps - typical) <= typical / 2].mean())
+    places = np.zeros(len(t), dtype=np.int64)
+    place, expected, previous = 0, float(t[0]), float(t[0])
+    for i, stamp in enumerate(t[1:].tolist(), start=1):
+        if stamp != previous:
+            ticks = max(0, round((stamp - expected) / period))
+            place += ticks
+            expected += ticks * period
+            error = stamp - expected
+            # Proportional and integral gain of a loop damped over some 20 samples; the clock may drift.
+            expected += 0.1 * error
+            period += 0.001 * max(-period, min(period, error))
+            previous = stamp
+        places[i] = place
+    return places
+
+
+def _period(t: NDArray[np.float64], places: NDArray[np.int64]) -> float:
+    """Return the slope of ``t`` over ``places``: the median of far pairs, then least squares near that line."""
+    half = len(t) // 2
+    ticks = places[half:] - places[: len(t) - half]
+    later = ticks > 0
+    period = float(np.median((t[half:] - t[: len(t) - half])[later] / ticks[later]))
+    deviation = t - period * places
+    deviation -= np.median(deviation)
+    near = np.abs(deviation) <= max(6 * float(np.median(np.abs(deviation))), 1e-3 * period)
+    centred = places[near] - places[near].mean()
+    spread = float(centred @ centred)
+    return period + float(centred @ deviation[near]) / spread if spread else period
+
+
+def _solve(u: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return samples at 0, 1, 2, … of the band-limited signal that is nearest to ``x`` at ``u`` (in samples).
+
+    Minimises |A c - x|^2 + |P c|^2 over the samples c of a grid that reaches `_HALF_TAPS` beyond both ends:
+    A holds the kernel at each stamp, P weighs what is wanted little. The normal equations are banded,
+    so this is exact and linear in the length.
+    """
+    taps = 2 * _HALF_TAPS
+    length = int(np.floor(u[-1] + 1e-6)) + 1
+    size = length + taps
+    first = np.floor(u).astype(np.int64) + 1  # grid index of the leftmost tap
+    kernel = _kernel(u - np.floor(u))
+    mean = x.mean(axis=1, keepdims=True)
+    normal = np.zeros((taps, size))
+    right = np.zeros((size, len(x)))
+    for j in range(taps):
+        for axis, values in enumerate(x - mean):
+            right[:, axis] += np.bincount(first + j, kernel[j] * values, minlength=size)
+        for k in range(j, taps):
+            normal[k - j] += np.bincount(first + j, kernel[j] * kernel[k], minlength=size)
+    normal += _penalty(size, taps)
+    grid = linalg.solveh_banded(normal, right, lower=True, overwrite_ab=True, overwrite_b=True)
+    return np.asarray(grid[_HALF_TAPS : _HALF_TAPS + length].T + mean)
+
+
+def _kernel(offset: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the kernel at its taps, float64, shape (tap, time), for stamps ``offset`` (0..1) after a grid point.
+
+    Looked up in a table of 4096 steps with linear interpolation: off by less than 3e-8.
+    """
+    steps = 4096
+    distance = np.linspace(0, 1, steps + 1) - np.arange(1 - _HALF_TAPS, _HALF_TAPS + 1)[:, None]
+    window = np.sqrt(np.maximum(0, 1 - (distance / _HALF_TAPS) ** 2))
+    table = np.sinc(distance) * special.i0(_KAISER_BETA * window) / special.i0(_KAISER_BETA)
+    place = offset * steps
+    left = np.minimum(place.astype(np.int64), steps - 1)
+    return np.asarray(table[:, left] + (place - left) * np.diff(table, axis=1)[:, left])
+
+
+def _penalty(size: int, bands: int) -> NDArray[np.float64]:
+    """Return P'P in lower banded form: sin(w/2)^16 for smoothness, the first difference for slope."""
+    row = np.array([1.0])
+    for _ in range(8):
+        row = np.convolve(row, [-0.25, 0.5, -0.25])
+    penalty = np.zeros((bands, size))
+    for d in range(9):
+        penalty[d] = _SMOOTHNESS * row[8 + d]
+    penalty[0] += 2 * _SLOPE
+    penalty[1] -= _SLOPE
+    penalty[0] += 1e-12
+    return penalty
