@@ -12,11 +12,15 @@ from importlib import import_module
 from itertools import islice
 from multiprocessing import connection, get_context, parent_process
 from threading import Thread
+from time import monotonic
 
 from tactogram.datasets.examples import cores
 from tactogram.datasets.importer import Item
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError, ParameterError, TactogramError
+
+PATIENCE_S = 2.0
+"""What starting processes costs: less is read before they would be ready."""
 
 
 def read_all(
@@ -35,7 +39,7 @@ def read_all(
         Full name of the importer module.
     items : sequence of Item
     workers : int or None
-        Processes; by default one per core, or none besides this one for a few items.
+        Processes; by default this one alone for `PATIENCE_S`, then one per core for what is left.
     progress : callable or None
         Called with the number of items read and the total.
 
@@ -44,21 +48,24 @@ def read_all(
     DataError
         If a process dies.
     """
-    # Starting a process costs as much as reading some dozen files.
-    workers = max(min(cores(), len(items) // 16), 1) if workers is None else workers
-    if workers < 1:
+    if workers is not None and workers < 1:
         raise ParameterError(f"workers must be >= 1, got {workers}")
-    if workers == 1:
-        for done, item in enumerate(items, 1):
-            yield item, _read(module, item)
-            if progress is not None:
-                progress(done, len(items))
+    begun, done = monotonic(), 0
+    while done < len(items) and (
+        workers == 1 or (workers is None and (cores() == 1 or monotonic() - begun < PATIENCE_S))
+    ):
+        yield items[done], _read(module, items[done])
+        done += 1
+        if progress is not None:
+            progress(done, len(items))
+    if done == len(items):
         return
+    workers = min(workers or cores(), len(items) - done)
     pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_start_worker)
     try:
         waiting: deque[tuple[Item, Future[list[Recording] | str]]] = deque()
-        rest = iter(items)
-        for done in range(1, len(items) + 1):
+        rest = iter(items[done:])
+        while done < len(items):
             for item in islice(rest, 3 * workers - len(waiting)):
                 waiting.append((item, pool.submit(_read, module, item)))
             item, future = waiting.popleft()
@@ -69,6 +76,7 @@ def read_all(
                     f"{item.name}: a process that read died here or nearby, perhaps for want of memory; "
                     "try --workers 1"
                 ) from error
+            done += 1
             if progress is not None:
                 progress(done, len(items))
     finally:

@@ -1,0 +1,189 @@
+"""BioTac_slide: a BioTac finger sliding over materials, 40 recordings of each at one speed (about 2 cm/s).
+
+Read from ``matNN.npz`` with ``materials.csv`` (names) and ``images/``; where a material has no ``.npz``, from
+``raw_csv/matN_R_bio.csv``. Checked on real files of both kinds: they give the same samples.
+
+What to know before using it
+- Every channel is rectified by its authors (distance from the reading at rest): the sign is lost, and the
+  spectrum is that of a rectified signal.
+- 22 pressure-vibration samples (PAC) come with each 100 Hz frame; flattened row by row they are the stream
+  ``pac`` at 2200 Hz. The other channels are streams of their own at 100 Hz. Unit is "1": sensor counts.
+- The rates are the sensor's nominal ones; frames arrive within some 50 us of them.
+- Material 1 (Carpet net) lasts 6 s, the others 8 s. Nothing is cropped here: whatever looks at a whole
+  recording could tell it by its length, so compare windows of one length.
+- One session per material: what differs between sessions differs between materials too.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.datasets.importer import Item
+from tactogram.datasets.recording import Recording
+from tactogram.errors import DataError
+from tactogram.signal import Signal
+
+NAME = "biotac_slide"
+TITLE = "BioTac_slide: a BioTac finger sliding on materials"
+LICENCE = "not stated"
+DESCRIPTION = (
+    "matNN.npz with materials.csv and images/, or raw_csv/matN_R_bio.csv: streams pac (2200 Hz), tdc, tac, pdc and "
+    "electrodes (100 Hz), in rectified sensor counts. Checked on real files."
+)
+
+FRAME_RATE = 100.0
+PAC_PER_FRAME = 22
+ELECTRODES = 19
+SPEED_MM_S = 20.0
+"""Nominal: its authors say about 2 cm/s."""
+HISTORY = (
+    "rectified by its authors: distance from the reading at rest, the sign is lost",
+    "pac: 22 samples of each 100 Hz frame in a row, 2200 Hz",
+)
+
+
+def find(folder: Path) -> list[Item]:
+    """Return an item per ``matNN.npz``, and one per raw recording of materials that have none."""
+    arrays = {_number(path.stem): path for path in folder.glob("mat*.npz")}
+    raw = folder / "raw_csv" if (folder / "raw_csv").is_dir() else folder
+    tables = [path for path in raw.glob("mat*_bio.csv") if _number(path.stem) not in arrays]
+    if not arrays and not tables:
+        raise DataError(f"{folder}: neither matNN.npz nor raw_csv/matN_R_bio.csv found there")
+    materials = _materials(folder / "materials.csv")
+    items = [_item(folder, path, materials.get(number, {})) for number, path in sorted(arrays.items())]
+    tables.sort(key=lambda path: [int(n) for n in re.findall(r"\d+", path.stem)])
+    return items + [_item(folder, path, materials.get(_number(path.stem), {})) for path in tables]
+
+
+def read(item: Item) -> list[Recording]:
+    """Return the recordings of one file."""
+    [path] = item.paths
+    if path.suffix == ".npz":
+        return _read_arrays(item, path)
+    return [_recording(item, _number(path.stem, 1), _read_table(path))]
+
+
+def _item(folder: Path, path: Path, material: Mapping[str, str]) -> Item:
+    number = _number(path.stem)
+    image = folder / "images" / (material.get("image") or f"mat{number:02d}.jpg")
+    return Item(
+        path.relative_to(folder).as_posix(),
+        (path,),
+        {"key": f"mat{number}", **material},
+        image if image.is_file() else None,
+    )
+
+
+def _materials(path: Path) -> dict[int, dict[str, str]]:
+    """Return the rows of ``materials.csv`` by number; empty if there is none."""
+    if not path.is_file():
+        return {}
+    with path.open(encoding="utf-8-sig", newline="") as file:
+        rows = list(csv.DictReader(file))
+    if not rows or not {"material_id", "name"} <= rows[0].keys():
+        raise DataError(f"{path}: needs columns material_id and name")
+    try:
+        return {int(row["material_id"]): row for row in rows}
+    except ValueError as error:
+        raise DataError(f"{path}: material_id must be a number: {error}") from error
+
+
+def _read_arrays(item: Item, path: Path) -> list[Recording]:
+    needed = ("pac", "tdc", "tac", "pdc", "electrodes", "lengths", "recording")
+    with np.load(path, allow_pickle=False) as held:
+        missing = [name for name in needed if name not in held]
+        if missing:
+            raise DataError(f"{path}: lacks {', '.join(missing)}")
+        arrays = {name: held[name] for name in needed}
+        rates = [int(held[name]) for name in ("frame_rate_hz", "pac_rate_hz") if name in held]
+    if rates not in ([], [100, 2200]):
+        raise DataError(f"{path}: rates must be 100 and 2200 Hz, got {rates}")
+    lengths, numbers = arrays.pop("lengths"), arrays.pop("recording")
+    if len(numbers) != len(lengths):
+        raise DataError(f"{path}: {len(lengths)} lengths but {len(numbers)} recordings")
+    for name, values in arrays.items():
+        if len(values) != lengths.sum():
+            raise DataError(
+                f"{path}: {name} must have {lengths.sum()} rows as lengths say, got {len(values)}"
+            )
+    if (lengths < 1).any():
+        raise DataError(f"{path}: recording {numbers[lengths < 1][0]} is empty")
+    recordings = []
+    for number, stop, length in zip(numbers, np.cumsum(lengths), lengths, strict=True):
+        frames = {name: values[stop - length : stop] for name, values in arrays.items()}
+        recordings.append(_recording(item, int(number), frames))
+    return recordings
+
+
+def _read_table(path: Path) -> dict[str, NDArray[np.float64]]:
+    """Return the frames of a raw CSV; its rows end with a comma that the header lacks."""
+    with path.open(encoding="ascii", errors="replace") as file:
+        names = file.readline().strip().rstrip(",").split(",")
+        rows = [
+            (place, line.strip().rstrip(",").split(",")) for place, line in enumerate(file, 2) if line.strip()
+        ]
+    expected = [
+        "timestamp",
+        *("tdc", "tac", "pdc"),
+        *(f"pac{i}" for i in range(1, PAC_PER_FRAME + 1)),
+        *(f"ele{i}" for i in range(1, ELECTRODES + 1)),
+    ]
+    if names != expected:
+        raise DataError(
+            f"{path}: row 1 must name the columns {', '.join(expected[:5])}, … ele19, got {names[:5]}"
+        )
+    values = np.empty((len(rows), len(expected) - 1))
+    for row, (place, texts) in enumerate(rows):
+        if len(texts) != len(expected):
+            raise DataError(f"{path}: row {place} must have {len(expected)} values, got {len(texts)}")
+        try:
+            values[row] = [float(text) for text in texts[1:]]
+        except ValueError as error:
+            raise DataError(f"{path}: row {place}: {error}") from error
+    if not rows:
+        raise DataError(f"{path}: no frames after the header")
+    ends = np.cumsum([1, 1, 1, PAC_PER_FRAME])
+    tdc, tac, pdc, pac, electrodes = np.split(values, ends, axis=1)
+    return {"pac": pac, "tdc": tdc[:, 0], "tac": tac[:, 0], "pdc": pdc[:, 0], "electrodes": electrodes}
+
+
+def _recording(item: Item, number: int, frames: Mapping[str, NDArray[Any]]) -> Recording:
+    pac, electrodes = np.asarray(frames["pac"]), np.asarray(frames["electrodes"])
+    if pac.ndim != 2 or pac.shape[1] != PAC_PER_FRAME or electrodes.shape[1:] != (ELECTRODES,):
+        raise DataError(
+            f"{item.name}: pac must have 22 columns and electrodes 19, got {pac.shape} and {electrodes.shape}"
+        )
+    streams = {"pac": Signal(pac.reshape(-1), FRAME_RATE * PAC_PER_FRAME, "1", ("pac",))}
+    streams |= {
+        name: Signal(np.asarray(frames[name]).reshape(-1), FRAME_RATE, "1", (name,))
+        for name in ("tdc", "tac", "pdc")
+    }
+    axes = tuple(f"e{i}" for i in range(1, ELECTRODES + 1))
+    streams["electrodes"] = Signal(electrodes.T, FRAME_RATE, "1", axes)
+    known = item.info
+    kept = ("key", "code", "thickness", "roughness")
+    return Recording(
+        streams=streams,
+        material=known.get("name") or known["key"],
+        contactor="BioTac",
+        speed_mm_s=SPEED_MM_S,
+        session=known["key"],
+        labels={"recording": str(number)} | {name: known[name] for name in kept if known.get(name)},
+        source=f"{item.name}#{number}" if item.name.endswith(".npz") else item.name,
+        history=HISTORY,
+    )
+
+
+def _number(stem: str, place: int = 0) -> int:
+    """Return a number in ``matN`` or ``matN_R_bio``."""
+    numbers = re.findall(r"\d+", stem)
+    if len(numbers) <= place:
+        raise DataError(f"{stem}: name must be matNN.npz or matN_R_bio.csv")
+    return int(numbers[place])
