@@ -1,0 +1,7 @@
+"""The simulator: surfaces from formulas, touched by a formula. What comes from it is marked simulated."""
+
+from tactogram.datasets.simulate.sets import Task as Task
+from tactogram.datasets.simulate.sets import make as make
+from tactogram.datasets.simulate.sets import simulate as simulate
+from tactogram.datasets.simulate.sets import simulated_sets as simulated_sets
+from tactogram.datasets.simulate.sets import tasks as tasks

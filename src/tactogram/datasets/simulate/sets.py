@@ -1,0 +1,194 @@
+"""The named sets, and how one recording of a set is made."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactogram.datasets.recording import Recording
+from tactogram.datasets.simulate.contact import CONTACTORS, feel
+from tactogram.datasets.simulate.materials import STROKING_9, STROKING_30
+from tactogram.datasets.simulate.photo import photograph
+from tactogram.datasets.simulate.sensor import AXES, Sensor, sense, wired, wireless
+from tactogram.datasets.simulate.stroke import stroke, tremor
+from tactogram.datasets.simulate.surfaces import PATCH_MM, Surface
+from tactogram.errors import ParameterError
+from tactogram.signal import Signal
+from tactogram.signal.filters import resample
+
+INTERNAL_RATE = 4000.0
+"""Hz, at least: contacts are computed at a multiple of the sensor's rate not below this."""
+SLOW_RATE = 100.0
+"""Hz: rate of force and position, as in real collections."""
+
+
+@dataclass(frozen=True)
+class SimulatedSet:
+    """A layout: what is stroked by what, how fast, how long, how often, and what listens."""
+
+    title: str
+    surfaces: tuple[Surface, ...]
+    contactors: tuple[str, ...]
+    speeds_mm_s: tuple[float, ...]
+    seconds: float
+    per_class: int
+    sensor: Sensor
+    back_and_forth: bool
+
+
+SETS: Mapping[str, SimulatedSet] = {
+    "stroking30": SimulatedSet(
+        "simulated: 15 surfaces x finger and pen at 100, 200, 400 mm/s, three 3-minute back-and-forth takes each, "
+        "3 axes at 330 Hz by radio (layout of Saga et al., Sec. II)",
+        STROKING_30, ("finger", "pen"), (100.0, 200.0, 400.0), 180.0, 3, wireless(), True,
+    ),
+    "stroking9": SimulatedSet(
+        "simulated: nine surfaces rubbed by a finger in one direction, 4,000 samples of 3 axes at 1 kHz by wire "
+        "(layout of Saga et al., Sec. III-B)",
+        STROKING_9, ("finger",), (100.0,), 4.0, 20, wired(), False,
+    ),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Task:
+    """One recording that is to be made; small, so that processes can hand it on."""
+
+    set_name: str
+    seed: int
+    surface: int
+    contactor: str
+    speed_mm_s: float
+    take: int
+    seconds: float
+    rate: float
+
+
+def simulated_sets() -> dict[str, str]:
+    """Return the named sets, each with a sentence on what it is."""
+    return {name: facts.title for name, facts in SETS.items()}
+
+
+def simulate(
+    set_name: str,
+    *,
+    seed: int,
+    per_class: int | None = None,
+    seconds: float | None = None,
+    rate: float | None = None,
+) -> Iterator[Recording]:
+    """Yield the recordings of a named set, one at a time.
+
+    Parameters
+    ----------
+    set_name : str
+        One of `simulated_sets`.
+    seed : int
+        The same seed gives the same bits, in whichever order or process recordings are made.
+    per_class : int, optional
+        Recordings per surface, contactor and speed; by default as in the paper.
+    seconds : float, optional
+        Length of each.
+    rate : float, optional
+        Of the accelerometer, Hz: 330, 1000, 6000 or 10000 are usual.
+
+    Raises
+    ------
+    ParameterError
+        For an unknown set or a number that makes no sense.
+    """
+    for task in tasks(set_name, seed=seed, per_class=per_class, seconds=seconds, rate=rate):
+        yield make(task)
+
+
+def tasks(
+    set_name: str,
+    *,
+    seed: int,
+    per_class: int | None = None,
+    seconds: float | None = None,
+    rate: float | None = None,
+) -> list[Task]:
+    """Return the recordings that `simulate` yields, not yet made."""
+    if set_name not in SETS:
+        raise ParameterError(f"simulated set must be one of {', '.join(SETS)}, got {set_name!r}")
+    facts = SETS[set_name]
+    takes = facts.per_class if per_class is None else per_class
+    length = facts.seconds if seconds is None else seconds
+    hertz = facts.sensor.rate if rate is None else rate
+    if takes < 1:
+        raise ParameterError(f"per_class must be at least 1, got {takes}")
+    if not 0.1 <= length <= 3600:
+        raise ParameterError(f"seconds must be 0.1 to 3600, got {length:g}")
+    if not 50 <= hertz <= 20_000:
+        raise ParameterError(f"rate must be 50 to 20000 Hz, got {hertz:g}")
+    if seed < 0:
+        raise ParameterError(f"seed must be >= 0, got {seed}")
+    return [
+        Task(set_name, seed, surface, contactor, speed, take, length, hertz)
+        for surface in range(len(facts.surfaces))
+        for contactor in facts.contactors
+        for speed in facts.speeds_mm_s
+        for take in range(1, takes + 1)
+    ]
+
+
+def make(task: Task) -> Recording:
+    """Return one simulated recording; it depends on ``task`` alone."""
+    facts = SETS[task.set_name]
+    surface, contactor = facts.surfaces[task.surface], CONTACTORS[task.contactor]
+    place = (task.surface, facts.contactors.index(task.contactor), round(1000 * task.speed_mm_s), task.take)
+    rng = np.random.default_rng([task.seed, *place])
+    # A take is a session: the sensor is put on anew. No two takes press, lie or last alike.
+    rate = task.rate * np.ceil(INTERNAL_RATE / task.rate)
+    force = contactor.force_n * np.exp(0.15 * rng.standard_normal())
+    speed = task.speed_mm_s * (1 + 0.05 * rng.standard_normal())
+    direction = 8 * rng.standard_normal() + 3
+    moved = stroke(
+        rng,
+        seconds=task.seconds,
+        rate=rate,
+        speed_mm_s=speed,
+        force_n=force,
+        back_and_forth=facts.back_and_forth,
+    )
+    felt = feel(
+        surface,
+        contactor,
+        moved,
+        start_mm=(PATCH_MM * rng.random(), PATCH_MM * rng.random()),
+        direction_deg=direction,
+        wear=float(np.exp(0.08 * rng.standard_normal())),
+    )
+    tilt = np.deg2rad(8 * rng.standard_normal(3))[:, None]
+    angles = tilt + tremor(rng, len(moved.path_mm), rate, 1.0)
+    sensor = Sensor(**{**vars(facts.sensor), "rate": task.rate})
+    acceleration = sense(np.stack([felt.along, felt.across, felt.normal]), rate, angles, sensor, rng)
+    slow = min(SLOW_RATE, task.rate)
+    return Recording(
+        streams={
+            "acceleration": acceleration,
+            "force": resample(Signal(felt.force_n, rate, "N"), slow),
+            "position": resample(Signal(1e-3 * moved.path_mm, rate, "m", ("along",)), slow),
+            "friction": resample(Signal(felt.friction_n / felt.force_n, rate, "1", ("along",)), slow),
+        },
+        image=photograph(surface),
+        material=surface.name,
+        speed_mm_s=task.speed_mm_s,
+        force_n=round(float(force), 3),
+        direction_deg=round(float(direction), 2),
+        contactor=contactor.name,
+        session=f"take-{task.take}",
+        subject="simulated",
+        labels={"recording": str(task.take)},
+        source=f"{task.set_name}/{surface.name}-{contactor.name}-{task.speed_mm_s:g}/{task.take}",
+        history=(
+            f"simulated set {task.set_name}, seed {task.seed}",
+            f"contact at {rate:g} Hz: height field, resonant contact, LuGre friction",
+            f"accelerometer of {task.rate:g} Hz, axes {','.join(AXES)}"
+            + (", radio packets of ten, losses bridged" if sensor.packet > 1 else ""),
+        ),
+        simulated=True,
+    )

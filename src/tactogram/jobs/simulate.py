@@ -1,0 +1,73 @@
+"""Make a store of simulated recordings, on all cores."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from tactogram.datasets import Recording, create_store
+from tactogram.datasets.examples import cores
+from tactogram.datasets.simulate import Task, make, tasks
+from tactogram.jobs.progress import Progress, silent
+
+
+def simulate_to_store(
+    set_name: str,
+    out: Path | str,
+    *,
+    seed: int = 0,
+    per_class: int | None = None,
+    seconds: float | None = None,
+    rate: float | None = None,
+    workers: int | None = None,
+    progress: Progress = silent,
+) -> dict[str, Any]:
+    """Write the simulated set ``set_name`` to the store ``out``.
+
+    Parameters
+    ----------
+    set_name, seed, per_class, seconds, rate : see `tactogram.datasets.simulate.simulate`
+    out : path
+        Must not exist.
+    workers : int, optional
+        Processes; by default one per core. The recordings are the same for any number.
+
+    Returns
+    -------
+    dict
+        ``store``, ``recordings``, ``materials``, ``sha256``, ``simulated`` (true).
+    """
+    todo = tasks(set_name, seed=seed, per_class=per_class, seconds=seconds, rate=rate)
+    store = create_store(
+        Path(out),
+        _made(todo, workers or cores(), progress),
+        name=f"{set_name} (simulated)",
+        licence="CC0-1.0",
+        source=f"tactogram data simulate {set_name} --seed {seed}",
+        simulated=True,
+    )
+    return {
+        "store": str(out),
+        "recordings": len(store),
+        "materials": len({info.material for info in store.index}),
+        "sha256": store.sha256,
+        "simulated": True,
+    }
+
+
+def _made(todo: list[Task], workers: int, progress: Progress) -> Iterator[Recording]:
+    if workers == 1 or len(todo) < 2 * workers:
+        yield from _counted(map(make, todo), len(todo), progress)
+        return
+    with multiprocessing.get_context("spawn").Pool(workers) as pool:
+        yield from _counted(
+            pool.imap(make, todo, chunksize=max(1, min(8, len(todo) // (4 * workers)))), len(todo), progress
+        )
+
+
+def _counted(recordings: Iterable[Recording], total: int, progress: Progress) -> Iterator[Recording]:
+    for done, recording in enumerate(recordings, start=1):
+        yield recording
+        progress("simulate", done, total)
