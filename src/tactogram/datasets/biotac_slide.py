@@ -97,7 +97,8 @@ def _materials(path: Path) -> dict[int, dict[str, str]]:
 
 def _read_arrays(item: Item, path: Path) -> list[Recording]:
     needed = ("pac", "tdc", "tac", "pdc", "electrodes", "lengths", "recording")
-    with np.load(path, allow_pickle=False) as held:
+    # Opened here: numpy leaves the file open if it turns out not to be a zip.
+    with path.open("rb") as file, np.load(file, allow_pickle=False) as held:
         missing = [name for name in needed if name not in held]
         if missing:
             raise DataError(f"{path}: lacks {', '.join(missing)}")
