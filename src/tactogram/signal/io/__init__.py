@@ -1,0 +1,8 @@
+"""Signals from files and into files, with unit and level."""
+
+from tactogram.signal.io.files import READABLE as READABLE
+from tactogram.signal.io.files import WRITABLE as WRITABLE
+from tactogram.signal.io.files import read_metadata as read_metadata
+from tactogram.signal.io.files import read_signal as read_signal
+from tactogram.signal.io.files import read_timing as read_timing
+from tactogram.signal.io.files import write_signal as write_signal

@@ -1,0 +1,101 @@
+"""NPZ: the samples as they are. Nothing pickled is ever loaded."""
+
+from __future__ import annotations
+
+import zipfile
+import zlib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import DataError
+from tactogram.signal.io.columns import TIME_NAMES
+from tactogram.signal.io.content import Content
+from tactogram.signal.io.description import Description, decode
+from tactogram.signal.signal import Signal
+
+SAMPLES = "samples"
+DESCRIPTION = "tactogram"
+
+
+def read(path: Path, *, columns: Sequence[str] | None = None, time: str | None = None) -> Content:
+    """Return what an NPZ file holds: an array (axis, time) or (time,).
+
+    Of a foreign file, ``columns`` names the array (or several of shape (time,), one per axis); the only array
+    needs no name. ``time`` names an array of stamps in s; one called ``time`` or ``t`` is taken for it.
+
+    Raises
+    ------
+    DataError
+        If the file is none, truncated, holds objects, or no such array.
+    """
+    arrays = _load(path)
+    if DESCRIPTION in arrays:
+        description = _describe(arrays, path)
+        samples = _numbers(arrays, SAMPLES, path)
+        return Content(
+            samples, description.axes, description.rate, None, description.unit, description, _place(SAMPLES)
+        )
+    stamps = time or next((name for name in arrays if name.lower() in TIME_NAMES), None)
+    names = list(columns or [name for name in arrays if name != stamps and arrays[name].ndim > 0])
+    if columns is None and len(names) != 1:
+        raise DataError(f"{path}: which array? choose of {', '.join(arrays) or 'none'}")
+    parts = [np.atleast_2d(_numbers(arrays, name, path)) for name in names]
+    if len({part.shape[1] for part in parts}) > 1:
+        raise DataError(f"{path}: arrays must be equally long, got {', '.join(str(p.shape) for p in parts)}")
+    samples = np.concatenate(parts)
+    if samples.shape[0] > samples.shape[1] > 0:
+        raise DataError(f"{path}: array must be (axis, time), got {samples.shape}; transpose it")
+    times = None if stamps is None else _numbers(arrays, stamps, path)
+    if times is not None and times.shape != (samples.shape[1],):
+        raise DataError(f"{path}: {stamps} must have shape ({samples.shape[1]},), got {times.shape}")
+    axes = tuple(names) if len(names) > 1 and len(names) == len(samples) else ()
+    rate = float(arrays["rate"]) if "rate" in arrays and arrays["rate"].shape == () else None
+    return Content(samples, axes, rate, times, None, None, _place(names[0]))
+
+
+def describe(path: Path) -> Description | None:
+    """Return the description in the file, if there is one."""
+    arrays = _load(path, only=DESCRIPTION)
+    return _describe(arrays, path) if DESCRIPTION in arrays else None
+
+
+def write(path: Path, signal: Signal, description: Description) -> None:
+    """Write the samples as float32 (axis, time), and the description as text."""
+    with path.open("wb") as file:
+        np.savez(file, samples=signal.samples, tactogram=np.array(description.encode()))
+
+
+def _load(path: Path, *, only: str | None = None) -> dict[str, NDArray[np.generic]]:
+    if path.stat().st_size == 0:
+        raise DataError(f"{path}: empty file")
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            if not isinstance(file, np.lib.npyio.NpzFile):
+                raise DataError(f"{path}: not an NPZ file but a single array; save it with numpy.savez")
+            return {name: file[name] for name in file.files if only is None or name == only}
+    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile, zlib.error) as error:
+        reason = "holds pickled objects" if "allow_pickle" in str(error) else "truncated or not an NPZ file"
+        raise DataError(f"{path}: {reason}: {' '.join(str(error).split())}") from error
+
+
+def _describe(arrays: dict[str, NDArray[np.generic]], path: Path) -> Description:
+    found = decode(str(arrays[DESCRIPTION]), str(path))
+    if found is None:
+        raise DataError(f"{path}: description is damaged")
+    return found
+
+
+def _numbers(arrays: dict[str, NDArray[np.generic]], name: str, path: Path) -> NDArray[np.float64]:
+    if name not in arrays:
+        raise DataError(f"{path}: no array {name!r}, there are {', '.join(arrays)}")
+    if arrays[name].dtype.kind not in "fiub" or arrays[name].ndim not in (1, 2):
+        shape, dtype = arrays[name].shape, arrays[name].dtype
+        raise DataError(f"{path}: {name} must be numbers (axis, time), got {dtype} of shape {shape}")
+    return arrays[name].astype(np.float64)
+
+
+def _place(name: str) -> Callable[[int, int], str]:
+    return lambda axis, sample: f"time stamp {sample}" if axis < 0 else f"{name}[{axis}, {sample}]"

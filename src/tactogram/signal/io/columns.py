@@ -1,0 +1,155 @@
+"""Which columns of a table are time and samples, and in what units: the same for text and worksheets."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import DataError, UnitError
+from tactogram.signal.io.description import Description
+from tactogram.signal.units import parse_seconds, parse_unit, split_heading
+
+TIME_NAMES = ("time", "t", "timestamp", "timestamps", "time_stamp", "seconds")
+"""Headings of a column of time stamps, in any case, with ``_s``, ``_ms``, ``_us`` or ``[s]`` … for the unit."""
+
+SLOWEST = 0.1
+"""Steps in s above which a time column without unit is asked for one: rather ms than s."""
+
+
+@dataclass(frozen=True)
+class Columns:
+    """What is read from a table.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Of the sample columns.
+    places : tuple of int
+        Where they stand, from 0.
+    unit : str, optional
+        One of `UNITS`, where the headings say.
+    factors : tuple of float
+        What brings each column to ``unit``.
+    time : int, optional
+        Where the time stamps stand.
+    seconds : float, optional
+        Their unit in s; None if the heading does not say.
+    """
+
+    names: tuple[str, ...]
+    places: tuple[int, ...]
+    unit: str | None
+    factors: tuple[float, ...]
+    time: int | None
+    seconds: float | None
+
+    @property
+    def used(self) -> tuple[int, ...]:
+        """Places of the samples, then of the time stamps."""
+        return self.places if self.time is None else (*self.places, self.time)
+
+
+def choose(
+    headings: Sequence[str],
+    path: Path,
+    description: Description | None,
+    *,
+    columns: Sequence[str] | None,
+    axes: Sequence[str] | None,
+    time: str | None,
+) -> Columns:
+    """Return which of the columns headed ``headings`` to read.
+
+    The columns named by ``columns``; else by ``axes``, if they are headings; else all but the time.
+
+    Raises
+    ------
+    DataError
+        If a column is missing, named twice, or the chosen ones are in different units.
+    """
+    split = [split_heading(text) for text in headings]
+    names = [name for name, _ in split]
+    at = _time(headings, names, path, time)
+    if columns is None and axes is not None and all(name in names for name in axes):
+        columns = axes
+    if columns is None:
+        places = [i for i in range(len(names)) if i != at]
+    else:
+        places = [_find(headings, names, name, path) for name in columns]
+    if not places:
+        raise DataError(f"{path}: no column of samples besides the time, got {', '.join(headings)}")
+    chosen = tuple(names[i] for i in places)
+    if len(set(chosen)) < len(chosen):
+        raise DataError(f"{path}: columns must have different names, got {', '.join(chosen)}")
+    if description is not None and columns is None and chosen != description.axes:
+        raise DataError(
+            f"{path}: described with axes {', '.join(description.axes)}, its columns are {', '.join(chosen)}; "
+            "remove the description"
+        )
+    units = [_unit(split[i][1]) for i in places]
+    if len({unit for unit, _ in units}) > 1:
+        listed = ", ".join(headings[i] for i in places)
+        raise DataError(f"{path}: columns are in different units: {listed}; choose those of one")
+    return Columns(
+        names=chosen,
+        places=tuple(places),
+        unit=units[0][0],
+        factors=tuple(factor for _, factor in units),
+        time=at,
+        seconds=None if at is None else _seconds(*split[at]),
+    )
+
+
+def in_units(
+    numbers: NDArray[np.float64], chosen: Columns, path: Path
+) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+    """Return samples (axis, time) in ``chosen.unit`` and stamps in s, from ``numbers`` (row, used column)."""
+    samples = numbers[:, : len(chosen.places)].T
+    if any(factor != 1 for factor in chosen.factors):
+        samples = samples * np.array(chosen.factors)[:, None]
+    if chosen.time is None:
+        return samples, None
+    times = numbers[:, -1]
+    if chosen.seconds is None and len(times) > 1 and abs(float(np.median(np.diff(times)))) > SLOWEST:
+        raise DataError(
+            f"{path}: time column without unit goes in steps of {np.median(np.diff(times)):g}: "
+            "head it 'time [s]', 'time [ms]' or 'time [us]'"
+        )
+    return samples, times * (chosen.seconds or 1.0)
+
+
+def _find(headings: Sequence[str], names: Sequence[str], name: str, path: Path) -> int:
+    for candidates in (headings, names):
+        if name in candidates:
+            return candidates.index(name)
+    raise DataError(f"{path}: no column {name!r}, there are {', '.join(headings)}")
+
+
+def _time(headings: Sequence[str], names: Sequence[str], path: Path, time: str | None) -> int | None:
+    if time is not None:
+        return _find(headings, names, time, path)
+    for i, name in enumerate(names):
+        if re.sub(r"_(s|ms|us|ns)$", "", name.lower()) in TIME_NAMES:
+            return i
+    return None
+
+
+def _seconds(name: str, unit: str | None) -> float | None:
+    if unit is None and name.lower() == "seconds":
+        return 1.0
+    ending = name.lower().rpartition("_")[2] if "_" in name else ""
+    return parse_seconds(unit if unit is not None else ending)
+
+
+def _unit(text: str | None) -> tuple[str | None, float]:
+    if text is None:
+        return None, 1.0
+    try:
+        return parse_unit(text)
+    except UnitError:
+        return None, 1.0

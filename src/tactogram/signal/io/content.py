@@ -1,0 +1,155 @@
+"""What a file holds, before it is a Signal: its numbers, what it says about them, and where each stands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import DataError, TactogramError
+from tactogram.signal.io.description import Description
+from tactogram.signal.signal import Signal
+from tactogram.signal.timing import to_uniform
+from tactogram.signal.units import parse_unit
+
+
+@dataclass(frozen=True, eq=False)
+class Content:
+    """The numbers in a file.
+
+    Parameters
+    ----------
+    samples : float array, shape (axis, time)
+        In ``unit`` if that is known.
+    axes : tuple of str
+        Names of the axes; empty if the file names none.
+    rate : float, optional
+        None if the file has time stamps or does not say.
+    times : float64 array, shape (time,), s, optional
+        Time stamps.
+    unit : str, optional
+        One of `UNITS`; None if the file does not say.
+    description : Description, optional
+        If this package wrote the file.
+    place : function from (axis, sample) to str
+        Where in the file a sample stands, e.g. ``"row 7, column 'x'"``; axis -1 is the time stamp.
+    """
+
+    samples: NDArray[np.float32] | NDArray[np.float64]
+    axes: tuple[str, ...]
+    rate: float | None
+    times: NDArray[np.float64] | None
+    unit: str | None
+    description: Description | None
+    place: Callable[[int, int], str]
+
+
+def check(content: Content, path: Path) -> None:
+    """Refuse what is no signal, naming the place.
+
+    Raises
+    ------
+    DataError
+        If there are no samples, one is not finite (in float32), or time goes back.
+    """
+    if content.samples.size == 0:
+        raise DataError(f"{path}: no samples")
+    with np.errstate(over="ignore", invalid="ignore"):
+        bad = np.argwhere(~np.isfinite(content.samples.astype(np.float32, copy=False)).T)
+    if len(bad):
+        sample, axis = (int(i) for i in bad[0])
+        value = content.samples[axis, sample]
+        raise DataError(f"{path}: {content.place(axis, sample)}: expected a finite number, got {value:g}")
+    if content.times is None:
+        return
+    gone = np.flatnonzero(~np.isfinite(content.times))
+    if len(gone):
+        i = int(gone[0])
+        raise DataError(f"{path}: {content.place(-1, i)}: expected a finite time, got {content.times[i]:g}")
+    back = np.flatnonzero(np.diff(content.times) < 0)
+    if len(back):
+        i = int(back[0])
+        before, after = content.times[i : i + 2]
+        raise DataError(
+            f"{path}: {content.place(-1, i + 1)}: time goes backwards, {after:.9g} s after {before:.9g} s"
+        )
+
+
+def assemble(
+    content: Content, path: Path, *, unit: str | None, axes: Sequence[str] | None, rate: float | None
+) -> Signal:
+    """Return the signal in ``content``, with what the file does not say taken from the arguments.
+
+    Raises
+    ------
+    DataError
+        If something is missing, or an argument contradicts the file.
+    """
+    check(content, path)
+    samples, names = _axes(content, path, axes)
+    samples, unit = _unit(content, samples, path, unit)
+    domain = content.description.domain if content.description else "time"
+    try:
+        if content.times is not None:
+            return to_uniform(content.times, samples, unit, axes=names, rate=rate)
+        return Signal(samples.astype(np.float32, copy=False), _rate(content, path, rate), unit, names, domain)
+    except TactogramError as error:
+        raise DataError(f"{path}: {error}") from error
+
+
+def _axes(
+    content: Content, path: Path, axes: Sequence[str] | None
+) -> tuple[NDArray[np.float32] | NDArray[np.float64], tuple[str, ...]]:
+    """Return the rows that ``axes`` names, or all of them under those names."""
+    count = len(content.samples)
+    named = content.axes or (
+        {1: ("z",), 3: ("x", "y", "z")}.get(count) or tuple(map(str, range(1, count + 1)))
+    )
+    if axes is None:
+        return content.samples, named
+    axes = tuple(axes)
+    if all(name in named for name in axes):
+        return content.samples[[named.index(name) for name in axes]], axes
+    if len(axes) != count:
+        raise DataError(
+            f"{path}: expected {_counted(len(axes), 'axis', 'axes')} ({', '.join(axes)}), "
+            f"got {count} ({', '.join(named)}); name all of them, or choose among these"
+        )
+    return content.samples, axes
+
+
+def _unit(
+    content: Content, samples: NDArray[np.float32] | NDArray[np.float64], path: Path, unit: str | None
+) -> tuple[NDArray[np.float32] | NDArray[np.float64], str]:
+    if unit is None:
+        return samples, content.unit or "1"
+    asked, factor = parse_unit(unit)
+    if content.unit is None:
+        return samples if factor == 1 else samples.astype(np.float64) * factor, asked
+    if asked != content.unit:
+        raise DataError(f"{path}: the file is in {content.unit}, expected {unit}; leave the unit out")
+    return samples, asked
+
+
+def _rate(content: Content, path: Path, rate: float | None) -> float:
+    known = content.rate
+    if known is None:
+        if rate is None:
+            raise DataError(f"{path}: no time column and no rate in the file; give the rate")
+        return rate
+    if not known > 0:
+        raise DataError(f"{path}: rate must be > 0, got {known:g}")
+    # A header of whole Hz does not contradict the fractional rate that it was rounded from.
+    exact = content.description is not None
+    if rate is not None and (rate != known if exact else abs(rate - known) >= 1):
+        raise DataError(
+            f"{path}: the file is at {known:g} Hz, expected {rate:g}; leave the rate out, then resample"
+        )
+    return known if rate is None else rate
+
+
+def _counted(count: int, one: str, many: str) -> str:
+    return f"{count} {one if count == 1 else many}"

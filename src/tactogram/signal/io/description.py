@@ -1,0 +1,99 @@
+"""What is written into a file besides its samples, so that they mean the same when read again."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, cast
+
+from tactogram.errors import DataError, ParameterError
+from tactogram.signal.signal import Domain, Signal
+
+VERSION = 1
+
+
+@dataclass(frozen=True)
+class Description:
+    """Everything about a signal but its samples, as one line of JSON in a comment of the file.
+
+    Parameters
+    ----------
+    rate : float
+        Exactly; a WAV header has whole Hz only.
+    unit : str
+    axes : tuple of str
+    domain : {"time", "displacement"}
+    full_scale : float, optional
+        What the largest integer stands for, in ``unit``; for integer samples only.
+    metadata : mapping from str to JSON values
+        Whatever else is known.
+    """
+
+    rate: float
+    unit: str
+    axes: tuple[str, ...]
+    domain: Domain = "time"
+    full_scale: float | None = None
+    metadata: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls, signal: Signal, metadata: Mapping[str, Any] | None, *, full_scale: float | None = None
+    ) -> Description:
+        """Return the description of ``signal``."""
+        return cls(signal.rate, signal.unit, signal.axes, signal.domain, full_scale, dict(metadata or {}))
+
+    def encode(self) -> str:
+        """Return it as one line of ASCII.
+
+        Raises
+        ------
+        ParameterError
+            If the metadata is not JSON.
+        """
+        facts = {
+            "tactogram": VERSION,
+            "rate": self.rate,
+            "unit": self.unit,
+            "axes": self.axes,
+            "domain": self.domain,
+            "full_scale": self.full_scale,
+            "metadata": self.metadata,
+        }
+        try:
+            return json.dumps(facts, allow_nan=False)
+        except (TypeError, ValueError) as error:
+            raise ParameterError(f"metadata must be JSON values: {error}") from error
+
+
+def decode(text: str, where: str) -> Description | None:
+    """Return the description in ``text``, or None if it is a comment of somebody else's.
+
+    Raises
+    ------
+    DataError
+        If it is ours, but damaged or from a later version.
+    """
+    try:
+        facts = json.loads(text)
+    except ValueError:
+        return None
+    if not isinstance(facts, dict) or "tactogram" not in facts:
+        return None
+    if facts["tactogram"] != VERSION:
+        raise DataError(
+            f"{where}: description must be of version {VERSION}, got {facts['tactogram']!r}; update"
+        )
+    try:
+        scale = facts["full_scale"]
+        return Description(
+            rate=float(facts["rate"]),
+            unit=str(facts["unit"]),
+            axes=tuple(str(name) for name in facts["axes"]),
+            domain=cast("Domain", facts["domain"]),
+            full_scale=None if scale is None else float(scale),
+            metadata=dict(facts["metadata"]),
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise DataError(f"{where}: description is damaged: {error!r}") from error

@@ -1,0 +1,211 @@
+"""WAV and FLAC through libsndfile, with unit, level, axes and exact rate in a comment."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import soundfile
+from numpy.typing import NDArray
+
+from tactogram.errors import DataError, ParameterError
+from tactogram.signal.io.content import Content
+from tactogram.signal.io.description import Description, decode
+from tactogram.signal.io.riff import append_comment, read_header
+from tactogram.signal.signal import Signal
+
+BITS = {"PCM_S8": 8, "PCM_U8": 8, "PCM_16": 16, "PCM_24": 24, "PCM_32": 32, "FLOAT": 32, "DOUBLE": 64}
+SUBTYPES = {
+    ".wav": ("FLOAT", "DOUBLE", "PCM_U8", "PCM_16", "PCM_24", "PCM_32"),
+    ".flac": ("PCM_24", "PCM_16", "PCM_S8"),
+}
+"""Sample formats by suffix under libsndfile's names, the default first."""
+
+_LARGEST_WAV = 2**32 - 2**20
+_FLAC_CHANNELS = 8
+_FLAC_RATE = 655_350
+
+
+@dataclass(frozen=True)
+class _Facts:
+    rate: int
+    channels: int
+    comment: str | None
+    place: Callable[[int, int], str]
+
+
+def read(path: Path, *, full_scale: float | None = None) -> Content:
+    """Return what a WAV or FLAC file holds.
+
+    Parameters
+    ----------
+    path : Path
+    full_scale : float, optional
+        What 1.0 (the largest integer) stands for, where the file does not say; 1 by default.
+
+    Raises
+    ------
+    DataError
+        If the file is not what its suffix says, is truncated, or was changed after this package described it.
+    """
+    facts = _facts(path)
+    description = _description(facts, path)
+    try:
+        with soundfile.SoundFile(path) as file:
+            expected = file.frames
+            samples = file.read(dtype="float32" if file.subtype == "FLOAT" else "float64", always_2d=True).T
+    except soundfile.LibsndfileError as error:
+        raise DataError(f"{path}: {_line(error)}") from error
+    if samples.shape[1] < expected:
+        raise DataError(f"{path}: truncated: {expected} samples expected, {samples.shape[1]} are there")
+    scale = full_scale
+    if description is not None:
+        scale = description.full_scale
+        if full_scale is not None and full_scale != (scale or 1.0):
+            raise DataError(
+                f"{path}: full scale is {scale or 1.0:g} {description.unit}, expected {full_scale:g}"
+            )
+    if scale is not None and scale != 1.0:
+        samples = samples.astype(np.float64) * scale
+    return Content(
+        samples=samples,
+        axes=description.axes if description else (),
+        rate=description.rate if description else float(facts.rate),
+        times=None,
+        unit=description.unit if description else None,
+        description=description,
+        place=facts.place,
+    )
+
+
+def describe(path: Path) -> Description | str | None:
+    """Return the description in the file, somebody else's comment, or None."""
+    facts = _facts(path)
+    return _description(facts, path) or facts.comment or None
+
+
+def write(
+    path: Path,
+    signal: Signal,
+    description: Description,
+    *,
+    suffix: str,
+    subtype: str | None = None,
+    full_scale: float | None = None,
+) -> None:
+    """Write ``signal`` to ``path`` in the format of ``suffix``.
+
+    Raises
+    ------
+    ParameterError
+        If the format cannot hold the signal, or ``full_scale`` is less than its peak.
+    """
+    subtype = subtype or SUBTYPES[suffix][0]
+    if subtype not in SUBTYPES[suffix]:
+        raise ParameterError(
+            f"subtype of {suffix} must be one of {', '.join(SUBTYPES[suffix])}, got {subtype!r}"
+        )
+    rate = max(1, round(signal.rate))
+    _check_limits(signal, suffix, rate, BITS[subtype])
+    if subtype in ("FLOAT", "DOUBLE"):
+        if full_scale not in (None, 1.0):
+            raise ParameterError(f"full_scale is for integer samples, got {full_scale} for {subtype}")
+        samples: NDArray[np.float32] | NDArray[np.int32] = signal.samples
+    else:
+        samples, full_scale = _integers(signal, BITS[subtype], full_scale)
+        description = replace(description, full_scale=full_scale)
+    comment = description.encode()
+    # More than two channels or 16 bits need WAVE_FORMAT_EXTENSIBLE (Microsoft, multichannel audio with WAV).
+    extensible = len(samples) > 2 or subtype in ("PCM_24", "PCM_32")
+    form = "FLAC" if suffix == ".flac" else "WAVEX" if extensible else "WAV"
+    try:
+        with soundfile.SoundFile(path, "w", rate, len(samples), subtype, format=form) as file:
+            if suffix == ".flac":
+                file.comment = comment
+            file.write(samples.T)
+    except soundfile.LibsndfileError as error:
+        raise ParameterError(
+            f"{signal.rate:g} Hz, {len(samples)} axes as {form} {subtype}: {_line(error)}"
+        ) from error
+    if suffix == ".wav":
+        append_comment(path, comment)
+
+
+def _facts(path: Path) -> _Facts:
+    if path.suffix.lower() == ".wav":
+        header = read_header(path)
+        width = header.bits // 8
+
+        def byte(axis: int, sample: int) -> str:
+            return f"axis {axis}, sample {sample} (byte {header.start + (sample * header.channels + axis) * width})"
+
+        return _Facts(header.rate, header.channels, header.comment, byte)
+    with path.open("rb") as stream:
+        head = stream.read(4)
+    if not head:
+        raise DataError(f"{path}: empty file")
+    if head != b"fLaC":
+        raise DataError(f"{path}: not a FLAC file: expected fLaC at byte 0, got {head!r}")
+    try:
+        with soundfile.SoundFile(path) as file:
+            return _Facts(
+                file.samplerate,
+                file.channels,
+                file.comment,
+                lambda axis, sample: f"axis {axis}, sample {sample}",
+            )
+    except soundfile.LibsndfileError as error:
+        raise DataError(f"{path}: {_line(error)}") from error
+
+
+def _description(facts: _Facts, path: Path) -> Description | None:
+    found = decode(facts.comment or "", str(path))
+    if found is None:
+        return None
+    if facts.rate != max(1, round(found.rate)) or facts.channels != len(found.axes):
+        raise DataError(
+            f"{path}: changed after it was described: described as {found.rate:g} Hz, {len(found.axes)} channels, "
+            f"its header says {facts.rate} Hz, {facts.channels}; remove the comment"
+        )
+    return found
+
+
+def _integers(signal: Signal, bits: int, full_scale: float | None) -> tuple[NDArray[np.int32], float]:
+    """Return the samples as the upper ``bits`` of int32, and the level that full scale stands for.
+
+    Unless it is given, full scale is the peak; or 1 for a signal of unit 1 that fits, so that sound stays as it is.
+    """
+    most = 2 ** (bits - 1)
+    peak = float(np.abs(signal.samples).max())
+    given = full_scale is not None
+    if full_scale is None:
+        full_scale = 1.0
+        if signal.unit != "1" or not _fits(signal.samples, most, 1.0):
+            full_scale = peak * most / (most - 1) or 1.0
+    if not (full_scale > 0 and np.isfinite(full_scale)):
+        raise ParameterError(f"full_scale must be > 0 and finite, got {full_scale}")
+    if given and not _fits(signal.samples, most, full_scale):
+        raise ParameterError(f"full_scale must hold the peak of {peak:g} {signal.unit}, got {full_scale:g}")
+    steps = np.round(signal.samples.astype(np.float64) / full_scale * most)
+    return (np.clip(steps, -most, most - 1).astype(np.int64) << (32 - bits)).astype(np.int32), full_scale
+
+
+def _fits(samples: NDArray[np.float32], most: int, full_scale: float) -> bool:
+    steps = np.round(np.array([samples.min(), samples.max()], dtype=np.float64) / full_scale * most)
+    return bool(steps[0] >= -most and steps[1] <= most - 1)
+
+
+def _check_limits(signal: Signal, suffix: str, rate: int, bits: int) -> None:
+    channels = len(signal.axes)
+    if suffix == ".flac" and channels > _FLAC_CHANNELS:
+        raise ParameterError(f"FLAC holds at most {_FLAC_CHANNELS} axes, got {channels}; write .wav or .npz")
+    if suffix == ".flac" and rate > _FLAC_RATE:
+        raise ParameterError(f"FLAC holds at most {_FLAC_RATE} Hz, got {rate}; write .wav or .npz")
+    if suffix == ".wav" and signal.samples.size * bits // 8 > _LARGEST_WAV:
+        raise ParameterError("WAV holds at most 4 GiB; write .npz or .flac, or cut the signal")
+
+
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split())

@@ -1,0 +1,229 @@
+"""CSV and TSV: foreign ones as they come, our own exact to the last bit."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import DataError
+from tactogram.signal.io.columns import Columns, choose, in_units
+from tactogram.signal.io.content import Content
+from tactogram.signal.io.description import Description, decode
+from tactogram.signal.signal import Signal
+
+COMMENTS = ("#", "%")
+_SNIFFED_ROWS = 50
+
+
+def read(
+    path: Path,
+    *,
+    columns: Sequence[str] | None = None,
+    axes: Sequence[str] | None = None,
+    time: str | None = None,
+) -> Content:
+    """Return what a text table holds: one row per sample.
+
+    Separated by tab, semicolon, comma or blanks, whichever fits; lines that begin with ``#`` or ``%`` are comments;
+    the first other line is a heading if it is not all numbers. Decimal points only.
+
+    Raises
+    ------
+    DataError
+        Naming the line, counted from 1, and the column.
+    """
+    text = _text(path)
+    lines = text.split("\n")
+    comments = [line[1:].strip() for line in lines if line.startswith(COMMENTS)]
+    kept = [
+        n for n, line in enumerate(lines, 1) if line and not line.isspace() and not line.startswith(COMMENTS)
+    ]
+    rows = [lines[n - 1] for n in kept]
+    if not rows:
+        raise DataError(f"{path}: no rows")
+    separator = "\t" if path.suffix.lower() == ".tsv" else _separator(rows)
+    headings = _cells(rows[0], separator)
+    if all(_is_number(cell) for cell in headings):
+        headings = _commented(comments, len(headings), separator) or [
+            str(i + 1) for i in range(len(headings))
+        ]
+    else:
+        kept, rows = kept[1:], rows[1:]
+    if not rows:
+        raise DataError(f"{path}: no rows below the heading")
+    rows, headings = _without_last_separator(rows, headings, separator)
+    descriptions = [found for line in comments[:3] if (found := decode(line, str(path)))]
+    description = descriptions[0] if descriptions else None
+    chosen = choose(
+        headings, path, description, columns=columns, axes=axes, time=_stamps(description, headings, time)
+    )
+    numbers = _numbers(rows, kept, headings, chosen, separator, path)
+    samples, times = (
+        in_units(numbers, chosen, path) if description is None else (numbers.T[: len(chosen.names)], None)
+    )
+
+    def place(axis: int, sample: int) -> str:
+        column = chosen.time if axis < 0 else chosen.places[axis]
+        return f"row {kept[sample]}, column {headings[column or 0]!r}"
+
+    return Content(
+        samples=samples,
+        axes=() if headings[0] == "1" and headings[-1] == str(len(headings)) else chosen.names,
+        rate=description.rate if description else None,
+        times=times,
+        unit=description.unit if description else chosen.unit,
+        description=description,
+        place=place,
+    )
+
+
+def describe(path: Path) -> Description | None:
+    """Return the description in the first lines, if there is one."""
+    for line in _text(path, 1 << 20).split("\n")[:3]:
+        if line.startswith(COMMENTS) and (found := decode(line[1:].strip(), str(path))):
+            return found
+    return None
+
+
+def write(path: Path, signal: Signal, description: Description, *, suffix: str) -> None:
+    """Write one row per sample: time (or position), then the axes; nine digits, which is float32 exactly."""
+    separator = "\t" if suffix == ".tsv" else ","
+    rows = np.column_stack([np.arange(len(signal)) / signal.rate, signal.samples.T.astype(np.float64)])
+    with path.open("w", encoding="utf-8", newline="") as file:
+        file.write(f"# {description.encode()}\n")
+        csv.writer(file, delimiter=separator, lineterminator="\n").writerow(heading(signal))
+        np.savetxt(file, rows, fmt=["%.12g"] + ["%.9g"] * len(signal.axes), delimiter=separator)
+
+
+def heading(signal: Signal) -> list[str]:
+    """Return the heading of a table of ``signal``: what and its unit."""
+    first = "time [s]" if signal.domain == "time" else "position [mm]"
+    return [first, *(f"{name} [{signal.unit}]" for name in signal.axes)]
+
+
+def _text(path: Path, length: int = -1) -> str:
+    with path.open("rb") as file:
+        raw = file.read(length)
+    if not raw:
+        raise DataError(f"{path}: empty file")
+    if (zero := raw.find(b"\0")) >= 0:
+        raise DataError(f"{path}: not a text file: zero byte at byte {zero}; save it as UTF-8")
+    try:
+        text = raw.decode("utf-8-sig", "strict" if length < 0 else "ignore")
+    except UnicodeDecodeError as error:
+        raise DataError(f"{path}: not UTF-8 text at byte {error.start}; save it as UTF-8") from error
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _separator(rows: Sequence[str]) -> str:
+    """Return what separates the cells of the first rows: the first candidate that is in every one of them."""
+    first = rows[:_SNIFFED_ROWS]
+    for candidate in ("\t", ";", ","):
+        if all(candidate in row for row in first):
+            return candidate
+    # Rows that lack it are the fault of the rows, not of the separator, where most have it.
+    for candidate in ("\t", ";", ","):
+        if sum(candidate in row for row in first) > len(first) / 2:
+            return candidate
+    return " "
+
+
+def _cells(row: str, separator: str) -> list[str]:
+    if separator == " ":
+        return row.split()
+    [cells] = csv.reader([row], delimiter=separator, skipinitialspace=True)
+    return [cell.strip() for cell in cells]
+
+
+def _commented(comments: Sequence[str], count: int, separator: str) -> list[str] | None:
+    """Return the last comment as headings if it has as many cells as the table, as numpy.savetxt writes it."""
+    if not comments or decode(comments[-1], "") is not None:
+        return None
+    cells = _cells(comments[-1], separator)
+    return cells if len(cells) == count and not any(_is_number(cell) for cell in cells) else None
+
+
+def _without_last_separator(
+    rows: list[str], headings: list[str], separator: str
+) -> tuple[list[str], list[str]]:
+    """Return the table without the empty last column of rows that all end with the separator."""
+    if separator == " " or not all(row.rstrip(" ").endswith(separator) for row in rows):
+        return rows, headings
+    if not headings[-1] or headings[-1].isdigit():
+        headings = headings[:-1]
+    return [row.rstrip(" ")[:-1] for row in rows], headings
+
+
+def _stamps(description: Description | None, headings: Sequence[str], time: str | None) -> str | None:
+    """Return the column that stands before the axes in our own files, else what was asked for."""
+    return headings[0] if description is not None else time
+
+
+def _numbers(
+    rows: Sequence[str],
+    kept: Sequence[int],
+    headings: Sequence[str],
+    chosen: Columns,
+    separator: str,
+    path: Path,
+) -> NDArray[np.float64]:
+    """Return the used columns as float64, shape (row, used column)."""
+    quoted = any('"' in row for row in rows)
+    if separator != " " and not quoted:
+        wanted = len(headings) - 1
+        if any(row.count(separator) != wanted for row in rows):
+            _explain(rows, kept, headings, chosen, separator, path)
+    elif any(len(_cells(row, separator)) != len(headings) for row in rows):
+        _explain(rows, kept, headings, chosen, separator, path)
+    try:
+        return np.loadtxt(
+            rows,
+            delimiter=None if separator == " " else separator,
+            usecols=chosen.used,
+            comments=None,
+            quotechar='"' if quoted else None,
+            ndmin=2,
+        )
+    except ValueError:
+        _explain(rows, kept, headings, chosen, separator, path)
+
+
+def _explain(
+    rows: Sequence[str],
+    kept: Sequence[int],
+    headings: Sequence[str],
+    chosen: Columns,
+    separator: str,
+    path: Path,
+) -> NoReturn:
+    """Raise what is wrong with the first row that is."""
+    for number, row in zip(kept, rows, strict=True):
+        cells = _cells(row, separator)
+        if len(cells) != len(headings):
+            comma = separator == "," and len(cells) == 2 * len(headings)
+            hint = "; write decimal points, not commas" if comma else ""
+            raise DataError(f"{path}: row {number}: expected {len(headings)} columns, got {len(cells)}{hint}")
+        for i in chosen.used:
+            if _is_number(cells[i]):
+                continue
+            comma = re.fullmatch(r"[-+]?\d*,\d+([eE][-+]?\d+)?", cells[i]) is not None
+            hint = "write decimal points, not commas" if comma else "choose the columns to read"
+            got = repr(cells[i]) if cells[i] else "nothing"
+            raise DataError(
+                f"{path}: row {number}, column {headings[i]!r}: expected a number, got {got}; {hint}"
+            )
+    raise DataError(f"{path}: not a table of numbers")
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return "_" not in cell

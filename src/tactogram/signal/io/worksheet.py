@@ -1,0 +1,154 @@
+"""XLSX: one row per sample, as in a text table; openpyxl reads it row by row."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import ParseError
+
+import numpy as np
+import openpyxl
+from openpyxl.utils.exceptions import InvalidFileException
+
+from tactogram.errors import DataError, ParameterError
+from tactogram.signal.io.columns import choose, in_units
+from tactogram.signal.io.content import Content
+from tactogram.signal.io.description import Description, decode
+from tactogram.signal.io.table import heading
+from tactogram.signal.signal import Signal
+
+SHEET = "signal"
+DESCRIPTION = "tactogram"
+MOST_ROWS = 1_048_576
+"""Rows of a worksheet (Excel's limit)."""
+
+
+def read(
+    path: Path,
+    *,
+    columns: Sequence[str] | None = None,
+    axes: Sequence[str] | None = None,
+    time: str | None = None,
+    sheet: str | None = None,
+) -> Content:
+    """Return what a worksheet holds: ``sheet``, or the only one. Its first row that is not empty is the heading.
+
+    Raises
+    ------
+    DataError
+        Naming the row, as numbered in the sheet, and the column.
+    """
+    with _opened(path) as book:
+        description = _describe(book, path)
+        rows = (
+            (n, row)
+            for n, row in enumerate(_sheet(book, path, sheet, description).iter_rows(values_only=True), 1)
+        )
+        filled = ((n, row) for n, row in rows if any(cell not in (None, "") for cell in row))
+        first, head = next(filled, (0, ()))
+        width = max((i for i, cell in enumerate(head, 1) if cell not in (None, "")), default=0)
+        if not width:
+            raise DataError(f"{path}: no rows")
+        headings = [str(cell if cell is not None else "").strip() for cell in head[:width]]
+        named = not all(isinstance(cell, int | float) for cell in head[:width])
+        if not named:
+            headings = [str(i + 1) for i in range(width)]
+        stamps = headings[0] if description is not None else time
+        chosen = choose(headings, path, description, columns=columns, axes=axes, time=stamps)
+        kept: list[int] = []
+        values: list[list[float]] = []
+        for number, row in [] if named else [(first, head)]:
+            kept.append(number)
+            values.append([_number(row, i, number, headings, path) for i in chosen.used])
+        for number, row in filled:
+            kept.append(number)
+            values.append([_number(row, i, number, headings, path) for i in chosen.used])
+    if not values:
+        raise DataError(f"{path}: no rows below the heading")
+    numbers = np.array(values, dtype=np.float64)
+    samples, times = in_units(numbers, chosen, path)
+
+    def place(axis: int, sample: int) -> str:
+        column = chosen.time if axis < 0 else chosen.places[axis]
+        return f"row {kept[sample]}, column {headings[column or 0]!r}"
+
+    return Content(
+        samples=samples,
+        axes=chosen.names if named else (),
+        rate=description.rate if description else None,
+        times=None if description else times,
+        unit=description.unit if description else chosen.unit,
+        description=description,
+        place=place,
+    )
+
+
+def describe(path: Path) -> Description | None:
+    """Return the description in the workbook, if there is one."""
+    with _opened(path) as book:
+        return _describe(book, path)
+
+
+def write(path: Path, signal: Signal, description: Description) -> None:
+    """Write the sheet ``signal``, and the description in the first cell of the sheet ``tactogram``.
+
+    Raises
+    ------
+    ParameterError
+        If the signal has more samples than a sheet has rows.
+    """
+    if len(signal) >= MOST_ROWS:
+        raise ParameterError(
+            f"a worksheet holds at most {MOST_ROWS - 1} samples, got {len(signal)}; write .csv"
+        )
+    book = openpyxl.Workbook(write_only=True)
+    sheet = book.create_sheet(SHEET)
+    sheet.append(heading(signal))
+    for i, row in enumerate(signal.samples.T.tolist()):
+        sheet.append([i / signal.rate, *row])
+    book.create_sheet(DESCRIPTION).append([description.encode()])
+    book.save(path)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    if path.stat().st_size == 0:
+        raise DataError(f"{path}: empty file")
+    try:
+        with path.open("rb") as file:
+            book = openpyxl.load_workbook(file, read_only=True, data_only=True)
+            try:
+                yield book
+            finally:
+                book.close()
+    except (zipfile.BadZipFile, InvalidFileException, KeyError, ParseError, EOFError) as error:
+        raise DataError(f"{path}: truncated or not an XLSX file: {' '.join(str(error).split())}") from error
+
+
+def _describe(book: Any, path: Path) -> Description | None:
+    if DESCRIPTION not in book.sheetnames:
+        return None
+    first = next(book[DESCRIPTION].iter_rows(max_row=1, values_only=True), (None,))
+    return decode(str(first[0]), str(path))
+
+
+def _sheet(book: Any, path: Path, sheet: str | None, description: Description | None) -> Any:
+    names = [name for name in book.sheetnames if name != DESCRIPTION]
+    if sheet is None:
+        if description is None and len(names) != 1:
+            raise DataError(f"{path}: which sheet? choose of {', '.join(names)}")
+        sheet = SHEET if description is not None else names[0]
+    if sheet not in names:
+        raise DataError(f"{path}: no sheet {sheet!r}, there are {', '.join(names)}")
+    return book[sheet]
+
+
+def _number(row: Sequence[Any], i: int, number: int, headings: Sequence[str], path: Path) -> float:
+    cell = row[i] if i < len(row) else None
+    if isinstance(cell, int | float) and not isinstance(cell, bool):
+        return float(cell)
+    got = "nothing" if cell in (None, "") else repr(cell)
+    raise DataError(f"{path}: row {number}, column {headings[i]!r}: expected a number, got {got}")
