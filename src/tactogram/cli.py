@@ -145,7 +145,9 @@ def _data_verbs(verbs: Any) -> None:
     )
 
     def verb(name: str, run: Callable[[Arguments], None], text: str) -> Add:
-        sub: argparse.ArgumentParser = data.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
+        sub: argparse.ArgumentParser = data.add_parser(
+            name, help=text, description=text[0].upper() + text[1:] + "."
+        )
         sub.set_defaults(run=run)
         sub.add_argument("--json", action="store_true", help="print one JSON object")
         return sub.add_argument

@@ -104,7 +104,7 @@ def _frozen(samples: ArrayLike) -> NDArray[np.float32]:
     """Return ``samples`` as a read-only float32 array (axis, time), refusing what cannot be one."""
     array = np.asarray(samples)
     if array.ndim not in (1, 2) or array.size == 0:
-        raise ParameterError(f"samples must be (axis, time) with at least one sample, got shape {array.shape}")
+        raise ParameterError(f"samples must be (axis, time), not empty, got shape {array.shape}")
     if array.dtype.kind not in "fiub":
         raise ParameterError(f"samples must be real numbers, got dtype {array.dtype}")
     array = np.atleast_2d(array)

@@ -174,7 +174,7 @@ def _drag() -> Callable[..., Any]:
     """Return the compiled friction: compiled when first used, so that importing costs nothing."""
     from numba import njit
 
-    return njit(cache=True)(drag)  # type: ignore[no-any-return]
+    return njit(cache=True)(drag)
 
 
 def drag(

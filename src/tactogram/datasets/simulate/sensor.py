@@ -87,7 +87,9 @@ def sense(
     felt[2] += GRAVITY
     turned = _turn(felt, angles)
     # The anti-aliasing filter of the sensor is the resampler's: pass band to half the output rate.
-    sampled = resample(Signal(turned, rate, "m/s^2", AXES), sensor.rate).samples.astype(np.float64)
+    sampled = resample(Signal(turned.astype(np.float32), rate, "m/s^2", AXES), sensor.rate).samples.astype(
+        np.float64
+    )
     n = sampled.shape[1]
     times = np.arange(n) / sensor.rate
     if sensor.jitter:
@@ -105,7 +107,7 @@ def sense(
         kept = np.repeat(arrived, sensor.packet)[:n]
         bridged = np.stack([np.interp(times, times[kept], row[kept]) for row in sampled])
         return to_uniform(times, bridged, "m/s^2", axes=AXES, rate=sensor.rate)
-    return Signal(sampled, sensor.rate, "m/s^2", AXES)
+    return Signal(sampled.astype(np.float32), sensor.rate, "m/s^2", AXES)
 
 
 def _turn(v: NDArray[np.float64], angles: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.simulate.contact import CONTACTORS, feel
@@ -170,9 +171,9 @@ def make(task: Task) -> Recording:
     return Recording(
         streams={
             "acceleration": acceleration,
-            "force": resample(Signal(felt.force_n, rate, "N"), slow),
-            "position": resample(Signal(1e-3 * moved.path_mm, rate, "m", ("along",)), slow),
-            "friction": resample(Signal(felt.friction_n / felt.force_n, rate, "1", ("along",)), slow),
+            "force": _slowed(felt.force_n, rate, slow, "N", "z"),
+            "position": _slowed(1e-3 * moved.path_mm, rate, slow, "m", "along"),
+            "friction": _slowed(felt.friction_n / felt.force_n, rate, slow, "1", "along"),
         },
         image=photograph(surface),
         material=surface.name,
@@ -192,3 +193,7 @@ def make(task: Task) -> Recording:
         ),
         simulated=True,
     )
+
+
+def _slowed(samples: NDArray[np.float64], rate: float, slow: float, unit: str, axis: str) -> Signal:
+    return resample(Signal(samples.astype(np.float32), rate, unit, (axis,)), slow)

@@ -75,7 +75,8 @@ def stroke(
 
 def tremor(rng: np.random.Generator, n: int, rate: float, degrees: float) -> NDArray[np.float64]:
     """Return slowly wandering angles, radians, float64, shape (3, time): the hand is never still."""
-    return np.deg2rad(degrees) * np.stack([_slow(rng, n, rate, 1.5) for _ in range(3)])
+    angles: NDArray[np.float64] = np.deg2rad(degrees) * np.stack([_slow(rng, n, rate, 1.5) for _ in range(3)])
+    return angles
 
 
 def _slow(rng: np.random.Generator, n: int, rate: float, cutoff_hz: float) -> NDArray[np.float64]:
@@ -84,4 +85,5 @@ def _slow(rng: np.random.Generator, n: int, rate: float, cutoff_hz: float) -> ND
     count = int(n / rate * low) + 8
     points = gaussian_filter1d(rng.standard_normal(count), 1.5)
     points /= np.sqrt(1 / (2 * 1.5 * np.sqrt(np.pi)))
-    return np.interp(np.arange(n) / rate * low, np.arange(count), points)
+    noise: NDArray[np.float64] = np.interp(np.arange(n) / rate * low, np.arange(count), points)
+    return noise
