@@ -5,6 +5,7 @@ from __future__ import annotations
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields
+from functools import cached_property
 from itertools import accumulate
 from pathlib import Path
 from typing import Any, overload
@@ -234,19 +235,34 @@ class _Shard:
 
     def __init__(self, path: Path, stored: StoredFile, streams: Mapping[str, StreamFacts]) -> None:
         self.path = path
+        self._stored = stored
         file = _opened(path, stored)
         names = set(file.schema_arrow.names)
         self._streams = [name for name in streams if f"{name}_rate" in names]
-        scalars = [f"{s}_{what}" for s in self._streams for what in ("rate", "axes", "length")]
-        table = file.read(columns=[*INFO_COLUMNS, *scalars])
-        rows = table.select(list(INFO_COLUMNS)).to_pylist()
-        self.infos = [row_info(row) for row in rows]
-        self.images: list[str | None] = [row["image"] for row in rows]
+        table = file.read(
+            columns=[f"{s}_{what}" for s in self._streams for what in ("rate", "axes", "length")]
+        )
         self.rates = {s: table[f"{s}_rate"].to_numpy() for s in self._streams}
         self.lengths = {s: _filled(table[f"{s}_length"]) for s in self._streams}
         texts = {s: table[f"{s}_axes"].to_pylist() for s in self._streams}
-        self.axes = {s: [tuple(t.split(",")) if t else () for t in texts[s]] for s in self._streams}
+        known = {
+            text: tuple(text.split(",")) if text else () for held in texts.values() for text in set(held)
+        }
+        self.axes: dict[str, list[tuple[str, ...]]] = {s: [known[t] for t in texts[s]] for s in self._streams}
         self._places = self._first_bytes(file.metadata, streams)
+
+    @cached_property
+    def _known(self) -> tuple[list[RecordingInfo], list[str | None]]:
+        rows = _opened(self.path, self._stored).read(columns=list(INFO_COLUMNS)).to_pylist()
+        return [row_info(row) for row in rows], [row["image"] for row in rows]
+
+    @property
+    def infos(self) -> list[RecordingInfo]:
+        return self._known[0]
+
+    @property
+    def images(self) -> list[str | None]:
+        return self._known[1]
 
     def has(self, stream: str, row: int) -> bool:
         return stream in self.lengths and bool(self.lengths[stream][row])
@@ -273,7 +289,8 @@ class _Shard:
                 number = numbers.get(f"{column}.list.element")
                 if number is None:
                     continue
-                held = np.array([axis in axes for axes in self.axes[stream]]) * self.lengths[stream]
+                having = {axes for axes in set(self.axes[stream]) if axis in axes}
+                held = np.array([axes in having for axes in self.axes[stream]]) * self.lengths[stream]
                 place = np.zeros(len(held), np.int64)
                 for group, (begin, end) in enumerate(zip([0, *ends], ends, strict=False)):
                     chunk = metadata.row_group(group).column(number)

@@ -1,0 +1,169 @@
+"""Data sets: what can be imported, importing, looking at, checking and adding to a store."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from tactogram.datasets import Recording, Store, add_recordings, open_store
+from tactogram.datasets.importing import import_dataset, importers
+from tactogram.datasets.store import problems
+from tactogram.errors import ParameterError
+from tactogram.jobs.progress import Progress, silent
+from tactogram.signal.io import read_signal
+
+
+def list_sets() -> dict[str, Any]:
+    """Return what can be imported and what can be simulated.
+
+    Returns
+    -------
+    dict
+        ``import``: ``title``, ``licence`` and ``description`` by name; ``simulate``: one line by name.
+    """
+    from tactogram.datasets.simulate import simulated_sets
+
+    return {
+        "import": {
+            name: {"title": i.TITLE, "licence": i.LICENCE, "description": i.DESCRIPTION}
+            for name, i in importers().items()
+        },
+        "simulate": simulated_sets(),
+    }
+
+
+def import_store(
+    set_name: str,
+    path: Path | str,
+    out: Path | str,
+    *,
+    skip_bad: bool = False,
+    workers: int | None = None,
+    progress: Progress = silent,
+) -> dict[str, Any]:
+    """Import a data set; see `tactogram.datasets.importing.import_dataset`, whose report is returned."""
+
+    def show(done: int, total: int) -> None:
+        progress("reading", done, total)
+
+    return import_dataset(set_name, Path(path), Path(out), skip_bad=skip_bad, workers=workers, progress=show)
+
+
+def store_info(path: Path | str) -> dict[str, Any]:
+    """Return what a store holds.
+
+    Returns
+    -------
+    dict
+        ``name``, ``licence``, ``source``, ``simulated``, ``sha256``, ``recordings``, ``bytes``, ``streams``
+        (unit, domain, axes, rates, recordings and total seconds or mm by name), ``materials`` (recordings by
+        name), and the numbers of different ``contactors``, ``sessions``, ``subjects``, ``images``; ``duplicates``
+        and ``skipped`` as lists.
+    """
+    store = open_store(path)
+    facts = store.facts
+    materials = Counter(info.material or "(none)" for info in store.index)
+    return {
+        "name": store.name,
+        "licence": store.licence,
+        "source": facts.source,
+        "simulated": store.simulated,
+        "sha256": store.sha256,
+        "recordings": len(store),
+        "bytes": sum(file.bytes for file in (*facts.shards, *facts.images)),
+        "streams": {name: _stream_facts(store, name) for name in store.streams},
+        "materials": dict(sorted(materials.items())),
+        "contactors": len({info.contactor for info in store.index} - {None}),
+        "sessions": len({info.session for info in store.index} - {None}),
+        "subjects": len({info.subject for info in store.index} - {None}),
+        "images": len(store.photograph_keys()),
+        "duplicates": [dict(entry) for entry in facts.duplicates],
+        "skipped": [dict(entry) for entry in facts.skipped],
+    }
+
+
+def check_store(path: Path | str, *, progress: Progress = silent) -> dict[str, Any]:
+    """Read all of a store and compare it with its hashes.
+
+    Returns
+    -------
+    dict
+        ``path``, ``recordings``, ``sha256``, ``ok``, and ``problems``, one line each.
+    """
+    store = open_store(path)
+    found = problems(store, progress=lambda done, total: progress("checking", done, total))
+    return {
+        "path": str(path),
+        "recordings": len(store),
+        "sha256": store.sha256,
+        "ok": not found,
+        "problems": found,
+    }
+
+
+def add_signal(
+    path: Path | str,
+    file: Path | str,
+    *,
+    material: str,
+    stream: str | None = None,
+    unit: str | None = None,
+    rate: float | None = None,
+    axes: tuple[str, ...] | None = None,
+    **known: Any,
+) -> dict[str, Any]:
+    """Put the signal in ``file`` into a store as a recording of ``material``.
+
+    Parameters
+    ----------
+    path, file : Path
+    material : str
+    stream : str, optional
+        What it is; by default the store's only stream.
+    unit, rate, axes : optional
+        As in `tactogram.signal.io.read_signal`, where the file does not say; the unit is by default that of
+        the store's stream.
+    **known
+        Further fields of `RecordingInfo`: ``speed_mm_s``, ``force_n``, ``contactor``, …
+
+    Returns
+    -------
+    dict
+        ``path``, ``id``, ``material``, ``added`` (False if it was there), ``recordings``, ``sha256``.
+
+    Raises
+    ------
+    ParameterError
+        If the store has several streams and none was named.
+    """
+    store, file = open_store(path), Path(file)
+    if stream is None:
+        if len(store.streams) != 1:
+            raise ParameterError(f"--stream must be one of {', '.join(store.streams)}, got none")
+        [stream] = store.streams
+    if unit is None and stream in store.streams:
+        unit = store.streams[stream].unit
+    signal = read_signal(file, unit=unit, rate=rate, axes=axes)
+    recording = Recording(
+        streams={stream: signal}, material=material, source=file.name, history=("added by hand",), **known
+    )
+    bigger = add_recordings(store, [recording])
+    return {
+        "path": str(path),
+        "id": recording.id,
+        "material": material,
+        "added": len(bigger) > len(store),
+        "recordings": len(bigger),
+        "sha256": bigger.sha256,
+    }
+
+
+def _stream_facts(store: Store, name: str) -> dict[str, Any]:
+    ids = [info.id for info in store.index if name in store.streams_of(info.id)]
+    rates = sorted({store.rate(id, name) for id in ids})
+    total = sum(store.length(id, name) / store.rate(id, name) for id in ids)
+    facts = asdict(store.streams[name])
+    length = "seconds" if facts["domain"] == "time" else "length_mm"
+    return facts | {"rates": rates, "recordings": len(ids), length: round(total, 3)}
