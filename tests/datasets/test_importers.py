@@ -429,6 +429,33 @@ class TestFolder:
         with pytest.raises(DataError, match=r"cork/a\.wav"):
             imported("folder", tmp_path / "f", tmp_path)
 
+    def test_simulated_is_told_by_the_file_or_by_the_table(self, tmp_path):
+        source = tmp_path / "f"
+        for n in range(3):
+            self.write(source, f"cork/{n}.wav", n)
+        signal = Signal(np.random.default_rng(7).standard_normal(50), 1000.0, "1")
+        for n, said in ((3, True), (4, "true"), (5, "false")):
+            write_signal(
+                source / "cork" / f"{n}.wav",
+                signal.with_samples(n * signal.samples),
+                metadata={"simulated": said},
+            )
+        (source / "recordings.csv").write_text("file,simulated\ncork/0.wav,yes\ncork/1.wav,no\n")
+        _, store = imported("folder", source, tmp_path)
+        assert [i.simulated for i in store.index] == [True, False, False, True, True, False]
+        assert store.simulated
+
+    def test_jitter_is_told(self, tmp_path):
+        rng = np.random.default_rng(0)
+        times = (np.arange(2000) + rng.uniform(-0.2, 0.2, 2000)) / 1000
+        (tmp_path / "f" / "cork").mkdir(parents=True)
+        rows = "".join(f"{t:.9f},{np.sin(300 * t):.6f}\n" for t in times)
+        (tmp_path / "f" / "cork" / "a.csv").write_text("time,z\n" + rows)
+        (tmp_path / "f" / "recordings.csv").write_text("file,unit,rate\ncork/a.csv,V,1000\n")
+        _, store = imported("folder", tmp_path / "f", tmp_path)
+        assert store.rate(store.index[0].id, "voltage") == 1000.0
+        assert "jitter 11" in store.index[0].history[0]
+
     def test_what_is_exported_comes_back(self, tmp_path):
         signal = Signal(np.random.default_rng(0).standard_normal((3, 200)), 1000.0, "m/s^2")
         (tmp_path / "f" / "cork").mkdir(parents=True)

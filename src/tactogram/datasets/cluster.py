@@ -33,6 +33,7 @@ from tactogram.errors import DataError
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal
 from tactogram.signal.timing import estimate_timing, to_uniform
+from tactogram.signal.units import STANDARD_GRAVITY
 
 NAME = "cluster"
 TITLE = "Cluster Haptic Texture Dataset"
@@ -42,8 +43,6 @@ DESCRIPTION = (
     "force (N, 6 kHz), position (m, 100 Hz), sound (44.1 kHz), photos. Not checked on real files."
 )
 
-STANDARD_GRAVITY = 9.80665
-"""m/s^2 in one g (ISO 80000-3)."""
 SCAN_MM = 100.0
 """Width of the photographed area."""
 

@@ -5,9 +5,10 @@ folder, if it is the only one there, is the photograph of all its recordings.
 
 An optional ``recordings.csv`` has a column ``file`` (relative path) and any of ``material``, ``speed_mm_s``,
 ``force_n``, ``direction_deg``, ``contactor``, ``session``, ``subject``, ``image`` (relative path),
-``image_width_mm``; ``unit``, ``rate`` (Hz) and ``axes`` (``x y z``), where the file does not say; ``stream``
-(by default after the unit: m/s^2 is ``acceleration``); ``rating_WORD``. Other columns become labels. A row whose file
-is missing is an error; a file without a row is not.
+``image_width_mm``, ``simulated`` (yes or no); ``unit``, ``rate`` (Hz) and ``axes`` (``x y z``), where the file does
+not say; ``stream`` (by default after the unit: m/s^2 is ``acceleration``, 1 is ``vibration``); ``rating_WORD``.
+Other columns become labels; ``recording``, a number, gives the order in time. A row whose file is missing is an
+error; a file without a row is not. A file that says of itself that it is simulated is.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from typing import Any
 from tactogram.datasets.importer import Item
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError
-from tactogram.signal.io import read_signal
+from tactogram.signal.io import read_file
 
 NAME = "folder"
 TITLE = "a plain folder of recordings"
@@ -83,7 +84,14 @@ def read(item: Item) -> list[Recording]:
     """Return the recording in one file."""
     [path] = item.paths
     info = item.info
-    signal = read_signal(path, unit=info.get("unit"), rate=info.get("rate"), axes=info.get("axes"))
+    file = read_file(path, unit=info.get("unit"), rate=info.get("rate"), axes=info.get("axes"))
+    signal, timing = file.signal, file.timing
+    history: tuple[str, ...] = ()
+    if timing is not None and not timing.even:
+        history = (
+            f"stamps show {timing.rate:g} Hz, jitter {timing.jitter_rms * 1e6:.0f} us rms, {timing.dropped} samples "
+            f"lost; resampled to {signal.rate:g} Hz",
+        )
     known: dict[str, Any] = {name: info.get(name) for name in (*NUMBERS, *TEXTS)}
     return [
         Recording(
@@ -92,6 +100,8 @@ def read(item: Item) -> list[Recording]:
             ratings=info.get("ratings", {}),
             labels=info.get("labels", {}),
             source=item.name,
+            history=history,
+            simulated=info.get("simulated", False) or str(file.metadata.get("simulated")).lower() == "true",
             **known,
         )
     ]
@@ -134,6 +144,8 @@ def _row(where: str, values: Mapping[str | None, Any]) -> dict[str, Any]:
             row["ratings"][name.removeprefix("rating_")] = _number(where, name, text)
         elif name == "axes":
             row["axes"] = tuple(re.split(r"[\s,;]+", text))
+        elif name == "simulated":
+            row["simulated"] = _yes(where, name, text)
         elif name in (*TEXTS, *READING):
             row.setdefault(name, text)
         else:
@@ -149,6 +161,12 @@ def _number(where: str, name: str, text: str) -> float:
     if not math.isfinite(value):
         raise DataError(f"{where}: {name} must be a number, got {text!r}")
     return value
+
+
+def _yes(where: str, name: str, text: str) -> bool:
+    if text.lower() not in ("yes", "true", "1", "no", "false", "0"):
+        raise DataError(f"{where}: {name} must be yes or no, got {text!r}")
+    return text.lower() in ("yes", "true", "1")
 
 
 def _natural(path: Path) -> list[tuple[int, int, str]]:
