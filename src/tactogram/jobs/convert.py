@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.signal.filters import resample
-from tactogram.signal.io import read_metadata, read_signal, read_timing, write_signal
+from tactogram.signal.io import read_file, write_signal
 
 
 def convert(
@@ -51,7 +51,7 @@ def convert(
     DataError, ParameterError
         As `read_signal` and `write_signal`; nothing is written then.
     """
-    signal = read_signal(
+    file = read_file(
         source,
         unit=unit,
         axes=axes,
@@ -61,11 +61,10 @@ def convert(
         sheet=sheet,
         full_scale=full_scale,
     )
-    timed = Path(source).suffix.lower() in (".csv", ".tsv", ".txt", ".xlsx", ".npz")
-    timing = read_timing(source, columns=columns, time=time, sheet=sheet) if timed else None
-    metadata = read_metadata(source)
+    signal, metadata = file.signal, file.metadata
+    timing = None if file.timing is None else asdict(file.timing)
     if timing is not None:
-        metadata["timing"] = asdict(timing)
+        metadata["timing"] = timing
     if resample_to is not None:
         signal = resample(signal, resample_to)
     write_signal(target, signal, metadata=metadata, subtype=subtype)
@@ -77,6 +76,6 @@ def convert(
         "unit": signal.unit,
         "axes": list(signal.axes),
         "rms": float((signal.samples.astype(float) ** 2).mean() ** 0.5),
-        "timing": None if timing is None else asdict(timing),
+        "timing": timing,
         "metadata": metadata,
     }

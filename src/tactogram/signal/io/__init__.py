@@ -2,7 +2,8 @@
 
 from tactogram.signal.io.files import READABLE as READABLE
 from tactogram.signal.io.files import WRITABLE as WRITABLE
+from tactogram.signal.io.files import SignalFile as SignalFile
+from tactogram.signal.io.files import read_file as read_file
 from tactogram.signal.io.files import read_metadata as read_metadata
 from tactogram.signal.io.files import read_signal as read_signal
-from tactogram.signal.io.files import read_timing as read_timing
 from tactogram.signal.io.files import write_signal as write_signal

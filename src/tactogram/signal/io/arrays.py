@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
-import zlib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -12,7 +10,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import DataError
 from tactogram.signal.io.columns import TIME_NAMES
-from tactogram.signal.io.content import Content
+from tactogram.signal.io.content import ZIP_ERRORS, Content
 from tactogram.signal.io.description import Description, decode
 from tactogram.signal.signal import Signal
 
@@ -69,16 +67,20 @@ def write(path: Path, signal: Signal, description: Description) -> None:
 
 
 def _load(path: Path, *, only: str | None = None) -> dict[str, NDArray[np.generic]]:
-    if path.stat().st_size == 0:
-        raise DataError(f"{path}: empty file")
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            if not isinstance(file, np.lib.npyio.NpzFile):
-                raise DataError(f"{path}: not an NPZ file but a single array; save it with numpy.savez")
-            return {name: file[name] for name in file.files if only is None or name == only}
-    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile, zlib.error) as error:
-        reason = "holds pickled objects" if "allow_pickle" in str(error) else "truncated or not an NPZ file"
-        raise DataError(f"{path}: {reason}: {' '.join(str(error).split())}") from error
+    with path.open("rb") as stream:
+        head = stream.read(6)
+        if not head:
+            raise DataError(f"{path}: empty file")
+        if not head.startswith(b"PK"):
+            hint = "; save it with numpy.savez" if head == b"\x93NUMPY" else ""
+            raise DataError(f"{path}: not an NPZ file: expected PK at byte 0, got {head!r}{hint}")
+        stream.seek(0)
+        try:
+            with np.load(stream, allow_pickle=False) as file:
+                return {name: file[name] for name in file.files if only is None or name == only}
+        except (*ZIP_ERRORS, ValueError, KeyError) as error:
+            reason = "holds pickled objects" if "allow_pickle" in str(error) else "truncated or damaged"
+            raise DataError(f"{path}: {reason}: {' '.join(str(error).split())}") from error
 
 
 def _describe(arrays: dict[str, NDArray[np.generic]], path: Path) -> Description:

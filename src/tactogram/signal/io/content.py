@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import zipfile
+import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +16,9 @@ from tactogram.signal.io.description import Description
 from tactogram.signal.signal import Signal
 from tactogram.signal.timing import to_uniform
 from tactogram.signal.units import parse_unit
+
+ZIP_ERRORS = (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, OSError)
+"""What reading a damaged zip archive raises, which NPZ and XLSX files are."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +41,8 @@ class Content:
         If this package wrote the file.
     place : function from (axis, sample) to str
         Where in the file a sample stands, e.g. ``"row 7, column 'x'"``; axis -1 is the time stamp.
+    comment : str, optional
+        Of a WAV or FLAC that somebody else wrote.
     """
 
     samples: NDArray[np.float32] | NDArray[np.float64]
@@ -45,6 +52,7 @@ class Content:
     unit: str | None
     description: Description | None
     place: Callable[[int, int], str]
+    comment: str | None = None
 
 
 def check(content: Content, path: Path) -> None:
@@ -95,7 +103,8 @@ def assemble(
     try:
         if content.times is not None:
             return to_uniform(content.times, samples, unit, axes=names, rate=rate)
-        return Signal(samples.astype(np.float32, copy=False), _rate(content, path, rate), unit, names, domain)
+        known = _rate(content, rate)
+        return Signal(samples.astype(np.float32, copy=False), known, unit, names, domain)
     except TactogramError as error:
         raise DataError(f"{path}: {error}") from error
 
@@ -134,20 +143,18 @@ def _unit(
     return samples, asked
 
 
-def _rate(content: Content, path: Path, rate: float | None) -> float:
+def _rate(content: Content, rate: float | None) -> float:
     known = content.rate
     if known is None:
         if rate is None:
-            raise DataError(f"{path}: no time column and no rate in the file; give the rate")
+            raise DataError("no time column and no rate in the file; give the rate")
         return rate
     if not known > 0:
-        raise DataError(f"{path}: rate must be > 0, got {known:g}")
+        raise DataError(f"rate must be > 0, got {known:g}")
     # A header of whole Hz does not contradict the fractional rate that it was rounded from.
     exact = content.description is not None
     if rate is not None and (rate != known if exact else abs(rate - known) >= 1):
-        raise DataError(
-            f"{path}: the file is at {known:g} Hz, expected {rate:g}; leave the rate out, then resample"
-        )
+        raise DataError(f"the file is at {known:g} Hz, expected {rate:g}; leave the rate out, then resample")
     return known if rate is None else rate
 
 

@@ -6,12 +6,13 @@ import os
 import secrets
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io import arrays, sound, table, worksheet
-from tactogram.signal.io.content import Content, assemble, check
+from tactogram.signal.io.content import Content, assemble
 from tactogram.signal.io.description import Description
 from tactogram.signal.signal import Signal
 from tactogram.signal.timing import Timing, estimate_timing
@@ -40,7 +41,7 @@ def read_signal(
     taken as unit ``"1"``; a WAV then is in parts of full scale.
 
     A table or NPZ with time stamps is brought to even spacing (`tactogram.signal.timing.to_uniform`);
-    `read_timing` reports its jitter.
+    `read_file` reports the jitter.
 
     Parameters
     ----------
@@ -68,34 +69,43 @@ def read_signal(
     ParameterError
         For a suffix that is none of these, or an argument that the format has no use for.
     """
-    path = _existing(path)
-    content = _content(path, columns=columns, axes=axes, time=time, sheet=sheet, full_scale=full_scale)
-    return assemble(content, path, unit=unit, axes=axes, rate=rate)
+    signal, _ = _read(
+        _existing(path),
+        unit=unit,
+        axes=axes,
+        rate=rate,
+        columns=columns,
+        time=time,
+        sheet=sheet,
+        full_scale=full_scale,
+    )
+    return signal
 
 
-def read_timing(
-    path: str | Path,
-    *,
-    columns: Sequence[str] | None = None,
-    time: str | None = None,
-    sheet: str | None = None,
-) -> Timing | None:
-    """Return what the time stamps of a file say, or None if it has none (or this package wrote it).
+@dataclass(frozen=True, eq=False)
+class SignalFile:
+    """A signal, and what else its file says.
 
-    Raises
-    ------
-    DataError
-        As `read_signal`.
+    Parameters
+    ----------
+    signal : Signal
+    metadata : dict
+        As `read_metadata`.
+    timing : Timing, optional
+        What its time stamps say; None if it has none, or this package wrote it.
     """
+
+    signal: Signal
+    metadata: dict[str, Any]
+    timing: Timing | None
+
+
+def read_file(path: str | Path, **options: Any) -> SignalFile:
+    """Return the signal in a file with its metadata and timing; ``options`` and errors as `read_signal`."""
     path = _existing(path)
-    content = _content(path, columns=columns, axes=None, time=time, sheet=sheet, full_scale=None)
-    check(content, path)
-    if content.times is None:
-        return None
-    try:
-        return estimate_timing(content.times)
-    except DataError as error:
-        raise DataError(f"{path}: {error}") from error
+    signal, content = _read(path, **options)
+    timing = None if content.times is None else estimate_timing(content.times)
+    return SignalFile(signal, _metadata(content.description or content.comment), timing)
 
 
 def read_metadata(path: str | Path) -> dict[str, Any]:
@@ -117,9 +127,7 @@ def read_metadata(path: str | Path) -> dict[str, Any]:
             found = worksheet.describe(path)
         case _:
             found = table.describe(path)
-    if isinstance(found, str):
-        return {"comment": found}
-    return dict(found.metadata) if found else {}
+    return _metadata(found)
 
 
 def write_signal(
@@ -184,33 +192,42 @@ def written_beside(path: Path) -> Iterator[Path]:
         part.unlink(missing_ok=True)
 
 
-def _content(
+def _read(
     path: Path,
     *,
-    columns: Sequence[str] | None,
-    axes: Sequence[str] | None,
-    time: str | None,
-    sheet: str | None,
-    full_scale: float | None,
-) -> Content:
+    unit: str | None = None,
+    axes: Sequence[str] | None = None,
+    rate: float | None = None,
+    columns: Sequence[str] | None = None,
+    time: str | None = None,
+    sheet: str | None = None,
+    full_scale: float | None = None,
+) -> tuple[Signal, Content]:
     suffix = _suffix(path, READABLE)
     _refuse(suffix not in SOUND and full_scale is not None, "full_scale", suffix)
-    _refuse(suffix in SOUND and (columns is not None or time is not None), "columns and time", suffix)
+    _refuse(suffix in SOUND and (columns is not None or time is not None), "columns or time", suffix)
     _refuse(suffix != ".xlsx" and sheet is not None, "sheet", suffix)
     match suffix:
         case ".wav" | ".flac":
-            return sound.read(path, full_scale=full_scale)
+            content = sound.read(path, full_scale=full_scale)
         case ".npz":
-            return arrays.read(path, columns=columns, time=time)
+            content = arrays.read(path, columns=columns, time=time)
         case ".xlsx":
-            return worksheet.read(path, columns=columns, axes=axes, time=time, sheet=sheet)
+            content = worksheet.read(path, columns=columns, axes=axes, time=time, sheet=sheet)
         case _:
-            return table.read(path, columns=columns, axes=axes, time=time)
+            content = table.read(path, columns=columns, axes=axes, time=time)
+    return assemble(content, path, unit=unit, axes=axes, rate=rate), content
+
+
+def _metadata(found: Description | str | None) -> dict[str, Any]:
+    if isinstance(found, str):
+        return {"comment": found}
+    return dict(found.metadata) if found else {}
 
 
 def _refuse(useless: bool, name: str, suffix: str) -> None:
     if useless:
-        raise ParameterError(f"{name} means nothing for {suffix}; leave it out")
+        raise ParameterError(f"{suffix} has no use for {name}; leave it out")
 
 
 def _existing(path: str | Path) -> Path:

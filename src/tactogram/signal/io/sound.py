@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import soundfile
@@ -26,6 +27,7 @@ SUBTYPES = {
 _LARGEST_WAV = 2**32 - 2**20
 _FLAC_CHANNELS = 8
 _FLAC_RATE = 655_350
+_BLOCK = 2**20
 
 
 @dataclass(frozen=True)
@@ -55,9 +57,10 @@ def read(path: Path, *, full_scale: float | None = None) -> Content:
     try:
         with soundfile.SoundFile(path) as file:
             expected = file.frames
-            samples = file.read(dtype="float32" if file.subtype == "FLOAT" else "float64", always_2d=True).T
+            blocks = list(_blocks(file))
     except soundfile.LibsndfileError as error:
         raise DataError(f"{path}: {_line(error)}") from error
+    samples: NDArray[Any] = np.concatenate(blocks).T if blocks else np.zeros((facts.channels, 0), np.float32)
     if samples.shape[1] < expected:
         raise DataError(f"{path}: truncated: {expected} samples expected, {samples.shape[1]} are there")
     scale = full_scale
@@ -77,6 +80,7 @@ def read(path: Path, *, full_scale: float | None = None) -> Content:
         unit=description.unit if description else None,
         description=description,
         place=facts.place,
+        comment=facts.comment or None,
     )
 
 
@@ -131,6 +135,13 @@ def write(
         ) from error
     if suffix == ".wav":
         append_comment(path, comment)
+
+
+def _blocks(file: soundfile.SoundFile) -> Iterator[NDArray[Any]]:
+    """Yield the samples (time, axis) as far as they go: a damaged header may promise any number."""
+    dtype = "float32" if file.subtype == "FLOAT" else "float64"
+    while len(block := file.read(_BLOCK, dtype=dtype, always_2d=True)):
+        yield block
 
 
 def _facts(path: Path) -> _Facts:

@@ -19,6 +19,8 @@ from tactogram.signal.signal import Signal
 
 COMMENTS = ("#", "%")
 _SNIFFED_ROWS = 50
+_BLANK_SEPARATED = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
+"""A cell among blanks; in a heading, the unit in brackets belongs to it."""
 
 
 def read(
@@ -136,7 +138,7 @@ def _separator(rows: Sequence[str]) -> str:
 
 def _cells(row: str, separator: str) -> list[str]:
     if separator == " ":
-        return row.split()
+        return _BLANK_SEPARATED.findall(row)
     [cells] = csv.reader([row], delimiter=separator, skipinitialspace=True)
     return [cell.strip() for cell in cells]
 

@@ -15,7 +15,7 @@ from openpyxl.utils.exceptions import InvalidFileException
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.columns import choose, in_units
-from tactogram.signal.io.content import Content
+from tactogram.signal.io.content import ZIP_ERRORS, Content
 from tactogram.signal.io.description import Description, decode
 from tactogram.signal.io.table import heading
 from tactogram.signal.signal import Signal
@@ -115,17 +115,31 @@ def write(path: Path, signal: Signal, description: Description) -> None:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[Any]:
+    """Give the workbook; all of it is unpacked once before, so that damage is found here and not midway."""
     if path.stat().st_size == 0:
         raise DataError(f"{path}: empty file")
     try:
-        with path.open("rb") as file:
+        with zipfile.ZipFile(path) as archive:
+            damaged = archive.testzip()
+    except ZIP_ERRORS as error:
+        raise DataError(f"{path}: truncated or not an XLSX file: {_line(error)}") from error
+    if damaged is not None:
+        raise DataError(f"{path}: damaged: checksum of {damaged} is wrong")
+    with path.open("rb") as file:
+        try:
             book = openpyxl.load_workbook(file, read_only=True, data_only=True)
-            try:
-                yield book
-            finally:
-                book.close()
-    except (zipfile.BadZipFile, InvalidFileException, KeyError, ParseError, EOFError) as error:
-        raise DataError(f"{path}: truncated or not an XLSX file: {' '.join(str(error).split())}") from error
+        except (InvalidFileException, ParseError, KeyError, ValueError, TypeError, AttributeError) as error:
+            raise DataError(f"{path}: not an XLSX file: {_line(error)}") from error
+        try:
+            yield book
+        except ParseError as error:
+            raise DataError(f"{path}: damaged: {_line(error)}") from error
+        finally:
+            book.close()
+
+
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split())
 
 
 def _describe(book: Any, path: Path) -> Description | None:

@@ -1,0 +1,266 @@
+"""Broken input: one line that names the file and the place, whatever the format."""
+
+import re
+import struct
+
+import numpy as np
+import openpyxl
+import pytest
+import soundfile
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tactogram.errors import DataError
+from tactogram.jobs.convert import convert
+from tactogram.signal import Signal
+from tactogram.signal.io import WRITABLE, read_file, read_metadata, read_signal, write_signal
+
+ROWS = "time [s],x,y,z\n0.00,1,2,3\n0.01,1,2,3\n0.02,1,2,3\n0.03,1,2,3\n"
+
+TABLES = {
+    "ragged": (ROWS.replace("0.02,1,2,3", "0.02,1,2"), "row 4: expected 4 columns, got 3"),
+    "ragged, more": (ROWS.replace("0.02,1,2,3", "0.02,1,2,3,4"), "row 4: expected 4 columns, got 5"),
+    "empty cell": (ROWS.replace("0.02,1,", "0.02,,"), "row 4, column 'x': expected a number, got nothing"),
+    "word": (ROWS.replace("0.01,1,", "0.01,one,"), "row 3, column 'x': expected a number, got 'one'"),
+    "nan": (ROWS.replace("0.02,1,", "0.02,nan,"), "row 4, column 'x': expected a finite number, got nan"),
+    "inf": (
+        ROWS.replace("0.02,1,2,", "0.02,1,-inf,"),
+        "row 4, column 'y': expected a finite number, got -inf",
+    ),
+    "too large": (
+        ROWS.replace("0.02,1,2,", "0.02,1,1e99,"),
+        "row 4, column 'y': expected a finite number, got 1e\\+99",
+    ),
+    "nan time": (ROWS.replace("0.02,", "nan,"), "row 4, column 'time \\[s\\]': expected a finite time"),
+    "time goes back": (
+        ROWS.replace("0.03,", "0.015,"),
+        "row 5, .*: time goes backwards, 0.015 s after 0.02 s",
+    ),
+    "time stands": (
+        ROWS.replace("0.01,", "0.00,").replace("0.02,", "0.00,").replace("0.03,", "0.00,"),
+        "repeat|still",
+    ),
+    "no time": ("x,y,z\n1,2,3\n1,2,3\n", "no time column and no rate"),
+    "time without unit": ("t,x\n0,1\n1,2\n2,3\n", "time column without unit goes in steps of 1"),
+    "only time": ("t [s]\n0\n1\n", "no column of samples besides the time"),
+    "only a heading": ("time [s],x\n", "no rows below the heading"),
+    "only comments": ("# nothing\n", "no rows"),
+    "mixed units": (
+        "t [s],f [N],v [mm/s]\n0,1,2\n1,2,3\n",
+        "columns are in different units: f \\[N\\], v \\[mm/s\\]",
+    ),
+    "twice the same": ("t [s],x,x\n0,1,2\n1,2,3\n", "different names, got x, x"),
+    "decimal comma": (
+        "t [s];x\n0,00;1,5\n0,01;2,5\n",
+        "row 2, .*: expected a number, got '1,5'; write decimal points",
+    ),
+    "decimal comma in csv": (
+        "a,b\n0,0,1,5\n0,1,2,5\n",
+        "row 2: expected 2 columns, got 4; write decimal points",
+    ),
+    "Python's underscore": (
+        ROWS.replace("0.02,1,", "0.02,1_0,"),
+        "row 4, column 'x': expected a number, got '1_0'",
+    ),
+    "other encoding": (ROWS.replace("x", "µ").encode("latin-1"), "not UTF-8 text at byte 9"),
+    "UTF-16": (ROWS.encode("utf-16"), "not a text file: zero byte at byte 3"),
+    "binary": (b"PK\3\4" + bytes(50), "not a text file: zero byte at byte 4"),
+    "later version": ('# {"tactogram": 99}\nx\n1\n', "description must be of version 1, got 99"),
+    "damaged description": ('# {"tactogram": 1, "rate": "x"}\nt,x\n1,2\n', "description is damaged"),
+}
+
+
+def refusal(path, **options):
+    """Return the one line with which ``path`` is refused, and check that convert refuses it and writes nothing."""
+    with pytest.raises(DataError) as caught:
+        read_signal(path, **options)
+    with pytest.raises(DataError):
+        convert(path, path.with_name("target") / "b.wav", **options)
+    assert not path.with_name("target").exists()
+    line = str(caught.value)
+    assert "\n" not in line
+    assert line.startswith(f"{path}: ")
+    return line.removeprefix(f"{path}: ")
+
+
+def wav(tmp_path, channels=1, subtype="FLOAT", name="a.wav"):
+    path = tmp_path / name
+    soundfile.write(path, np.zeros((100, channels)), 1000, subtype)
+    return path
+
+
+@pytest.mark.parametrize("problem", TABLES)
+def test_a_bad_table_is_refused(tmp_path, problem):
+    text, line = TABLES[problem]
+    path = tmp_path / "a.csv"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    assert re.search(line, refusal(path))
+
+
+@pytest.mark.parametrize("suffix", [*WRITABLE, ".txt"])
+def test_an_empty_file_is_refused(tmp_path, suffix):
+    path = tmp_path / f"a{suffix}"
+    path.touch()
+    assert refusal(path) == "empty file"
+
+
+@pytest.mark.parametrize("suffix", [".wav", ".flac", ".npz", ".xlsx"])
+def test_a_text_under_another_name_is_refused(tmp_path, suffix):
+    path = tmp_path / f"a{suffix}"
+    path.write_text("hello, this is a text and nothing else\n" * 20)
+    line = refusal(path)
+    assert "not a" in line
+    if suffix in (".wav", ".flac"):
+        assert "at byte 0, got b'hell" in line
+
+
+@pytest.mark.parametrize("suffix", [".wav", ".flac", ".npz", ".xlsx"])
+@pytest.mark.parametrize("share", [0.02, 0.3, 0.9, 0.99])
+def test_a_truncated_file_is_refused(tmp_path, suffix, share):
+    whole = tmp_path / f"whole{suffix}"
+    write_signal(whole, Signal(np.random.default_rng(0).normal(size=(3, 5000)), 1000, "N"))
+    path = tmp_path / f"a{suffix}"
+    raw = whole.read_bytes()
+    path.write_bytes(raw[: int(share * len(raw))])
+    assert refusal(path)
+
+
+def test_a_truncated_wav_names_the_byte(tmp_path):
+    path = wav(tmp_path)
+    path.write_bytes(path.read_bytes()[:-40])
+    assert refusal(path).startswith("truncated: chunk 'data' at byte ")
+
+
+def test_a_wav_without_samples_or_chunks_is_refused(tmp_path):
+    path = tmp_path / "a.wav"
+    soundfile.write(path, np.zeros(0), 1000)
+    assert refusal(path).startswith("no samples")
+    path.write_bytes(b"RIFF\4\0\0\0WAVE")
+    assert refusal(path) == "truncated: no fmt chunk before the end at byte 12"
+
+
+def test_a_rate_of_zero_is_refused(tmp_path):
+    path = wav(tmp_path, subtype="PCM_16")
+    raw = bytearray(path.read_bytes())
+    raw[24:28] = struct.pack("<I", 0)
+    path.write_bytes(raw)
+    assert refusal(path) == "rate must be > 0 Hz, got 0 at byte 24"
+    np.savez(tmp_path / "a.npz", x=np.zeros(9), rate=0.0)
+    assert refusal(tmp_path / "a.npz", columns=["x"]) == "rate must be > 0, got 0"
+    (tmp_path / "a.csv").write_text("1\n2\n")
+    assert refusal(tmp_path / "a.csv", rate=0) == "rate must be > 0 and finite, got 0"
+
+
+def test_no_channels_are_refused(tmp_path):
+    path = wav(tmp_path, subtype="PCM_16")
+    raw = bytearray(path.read_bytes())
+    raw[22:24] = struct.pack("<H", 0)
+    path.write_bytes(raw)
+    assert refusal(path) == "channels must be > 0, got 0 at byte 22"
+
+
+@pytest.mark.parametrize(("value", "text"), [(np.nan, "nan"), (np.inf, "inf"), (-np.inf, "-inf")])
+def test_a_wav_that_is_not_finite_names_the_byte(tmp_path, value, text):
+    x = np.zeros((100, 2), np.float32)
+    x[7, 1] = value
+    soundfile.write(tmp_path / "a.wav", x, 1000, "FLOAT")
+    raw = (tmp_path / "a.wav").read_bytes()
+    byte = raw.index(b"data") + 8 + 4 * (7 * 2 + 1)
+    line = refusal(tmp_path / "a.wav")
+    assert line == f"axis 1, sample 7 (byte {byte}): expected a finite number, got {text}"
+
+
+def test_stereo_where_one_axis_is_expected_is_refused(tmp_path):
+    line = refusal(wav(tmp_path, channels=2), axes=("z",))
+    assert line.startswith("expected 1 axis (z), got 2 (1, 2)")
+
+
+def test_what_contradicts_the_file_is_refused(tmp_path):
+    path = tmp_path / "a.wav"
+    write_signal(path, Signal(np.ones(9), 333.3, "N"), subtype="PCM_16")
+    assert refusal(path, unit="m/s^2").startswith("the file is in N, expected m/s^2")
+    assert refusal(path, rate=1000).startswith("the file is at 333.3 Hz, expected 1000")
+    assert refusal(path, full_scale=17).startswith("full scale is 1")
+    assert refusal(wav(tmp_path, name="b.wav"), rate=500).startswith("the file is at 1000 Hz, expected 500")
+    assert read_signal(path, unit="N", rate=333.3).unit == "N"
+
+
+def test_a_wav_that_was_resampled_elsewhere_is_refused(tmp_path):
+    path = tmp_path / "a.wav"
+    write_signal(path, Signal(np.ones(9), 333.3, "N"))
+    raw = bytearray(path.read_bytes())
+    raw[24:28] = struct.pack("<I", 44100)
+    path.write_bytes(raw)
+    assert refusal(path).startswith(
+        "changed after it was described: described as 333.3 Hz, 1 channels, its header"
+    )
+
+
+def test_a_table_whose_columns_were_changed_is_refused(tmp_path):
+    path = tmp_path / "a.csv"
+    write_signal(path, Signal(np.ones((3, 9)), 100, "N"))
+    path.write_text(path.read_text().replace("y [N]", "w [N]"))
+    assert refusal(path).startswith("described with axes x, y, z, its columns are x, w, z")
+
+
+def test_a_missing_column_is_refused(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text(ROWS)
+    assert refusal(path, columns=["x", "w"]) == "no column 'w', there are time [s], x, y, z"
+    assert refusal(path, time="clock") == "no column 'clock', there are time [s], x, y, z"
+    assert refusal(path, axes=("x", "w")).startswith("expected 2 axes (x, w), got 3 (x, y, z)")
+
+
+def test_bad_arrays_are_refused(tmp_path):
+    path = tmp_path / "a.npz"
+    np.savez(path, x=np.array([object()], dtype=object))
+    assert refusal(path).startswith("holds pickled objects")
+    np.savez(path, x=np.array(["a"]))
+    assert refusal(path) == "x must be numbers (axis, time), got <U1 of shape (1,)"
+    np.savez(path, x=np.zeros(3), y=np.zeros(3))
+    assert refusal(path) == "which array? choose of x, y"
+    assert refusal(path, columns=["w"]) == "no array 'w', there are x, y"
+    np.savez(path, x=np.zeros((100, 3)))
+    assert refusal(path, rate=10) == "array must be (axis, time), got (100, 3); transpose it"
+    np.savez(path, x=np.array([0, np.nan, 1]))
+    assert refusal(path, rate=10) == "x[0, 1]: expected a finite number, got nan"
+    np.savez(path, x=np.zeros(3), t=np.array([0, 2.0, 1]))
+    assert refusal(path) == "time stamp 2: time goes backwards, 1 s after 2 s"
+    np.savez(path, x=np.zeros(3), t=np.zeros(4))
+    assert refusal(path) == "t must have shape (3,), got (4,)"
+    np.savez(path, x=np.zeros(0))
+    assert refusal(path, rate=10) == "no samples"
+
+
+def test_a_bad_cell_of_a_worksheet_is_refused(tmp_path):
+    book = openpyxl.Workbook()
+    for row in (["t [s]", "x"], [0, 1], [0.1, "one"], [0.2, None]):
+        book.active.append(row)
+    book.save(tmp_path / "a.xlsx")
+    assert refusal(tmp_path / "a.xlsx") == "row 3, column 'x': expected a number, got 'one'"
+
+
+def test_no_file_is_no_file(tmp_path):
+    for function in (read_signal, read_file, read_metadata):
+        with pytest.raises(DataError, match="no such file"):
+            function(tmp_path / "a.wav")
+        (tmp_path / "b.wav").mkdir(exist_ok=True)
+        with pytest.raises(DataError, match="is a folder"):
+            function(tmp_path / "b.wav")
+
+
+@pytest.mark.parametrize("suffix", WRITABLE)
+@given(data=st.data())
+@settings(deadline=None, max_examples=40)
+def test_damage_anywhere_is_one_line_or_harmless(tmp_path_factory, suffix, data):
+    path = tmp_path_factory.mktemp("damaged") / f"a{suffix}"
+    write_signal(path, Signal(np.random.default_rng(0).normal(size=(2, 30)), 500, "N", ("a", "b")))
+    raw = bytearray(path.read_bytes())
+    for _ in range(data.draw(st.integers(1, 4))):
+        raw[data.draw(st.integers(0, len(raw) - 1))] = data.draw(st.integers(0, 255))
+    path.write_bytes(raw[: data.draw(st.integers(1, len(raw)))])
+    for function in (read_file, read_metadata):
+        try:
+            function(path)
+        except DataError as error:
+            assert "\n" not in str(error)  # noqa: PT017

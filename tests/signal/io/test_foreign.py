@@ -1,0 +1,189 @@
+import numpy as np
+import openpyxl
+import pytest
+import soundfile
+
+from tactogram.errors import DataError, ParameterError, UnitError
+from tactogram.signal.io import read_file, read_metadata, read_signal
+from tactogram.signal.units import parse_unit
+
+X = np.sin(np.arange(40))
+
+
+def written(tmp_path, text, name="a.csv"):
+    path = tmp_path / name
+    path.write_bytes(text.encode() if isinstance(text, str) else text)
+    return path
+
+
+@pytest.mark.parametrize("subtype", ["PCM_U8", "PCM_16", "PCM_24", "PCM_32", "FLOAT", "DOUBLE"])
+@pytest.mark.parametrize("channels", [1, 2, 3, 7])
+def test_wav_of_others(tmp_path, subtype, channels):
+    x = 0.9 * np.stack([np.sin(np.arange(50) + c) for c in range(channels)])
+    form = "WAVEX" if channels > 2 else "WAV"
+    soundfile.write(tmp_path / "a.WAV", x.T, 22050, subtype, format=form)
+    signal = read_signal(tmp_path / "a.WAV")
+    bits = {"PCM_U8": 8, "PCM_16": 16}.get(subtype, 24)
+    np.testing.assert_allclose(signal.samples, x, atol=1.01 / 2 ** (bits - 1))
+    assert (signal.rate, signal.unit, len(signal.axes)) == (22050, "1", channels)
+
+
+def test_a_wav_is_given_what_it_does_not_say(tmp_path):
+    soundfile.write(tmp_path / "a.wav", np.stack([X, -X], axis=1), 333, "DOUBLE")
+    signal = read_signal(tmp_path / "a.wav", unit="g", axes=("x", "z"), rate=333.3, full_scale=2)
+    assert (signal.rate, signal.unit, signal.axes) == (333.3, "m/s^2", ("x", "z"))
+    np.testing.assert_allclose(signal.samples[0], 2 * 9.80665 * X, rtol=1e-6)
+
+
+def test_the_comment_of_others_is_metadata(tmp_path):
+    for name in ("a.wav", "a.flac"):
+        with soundfile.SoundFile(tmp_path / name, "w", 1000, 1, "PCM_16") as file:
+            file.comment = "third take"
+            file.write(X)
+        assert read_metadata(tmp_path / name) == {"comment": "third take"}
+        assert read_file(tmp_path / name).metadata == {"comment": "third take"}
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t", " ", "  ", ", "])
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_any_separator(tmp_path, separator, end):
+    lines = ["time_ms" + separator + "x" + separator + "y"]
+    lines += [f"{i}{separator}{v:.6f}{separator}{-v:.6e}" for i, v in enumerate(X)]
+    signal = read_signal(written(tmp_path, "\ufeff" + end.join(lines)), unit="m/s^2")
+    assert signal.rate == pytest.approx(1000)
+    assert signal.axes == ("x", "y")
+    np.testing.assert_allclose(signal.samples, [X, -X], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("heading", "step", "rate"),
+    [
+        ("time [s]", 0.01, 100),
+        ("Time (ms)", 2, 500),
+        ("t_us", 250, 4000),
+        ("timestamp", 0.005, 200),
+        ("t", 0.001, 1000),
+        ("Seconds", 0.5, 2),
+    ],
+)
+def test_time_columns(tmp_path, heading, step, rate):
+    text = f"{heading},a\n" + "\n".join(f"{i * step:.6f},{i}" for i in range(50))
+    assert read_signal(written(tmp_path, text)).rate == pytest.approx(rate)
+
+
+def test_a_time_column_may_stand_anywhere_and_have_any_name(tmp_path):
+    text = "a,clock [ms]\n" + "\n".join(f"{i},{i * 4}" for i in range(50))
+    signal = read_signal(written(tmp_path, text), time="clock")
+    assert (signal.rate, signal.axes) == (250, ("a",))
+
+
+def test_jittered_stamps_are_resampled_and_reported(tmp_path):
+    rng = np.random.default_rng(0)
+    t = (np.arange(2000) + 0.1 * rng.normal(size=2000)) / 1000
+    text = "t [s],a [mm]\n" + "\n".join(f"{v:.9f},{np.sin(2 * np.pi * 100 * v):.9f}" for v in t)
+    file = read_file(written(tmp_path, text))
+    expected = np.sin(2 * np.pi * 100 * (t[0] + np.arange(len(file.signal)) / file.signal.rate))
+    np.testing.assert_allclose(1000 * file.signal.samples[0, 30:-30], expected[30:-30], atol=1e-3)
+    assert file.signal.unit == "m"
+    assert file.timing.jitter_rms == pytest.approx(1e-4, rel=0.1)
+    assert read_signal(written(tmp_path, text), rate=500).rate == 500
+
+
+def test_units_in_headings_are_brought_to_one(tmp_path):
+    text = "t (ms);x (g);y [mg];z [m/s²]\n" + "\n".join(f"{i};1;1000;9.80665" for i in range(5))
+    signal = read_signal(written(tmp_path, text))
+    assert (signal.unit, signal.axes) == ("m/s^2", ("x", "y", "z"))
+    np.testing.assert_allclose(signal.samples, 9.80665, rtol=1e-6)
+
+
+def test_columns_are_chosen_by_name(tmp_path):
+    text = "t [s],label,force [N],speed [mm/s]\n" + "\n".join(f"{i / 100},wood,{i},{2 * i}" for i in range(9))
+    path = written(tmp_path, text)
+    for name in ("force", "force [N]"):
+        assert read_signal(path, columns=[name]).unit == "N"
+    speed = read_signal(path, axes=["speed"])
+    assert (speed.unit, speed.axes) == ("m/s", ("speed",))
+    np.testing.assert_allclose(speed.samples[0], 2e-3 * np.arange(9))
+
+
+def test_comments_blank_lines_quotes_and_last_separators(tmp_path):
+    text = '# made by a logger\n% rate 100\n\n"t [s]","x, left"\n' + "\n".join(
+        f'{i / 100},"{i}"' for i in range(9)
+    )
+    assert read_signal(written(tmp_path, text)).axes == ("x, left",)
+    text = "t,a\n" + "".join(f"{i / 100},{i},\n" for i in range(9))
+    np.testing.assert_array_equal(read_signal(written(tmp_path, text)).samples[0], np.arange(9))
+
+
+def test_a_table_without_heading(tmp_path):
+    text = "\n".join(f"{i} {2 * i} {3 * i}" for i in range(9))
+    signal = read_signal(written(tmp_path, text, "a.txt"), rate=100, unit="N")
+    assert (signal.rate, signal.axes) == (100, ("x", "y", "z"))
+    assert read_signal(written(tmp_path, text, "a.txt"), rate=100, columns=["2"]).samples[0, 1] == 2
+    one = read_signal(written(tmp_path, "1\n2\n3\n", "b.txt"), rate=10000)
+    np.testing.assert_array_equal(one.samples, [[1, 2, 3]])
+    assert one.axes == ("z",)
+
+
+def test_a_heading_in_a_comment_as_numpy_writes_it(tmp_path):
+    np.savetxt(tmp_path / "a.txt", np.stack([np.arange(9) / 50, X[:9]], axis=1), header="t [s] force")
+    signal = read_signal(tmp_path / "a.txt")
+    assert (signal.axes, signal.rate) == (("force",), 50)
+
+
+def test_npz_of_others(tmp_path):
+    np.savez(tmp_path / "a.npz", pac=np.stack([X, X]), other=np.zeros(3), rate=2200.0)
+    signal = read_signal(tmp_path / "a.npz", columns=["pac"])
+    assert (signal.rate, len(signal.axes)) == (2200, 2)
+    np.savez(tmp_path / "b.npz", t=np.arange(40) / 100, x=X, y=-X)
+    signal = read_signal(tmp_path / "b.npz", columns=["x", "y"], unit="V")
+    assert (signal.rate, signal.axes, signal.unit) == (100, ("x", "y"), "V")
+    np.savez(tmp_path / "c.npz", X)
+    assert len(read_signal(tmp_path / "c.npz", rate=10)) == 40
+
+
+def test_a_worksheet_of_others(tmp_path):
+    book = openpyxl.Workbook()
+    book.active.title = "first"
+    sheet = book.create_sheet("second")
+    sheet.append([None, None])
+    sheet.append(["time [ms]", "force [mN]"])
+    for i in range(20):
+        sheet.append([2 * i, 1000 * i])
+    book.save(tmp_path / "a.xlsx")
+    signal = read_signal(tmp_path / "a.xlsx", sheet="second")
+    assert (signal.rate, signal.unit, signal.axes) == (500, "N", ("force",))
+    np.testing.assert_array_equal(signal.samples[0], np.arange(20))
+    with pytest.raises(DataError, match="which sheet.*first, second"):
+        read_signal(tmp_path / "a.xlsx")
+    with pytest.raises(DataError, match="no sheet 'third'"):
+        read_signal(tmp_path / "a.xlsx", sheet="third")
+    with pytest.raises(DataError, match="no rows"):
+        read_signal(tmp_path / "a.xlsx", sheet="first")
+
+
+def test_options_that_mean_nothing_are_refused(tmp_path):
+    soundfile.write(tmp_path / "a.wav", X, 1000)
+    with pytest.raises(ParameterError, match=".wav has no use for columns"):
+        read_signal(tmp_path / "a.wav", columns=["x"])
+    with pytest.raises(ParameterError, match="full_scale"):
+        read_signal(written(tmp_path, "1\n2\n"), full_scale=2, rate=1)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("m/s²", ("m/s^2", 1)),
+        ("µm", ("m", 1e-6)),
+        ("mV", ("V", 1e-3)),
+        ("G", None),
+        (" N ", ("N", 1)),
+        ("kg", None),
+    ],
+)
+def test_units_are_spelled_in_many_ways(text, expected):
+    if expected is None:
+        with pytest.raises(UnitError, match="unit must be one of"):
+            parse_unit(text)
+    else:
+        assert parse_unit(text) == expected

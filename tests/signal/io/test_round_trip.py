@@ -1,0 +1,200 @@
+import json
+import struct
+
+import numpy as np
+import pytest
+import soundfile
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from tactogram.errors import ParameterError
+from tactogram.signal import UNITS, Signal
+from tactogram.signal.io import WRITABLE, read_file, read_metadata, read_signal, write_signal
+from tactogram.signal.io.riff import read_header
+
+EXACT = [suffix for suffix in WRITABLE if suffix != ".flac"]
+INTEGERS = [(".wav", "PCM_U8", 8), (".wav", "PCM_16", 16), (".wav", "PCM_24", 24), (".wav", "PCM_32", 32)]
+INTEGERS += [(".flac", "PCM_S8", 8), (".flac", "PCM_16", 16), (".flac", "PCM_24", 24)]
+
+
+def noise(axes=3, length=200, rate=333.3, unit="m/s^2", level=20.0, **kind):
+    samples = level * np.random.default_rng(axes).normal(size=(axes, length))
+    return Signal(samples, rate, unit, tuple(f"axis {i}" for i in range(axes)), **kind)
+
+
+def assert_same_kind(a, b):
+    assert (a.rate, a.unit, a.axes, a.domain, len(a)) == (b.rate, b.unit, b.axes, b.domain, len(b))
+
+
+@pytest.mark.parametrize("suffix", WRITABLE)
+@pytest.mark.parametrize("axes", [1, 2, 3, 6])
+@pytest.mark.parametrize("domain", ["time", "displacement"])
+def test_everything_survives(tmp_path, suffix, axes, domain):
+    signal = noise(axes, domain=domain)
+    metadata = {"simulated": True, "words": {"rough": 1.5, "näme": None}, "long": "x" * 20000}
+    write_signal(tmp_path / f"a{suffix}", signal, metadata=metadata)
+    back = read_signal(tmp_path / f"a{suffix}")
+    assert_same_kind(back, signal)
+    if suffix in EXACT:
+        np.testing.assert_array_equal(back.samples, signal.samples)
+    else:
+        np.testing.assert_allclose(back.samples, signal.samples, atol=np.abs(signal.samples).max() / 2**23)
+    assert read_metadata(tmp_path / f"a{suffix}") == metadata
+    assert [file.name for file in tmp_path.iterdir()] == [f"a{suffix}"]
+
+
+@given(
+    samples=hnp.arrays(
+        np.float32,
+        st.tuples(st.integers(1, 4), st.integers(1, 12)),
+        elements=st.floats(width=32, allow_nan=False, allow_infinity=False),
+    ),
+    rate=st.floats(0.1, 2e6),
+    unit=st.sampled_from(UNITS),
+    suffix=st.sampled_from([".wav", ".csv", ".tsv", ".npz"]),
+)
+@settings(deadline=None, max_examples=80)
+def test_any_float32_survives_exactly(tmp_path_factory, samples, rate, unit, suffix):
+    path = tmp_path_factory.mktemp("a") / f"a{suffix}"
+    signal = Signal(samples, rate, unit, tuple("abcd"[: len(samples)]))
+    write_signal(path, signal)
+    assert_same_kind(read_signal(path), signal)
+    np.testing.assert_array_equal(read_signal(path).samples, signal.samples)
+
+
+@pytest.mark.parametrize(("suffix", "subtype", "bits"), INTEGERS)
+@given(level=st.floats(1e-9, 1e9), seed=st.integers(0, 1000))
+@settings(deadline=None, max_examples=15)
+def test_integers_keep_level_and_never_clip(tmp_path_factory, suffix, subtype, bits, level, seed):
+    path = tmp_path_factory.mktemp("a") / f"a{suffix}"
+    signal = Signal(level * np.random.default_rng(seed).normal(size=(2, 50)), 1000, "m/s^2", ("x", "y"))
+    write_signal(path, signal, subtype=subtype)
+    back = read_signal(path)
+    peak = np.abs(signal.samples).max()
+    step = peak / (2 ** (bits - 1) - 1)
+    assert soundfile.info(path).subtype == subtype
+    assert np.abs(back.samples - signal.samples).max() <= 0.51 * step + 1e-7 * peak
+
+
+@pytest.mark.parametrize(("suffix", "subtype", "bits"), INTEGERS)
+def test_integers_that_were_read_are_written_the_same(tmp_path, suffix, subtype, bits):
+    steps = np.random.default_rng(0).integers(-(2 ** (bits - 1)), 2 ** (bits - 1), 300) // 256 * 256
+    steps = np.clip(steps, -(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
+    signal = Signal(steps / 2 ** (bits - 1), 44100, "1")
+    write_signal(tmp_path / f"a{suffix}", signal, subtype=subtype)
+    np.testing.assert_array_equal(read_signal(tmp_path / f"a{suffix}").samples, signal.samples)
+
+
+def test_silence_is_an_integer_too(tmp_path):
+    write_signal(tmp_path / "a.wav", Signal(np.zeros(10), 1000, "N"), subtype="PCM_16")
+    assert not read_signal(tmp_path / "a.wav").samples.any()
+
+
+def test_wav_is_float_by_default_and_readable_by_others(tmp_path):
+    signal = noise(1, rate=1000.0)
+    write_signal(tmp_path / "a.wav", signal)
+    samples, rate = soundfile.read(tmp_path / "a.wav", dtype="float32")
+    assert soundfile.info(tmp_path / "a.wav").subtype == "FLOAT"
+    assert rate == 1000
+    np.testing.assert_array_equal(samples, signal.samples[0])
+    assert read_header(tmp_path / "a.wav").size == 4 * len(signal)
+
+
+@pytest.mark.parametrize(
+    ("axes", "subtype", "code"), [(1, "PCM_16", 1), (2, "FLOAT", 3), (3, "FLOAT", 0xFFFE)]
+)
+def test_many_channels_are_extensible(tmp_path, axes, subtype, code):
+    write_signal(tmp_path / "a.wav", noise(axes), subtype=subtype)
+    raw = (tmp_path / "a.wav").read_bytes()
+    assert struct.unpack_from("<H", raw, raw.index(b"fmt ") + 8) == (code,)
+    assert struct.unpack_from("<I", raw, 4) == (len(raw) - 8,)
+
+
+def test_the_full_scale_that_is_asked_for_is_kept(tmp_path):
+    signal = Signal([0.5, -19.0, 3.0], 1000, "m/s^2")
+    write_signal(tmp_path / "a.wav", signal, subtype="PCM_16", full_scale=20)
+    assert soundfile.read(tmp_path / "a.wav", dtype="int16")[0].tolist() == [819, -31130, 4915]
+    np.testing.assert_allclose(read_signal(tmp_path / "a.wav").samples, signal.samples, atol=20 / 2**16)
+
+
+def test_npz_holds_no_pickle_and_reads_in_numpy(tmp_path):
+    signal = noise()
+    write_signal(tmp_path / "a.npz", signal)
+    with np.load(tmp_path / "a.npz", allow_pickle=False) as file:
+        np.testing.assert_array_equal(file["samples"], signal.samples)
+        assert json.loads(str(file["tactogram"]))["unit"] == "m/s^2"
+
+
+def test_csv_has_time_and_units_in_its_heading(tmp_path):
+    write_signal(tmp_path / "a.csv", Signal([[1, 2], [3, 4], [5, 6]], 1000, "m/s^2"))
+    _, heading, first, second = (tmp_path / "a.csv").read_text().splitlines()
+    assert heading == "time [s],x [m/s^2],y [m/s^2],z [m/s^2]"
+    assert (first, second) == ("0,1,3,5", "0.001,2,4,6")
+
+
+def test_csv_without_its_first_line_still_means_the_same(tmp_path):
+    signal = noise(3, rate=333.3)
+    write_signal(tmp_path / "a.csv", signal)
+    text = (tmp_path / "a.csv").read_text().partition("\n")[2]
+    (tmp_path / "b.csv").write_text(text)
+    back = read_file(tmp_path / "b.csv")
+    np.testing.assert_array_equal(back.signal.samples, signal.samples)
+    assert back.signal.rate == pytest.approx(333.3, rel=1e-9)
+    assert (back.signal.unit, back.signal.axes) == (signal.unit, signal.axes)
+    assert back.timing.even
+
+
+def test_some_axes_can_be_read_by_name(tmp_path):
+    for suffix in (".wav", ".csv", ".npz", ".xlsx"):
+        path = tmp_path / f"a{suffix}"
+        signal = noise()
+        write_signal(path, signal)
+        assert_same_kind(read_signal(path, axes=("axis 2", "axis 0")), signal.select("axis 2", "axis 0"))
+        np.testing.assert_array_equal(read_signal(path, axes=["axis 1"]).samples[0], signal.axis("axis 1"))
+
+
+def test_a_file_is_replaced_whole_or_not_at_all(tmp_path):
+    path = tmp_path / "a.wav"
+    write_signal(path, noise(1))
+    before = path.read_bytes()
+    with pytest.raises(ParameterError, match="full_scale must hold the peak"):
+        write_signal(path, noise(1), subtype="PCM_16", full_scale=1.0)
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "line"),
+    [
+        ("a.mp3", {}, "suffix must be one of .wav"),
+        ("a", {}, "got none"),
+        ("a.txt", {}, "suffix must be one of"),
+        ("a.wav", {"subtype": "PCM_12"}, "subtype of .wav must be one of FLOAT"),
+        ("a.flac", {"subtype": "FLOAT"}, "subtype of .flac must be one of PCM_24"),
+        ("a.csv", {"subtype": "FLOAT"}, "are for .wav and .flac, got .csv"),
+        ("a.wav", {"full_scale": 3.0}, "full_scale is for integer samples"),
+        ("a.wav", {"subtype": "PCM_16", "full_scale": 0.0}, "full_scale must be > 0"),
+        ("a.wav", {"metadata": {"x": object()}}, "metadata must be JSON"),
+        ("a.wav", {"metadata": {"x": float("nan")}}, "metadata must be JSON"),
+    ],
+)
+def test_what_cannot_be_written_is_refused_and_leaves_nothing(tmp_path, name, options, line):
+    with pytest.raises(ParameterError, match=line) as refusal:
+        write_signal(tmp_path / "new" / name, noise(1), **options)
+    assert "\n" not in str(refusal.value)
+    assert not list(tmp_path.rglob("*.*"))
+
+
+@pytest.mark.parametrize(
+    ("name", "signal", "line"),
+    [
+        ("a.flac", noise(9), "at most 8 axes, got 9"),
+        ("a.flac", noise(1, rate=1e6), "at most 655350 Hz"),
+        ("a.xlsx", Signal(np.zeros(1_048_576), 1000, "1"), "at most 1048575 samples"),
+    ],
+)
+def test_formats_have_limits(tmp_path, name, signal, line):
+    with pytest.raises(ParameterError, match=line):
+        write_signal(tmp_path / name, signal)
+    assert not list(tmp_path.iterdir())
