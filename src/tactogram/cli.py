@@ -531,7 +531,8 @@ class _Version(argparse.Action):
     def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
         from importlib.metadata import version
 
-        parser.exit(message=f"tactogram {version('tactogram')}\n")
+        sys.stdout.write(f"tactogram {version('tactogram')}\n")
+        parser.exit()
 
 
 if __name__ == "__main__":

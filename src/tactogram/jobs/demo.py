@@ -26,7 +26,7 @@ from tactogram.signal.io import write_signal
 MARK = "made-by-tactogram-demo"
 UNKNOWN = "cork-sheet"
 """The surface that is left out of training, to see whether "none of these" is said."""
-PER_CLASS, STEPS = 16, 500
+PER_CLASS, STEPS = 16, 220
 MIX = ("tile", "carpet")
 
 

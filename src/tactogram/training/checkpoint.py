@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import torch
 from safetensors import SafetensorError, safe_open
-from safetensors.torch import save_file
+from safetensors.torch import save
 from torch import Tensor
 
 from tactogram.errors import RunError
@@ -37,8 +37,9 @@ def save_state(path: Path, state: Mapping[str, Any], facts: Mapping[str, Any] | 
         "tactogram": json.dumps({"version": VERSION, "structure": structure, "facts": dict(facts or {})})
     }
     part = path.with_name(path.name + ".part")
-    save_file(tensors, part, metadata=header)
-    with part.open("rb") as file:
+    with part.open("wb") as file:
+        file.write(save(tensors, metadata=header))
+        file.flush()
         os.fsync(file.fileno())
     part.replace(path)
 

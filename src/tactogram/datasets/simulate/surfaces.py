@@ -130,13 +130,15 @@ def _heights(texture: Texture, rng: np.random.Generator) -> NDArray[np.float64]:
         along = round(PATCH_MM / texture.period_mm * np.sin(angle))
         wander = texture.wander_mm * _rough(rng, 2.5, 0.05, 0.5, 1.0) / texture.period_mm
         wave = 0.5 + 0.5 * np.cos(2 * np.pi * ((across * x + along * y) / PATCH_MM + wander))
-        return texture.height_mm * wave**texture.sharpness
+        ridges: NDArray[np.float64] = texture.height_mm * wave**texture.sharpness
+        return ridges
     if isinstance(texture, Weave):
         count = max(2, 2 * round(PATCH_MM / texture.period_mm / 2))
         warp, weft = np.pi * count * x / PATCH_MM, np.pi * count * y / PATCH_MM
         over = np.sign(np.sin(warp) * np.sin(weft))
         threads = np.where(over > 0, np.abs(np.sin(warp)), np.abs(np.sin(weft)))
-        return texture.height_mm * threads * (0.75 + 0.25 * np.abs(np.cos(warp) * np.cos(weft)))
+        woven: NDArray[np.float64] = threads * (0.75 + 0.25 * np.abs(np.cos(warp) * np.cos(weft)))
+        return texture.height_mm * woven
     if isinstance(texture, Particles):
         return _particles(texture, rng)
     return texture.rms_mm * _rough(rng, texture.beta, texture.low, texture.high, texture.stretch)
@@ -161,7 +163,7 @@ def _particles(texture: Particles, rng: np.random.Generator) -> NDArray[np.float
     k = np.fft.fftfreq(SIZE, MM_PER_PIXEL)
     sigma = texture.radius_mm / 2
     bump = np.exp(-2 * (np.pi * sigma) ** 2 * (k[:, None] ** 2 + k[None, : SIZE // 2 + 1] ** 2))
-    bumps = np.fft.irfft2(np.fft.rfft2(impulses) * bump, s=(SIZE, SIZE))
+    bumps: NDArray[np.float64] = np.fft.irfft2(np.fft.rfft2(impulses) * bump, s=(SIZE, SIZE))
     peak = (MM_PER_PIXEL / sigma) ** 2 / (2 * np.pi)
     return texture.height_mm * bumps / peak
 
@@ -176,5 +178,5 @@ def _rough(
     amplitude = np.zeros_like(radius)
     amplitude[inside] = radius[inside] ** (-(beta + 1) / 2)
     spectrum = np.fft.rfft2(rng.standard_normal((SIZE, SIZE))) * amplitude
-    field = np.fft.irfft2(spectrum, s=(SIZE, SIZE))
-    return field / field.std()
+    heights: NDArray[np.float64] = np.fft.irfft2(spectrum, s=(SIZE, SIZE))
+    return heights / heights.std()
