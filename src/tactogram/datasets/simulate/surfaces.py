@@ -179,4 +179,5 @@ def _rough(
     amplitude[inside] = radius[inside] ** (-(beta + 1) / 2)
     spectrum = np.fft.rfft2(rng.standard_normal((SIZE, SIZE))) * amplitude
     heights: NDArray[np.float64] = np.fft.irfft2(spectrum, s=(SIZE, SIZE))
-    return heights / heights.std()
+    heights /= heights.std()
+    return heights
