@@ -3,12 +3,12 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
-EXTRAS := dev,tensorboard
+EXTRAS := dev,docs
 
 # torch's spinning threads collapse when a core is busy; passive waiting costs nothing.
 export OMP_WAIT_POLICY ?= PASSIVE
 
-.PHONY: help demo test install check bench docs clean
+.PHONY: help demo test install check wheel bench docs clean
 .DEFAULT_GOAL := help
 
 help: ## show this list
@@ -37,11 +37,19 @@ check: install ## style, types, layers
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+wheel: install ## build the wheel and test it in a clean environment of its own
+	rm -rf build/wheel && mkdir -p build/wheel
+	$(BIN)/python -m build --wheel --outdir build/wheel . >/dev/null
+	$(PYTHON) -m venv build/wheel/env
+	UV_FIND_LINKS="$${UV_FIND_LINKS:-$${PIP_FIND_LINKS:-}}" $(BIN)/uv pip install --quiet --python build/wheel/env/bin/python \
+	    -c constraints.txt build/wheel/*.whl pytest hypothesis
+	cd build/wheel && env/bin/tactogram models && env/bin/python -m pytest -q -p no:cacheprovider --import-mode=importlib \
+	    --pyargs tactogram.models
+
 bench: install ## measure, and write benchmarks/results.md
 	$(BIN)/python -m benchmarks
 
 docs: install ## build the documentation into docs/_build
-	UV_FIND_LINKS="$${UV_FIND_LINKS:-$${PIP_FIND_LINKS:-}}" $(BIN)/uv pip install --quiet --python $(BIN)/python -c constraints.txt -e '.[docs]'
 	$(BIN)/python -m sphinx -W -b html docs docs/_build/html
 
 clean: ## remove the environment and caches

@@ -96,7 +96,7 @@ def test_doctor_tells_versions_and_extras(capsys):
     assert main(["doctor", "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     assert facts["packages"]["torch"].startswith("2.")
-    assert "tensorboard" in facts["extras"]
+    assert facts["extras"]["dev"] == {"for": "tests, style, types, benchmarks", "missing": []}
     assert facts["device"]
 
 

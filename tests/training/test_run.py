@@ -53,6 +53,7 @@ def test_restoring_forgets_what_was_logged_after_the_checkpoint(run):
 
 def test_a_finished_run_has_weights_without_optimisers(run):
     learner = Counter()
+    run.log(Position(0, 1), {"loss": 0.5})
     run.save_checkpoint(learner, Position(0, 1))
     with pytest.raises(RunError, match="training is not finished"):
         run.kind()
@@ -60,6 +61,7 @@ def test_a_finished_run_has_weights_without_optimisers(run):
     run.finish(learner, kind, {"model": "counter"})
     assert run.kind() == kind
     assert run.finished
+    assert (run.folder / "metrics.csv").read_text() == "stage,step,loss\n0,1,0.5\n"
     assert not (run.folder / "checkpoint.safetensors").exists()
     assert (run.folder / "model.safetensors").stat().st_size < 1000
 

@@ -11,7 +11,6 @@ from typing import Any
 from packaging.requirements import Requirement
 
 EXTRAS = {
-    "tensorboard": "training curves in TensorBoard",
     "dev": "tests, style, types, benchmarks",
     "docs": "building the documentation",
 }

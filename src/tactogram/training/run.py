@@ -1,11 +1,13 @@
 """The folder that a training leaves behind, and what can be asked of it.
 
-recipe.toml  environment.json  data.json  split.json  metrics.jsonl  checkpoint.safetensors (while it trains)
+recipe.toml  environment.json  data.json  split.json  metrics.jsonl  metrics.csv  checkpoint.safetensors (while it trains)
 model.safetensors + model.json (when it is done)  samples/  evaluation.json  report.html
 """
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import os
 import platform
@@ -117,11 +119,22 @@ class Run:
         return [json.loads(line) for line in lines[:-1]]
 
     def finish(self, learner: Learner, kind: SignalKind, facts: Mapping[str, Any]) -> None:
-        """Write the weights and what they mean, then drop the checkpoint."""
+        """Write the weights, what they mean, and the curves as a table; then drop the checkpoint."""
+        self._write_curves()
         weights = {key: value for key, value in learner.state().items() if key != "optimisers"}
         save_state(self.folder / "model.safetensors", weights)
         self.write_json("model.json", {"version": VERSION, "kind": asdict(kind), **facts})
         (self.folder / "checkpoint.safetensors").unlink(missing_ok=True)
+
+    def _write_curves(self) -> None:
+        """Write metrics.csv: the logged lines as a table, for a spreadsheet."""
+        lines = self.metrics()
+        columns = list(dict.fromkeys(name for line in lines for name in line))
+        text = io.StringIO()
+        table = csv.DictWriter(text, columns, lineterminator="\n")
+        table.writeheader()
+        table.writerows(lines)
+        write_text(self.folder / "metrics.csv", text.getvalue())
 
     # -- when it is done ---------------------------------------------------------------------------------
 
