@@ -1,4 +1,6 @@
 import itertools
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -246,3 +248,11 @@ def test_a_block_of_another_kind_is_refused():
         stream.process(Signal(np.zeros(5), 1000, "V"))
     with pytest.raises(ParameterError, match="at 1000 Hz, got 500"):
         stream.process(Signal(np.zeros(5), 500, "V"))
+
+
+def test_a_signal_costs_no_scipy_until_it_is_filtered():
+    code = (
+        "import sys, tactogram.signal as s; assert 'scipy' not in sys.modules; "
+        "assert s.bandpass.__module__ == 'tactogram.signal.filters'; assert 'bandpass' in dir(s)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)

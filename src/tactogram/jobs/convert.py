@@ -7,8 +7,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from tactogram.signal.filters import resample
 from tactogram.signal.io import read_file, write_signal
+from tactogram.signal.resampling import resample
 
 
 def convert(

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import linalg, special
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal.filters import resample
+from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Domain, Signal
 
 MOST_REPEATED = 0.05

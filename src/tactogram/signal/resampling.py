@@ -1,0 +1,70 @@
+"""Another rate for a whole signal. Apart from the filters, since it needs no scipy and playing starts with it."""
+
+from __future__ import annotations
+
+import numpy as np
+import soxr
+from numpy.typing import NDArray
+
+from tactogram.errors import ParameterError
+from tactogram.signal.signal import Signal
+
+_LONGEST_PAD = 100_000
+"""Samples within which a padding of a whole number of samples at both rates is looked for."""
+
+
+def resample(signal: Signal, rate: float) -> Signal:
+    """Return ``signal`` at another rate, band-limited (soxr, very high quality).
+
+    Content below 0.45 of the lower of the two rates keeps its level; what the new rate cannot hold is
+    removed. Sample 0 stays at the same instant. The ends are continued by point reflection, so that a
+    constant and a slope go on; what changes faster is uncertain there for some samples of the lower rate.
+
+    Parameters
+    ----------
+    signal : Signal
+    rate : float
+        New rate in Hz (per mm over displacement), > 0; need not be whole.
+
+    Returns
+    -------
+    Signal
+        Of ``round(len(signal) * rate / signal.rate)`` samples.
+
+    Raises
+    ------
+    ParameterError
+        If ``rate`` is not > 0, or so low that no sample would be left.
+    """
+    if not (rate > 0 and np.isfinite(rate)):
+        raise ParameterError(f"rate must be > 0 and finite, got {rate}")
+    if rate == signal.rate:
+        return signal
+    ratio = rate / signal.rate
+    length = round(len(signal) * ratio)
+    if length < 1:
+        raise ParameterError(
+            f"rate must leave at least one sample, got {rate:g} for {len(signal)} samples at {signal.rate:g}"
+        )
+    pad = _whole_pad(ratio)
+    x = _extended(signal.samples, pad)
+    y = soxr.resample(np.ascontiguousarray(x.T), signal.rate, rate, quality="VHQ").T
+    start = round(pad * ratio)
+    return signal.with_samples(y[:, start : start + length], rate=rate)
+
+
+def _extended(samples: NDArray[np.float32], pad: int) -> NDArray[np.float64]:
+    """Return the samples with ``pad`` more on both sides, reflected in the end points: the slope goes on."""
+    x = samples.astype(np.float64)
+    if x.shape[1] == 1:
+        return np.pad(x, ((0, 0), (pad, pad)), mode="edge")
+    return np.pad(x, ((0, 0), (pad, pad)), mode="reflect", reflect_type="odd")
+
+
+def _whole_pad(ratio: float) -> int:
+    """Return a number of samples that is (nearly) whole at both rates and longer than soxr's kernel."""
+    least = int(np.ceil(200 * max(1.0, 1 / ratio)))
+    pads = np.arange(least, least + _LONGEST_PAD)
+    error = np.abs(pads * ratio - np.round(pads * ratio))
+    good = np.flatnonzero(error < 1e-7)
+    return int(pads[good[0] if len(good) else np.argmin(error)])
