@@ -52,11 +52,14 @@ class LoadedRun:
 
     def prepare(self, signal: Signal) -> Signal:
         """Return ``signal`` as the model was trained on it: axes, band and rate of the recipe."""
-        prepared = self.recipe.prepare.apply(signal)
-        if self.recipe.prepare.rate in ("own", "band") and prepared.rate != self.kind.rate:
-            prepared = Prepare(rate=self.kind.rate).apply(prepared)
+        prepared = self.as_trained.apply(signal)
         self.kind.check(prepared)
         return prepared
+
+    @property
+    def as_trained(self) -> Prepare:
+        """The recipe's preparation, to the rate of the training signals whatever a recording's own is."""
+        return self.recipe.prepare.model_copy(update={"rate": float(self.kind.rate)})
 
 
 def load_run(folder: Path | str, *, device: str = "cpu", model_folders: Sequence[Path] = ()) -> LoadedRun:
@@ -74,7 +77,11 @@ def load_run(folder: Path | str, *, device: str = "cpu", model_folders: Sequence
     facts = models.find(recipe.model, model_folders)
     model = facts.build(facts.config(recipe.config), kind, seed=recipe.seed, device=device)
     state, _ = load_state(run.folder / "model.safetensors")
-    model.load_state(state)
+    try:
+        model.load_state(state)
+    except (KeyError, TypeError, ValueError, RuntimeError) as error:
+        line = str(error).split("\n")[0]
+        raise RunError(f"{run.folder}: the weights are not of the recipe beside them: {line}") from error
     return LoadedRun(run, facts, recipe, kind, model)
 
 
@@ -135,26 +142,34 @@ def train(
     resolved = chosen.resolved(config) | {"split": asdict(parts), "label": label}
     identity = run_id(resolved, store.sha256)
     folder = Path(out) if out else Path("runs") / f"{model}-{Path(recipe).stem}-{identity}"
-    run = _begin(folder, chosen, identity, resume, store, parts, label)
-    if run.finished:
+    fabric = make_fabric(chosen.training, accelerator=accelerator, devices=devices)
+    first = fabric.is_global_zero
+    run = _found(folder, identity, resume) if first else Run(folder)
+    if first and run.finished:
         return run
     examples = Examples(store, parts.train, chosen.prepare, label=label)
     examples.prepare_all(progress=partial(progress, "prepare"))
     kind = signal_kind(examples, simulated=store.simulated)
     learner = facts.build(config, kind, seed=chosen.seed)
-    fabric = make_fabric(chosen.training, accelerator=accelerator, devices=devices)
     learner.setup(fabric)
+    learner.stages(examples)  # refuses what it cannot learn from, before anything is written
+    if first and not resume:
+        # Defaults included, so that the run stays what it is when they change. TOML has no null.
+        kept = chosen.model_copy(update={"config": config.model_dump(mode="json", exclude_none=True)})
+        _begin(run, kept, identity, store, parts, label)
+    fabric.barrier()
     start = run.restore(learner) if resume else Position()
     run_training(learner, examples, chosen, run=run, start=start, rank=fabric.global_rank, progress=progress)
-    if fabric.is_global_zero:
+    if first:
         validation = Examples(store, parts.validation, chosen.prepare, label=label)
-        run.finish(
-            learner, kind, {"model": model, "label": label, "validation": learner.validate(validation)}
-        )
         if isinstance(learner, Classifier) and hasattr(learner, "embed"):
             from tactogram.jobs.search import index_run
 
             index_run(run, learner, examples, validation)
+        # Last: the run counts as finished from here on.
+        run.finish(
+            learner, kind, {"model": model, "label": label, "validation": learner.validate(validation)}
+        )
     return run
 
 
@@ -189,10 +204,14 @@ def make_split(index: Sequence[RecordingInfo], *, split: str, by: By, seed: int,
     """Return the parts that a command line's ``--split`` and ``--by`` ask for, each with all classes."""
     index = labelled(index, label)
     if split.startswith("last="):
-        try:
-            return split_last(index, int(split.removeprefix("last=")))
-        except ValueError:
-            raise ParameterError(f"--split last=N needs a number of recordings, got {split!r}") from None
+        number = split.removeprefix("last=")
+        if not number.isdecimal():
+            raise ParameterError(f"--split last=N needs a number of recordings, got {split!r}")
+        if by != "recording":
+            raise ParameterError(
+                f"--split last=N goes by recording and cannot keep {by}s together; leave one out"
+            )
+        return split_last(index, int(number))
     if split == "all":
         return Split(tuple(Segment(info.id) for info in index), (), (), by=by, seed=seed)
     if split:
@@ -241,22 +260,11 @@ def _has(info: RecordingInfo, key: str, value: str) -> bool:
     return got is not None and str(got) == str(value)
 
 
-def _begin(
-    folder: Path, recipe: Recipe, identity: str, resume: bool, store: Store, split: Split, label: Label
-) -> Run:
-    """Return a new run, or with ``resume`` the one that is there, if it is of the same making."""
+def _found(folder: Path, identity: str, resume: bool) -> Run:
+    """Return the run that may be made in ``folder``, or with ``resume`` the one there, if of the same making."""
     if not resume:
-        data = {
-            "path": os.fspath(Path(store.path).resolve()),
-            "name": store.name,
-            "licence": store.licence,
-            "sha256": store.sha256,
-            "simulated": store.simulated,
-            "label": label,
-            "split": {"by": split.by, **{part: len(held) for part, held in split.parts.items()}},
-        }
-        run = Run.create(folder, recipe=recipe, data=data, identity=identity)
-        split.save(folder / "split.json")
+        run = Run(folder)
+        run.check_free()
         return run
     if not (folder / "recipe.toml").exists():
         raise RunError(f"{folder}: nothing to resume here; leave --resume away to begin")
@@ -267,6 +275,23 @@ def _begin(
             "or give another --out"
         )
     return run
+
+
+def _begin(run: Run, recipe: Recipe, identity: str, store: Store, split: Split, label: Label) -> None:
+    """Make the folder of a new run."""
+    data = {
+        "path": os.fspath(Path(store.path).resolve()),
+        "name": store.name,
+        "licence": store.licence,
+        "sha256": store.sha256,
+        "simulated": store.simulated,
+        "label": label,
+        "split": {"by": split.by, **{part: len(held) for part, held in split.parts.items()}},
+    }
+    run.folder.mkdir(parents=True, exist_ok=True)
+    # Before the recipe, which makes it a run: a kill leaves a run with its split, or none.
+    split.save(run.folder / "split.json")
+    Run.create(run.folder, recipe=recipe, data=data, identity=identity)
 
 
 def test_part(run: Run) -> tuple[Store, Split]:

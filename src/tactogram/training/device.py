@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from tactogram.errors import ParameterError
 from tactogram.recipe import Training
 
 
@@ -18,9 +19,18 @@ def make_fabric(training: Training, *, accelerator: str = "auto", devices: int =
         Fabric's name: ``auto`` takes a GPU where there is one.
     devices : int
         How many; each trains on batches of its own and gradients are averaged.
+
+    Raises
+    ------
+    ParameterError
+        If this machine has no such device.
     """
     from lightning_fabric import Fabric
 
-    fabric = Fabric(accelerator=accelerator, devices=devices, precision=training.precision)
+    try:
+        fabric = Fabric(accelerator=accelerator, devices=devices, precision=training.precision)
+    except (ValueError, RuntimeError) as error:
+        line = str(error).split("\n")[0]
+        raise ParameterError(f"--accelerator {accelerator} --devices {devices}: {line}") from error
     fabric.launch()
     return fabric

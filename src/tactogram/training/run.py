@@ -1,7 +1,8 @@
 """The folder that a training leaves behind, and what can be asked of it.
 
-recipe.toml  environment.json  data.json  split.json  metrics.jsonl  metrics.csv  checkpoint.safetensors (while it trains)
-model.safetensors + model.json (when it is done)  samples/  evaluation.json  report.html
+recipe.toml  environment.json  data.json  split.json  metrics.jsonl  metrics.csv
+checkpoint.safetensors (while it trains)  model.safetensors + model.json (when it is done)
+samples/  evaluation.json  report.html
 """
 
 from __future__ import annotations
@@ -44,15 +45,29 @@ class Run:
             If the folder holds a run already.
         """
         run = cls(folder)
-        if (folder / "recipe.toml").exists():
-            state = "is finished" if run.finished else "has begun; --resume goes on with it"
-            raise RunError(f"{folder}: a run is here already and {state}; give another --out or delete it")
+        run.check_free()
         folder.mkdir(parents=True, exist_ok=True)
         run.write_json("environment.json", environment())
         run.write_json("data.json", {**data, "run_id": identity})
         values = recipe.model_dump(mode="json", exclude_none=True)
         write_text(folder / "recipe.toml", tomli_w.dumps(values))
         return run
+
+    def check_free(self) -> None:
+        """Refuse a folder that holds a run already, or a file in its place.
+
+        Raises
+        ------
+        RunError
+            Naming the folder, and what to do.
+        """
+        if (self.folder / "recipe.toml").exists():
+            state = "is finished" if self.finished else "has begun; --resume goes on with it"
+            raise RunError(
+                f"{self.folder}: a run is here already and {state}; give another --out or delete it"
+            )
+        if self.folder.exists() and not self.folder.is_dir():
+            raise RunError(f"{self.folder}: is a file; --out needs a folder")
 
     @classmethod
     def open(cls, folder: Path) -> Self:
@@ -151,21 +166,30 @@ class Run:
                 f"{self.folder}: training is not finished; go on with `tactogram train … --resume`"
             )
         facts = self.read_json("model.json")
+        if not isinstance(facts.get("version"), int):
+            raise RunError(f"{self.folder / 'model.json'}: says no version; it is broken")
         if facts["version"] > VERSION:
             raise RunError(f"{self.folder}: of a later version (format {facts['version']}, known {VERSION})")
         return facts
 
     def kind(self) -> SignalKind:
         """Return what every signal of the run has in common."""
-        facts = self.facts()["kind"]
-        return SignalKind(**{**facts, "axes": tuple(facts["axes"]), "materials": tuple(facts["materials"])})
+        try:
+            facts = self.facts()["kind"]
+            return SignalKind(
+                **{**facts, "axes": tuple(facts["axes"]), "materials": tuple(facts["materials"])}
+            )
+        except (KeyError, TypeError) as error:
+            raise RunError(f"{self.folder / 'model.json'}: kind lacks or misspells {error}") from error
 
     def read_json(self, name: str) -> dict[str, Any]:
         """Return one of the run's JSON files."""
         try:
-            values: dict[str, Any] = json.loads((self.folder / name).read_text(encoding="utf-8"))
-        except (OSError, json.JSONDecodeError) as error:
+            values = json.loads((self.folder / name).read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
             raise RunError(f"{self.folder / name}: not readable: {error}") from error
+        if not isinstance(values, dict):
+            raise RunError(f"{self.folder / name}: expected a JSON object, got {type(values).__name__}")
         return values
 
     def write_json(self, name: str, values: Mapping[str, Any]) -> None:

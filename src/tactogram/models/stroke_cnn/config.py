@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 
 class Config(BaseModel):
@@ -14,24 +14,41 @@ class Config(BaseModel):
 
     window: int = Field(default=200, ge=8)
     """Samples per axis of one input. Sec. II-B: "200-point continuous time series"."""
-    filters: tuple[int, ...] = (64, 64, 128, 128, 256, 256)
+    filters: tuple[Annotated[int, Field(gt=0)], ...] = Field((64, 64, 128, 128, 256, 256), min_length=1)
     """Filters per convolution, in pairs with a pooling after each pair. Sec. II-B."""
     kernel: int = Field(default=5, ge=1)
     """Filters are 1 x 5: along time only, the same for each axis. Sec. II-B."""
     pool: int = Field(default=2, ge=2)
     """Max-pooling 1 x 2. Sec. II-B."""
-    dense: tuple[int, int] = (256, 256)
+    dense: tuple[Annotated[int, Field(gt=0)], Annotated[int, Field(gt=0)]] = (256, 256)
     """Widths of the two fully connected layers. Assumed."""
     dropout: float = Field(default=0.5, ge=0, lt=1)
     """Between the second fully connected layer and the output (Sec. II-B); the rate is assumed."""
-    learning_rate: float = Field(default=1e-3, gt=0)
+    learning_rate: float = Field(default=1e-3, gt=0, allow_inf_nan=False)
     """Of Adam (Sec. II-B); the value, Adam's own default, is assumed."""
     schedule: Literal["constant", "one-cycle"] = "constant"
     """Assumed: the paper names none. ``one-cycle`` rises to ``learning_rate`` and falls to 0 (Smith 2018)."""
-    batch_size: int = Field(default=64, gt=0)
-    """Assumed."""
+    batch_size: int = Field(default=64, ge=2)
+    """Assumed. Batch normalisation needs two."""
     steps: int = Field(default=5000, gt=0)
     """Assumed: the paper states no number of updates."""
     hop: float = Field(default=0.5, gt=0, le=1)
     """Step between the windows that a recording is judged by, as a share of the window. Ours: the paper
     judges windows; we average their log probabilities over a recording."""
+
+    @model_validator(mode="after")
+    def _something_is_left(self) -> Self:
+        """Refuse a window that the convolutions and poolings use up."""
+        points = self.points()
+        if points < 1:
+            raise ValueError(f"window {self.window} is too short for these filters, kernel and pool")
+        return self
+
+    def points(self) -> int:
+        """Return the length along time of what reaches the dense layers."""
+        points = self.window
+        for number in range(len(self.filters)):
+            points += 2 * (self.kernel // 2) - self.kernel + 1
+            if number % 2:
+                points //= self.pool
+        return points

@@ -68,6 +68,7 @@ class StrokeCNNLearner:
     # -- training ----------------------------------------------------------------------------------------
 
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
+        Windows(examples, self.materials, self.config.window)  # refuses recordings that are too short
         return Stage("standardise", 1), Stage("classify", self.config.steps)
 
     def batches(

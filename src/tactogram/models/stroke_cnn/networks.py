@@ -23,20 +23,18 @@ class StrokeCNN(nn.Module):
     def __init__(self, config: Config, *, axes: int, classes: int) -> None:
         super().__init__()
         layers: list[nn.Module] = []
-        width, points = 1, config.window
+        width = 1
         for number, filters in enumerate(config.filters):
             padding = (0, config.kernel // 2)
             layers += [nn.Conv2d(width, filters, (1, config.kernel), padding=padding), nn.ReLU()]
             layers += [nn.BatchNorm2d(filters)]
-            points += 2 * padding[1] - config.kernel + 1
             width = filters
             if number % 2:
                 layers += [nn.MaxPool2d((1, config.pool))]
-                points //= config.pool
         self.convolutions = nn.Sequential(*layers)
         first, second = config.dense
         self.dense = nn.Sequential(
-            nn.Linear(width * axes * points, first), nn.ReLU(), nn.BatchNorm1d(first),
+            nn.Linear(width * axes * config.points(), first), nn.ReLU(), nn.BatchNorm1d(first),
             nn.Linear(first, second), nn.ReLU(), nn.BatchNorm1d(second),
         )  # fmt: skip
         self.output = nn.Sequential(nn.Dropout(config.dropout), nn.Linear(second, classes))
