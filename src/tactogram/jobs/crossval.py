@@ -78,6 +78,8 @@ def crossval(
         ``window_accuracy``, ``recording_accuracy`` and what `ClassificationResult.as_dict` gives, with the
         split, recipe and data that they are of, and ``per_fold``.
     """
+    if only_folds is not None and only_folds < 1:
+        raise ParameterError(f"--only-folds must be at least 1, got {only_folds}")
     store = open_store(data)
     facts = models.find(model, model_folders)
     chosen = Recipe.load(facts.recipe(recipe), changes=changes)
@@ -144,6 +146,8 @@ def _splits(
     label: Label,
 ) -> tuple[list[Split], str]:
     """Return the splits of a cross-validation and a sentence that says how they were made."""
+    if split == "all":
+        raise ParameterError("--split all keeps nothing for testing; give last=N, or --folds")
     if split:
         parts = make_split(index, split=split, by=by, seed=recipe.seed, label=label)
         return [parts], f"tested on the {split.replace('=', ' ')} recordings of each material, by recording"
@@ -162,7 +166,10 @@ def _splits(
             f"--folds {folds} needs as many recordings of every class, or recordings long enough to divide; "
             f"a class has {fewest}: use --folds {max(2, fewest)}"
         )
-    described = f"{folds} contiguous blocks of each recording, {gap:.2g} s (one window) left out between"
+    described = (
+        f"{folds} contiguous blocks of each recording, {gap:.2g} s (one window) left out between; "
+        "each block counts as a recording"
+    )
     return contiguous_blocks(index, seconds, blocks=folds, gap_s=gap), described
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from tactogram.evaluation.figures import confusion_figure, losses_figure, spectr
 from tactogram.evaluation.measures import log_spectral_distance
 from tactogram.evaluation.report import Picture, Section, Sound, Table, Text, write_report
 from tactogram.jobs.progress import Progress, silent
-from tactogram.jobs.search import SurfaceIndex
+from tactogram.jobs.search import SurfaceIndex, calibration_text
 from tactogram.jobs.training import LoadedRun, load_run, test_part
 from tactogram.model import Example, Generator
 
@@ -52,7 +52,7 @@ def evaluate(
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     store, segments, described = _what(loaded, data, unknown)
-    examples = Examples(store, segments, loaded.recipe.prepare, label=loaded.run.data["label"])
+    examples = Examples(store, segments, loaded.as_trained, label=loaded.run.data["label"])
     figures: dict[str, Any] = {
         "model": loaded.facts.name,
         "run": loaded.run.data["run_id"],
@@ -120,9 +120,11 @@ def _judge_classifier(
     result = judge_classifier(
         loaded.model, known, on_example=lambda: progress("judge", next(done), len(known))
     )
-    figures = result.as_dict()
-    figures["none_of_these"] = _judge_rejection(loaded, known, unknown)
-    return figures, [_accuracy(result), _rejection(figures["none_of_these"])]
+    figures, sections = result.as_dict(), [_accuracy(result)]
+    if (loaded.run.folder / "search.json").is_file():
+        figures["none_of_these"] = _judge_rejection(loaded, known, unknown)
+        sections.append(_rejection(figures["none_of_these"]))
+    return figures, sections
 
 
 def _judge_rejection(
@@ -178,7 +180,7 @@ def _rejection(facts: dict[str, Any]) -> Section:
     ]
     text = (
         f"Farther than {facts['threshold']:.3g} (cosine distance) from everything known is “none of these”. "
-        f"The threshold was set on {facts['calibrated_on']} recordings that were not trained on."
+        + calibration_text(facts["calibrated_on"])
     )
     return Section("None of these", [Text(text), Table(("", "share", "of"), rows)])
 
@@ -216,8 +218,7 @@ def _judge_generator(loaded: LoadedRun, known: Sequence[Example]) -> tuple[dict[
                 )
             )  # fmt: skip
     overall = {
-        column: float(np.mean([v for row in rows.values() if (v := row[column]) is not None] or [np.nan]))
-        for column in ("model", "floor", "ceiling")
+        column: _mean(row[column] for row in rows.values()) for column in ("model", "floor", "ceiling")
     }
     table = Table(
         ("material", "model", "floor", "ceiling"),
@@ -230,6 +231,12 @@ def _judge_generator(loaded: LoadedRun, known: Sequence[Example]) -> tuple[dict[
         {"measures": {"log_spectral_distance_db": overall}, "per_material": rows},
         [Section("How close is it?", [table]), *sections],
     )
+
+
+def _mean(values: Iterable[float | None]) -> float | None:
+    """Return the mean of those that are known, None where none is: JSON has no NaN."""
+    known = [value for value in values if value is not None]
+    return float(np.mean(known)) if known else None
 
 
 def _speed_force(example: Example, loaded: LoadedRun) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import os
 import shutil
 import tempfile
 import zipfile
+import zlib
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -59,7 +60,7 @@ def import_run(file: Path | str, out: Path | str) -> dict[str, Any]:
         Run.open(part).facts()
         part.chmod(0o755)
         part.rename(target)
-    except (OSError, zipfile.BadZipFile) as error:
+    except (OSError, zipfile.BadZipFile, zlib.error, RuntimeError, NotImplementedError, EOFError) as error:
         raise RunError(f"{file}: not a packed run: {error}") from error
     finally:
         shutil.rmtree(part, ignore_errors=True)

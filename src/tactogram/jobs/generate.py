@@ -47,6 +47,8 @@ def generate(
         raise ParameterError(f"{loaded.run.name}: {loaded.facts.name} does not generate")
     if seconds is not None and not 0 < seconds <= LONGEST_S:
         raise ParameterError(f"seconds must be > 0 and at most {LONGEST_S:g}, got {seconds:g}")
+    if seed < 0:
+        raise ParameterError(f"seed must be >= 0, got {seed}")
     if count < 1:
         raise ParameterError(f"count must be at least 1, got {count}")
     for number in range(count):

@@ -13,12 +13,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Protocol
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 from usearch.index import Index
 
-from tactogram.datasets import Examples, Segment, Store, open_store
+from tactogram.datasets import Examples, Segment, Store, label_of, open_store
 from tactogram.errors import ParameterError, RunError
 from tactogram.jobs.training import LoadedRun, load_run
 from tactogram.model import Example
@@ -110,7 +111,12 @@ class SurfaceIndex:
         found = cls.__new__(cls)
         found.ids, found.materials = facts["ids"], facts["materials"]
         found.threshold, found.calibrated_on = facts["threshold"], facts["calibrated_on"]
-        found.index = Index.restore(str(run.folder / "search.usearch"))
+        try:
+            found.index = Index.restore(str(run.folder / "search.usearch"))
+        except (OSError, RuntimeError, ValueError) as error:
+            raise RunError(f"{run.folder / 'search.usearch'}: not a readable index: {error}") from error
+        if found.index is None or len(found.index) != len(found.ids):
+            raise RunError(f"{run.folder / 'search.usearch'}: is not the index that search.json describes")
         return found
 
 
@@ -174,10 +180,15 @@ def search(
         ``nearest`` (``id``, ``material``, ``distance``), ``materials`` (each once, by its nearest recording),
         ``none_of_these`` (bool), ``distance`` and ``threshold`` (cosine, 0..2).
     """
+    if count < 1:
+        raise ParameterError(f"count must be at least 1, got {count}")
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     index = SurfaceIndex.load(loaded.run)
+    simulated = loaded.kind.simulated
     if data is not None:
-        index = _index_of(loaded, open_store(data), index.threshold, index.calibrated_on)
+        store = open_store(data)
+        simulated = simulated or store.simulated
+        index = _index_of(loaded, store, index.threshold, index.calibrated_on)
     vector = loaded.model.embed(loaded.prepare(signal))
     every = index.nearest(vector, len(index.ids))
     materials: dict[str, float] = {}
@@ -190,28 +201,52 @@ def search(
         "distance": every[0]["distance"],
         "threshold": index.threshold,
         "calibrated_on": index.calibrated_on,
-        "simulated": loaded.kind.simulated,
+        "simulated": simulated,
     }
 
 
 def _index_of(loaded: LoadedRun, store: Store, threshold: float, calibrated_on: int) -> SurfaceIndex:
-    """Return an index over ``store``; kept in the run, by the store's hash, so that it is built once."""
-    file = loaded.run.folder / f"search-{store.sha256[:16]}.npz"
-    segments = [Segment(info.id) for info in store.index if info.material is not None]
-    names = {info.id: info.material for info in store.index}
-    if file.exists():
-        vectors = np.load(file, allow_pickle=False)["vectors"]
-    else:
-        prepare = loaded.recipe.prepare
-        vectors = _embed(loaded.model, Examples(store, segments, prepare))
+    """Return an index over ``store``; what was embedded once is kept in the run, by recording.
+
+    A recording that was added to the store since is the only one that is embedded then.
+    """
+    file = loaded.run.folder / "search-embedded.npz"
+    label = loaded.run.data["label"]
+    names = {info.id: name for info in store.index if (name := label_of(info, label)) is not None}
+    if not names:
+        raise ParameterError(f"{store.name}: no recording has a {label}: there is nothing to search in")
+    held = _held(file)
+    missing = [id for id in names if id not in held]
+    if missing:
+        examples = Examples(store, map(Segment, missing), loaded.as_trained, label=label)
+        held |= dict(zip(missing, _embed(loaded.model, examples), strict=True))
         part = file.with_name(file.name + ".part")
         with part.open("wb") as opened:
-            np.savez(opened, vectors=vectors)
+            np.savez(opened, ids=np.array(list(held)), vectors=np.stack(list(held.values())))
         part.replace(file)
-    ids = [segment.id for segment in segments]
     return SurfaceIndex(
-        vectors, ids, [str(names[i]) for i in ids], threshold=threshold, calibrated_on=calibrated_on
+        np.stack([held[id] for id in names]),
+        list(names),
+        list(names.values()),
+        threshold=threshold,
+        calibrated_on=calibrated_on,
     )
+
+
+def _held(file: Path) -> dict[str, NDArray[np.float32]]:
+    """Return the vectors in ``file`` by recording; none if it is not there or broken: it can be made again."""
+    try:
+        with file.open("rb") as opened, np.load(opened, allow_pickle=False) as values:
+            return dict(zip(values["ids"].tolist(), values["vectors"], strict=True))
+    except (OSError, ValueError, KeyError, BadZipFile):
+        return {}
+
+
+def calibration_text(recordings: int) -> str:
+    """Return a sentence on what the threshold for "none of these" was set on."""
+    if recordings:
+        return f"The threshold was set on {recordings} recordings that were not trained on."
+    return "The threshold was set on the training recordings, each against the others, which is optimistic."
 
 
 def _embed(embedder: Embedder, examples: Sequence[Example]) -> NDArray[np.float32]:
