@@ -25,17 +25,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     from tactogram.errors import TactogramError
 
     try:
-        arguments.run(arguments)
+        return arguments.run(arguments) or 0
     except TactogramError as error:
         sys.stderr.write(f"tactogram: {error}\n")
         return 1
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except OSError as error:
+        # No permission, no space, a file where a folder is needed: the system's words say enough.
+        sys.stderr.write(f"tactogram: {error}\n")
+        return 1
     except KeyboardInterrupt:
         sys.stderr.write("tactogram: interrupted\n")
         return 130
-    return 0
 
 
 # -- the verbs: what each takes ------------------------------------------------------------------------------
@@ -50,7 +53,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action=_Version, help="show the version and exit")
     verbs = parser.add_subparsers(metavar="VERB", required=True)
 
-    def verb(name: str, run: Callable[[Arguments], None], text: str, *, has_json: bool = True) -> Add:
+    def verb(name: str, run: Callable[[Arguments], int | None], text: str, *, has_json: bool = True) -> Add:
         sub = verbs.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
         sub.set_defaults(run=run)
         if has_json:
@@ -144,7 +147,7 @@ def _data_verbs(verbs: Any) -> None:
         metavar="list|import|simulate|info|check|add", required=True
     )
 
-    def verb(name: str, run: Callable[[Arguments], None], text: str) -> Add:
+    def verb(name: str, run: Callable[[Arguments], int | None], text: str) -> Add:
         sub: argparse.ArgumentParser = data.add_parser(
             name, help=text, description=text[0].upper() + text[1:] + "."
         )
@@ -279,11 +282,12 @@ def _data_info(a: Arguments) -> None:
     _print(a, facts, _lines(facts))
 
 
-def _data_check(a: Arguments) -> None:
+def _data_check(a: Arguments) -> int:
     from tactogram.jobs.data import check_store
 
     facts = check_store(a.path)
     _print(a, facts, _lines(facts))
+    return 0 if facts["ok"] else 1
 
 
 def _data_add(a: Arguments) -> None:
@@ -361,7 +365,7 @@ def _evaluate(a: Arguments) -> None:
         result = evaluate(a.run_folder, data=a.data, unknown=a.unknown, progress=progress)
     if "measures" in result:
         lines = [
-            f"{measure}: " + ", ".join(f"{column} {value:.3g}" for column, value in row.items())
+            f"{measure}: " + ", ".join(f"{column} {_text(value)}" for column, value in row.items())
             for measure, row in result["measures"].items()
         ]
     else:

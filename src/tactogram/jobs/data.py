@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from dataclasses import asdict
 from pathlib import Path
@@ -12,7 +13,7 @@ from tactogram.datasets.importing import import_dataset, importers
 from tactogram.datasets.store import problems
 from tactogram.errors import ParameterError
 from tactogram.jobs.progress import Progress, silent
-from tactogram.signal.io import read_signal
+from tactogram.signal.io import read_file
 
 
 def list_sets() -> dict[str, Any]:
@@ -145,9 +146,18 @@ def add_signal(
         [stream] = store.streams
     if unit is None and stream in store.streams:
         unit = store.streams[stream].unit
-    signal = read_signal(file, unit=unit, rate=rate, axes=axes)
+    for name, value in known.items():
+        if isinstance(value, float) and not math.isfinite(value):
+            raise ParameterError(f"{name} must be finite, got {value}")
+    read = read_file(file, unit=unit, rate=rate, axes=axes)
     recording = Recording(
-        streams={stream: signal}, material=material, source=file.name, history=("added by hand",), **known
+        streams={stream: read.signal},
+        material=material,
+        source=file.name,
+        history=("added by hand",),
+        # What a model trained on simulated data made, or the simulator, stays simulated.
+        simulated=str(read.metadata.get("simulated", "")).lower() == "true",
+        **known,
     )
     bigger = add_recordings(store, [recording])
     return {
