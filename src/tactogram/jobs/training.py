@@ -170,6 +170,7 @@ def train(
         run.finish(
             learner, kind, {"model": model, "label": label, "validation": learner.validate(validation)}
         )
+    fabric.barrier()
     return run
 
 

@@ -61,7 +61,6 @@ class StrokeCNNLearner:
 
     def setup(self, fabric: Any) -> None:
         self.network, self.optimiser = fabric.setup(self.network, self.optimiser)
-        self.network.mark_forward_method("embed")
         self.backward = fabric.backward
         self.device = fabric.device
 
@@ -147,14 +146,19 @@ class StrokeCNNLearner:
 
     def window_probabilities(self, signal: Signal) -> NDArray[np.float64]:
         """Return the probability of each material for each window, float64, shape (window, material)."""
-        logits = self._judge(self.network, signal)
+        logits = self._judge(self._alone, signal)
         probabilities: NDArray[np.float64] = logits.double().softmax(1).numpy()
         return probabilities
 
     def embed(self, signal: Signal) -> NDArray[np.float32]:
         """Return the last hidden layer averaged over the windows of ``signal``, float32, shape (feature,)."""
-        embedded: NDArray[np.float32] = self._judge(self.network.embed, signal).mean(0).numpy()
+        embedded: NDArray[np.float32] = self._judge(self._alone.embed, signal).mean(0).numpy()
         return embedded
+
+    @property
+    def _alone(self) -> Any:
+        """The network without Fabric around it: one process may judge while the others wait."""
+        return getattr(self.network, "module", self.network)
 
     @torch.inference_mode()
     def _judge(self, network: Callable[[Tensor], Tensor], signal: Signal) -> Tensor:
