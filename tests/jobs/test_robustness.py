@@ -14,6 +14,7 @@ from tactogram.jobs.data import add_signal
 from tactogram.jobs.evaluate import evaluate
 from tactogram.jobs.exchange import export_run, import_run
 from tactogram.jobs.search import search
+from tactogram.jobs.simulate import simulate_to_store
 from tactogram.jobs.training import load_run, train
 from tactogram.signal.filters import resample
 from tactogram.signal.io import write_signal
@@ -203,3 +204,13 @@ def test_what_the_system_refuses_is_one_line(run, store, tmp_path, capsys):
         assert main(arguments) == 1
         [*_, last] = capsys.readouterr().err.strip().split("\n")
         assert last.startswith("tactogram: ")
+
+
+def test_a_simulated_store_says_the_command_that_makes_it(tmp_path):
+    options = {"seed": 3, "per_class": 1, "seconds": 0.5, "rate": 500.0}
+    with pytest.raises(ParameterError, match="workers must be at least 1"):
+        simulate_to_store("stroking9", tmp_path / "store", workers=-1, **options)
+    assert not (tmp_path / "store").exists()
+    simulate_to_store("stroking9", tmp_path / "store", workers=1, **options)
+    said = open_store(tmp_path / "store").facts.source
+    assert said == "tactogram data simulate stroking9 --seed 3 --per-class 1 --seconds 0.5 --rate 500"

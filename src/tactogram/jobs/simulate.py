@@ -10,6 +10,7 @@ from typing import Any
 from tactogram.datasets import Recording, create_store
 from tactogram.datasets.examples import cores
 from tactogram.datasets.simulate import Task, make, tasks
+from tactogram.errors import ParameterError
 from tactogram.jobs.progress import Progress, silent
 
 
@@ -39,13 +40,20 @@ def simulate_to_store(
     dict
         ``store``, ``recordings``, ``materials``, ``sha256``, ``simulated`` (true).
     """
+    if workers is not None and workers < 1:
+        raise ParameterError(f"workers must be at least 1, got {workers}")
+    given = {"per-class": per_class, "seconds": seconds, "rate": rate}
+    command = " ".join(
+        [f"tactogram data simulate {set_name} --seed {seed}"]
+        + [f"--{name} {value:g}" for name, value in given.items() if value is not None]
+    )
     todo = tasks(set_name, seed=seed, per_class=per_class, seconds=seconds, rate=rate)
     store = create_store(
         Path(out),
         _made(todo, workers or cores(), progress),
         name=f"{set_name} (simulated)",
         licence="CC0-1.0",
-        source=f"tactogram data simulate {set_name} --seed {seed}",
+        source=command,
         simulated=True,
     )
     return {
