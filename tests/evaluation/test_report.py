@@ -67,3 +67,10 @@ def test_figures_are_drawn(tmp_path):
 def test_a_confusion_matrix_shows_shares_of_the_true_class():
     figure = figures.confusion_figure(np.array([[3, 1], [0, 4]]), ("a", "b"))
     np.testing.assert_allclose(figure.axes[0].images[0].get_array(), [[0.75, 0.25], [0, 1]])
+
+
+def test_spectra_of_short_and_long_signals_share_their_frequencies():
+    drawn = figures.spectra_figure({"one": [stroke(), stroke().cut(0, 100)], "other": [stroke()]})
+    lines = drawn.axes[0].lines
+    assert [len(line.get_xdata()) for line in lines] == [51, 51]
+    assert lines[0].get_xdata()[-1] == 165.0
