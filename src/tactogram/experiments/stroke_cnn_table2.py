@@ -56,6 +56,7 @@ def run(jobs: Any, folder: Path, *, paper: bool) -> dict[str, Any]:
         "simulated": store.simulated,
         "data_sha256": store.sha256,
         "recipe": options["recipe"],
+        "changes": options.get("changes", {}),
         "rows": rows,
         "text": _text(rows),
     }

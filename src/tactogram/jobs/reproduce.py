@@ -51,7 +51,8 @@ def reproduce(
     recipe : {"bench", "paper"}
         ``bench`` is sized for two cores, ``paper`` is the published size.
     out : path, optional
-        Folder for everything it makes; by default ``runs/NAME``. What is there already is not made again.
+        Folder for everything it makes; by default ``runs/NAME``. Data and finished runs that are there
+        already are not made again.
 
     Returns
     -------
