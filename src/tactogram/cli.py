@@ -24,6 +24,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = _parser().parse_args(argv)
     from tactogram.errors import TactogramError
 
+    if folders := getattr(arguments, "models", None):
+        # Whatever loads a run finds them: a run names its model, not where it lies.
+        known = os.environ.get("TACTOGRAM_MODELS")
+        os.environ["TACTOGRAM_MODELS"] = os.pathsep.join([*folders, *([known] if known else [])])
     try:
         return arguments.run(arguments) or 0
     except TactogramError as error:
@@ -86,12 +90,14 @@ def _parser() -> argparse.ArgumentParser:
 
     add = verb("evaluate", _evaluate, "judge a run on recordings that it was not trained on")
     add("run_folder", metavar="RUN")
+    _models_option(add)
     add("--data", metavar="DIR", help="a data set to judge on (default: the run's own test part)")
 
     add("--unknown", action="store_true", help="add the materials that were left out of training")
 
     add = verb("generate", _generate, "make signals with a trained generator")
     add("run_folder", metavar="RUN")
+    _models_option(add)
     what = verbs.choices["generate"].add_mutually_exclusive_group(required=True)
     what.add_argument("--material", metavar="NAME")
     what.add_argument("--mix", metavar="A=0.6,B=0.4", help="weights by material")
@@ -105,19 +111,31 @@ def _parser() -> argparse.ArgumentParser:
     add = verb("classify", _classify, "name the material of recordings")
     add("run_folder", metavar="RUN")
     add("files", metavar="FILE", nargs="+")
+    _models_option(add)
     _signal_options(add)
 
     add = verb("search", _search, "find what is most like a recording, or say that nothing is")
     add("run_folder", metavar="RUN")
     add("file", metavar="FILE")
-    add("--data", metavar="DIR", help="a data set to search in (default: what the run was trained on)")
+    add(
+        "--data",
+        metavar="DIR",
+        help="a data set to search in, added recordings too (default: what was trained on)",
+    )
     add("--count", type=int, default=5, help="how many to show (default %(default)s)")
+    _models_option(add)
     _signal_options(add)
 
     add = verb("convert", _convert, "convert a signal from one file format to another")
     add("source", metavar="A")
     add("target", metavar="B")
     _signal_options(add)
+    add("--columns", help="columns to read from a table, e.g. ax,ay,az")
+    add("--time", metavar="COLUMN", help="the table's column of time stamps")
+    add("--sheet", help="the sheet of an .xlsx file")
+    add("--full-scale", type=float, metavar="X", help="what integer full scale means, in the unit")
+    add("--resample", type=float, metavar="HZ", help="rate of B")
+    add("--subtype", help="sample format of B, e.g. PCM_16, PCM_24, FLOAT")
 
     run_verbs = verbs.add_parser("run", help="pack a run into one file, or unpack one").add_subparsers(
         metavar="export|import", required=True
@@ -416,7 +434,17 @@ def _search(a: Arguments) -> None:
 def _convert(a: Arguments) -> None:
     from tactogram.jobs.convert import convert
 
-    facts = convert(a.source, a.target, **_signal_arguments(a))
+    facts = convert(
+        a.source,
+        a.target,
+        **_signal_arguments(a),
+        columns=a.columns.split(",") if a.columns else None,
+        time=a.time,
+        sheet=a.sheet,
+        full_scale=a.full_scale,
+        resample_to=a.resample,
+        subtype=a.subtype,
+    )
     _print(a, facts, _lines(facts))
 
 

@@ -3,9 +3,9 @@ import subprocess
 import sys
 
 import pytest
-from tactogram.signal.io import write_signal
 
 from tactogram.cli import main
+from tactogram.signal.io import write_signal
 
 
 def test_help_names_every_verb(capsys):
@@ -105,3 +105,33 @@ def test_the_command_starts_as_a_program():
         [sys.executable, "-m", "tactogram.cli", "--version"], capture_output=True, text=True, check=True
     )
     assert done.stdout.startswith("tactogram 0.")
+
+
+def test_a_table_is_converted_by_its_columns(tmp_path, capsys):
+    rows = "\n".join(f"{k / 100},{k % 7},{k % 5}" for k in range(200))
+    (tmp_path / "t.csv").write_text(f"clock,ax,ay\n{rows}\n")
+    options = [
+        "--time",
+        "clock",
+        "--columns",
+        "ay",
+        "--unit",
+        "m/s^2",
+        "--resample",
+        "50",
+        "--subtype",
+        "PCM_16",
+    ]
+    assert main(["convert", str(tmp_path / "t.csv"), str(tmp_path / "t.wav"), *options, "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert (facts["rate_hz"], facts["unit"], facts["axes"], facts["samples"]) == (50.0, "m/s^2", ["ay"], 100)
+
+
+def test_a_model_from_another_folder_is_found_by_every_verb(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("TACTOGRAM_MODELS", "")
+    folder = tmp_path / "mine" / "my_model"
+    folder.mkdir(parents=True)
+    facts = 'title = "Mine"\nauthors = ["Me"]\nyear = 2026\ntask = "generation"\nneeds = ["material"]\ngives = "signal"\n'
+    (folder / "model.toml").write_text(facts)
+    assert main(["models", "--models", str(tmp_path / "mine"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["my_model"]["title"] == "Mine"

@@ -1,5 +1,6 @@
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -7,17 +8,18 @@ import time
 
 import numpy as np
 import pytest
-from tactogram.signal.io import read_metadata, read_signal
 
 from tactogram.datasets import Split, create_store
 from tactogram.errors import LeakError, ParameterError, RunError
 from tactogram.jobs.classify import classify
 from tactogram.jobs.crossval import crossval
+from tactogram.jobs.data import add_signal
 from tactogram.jobs.evaluate import evaluate
 from tactogram.jobs.exchange import export_run, import_run
 from tactogram.jobs.generate import generate, generate_files, parse_mix
 from tactogram.jobs.search import search
 from tactogram.jobs.training import load_run, select, train
+from tactogram.signal.io import read_metadata, read_signal, write_signal
 from tactogram.training import load_state
 
 
@@ -238,3 +240,24 @@ def test_mixes_are_read():
     for text in ("a", "a=x", "=1", "a=1,a=2"):
         with pytest.raises(ParameterError, match="--mix"):
             parse_mix(text)
+
+
+def test_what_is_added_to_the_data_later_does_no_harm(store, tmp_path, tiny, texture):
+    grown = tmp_path / "grown"
+    shutil.copytree(store, grown)
+    run = train(
+        "stroke_cnn",
+        grown,
+        recipe="tiny",
+        changes=tiny,
+        split="last=2",
+        out=tmp_path / "r",
+        accelerator="cpu",
+    )
+    assert len(Split.load(run.folder / "split.json").validation) == 4
+    before = evaluate(run.folder)
+    write_signal(tmp_path / "new.wav", texture("wool", 500))
+    add_signal(grown, tmp_path / "new.wav", material="felt")
+    assert evaluate(run.folder)["confusion_windows"] == before["confusion_windows"]
+    found = search(run.folder, texture("wool", 500), data=grown, count=1)
+    assert found["nearest"][0]["material"] == "felt"

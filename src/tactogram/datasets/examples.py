@@ -111,9 +111,6 @@ class Examples(Sequence[Example]):
         progress : callable, optional
             Called with the number prepared and the total.
         """
-        workers = (
-            workers or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-        )
         with ThreadPoolExecutor(workers or cores()) as pool:
             tasks = [pool.submit(self._prepared, segment) for segment in self.segments]
             try:

@@ -101,6 +101,8 @@ def _what(loaded: LoadedRun, data: Path | str | None, unknown: bool) -> tuple[St
         )
         described = f"{len(split.test)} recordings kept apart by {split.by}"
         return store, (*split.test, *left_out), described
+    if unknown:
+        raise ParameterError("--unknown goes by what was left out of the run's own data; leave --data away")
     store = open_store(data)
     split = Split.load(loaded.run.folder / "split.json")
     trained = {segment.id for segment in (*split.train, *split.validation)}

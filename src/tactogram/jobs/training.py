@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
@@ -212,7 +213,9 @@ def make_split(index: Sequence[RecordingInfo], *, split: str, by: By, seed: int,
             raise ParameterError(
                 f"--split last=N goes by recording and cannot keep {by}s together; leave one out"
             )
-        return split_last(index, int(number))
+        # One before them, where there are enough, calibrates "none of these".
+        fewest = min(Counter(info.material for info in index).values())
+        return split_last(index, int(number), validation=int(fewest > int(number) + 1))
     if split == "all":
         return Split(tuple(Segment(info.id) for info in index), (), (), by=by, seed=seed)
     if split:
@@ -301,13 +304,18 @@ def test_part(run: Run) -> tuple[Store, Split]:
     Raises
     ------
     RunError
-        If the store is gone or is not what it was.
+        If the store is gone, or recordings of the split are. What was added to it since does no harm: a
+        recording's id follows from its samples.
     """
     facts = run.data
     try:
         store = open_store(facts["path"])
     except Exception as error:
         raise RunError(f"{run.folder}: its data is not at {facts['path']} any more; give --data") from error
-    if store.sha256 != facts["sha256"]:
-        raise RunError(f"{facts['path']}: has changed since the run; give --data for recordings kept apart")
-    return store, Split.load(run.folder / "split.json")
+    split = Split.load(run.folder / "split.json")
+    if missing := [s.id for part in split.parts.values() for s in part if s.id not in store]:
+        raise RunError(
+            f"{facts['path']}: {len(missing)} recordings of the run are gone from it (first: {missing[0]}); "
+            "give --data for recordings kept apart"
+        )
+    return store, split
