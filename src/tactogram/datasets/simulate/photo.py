@@ -6,43 +6,72 @@ import zlib
 from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
 
-from tactogram.datasets.simulate.surfaces import MM_PER_PIXEL, SIZE, Surface, height_field
+from tactogram.datasets.simulate.surfaces import MM_PER_PIXEL, Surface, height_field, power_law
 from tactogram.signal import Image
 
 PIXELS = 256
-LIGHT = np.array([-0.55, -0.55, 0.63])
-AMBIENT = 0.35
+POOL = 3
+"""Cells of the height field per pixel and direction: a pixel is the mean of so many squared."""
+AZIMUTH_DEG, ELEVATION_DEG = 225.0, 40.0
+"""Where the lamp stands: upper left, low enough for relief to show."""
+AMBIENT = 0.3
+SHININESS = 40.0
 
 
 @cache
 def photograph(surface: Surface) -> Image:
-    """Return the surface lit from the upper left: Lambert's law over the slopes, hollows darkened, colour mottled.
+    """Return the surface under a lamp at the upper left, seen from above.
+
+    Lambert's law over the slopes, a highlight (Blinn 1977) for what is glossy, less light in the hollows (height
+    below its neighbourhood, a cheap ambient occlusion), and an albedo that varies with height and over the
+    surface. Linear light until the end, then sRGB (IEC 61966-2-1).
 
     Returns
     -------
     Image
-        256 x 256 pixels of 0.1 mm.
+        256 x 256 pixels of 0.15 mm: the first 38.4 mm of the height field, x to the right and y downwards.
     """
-    heights = height_field(surface).astype(np.float64)
-    crop = heights[: 2 * PIXELS, : 2 * PIXELS]
-    dy, dx = np.gradient(crop, MM_PER_PIXEL)
-    normal = np.stack([-dx, -dy, np.ones_like(crop)])
-    normal /= np.linalg.norm(normal, axis=0)
-    lambert = np.clip(np.tensordot(LIGHT / np.linalg.norm(LIGHT), normal, 1), 0, None)
-    spread = np.ptp(crop) or 1.0
-    hollow = 0.75 + 0.25 * (crop - crop.min()) / spread
-    rng = np.random.default_rng(zlib.crc32(surface.name.encode()) + 1)
-    mottle = _smooth_noise(rng)[: 2 * PIXELS, : 2 * PIXELS]
-    shade = (AMBIENT + (1 - AMBIENT) * lambert / 0.63) * hollow * (1 + surface.mottle * mottle)
-    colour = np.array(surface.colour)[None, None] * shade[..., None]
-    half = colour.reshape(PIXELS, 2, PIXELS, 2, 3).mean((1, 3))
-    pixels = np.round(255 * np.clip(half, 0, 1) ** (1 / 1.6)).astype(np.uint8)
-    return Image(pixels, mm_per_pixel=2 * MM_PER_PIXEL)
+    heights = height_field(surface)[: PIXELS * POOL, : PIXELS * POOL].astype(np.float64)
+    dy, dx = np.gradient(heights, MM_PER_PIXEL)
+    normal = np.stack([-dx, -dy, np.ones_like(dx)])
+    normal /= np.sqrt((normal**2).sum(0))
+    lamp = _direction(AZIMUTH_DEG, ELEVATION_DEG)
+    halfway = lamp + np.array([0.0, 0.0, 1.0])
+    halfway /= np.linalg.norm(halfway)
+    lambert = np.clip(np.einsum("i,iyx->yx", lamp, normal), 0, None) / lamp[2]
+    shine = np.clip(np.einsum("i,iyx->yx", halfway, normal) / halfway[2], 0, None) ** SHININESS
+
+    below = np.clip(gaussian_filter(heights, 0.5 / MM_PER_PIXEL) - heights, 0, None)
+    open_sky = 1 / (1 + 2.5 * below)
+    light = open_sky * (AMBIENT + (1 - AMBIENT) * lambert)
+    linear = _albedo(surface, heights) * light[..., None]
+    linear += surface.look.gloss * (open_sky * shine)[..., None]
+    pooled = linear.reshape(PIXELS, POOL, PIXELS, POOL, 3).mean((1, 3))
+    return Image(_srgb(pooled), mm_per_pixel=POOL * MM_PER_PIXEL)
 
 
-def _smooth_noise(rng: np.random.Generator) -> np.ndarray:
-    k = np.fft.fftfreq(SIZE)
-    low = 1 / (0.01 + np.hypot(k[:, None], k[None, : SIZE // 2 + 1]))
-    field = np.fft.irfft2(np.fft.rfft2(rng.standard_normal((SIZE, SIZE))) * low, s=(SIZE, SIZE))
-    return np.asarray(field / field.std())
+def _albedo(surface: Surface, heights: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the share of light that each place throws back, linear RGB, shape (row, column, 3)."""
+    look = surface.look
+    low, high = np.percentile(heights, (2, 98))
+    height = np.clip((heights - low) / max(high - low, 1e-9), 0, 1)[..., None]
+    top, hollow = np.array(look.colour), np.array(look.hollow or look.colour)
+    rng = np.random.default_rng(zlib.crc32(f"{surface.name} photograph".encode()))
+    spots = power_law(rng, 0.6, 1 / look.grain_mm, 6.0, look.streak)[: len(heights), : len(heights)]
+    shade = np.exp(look.mottle * np.clip(spots, -3, 3))
+    return np.asarray((hollow + (top - hollow) * height) * shade[..., None])
+
+
+def _direction(azimuth_deg: float, elevation_deg: float) -> NDArray[np.float64]:
+    """Return the unit vector towards the lamp: azimuth from x towards y (right, then down), elevation up."""
+    a, e = np.deg2rad(azimuth_deg), np.deg2rad(elevation_deg)
+    return np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+
+
+def _srgb(linear: NDArray[np.float64]) -> NDArray[np.uint8]:
+    x = np.clip(linear, 0, 1)
+    coded = np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
+    return np.round(255 * coded).astype(np.uint8)

@@ -28,8 +28,12 @@ class Sensor:
         Quantisation, m/s^2.
     range : float
         Largest magnitude, m/s^2.
+    noise_z : float
+        By how much z is noisier than x and y.
+    clock : float
+        How far the sampling clock of a recording is off, as a share, rms; the receiver sees it by the arrival times.
     jitter : float
-        Of the sampling instants, as a share of the period, rms.
+        Of the sampling instants, as a share of the period, rms; nobody sees it.
     packet : int
         Samples per radio packet; 1 is a wire.
     lost : float
@@ -40,6 +44,8 @@ class Sensor:
     noise: float
     step: float
     range: float
+    noise_z: float = 1.0
+    clock: float = 0.0
     jitter: float = 0.0
     packet: int = 1
     lost: float = 0.0
@@ -48,13 +54,17 @@ class Sensor:
 def wireless(rate: float = 330.0) -> Sensor:
     """Return the ADXL345 of Saga et al.: 4 mg steps, ten samples a packet, 33 packets a second, some of them lost.
 
-    Noise 290 ug per root Hz (x, y; the data sheet gives 430 for z).
+    Noise densities of 290 (x, y) and 430 ug per root Hz (z) are its data sheet's. Clock, jitter and losses are our
+    assumptions.
     """
-    return Sensor(rate, 290e-6 * GRAVITY, 4e-3 * GRAVITY, 16 * GRAVITY, jitter=0.02, packet=10, lost=0.004)
+    return Sensor(
+        rate, 290e-6 * GRAVITY, 4e-3 * GRAVITY, 16 * GRAVITY,
+        noise_z=430 / 290, clock=0.003, jitter=0.01, packet=10, lost=0.004,
+    )  # fmt: skip
 
 
 def wired(rate: float = 1000.0) -> Sensor:
-    """Return a wired analogue accelerometer: 100 ug per root Hz, 16 bits over 16 g, no losses."""
+    """Return a wired analogue accelerometer: 100 ug per root Hz, 16 bits over +-16 g, no losses. Our assumption."""
     return Sensor(rate, 100e-6 * GRAVITY, 32 * GRAVITY / 2**16, 16 * GRAVITY)
 
 
@@ -64,8 +74,8 @@ def sense(
     angles: NDArray[np.float64],
     sensor: Sensor,
     rng: np.random.Generator,
-) -> Signal:
-    """Return what ``sensor`` says.
+) -> tuple[Signal, int]:
+    """Return what ``sensor`` says, and how many packets were lost on the way.
 
     Parameters
     ----------
@@ -73,47 +83,51 @@ def sense(
         Along the stroke, across it, out of the surface.
     rate : float, Hz
         Of ``acceleration``, well above the sensor's.
-    angles : float64 array, shape (3, time), radians
-        How the sensor is turned about x, y and z; small rotations after each other.
+    angles : float64 array, shape (3, time) or (3, 1), radians
+        How the sensor is turned about x, then y, then z.
+    sensor : Sensor
     rng : numpy Generator
 
     Returns
     -------
-    Signal
-        Axes x, y, z, m/s^2, at the sensor's rate. Lost packets were bridged by straight lines and the jittered
-        instants made even (`tactogram.signal.timing.to_uniform`), as a receiver would.
+    signal : Signal
+        Axes x, y, z, m/s^2, at the sensor's nominal rate, with gravity. Lost packets are bridged by straight lines,
+        and a wrong clock is put right by `tactogram.signal.timing.to_uniform`, as a receiver would.
+    lost : int
     """
     felt = acceleration.copy()
     felt[2] += GRAVITY
-    turned = _turn(felt, angles)
-    # The anti-aliasing filter of the sensor is the resampler's: pass band to half the output rate.
-    sampled = resample(Signal(turned.astype(np.float32), rate, "m/s^2", AXES), sensor.rate).samples.astype(
-        np.float64
-    )
-    n = sampled.shape[1]
-    times = np.arange(n) / sensor.rate
-    if sensor.jitter:
-        # What is read a little late differs by slope times lateness: small against the period.
-        late = sensor.jitter / sensor.rate * np.clip(rng.standard_normal(n), -3, 3)
-        sampled = sampled + np.gradient(sampled, 1 / sensor.rate, axis=1) * late
-        times = times + late
-    density = np.array([1.0, 1.0, 1.5])[:, None] * sensor.noise
-    sampled = sampled + density * np.sqrt(sensor.rate / 2) * rng.standard_normal((3, n))
-    sampled = np.clip(np.round(sampled / sensor.step) * sensor.step, -sensor.range, sensor.range)
-    if sensor.packet > 1:
-        packets = -(-n // sensor.packet)
-        arrived = rng.random(packets) >= sensor.lost
-        arrived[[0, -1]] = True
-        kept = np.repeat(arrived, sensor.packet)[:n]
-        bridged = np.stack([np.interp(times, times[kept], row[kept]) for row in sampled])
-        return to_uniform(times, bridged, "m/s^2", axes=AXES, rate=sensor.rate)
-    return Signal(sampled.astype(np.float32), sensor.rate, "m/s^2", AXES)
+    clock = sensor.rate * (1 + sensor.clock * rng.standard_normal())
+    # The resampler is the sensor's anti-aliasing filter: its pass band ends below half the rate.
+    turned = Signal(turn(felt, angles).astype(np.float32), rate, "m/s^2", AXES)
+    x = resample(turned, clock).samples.astype(np.float64)
+    n = x.shape[1]
+    # What is read a little late differs by slope times lateness, which is small against the period.
+    late = sensor.jitter * np.clip(rng.standard_normal(n), -3, 3)
+    x += np.gradient(x, axis=1) * late
+    density = sensor.noise * np.array([1.0, 1.0, sensor.noise_z])[:, None]
+    x += density * np.sqrt(clock / 2) * rng.standard_normal((3, n))
+    x = np.clip(np.round(x / sensor.step) * sensor.step, -sensor.range, sensor.range)
+    if sensor.packet == 1:
+        return Signal(x.astype(np.float32), sensor.rate, "m/s^2", AXES), 0
+    arrived = rng.random(-(-n // sensor.packet)) >= sensor.lost
+    arrived[[0, -1]] = True
+    kept = np.repeat(arrived, sensor.packet)[:n]
+    times = np.arange(n) / clock
+    # Bridged by straight lines: ten samples say nothing band-limited about the ten between them.
+    x = np.stack([np.interp(times, times[kept], row[kept]) for row in x])
+    signal = to_uniform(times, x, "m/s^2", axes=AXES, rate=sensor.rate)
+    return signal, int(np.count_nonzero(~arrived))
 
 
-def _turn(v: NDArray[np.float64], angles: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return vectors turned about x, then y, then z."""
-    for axis, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):
-        c, s = np.cos(angles[axis]), np.sin(angles[axis])
-        v = v.copy()
-        v[i], v[j] = c * v[i] - s * v[j], s * v[i] + c * v[j]
-    return v
+def turn(v: NDArray[np.float64], angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return vectors as seen by who is turned about x, then y, then z by ``angles`` (radians), shape (3, time)."""
+    x, y, z = v
+    for axis, (sine, cosine) in enumerate(zip(np.sin(angles), np.cos(angles), strict=True)):
+        if axis == 0:
+            y, z = cosine * y + sine * z, cosine * z - sine * y
+        elif axis == 1:
+            z, x = cosine * z + sine * x, cosine * x - sine * z
+        else:
+            x, y = cosine * x + sine * y, cosine * y - sine * x
+    return np.stack([x, y, z])

@@ -2,27 +2,29 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tactogram.datasets.recording import Recording
-from tactogram.datasets.simulate.contact import CONTACTORS, feel
+from tactogram.datasets.simulate.contact import CONTACTORS, Felt, feel
 from tactogram.datasets.simulate.materials import STROKING_9, STROKING_30
 from tactogram.datasets.simulate.photo import photograph
 from tactogram.datasets.simulate.sensor import AXES, Sensor, sense, wired, wireless
-from tactogram.datasets.simulate.stroke import stroke, tremor
+from tactogram.datasets.simulate.stroke import Stroke, slow_noise, stroke
 from tactogram.datasets.simulate.surfaces import PATCH_MM, Surface
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.filters import resample
 
-INTERNAL_RATE = 4000.0
+INTERNAL_RATE = 8000.0
 """Hz, at least: contacts are computed at a multiple of the sensor's rate not below this."""
 SLOW_RATE = 100.0
-"""Hz: rate of force and position, as in real collections."""
+"""Hz: rate of force and position, as in real collections. Friction comes at the rate of a wired accelerometer."""
+MOUNT_DEG, TREMOR_DEG = 8.0, 1.0
+"""How differently the sensor sits in each take, and how much it wanders in one, about each axis, rms."""
 
 
 @dataclass(frozen=True)
@@ -140,18 +142,17 @@ def make(task: Task) -> Recording:
     """Return one simulated recording; it depends on ``task`` alone."""
     facts = SETS[task.set_name]
     surface, contactor = facts.surfaces[task.surface], CONTACTORS[task.contactor]
-    place = (task.surface, facts.contactors.index(task.contactor), round(1000 * task.speed_mm_s), task.take)
-    rng = np.random.default_rng([task.seed, *place])
-    # A take is a session: the sensor is put on anew. No two takes press, lie or last alike.
-    rate = task.rate * np.ceil(INTERNAL_RATE / task.rate)
+    source = f"{task.set_name}/{surface.name}-{contactor.name}-{task.speed_mm_s:g}/{task.take}"
+    rng = np.random.default_rng(np.random.SeedSequence([task.seed, zlib.crc32(source.encode())]))
+    rate = task.rate * max(2.0, np.ceil(INTERNAL_RATE / task.rate))
+    # No two takes press, lie or last alike, and the sensor is put on anew for each.
     force = contactor.force_n * np.exp(0.15 * rng.standard_normal())
-    speed = task.speed_mm_s * (1 + 0.05 * rng.standard_normal())
-    direction = 8 * rng.standard_normal() + 3
+    direction = 3 + 8 * rng.standard_normal()
     moved = stroke(
         rng,
         seconds=task.seconds,
         rate=rate,
-        speed_mm_s=speed,
+        speed_mm_s=task.speed_mm_s * (1 + 0.05 * np.clip(rng.standard_normal(), -3, 3)),
         force_n=force,
         back_and_forth=facts.back_and_forth,
     )
@@ -161,20 +162,16 @@ def make(task: Task) -> Recording:
         moved,
         start_mm=(PATCH_MM * rng.random(), PATCH_MM * rng.random()),
         direction_deg=direction,
-        wear=float(np.exp(0.08 * rng.standard_normal())),
+        wear=np.exp(0.1 * rng.standard_normal()),
     )
-    tilt = np.deg2rad(8 * rng.standard_normal(3))[:, None]
-    angles = tilt + tremor(rng, len(moved.path_mm), rate, 1.0)
-    sensor = Sensor(**{**vars(facts.sensor), "rate": task.rate})
-    acceleration = sense(np.stack([felt.along, felt.across, felt.normal]), rate, angles, sensor, rng)
-    slow = min(SLOW_RATE, task.rate)
+    mount = np.deg2rad([0, contactor.pitch_deg, 0] + MOUNT_DEG * rng.standard_normal(3))[:, None]
+    angles = mount + np.deg2rad(TREMOR_DEG) * np.stack(
+        [slow_noise(rng, len(moved.path_mm), rate, 1.5) for _ in AXES]
+    )
+    sensor = replace(facts.sensor, rate=task.rate)
+    acceleration, lost = sense(np.stack([felt.along, felt.across, felt.normal]), rate, angles, sensor, rng)
     return Recording(
-        streams={
-            "acceleration": acceleration,
-            "force": _slowed(felt.force_n, rate, slow, "N", "z"),
-            "position": _slowed(1e-3 * moved.path_mm, rate, slow, "m", "along"),
-            "friction": _slowed(felt.friction_n / felt.force_n, rate, slow, "1", "along"),
-        },
+        streams={"acceleration": acceleration} | _others(felt, moved, direction, sensor),
         image=photograph(surface),
         material=surface.name,
         speed_mm_s=task.speed_mm_s,
@@ -184,16 +181,38 @@ def make(task: Task) -> Recording:
         session=f"take-{task.take}",
         subject="simulated",
         labels={"recording": str(task.take)},
-        source=f"{task.set_name}/{surface.name}-{contactor.name}-{task.speed_mm_s:g}/{task.take}",
+        source=source,
         history=(
             f"simulated set {task.set_name}, seed {task.seed}",
             f"contact at {rate:g} Hz: height field, resonant contact, LuGre friction",
-            f"accelerometer of {task.rate:g} Hz, axes {','.join(AXES)}"
-            + (", radio packets of ten, losses bridged" if sensor.packet > 1 else ""),
+            f"accelerometer of {task.rate:g} Hz with gravity, noise and steps of {sensor.step:.2g} m/s^2",
+            *(
+                [f"{lost} radio packets of {sensor.packet} samples lost and bridged"]
+                if sensor.packet > 1
+                else []
+            ),
         ),
         simulated=True,
     )
 
 
-def _slowed(samples: NDArray[np.float64], rate: float, slow: float, unit: str, axis: str) -> Signal:
-    return resample(Signal(samples.astype(np.float32), rate, unit, (axis,)), slow)
+def _others(felt: Felt, moved: Stroke, direction_deg: float, sensor: Sensor) -> dict[str, Signal]:
+    """Return what is known besides the acceleration: force, place, friction."""
+    rate = moved.rate
+    slow = min(SLOW_RATE, sensor.rate)
+    fast = slow if sensor.packet > 1 else sensor.rate
+    force = Signal(felt.force_n.astype(np.float32), rate, "N")
+    drag, load = (resample(s, fast).samples for s in (force.with_samples(felt.friction_n), force))
+    angle = np.deg2rad(direction_deg)
+    along, across = felt.place_m, 1e-3 * moved.sideways_mm
+    place = [
+        along * np.cos(angle) - across * np.sin(angle),
+        along * np.sin(angle) + across * np.cos(angle),
+    ]
+    pressed = resample(force, slow)
+    return {
+        "force": pressed.with_samples(np.maximum(pressed.samples, 0)),
+        "position": resample(Signal(np.stack(place).astype(np.float32), rate, "m", ("x", "y")), slow),
+        # Where the contactor hops there is no ratio: a tenth of the usual force is the least that is divided by.
+        "friction": Signal(drag / np.maximum(load, 0.1 * load.mean()), fast, "1", ("along",)),
+    }

@@ -1,4 +1,4 @@
-"""How a hand strokes: speed, place and force over time."""
+"""How a hand strokes: place, speed and force over time."""
 
 from __future__ import annotations
 
@@ -6,12 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import BPoly, CubicSpline
 from scipy.ndimage import gaussian_filter1d
 
-LENGTH_MM = 100.0
-"""Length of a back-and-forth stroke: the plates of Saga et al. are "about 100 mm in length"."""
-TURN = 0.15
-"""Share of a stroke that is spent turning, at each end."""
+LENGTH_MM = 80.0
+"""Of a back-and-forth stroke: the plates of Saga et al. are "70-100 mm length and 100-130 mm width" (Fig. 4)."""
+TURN_M_S2 = 10.0
+"""Mean acceleration by which a hand turns: from 400 mm/s to 400 mm/s the other way in 80 ms. Our assumption."""
+UNSTEADINESS = 0.05
+"""By how much the speed wanders, as a share, rms; the force wanders twice as much."""
 
 
 @dataclass(frozen=True)
@@ -21,14 +24,15 @@ class Stroke:
     Parameters
     ----------
     rate : float, Hz
-    path_mm : along the stroke, mm
-    speed_mm_s : signed, mm/s
-    force_n : normal force of the hand, N, > 0
+    path_mm, sideways_mm : mm
+        Place of the hand along the stroke and across it.
+    force_n : N, > 0
+        Normal force of the hand.
     """
 
     rate: float
     path_mm: NDArray[np.float64]
-    speed_mm_s: NDArray[np.float64]
+    sideways_mm: NDArray[np.float64]
     force_n: NDArray[np.float64]
 
 
@@ -40,7 +44,7 @@ def stroke(
     speed_mm_s: float,
     force_n: float,
     back_and_forth: bool,
-    unsteadiness: float = 0.06,
+    unsteadiness: float = UNSTEADINESS,
 ) -> Stroke:
     """Return a stroke at an "almost constant speed" (Saga et al., Sec. II-C).
 
@@ -49,41 +53,62 @@ def stroke(
     rng : numpy Generator
     seconds, rate : float, s and Hz
     speed_mm_s, force_n : float
-        Nominal; ``unsteadiness`` is how much they wander, as a share (force twice as much).
+        Nominal.
     back_and_forth : bool
-        Over `LENGTH_MM` and back with smooth turns, or in one direction with a smooth start and end.
+        Over `LENGTH_MM` and back, or in one direction from rest to rest.
+    unsteadiness : float
+        See `UNSTEADINESS`; 0 is a machine.
     """
     n = round(seconds * rate)
     t = np.arange(n) / rate
-    speed = speed_mm_s * (1 + unsteadiness * _slow(rng, n, rate, 2.0))
-    if back_and_forth:
-        # Turns are slower: the nominal speed is that of the middle.
-        half = LENGTH_MM / (1 - TURN) / speed_mm_s
-        phase = (t / half + rng.random()) % 2
-        within = phase % 1
-        edge = np.minimum(within, 1 - within) / TURN
-        profile = np.sin(np.pi / 2 * np.clip(edge, 0, 1)) * np.where(phase < 1, 1.0, -1.0)
-    else:
-        ramp = min(0.15, seconds / 4)
-        edge = np.minimum(t, t[-1] - t) / ramp
-        profile = np.sin(np.pi / 2 * np.clip(edge, 0, 1)) ** 2
-    velocity = speed * profile
-    path = np.cumsum(velocity) / rate
-    force = force_n * np.exp(2 * unsteadiness * _slow(rng, n, rate, 3.0))
-    return Stroke(rate, path, velocity, force)
+    path = _there_and_back if back_and_forth else _one_way
+    wander = unsteadiness / (2 * np.pi * 1.0)
+    # Time itself runs unevenly, by at most a fraction of a second: speed wanders, and no place drifts away.
+    warped = t + wander * slow_noise(rng, n, rate, 2.0)
+    place = path(rng, seconds, speed_mm_s, unsteadiness)(np.clip(warped, 0, seconds))
+    sideways = 25 * unsteadiness * slow_noise(rng, n, rate, 0.5)
+    force = force_n * np.exp(2 * unsteadiness * slow_noise(rng, n, rate, 3.0))
+    return Stroke(rate, place, sideways, force)
 
 
-def tremor(rng: np.random.Generator, n: int, rate: float, degrees: float) -> NDArray[np.float64]:
-    """Return slowly wandering angles, radians, float64, shape (3, time): the hand is never still."""
-    angles: NDArray[np.float64] = np.deg2rad(degrees) * np.stack([_slow(rng, n, rate, 1.5) for _ in range(3)])
-    return angles
+def slow_noise(rng: np.random.Generator, n: int, rate: float, below_hz: float) -> NDArray[np.float64]:
+    """Return Gaussian noise of rms about 1 and no content above ``below_hz``, smooth, float64, shape (time,)."""
+    seconds = n / rate
+    knots = int(seconds * 4 * below_hz) + 8
+    points = gaussian_filter1d(rng.standard_normal(knots + 8), 1.0, mode="constant")[4:-4]
+    points *= np.sqrt(2 * np.sqrt(np.pi))
+    grid = CubicSpline(np.arange(knots) / (4 * below_hz), points)
+    return np.asarray(grid(np.arange(n) / rate))
 
 
-def _slow(rng: np.random.Generator, n: int, rate: float, cutoff_hz: float) -> NDArray[np.float64]:
-    """Return noise of rms about 1 below ``cutoff_hz``, made at a low rate and interpolated."""
-    low = 8 * cutoff_hz
-    count = int(n / rate * low) + 8
-    points = gaussian_filter1d(rng.standard_normal(count), 1.5)
-    points /= np.sqrt(1 / (2 * 1.5 * np.sqrt(np.pi)))
-    noise: NDArray[np.float64] = np.interp(np.arange(n) / rate * low, np.arange(count), points)
-    return noise
+def _one_way(rng: np.random.Generator, seconds: float, speed: float, unsteadiness: float) -> BPoly:
+    """Return the place over time, mm: speed up, slide, slow down."""
+    turn = min(0.15, seconds / 4)
+    ramp = speed * turn / 2
+    distance = speed * (seconds - 2 * turn)
+    return BPoly.from_derivatives(
+        [0, turn, seconds - turn, seconds],
+        [[0, 0, 0], [ramp, speed, 0], [ramp + distance, speed, 0], [2 * ramp + distance, 0, 0]],
+    )
+
+
+def _there_and_back(rng: np.random.Generator, seconds: float, speed: float, unsteadiness: float) -> BPoly:
+    """Return the place over time, mm: straight passes, and turns of smallest jerk between them.
+
+    Fifth-order polynomials through place, speed and acceleration are the movements of smallest jerk (Flash & Hogan
+    1985). Each pass has a speed and an end of its own.
+    """
+    times: list[float] = []
+    states: list[list[float]] = []
+    t, side = -2 * LENGTH_MM / speed * rng.random(), 1.0
+    fastest = speed * (1 + 3 * unsteadiness)
+    turn = 2 * fastest / (1e3 * TURN_M_S2)
+    reach = LENGTH_MM / 2 - turn * speed / 4
+    place = -reach
+    while not times or times[-1] < seconds:
+        v = speed * (1 + unsteadiness * np.clip(rng.standard_normal(), -2, 2))
+        end = side * reach + 40 * unsteadiness * np.clip(rng.standard_normal(), -2, 2)
+        times += [t, t + max(abs(end - place), 1.0) / v]
+        states += [[place, side * v, 0], [end, side * v, 0]]
+        t, place, side = times[-1] + turn, end, -side
+    return BPoly.from_derivatives(times, states)

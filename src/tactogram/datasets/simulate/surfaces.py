@@ -1,19 +1,23 @@
 """Surfaces as height fields: sums of gratings, weaves, bumps, particles and power-law roughness.
 
-A field is a periodic patch, so that a stroke of any length stays on it; a stroke crosses it at an angle and
-does not meet the same line twice. Heights are in mm over a square grid of `MM_PER_PIXEL`.
+A field is a periodic patch of `PATCH_MM`, about as large as the plates of Saga et al. ("about 100 mm in length and
+width"); a longer stroke meets it again. Heights are in mm over a square grid of `MM_PER_PIXEL`.
 """
 
 from __future__ import annotations
 
 import zlib
 from dataclasses import dataclass, field
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import fftfreq, irfft2, rfft2
+from scipy.ndimage import gaussian_filter, map_coordinates
+from scipy.spatial import cKDTree
+from scipy.special import j1
 
-SIZE = 1024
+SIZE = 2048
 MM_PER_PIXEL = 0.05
 PATCH_MM = SIZE * MM_PER_PIXEL
 
@@ -44,13 +48,15 @@ class Weave:
 class Particles:
     """Round bumps (``height_mm`` > 0) or holes (< 0), ``density`` per mm^2, of ``radius_mm``.
 
-    ``order`` 0 puts them at random, 1 on a grid, values between jitter the grid.
+    ``order`` 0 puts them at random, 1 on a grid, values between jitter the grid. They are Gaussian, or with an
+    ``edge_mm`` > 0 flat discs whose rim is so wide: punched holes, pores.
     """
 
     density: float
     radius_mm: float
     height_mm: float
     order: float = 0.0
+    edge_mm: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -68,7 +74,47 @@ class Roughness:
     """Longer than wide along y by this factor: the grain of wood."""
 
 
-Texture = Grating | Weave | Particles | Roughness
+@dataclass(frozen=True)
+class Cells:
+    """Granules pressed together, ``size_mm`` apart: domes of ``height_mm`` that meet in seams (Worley 1996).
+
+    Each lies higher or lower than the others by ``uneven_mm`` rms: cork, foam beads.
+    """
+
+    size_mm: float
+    height_mm: float
+    uneven_mm: float = 0.0
+
+
+Texture = Grating | Weave | Particles | Roughness | Cells
+
+
+Colour = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Look:
+    """What a surface looks like besides its heights.
+
+    Parameters
+    ----------
+    colour : three floats in 0..1
+        Albedo (linear light) of the tops.
+    hollow : three floats in 0..1, optional
+        Albedo of the hollows, by default that of the tops.
+    mottle : float
+        Rms by which the albedo varies, as a share; ``grain_mm`` is the size of the largest spots, ``streak`` how
+        much longer than wide they are along y.
+    gloss : float
+        Strength of the reflection of the lamp.
+    """
+
+    colour: Colour = (0.35, 0.35, 0.35)
+    hollow: Colour | None = None
+    mottle: float = 0.05
+    grain_mm: float = 4.0
+    streak: float = 1.0
+    gloss: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -88,10 +134,10 @@ class Surface:
         Velocity of the Stribeck curve, mm/s.
     stiffness_n_m : float
         Of the surface under the contactor, N/m: foam 200, tile 1e6.
-    damping : float
-        Share of the vibration that the surface swallows, 0..1.
-    colour : tuple of three floats in 0..1
-        Albedo; ``mottle`` is how much it varies.
+    loss : float
+        Loss factor of the contact: it adds ``loss`` sqrt(k m) to the contact's damping.
+    look : Look
+        What the photograph needs besides the heights.
     words : mapping from str to float
         Perceptual descriptors; not used yet.
     """
@@ -102,13 +148,12 @@ class Surface:
     stiction: float = 1.15
     stribeck_mm_s: float = 10.0
     stiffness_n_m: float = 1e5
-    damping: float = 0.0
-    colour: tuple[float, float, float] = (0.6, 0.6, 0.6)
-    mottle: float = 0.05
+    loss: float = 0.0
+    look: Look = Look()
     words: dict[str, float] = field(default_factory=dict, hash=False)
 
 
-@cache
+@lru_cache(maxsize=4)
 def height_field(surface: Surface) -> NDArray[np.float32]:
     """Return the heights of a surface, mm, float32, shape (row, column), mean 0; the same for the same surface."""
     rng = np.random.default_rng(zlib.crc32(surface.name.encode()))
@@ -121,63 +166,115 @@ def height_field(surface: Surface) -> NDArray[np.float32]:
     return result
 
 
-def _heights(texture: Texture, rng: np.random.Generator) -> NDArray[np.float64]:
-    y, x = np.meshgrid(*[np.arange(SIZE) * MM_PER_PIXEL] * 2, indexing="ij")
-    if isinstance(texture, Grating):
-        angle = np.deg2rad(texture.angle_deg)
-        # Whole periods on the patch, so that it stays periodic.
-        across = round(PATCH_MM / texture.period_mm * np.cos(angle))
-        along = round(PATCH_MM / texture.period_mm * np.sin(angle))
-        wander = texture.wander_mm * _rough(rng, 2.5, 0.05, 0.5, 1.0) / texture.period_mm
-        wave = 0.5 + 0.5 * np.cos(2 * np.pi * ((across * x + along * y) / PATCH_MM + wander))
-        ridges: NDArray[np.float64] = texture.height_mm * wave**texture.sharpness
-        return ridges
-    if isinstance(texture, Weave):
-        count = max(2, 2 * round(PATCH_MM / texture.period_mm / 2))
-        warp, weft = np.pi * count * x / PATCH_MM, np.pi * count * y / PATCH_MM
-        over = np.sign(np.sin(warp) * np.sin(weft))
-        threads = np.where(over > 0, np.abs(np.sin(warp)), np.abs(np.sin(weft)))
-        woven: NDArray[np.float64] = threads * (0.75 + 0.25 * np.abs(np.cos(warp) * np.cos(weft)))
-        return texture.height_mm * woven
-    if isinstance(texture, Particles):
-        return _particles(texture, rng)
-    return texture.rms_mm * _rough(rng, texture.beta, texture.low, texture.high, texture.stretch)
-
-
-def _particles(texture: Particles, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Return the sum of Gaussian bumps, made by a convolution over the periodic patch."""
-    count = max(1, round(texture.density * PATCH_MM**2))
-    side = max(1, round(np.sqrt(count)))
-    grid = np.stack(np.meshgrid(*[(np.arange(side) + 0.5) / side] * 2, indexing="ij"), -1).reshape(-1, 2)
-    random = rng.random((side * side, 2))
-    if texture.order >= 1:
-        places = grid
-    elif texture.order <= 0:
-        places = random
-    else:
-        places = grid + (1 - texture.order) * (random - 0.5) / side
-    pixels = np.floor(places % 1 * SIZE).astype(int)
-    impulses = np.zeros((SIZE, SIZE))
-    size = 1 + (1 - texture.order) * 0.3 * rng.standard_normal(len(pixels))
-    np.add.at(impulses, (pixels[:, 0], pixels[:, 1]), size)
-    k = np.fft.fftfreq(SIZE, MM_PER_PIXEL)
-    sigma = texture.radius_mm / 2
-    bump = np.exp(-2 * (np.pi * sigma) ** 2 * (k[:, None] ** 2 + k[None, : SIZE // 2 + 1] ** 2))
-    bumps: NDArray[np.float64] = np.fft.irfft2(np.fft.rfft2(impulses) * bump, s=(SIZE, SIZE))
-    peak = (MM_PER_PIXEL / sigma) ** 2 / (2 * np.pi)
-    return texture.height_mm * bumps / peak
-
-
-def _rough(
-    rng: np.random.Generator, beta: float, low: float, high: float, stretch: float
+def power_law(
+    rng: np.random.Generator, beta: float, low: float, high: float, stretch: float = 1.0
 ) -> NDArray[np.float64]:
-    """Return a periodic random field of rms 1 whose amplitude spectrum falls as k^(-beta/2)."""
-    k = np.fft.fftfreq(SIZE, MM_PER_PIXEL)
-    radius = np.hypot(k[:, None] * stretch, k[None, : SIZE // 2 + 1])
+    """Return a periodic random field of rms 1, float64, shape (row, column).
+
+    Along a line its power falls as k^-beta between ``low`` and ``high`` cycles per mm (and its power over the plane
+    as k^-(beta + 1)); it is longer than wide along y by ``stretch``.
+    """
+    ky, kx = frequencies()
+    radius = np.hypot(ky * stretch, kx)
     inside = (radius >= low) & (radius <= high)
     amplitude = np.zeros_like(radius)
     amplitude[inside] = radius[inside] ** (-(beta + 1) / 2)
-    spectrum = np.fft.rfft2(rng.standard_normal((SIZE, SIZE))) * amplitude
-    heights: NDArray[np.float64] = np.fft.irfft2(spectrum, s=(SIZE, SIZE))
-    heights /= heights.std()
-    return heights
+    field = inverse(rfft2(rng.standard_normal((SIZE, SIZE))) * amplitude)
+    return np.asarray(field / field.std())
+
+
+def frequencies() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the spatial frequencies of `rfft2` of a field, cycles per mm: a column of ky and a row of kx >= 0."""
+    k: NDArray[np.float64] = fftfreq(SIZE, MM_PER_PIXEL)
+    return k[:, None], np.asarray(np.abs(k[None, : SIZE // 2 + 1]), dtype=np.float64)
+
+
+def inverse(spectrum: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Return the field whose `rfft2` is ``spectrum``, float64, shape (row, column)."""
+    return np.asarray(irfft2(spectrum, s=(SIZE, SIZE)))
+
+
+def _heights(texture: Texture, rng: np.random.Generator) -> NDArray[np.float64]:
+    match texture:
+        case Grating():
+            return _grating(texture, rng)
+        case Weave():
+            return _weave(texture)
+        case Particles():
+            return _particles(texture, rng)
+        case Cells():
+            return _cells(texture, rng)
+        case Roughness():
+            rough = power_law(rng, texture.beta, texture.low, texture.high, texture.stretch)
+            return texture.rms_mm * rough
+
+
+def _axes() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return y as a column and x as a row, mm."""
+    line = np.arange(SIZE) * MM_PER_PIXEL
+    return line[:, None], line[None, :]
+
+
+def _grating(texture: Grating, rng: np.random.Generator) -> NDArray[np.float64]:
+    y, x = _axes()
+    angle = np.deg2rad(texture.angle_deg)
+    # Whole periods on the patch, so that it stays periodic.
+    across = round(PATCH_MM / texture.period_mm * np.cos(angle))
+    along = round(PATCH_MM / texture.period_mm * np.sin(angle))
+    turns = (across * x + along * y) / PATCH_MM
+    if texture.wander_mm:
+        turns = turns + texture.wander_mm / texture.period_mm * power_law(rng, 2.5, 0.02, 0.5)
+    return np.asarray(texture.height_mm * (0.5 + 0.5 * np.cos(2 * np.pi * turns)) ** texture.sharpness)
+
+
+def _weave(texture: Weave) -> NDArray[np.float64]:
+    """Plain weave: round yarns that go over and under each other."""
+    y, x = _axes()
+    count = 2 * max(1, round(PATCH_MM / texture.period_mm / 2))
+    warp, weft = np.pi * count * x / PATCH_MM, np.pi * count * y / PATCH_MM
+    turn = np.sin(warp + np.pi / 2) * np.sin(weft + np.pi / 2)
+    yarn_x = np.sqrt(np.abs(np.sin(warp))) * (0.6 + 0.4 * turn)
+    yarn_y = np.sqrt(np.abs(np.sin(weft))) * (0.6 - 0.4 * turn)
+    woven = gaussian_filter(np.maximum(yarn_x, yarn_y), 1, mode="wrap")
+    return np.asarray(texture.height_mm * (woven - woven.min()) / np.ptp(woven))
+
+
+def _particles(texture: Particles, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Return the sum of bumps, made by a convolution over the periodic patch; flat ones do not pile up."""
+    side = max(1, round(np.sqrt(texture.density) * PATCH_MM))
+    grid = np.stack(np.meshgrid(*[(np.arange(side) + 0.5) / side] * 2, indexing="ij"), -1).reshape(-1, 2)
+    random = rng.random((side * side, 2))
+    order = min(max(texture.order, 0.0), 1.0)
+    places = grid + (1 - order) * (random - 0.5) / side if order > 0 else random
+    pixels = np.floor(places % 1 * SIZE).astype(int)
+    impulses = np.zeros((SIZE, SIZE))
+    size = 1 + (1 - order) * 0.3 * rng.standard_normal(len(pixels))
+    np.add.at(impulses, (pixels[:, 0], pixels[:, 1]), 1.0 if texture.edge_mm else size)
+    ky, kx = frequencies()
+    k = np.hypot(ky, kx)
+    if texture.edge_mm:
+        q = 2 * np.pi * k * texture.radius_mm
+        q[0, 0] = 1e-9
+        disc = 2 * j1(q) / q * np.exp(-2 * (np.pi * texture.edge_mm * k) ** 2)
+        bumps = inverse(rfft2(impulses) * disc) * np.pi * (texture.radius_mm / MM_PER_PIXEL) ** 2
+        return texture.height_mm * np.clip(bumps, 0, 1)
+    sigma = texture.radius_mm / 2
+    bumps = inverse(rfft2(impulses) * np.exp(-2 * (np.pi * sigma * k) ** 2))
+    return texture.height_mm * bumps * 2 * np.pi * (sigma / MM_PER_PIXEL) ** 2
+
+
+def _cells(texture: Cells, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Return domes over the nearest of random points; looked up on half the grid, which is ten times as fast."""
+    half = SIZE // 2
+    side = max(2, round(PATCH_MM / texture.size_mm))
+    grid = np.stack(np.meshgrid(*[np.arange(side) + 0.5] * 2, indexing="ij"), -1).reshape(-1, 2)
+    points = (grid + 0.9 * (rng.random(grid.shape) - 0.5)) * PATCH_MM / side % PATCH_MM
+    line = (np.arange(half) * 2) * MM_PER_PIXEL
+    places = np.stack(np.meshgrid(line, line, indexing="ij"), -1).reshape(-1, 2)
+    distance, nearest = cKDTree(points, boxsize=PATCH_MM).query(places, k=2)
+    seam = np.clip((distance[:, 1] - distance[:, 0]) / texture.size_mm, 0, 1)
+    level = texture.uneven_mm * rng.standard_normal(len(points))[nearest[:, 0]]
+    domes = texture.height_mm * np.sqrt(1 - (1 - np.minimum(1, 1.5 * seam)) ** 2) + level
+    coarse = gaussian_filter(domes.reshape(half, half), 0.7, mode="wrap")
+    at = np.arange(SIZE) / 2
+    return np.asarray(map_coordinates(coarse, np.meshgrid(at, at, indexing="ij"), order=1, mode="grid-wrap"))

@@ -1,0 +1,165 @@
+"""The loop of the contact: one step per sample, compiled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+COLUMNS = ("along", "across", "normal", "friction_n", "force_n", "place_m")
+
+
+@cache
+def compiled() -> Callable[..., NDArray[np.float64]]:
+    """Return `slide`, compiled when first asked for, so that importing costs nothing."""
+    from numba import njit
+
+    loop: Callable[..., NDArray[np.float64]] = njit(cache=True)(slide)
+    return loop
+
+
+def slide(
+    spline: NDArray[np.float32],
+    scale: float,
+    cell: float,
+    dt: float,
+    path: NDArray[np.float64],
+    sideways: NDArray[np.float64],
+    load: NDArray[np.float64],
+    start: tuple[float, float],
+    heading: tuple[float, float],
+    contact: tuple[float, float, float],
+    grip: tuple[float, float, float],
+    friction: tuple[float, float, float],
+    bristles: tuple[float, float, float],
+) -> NDArray[np.float64]:
+    """Return what happens while a hand drags a contactor over a surface.
+
+    Normal to the surface m z'' + b (z' - u') + k (z - u) = 0 with u the height at the place of the contactor, as
+    long as it presses; in the air only the load acts. Along and across, a mass on the grip of the hand, pushed by
+    the slopes of the surface and, along, held by LuGre friction (Canudas de Wit, Olsson, Astrom, Lischinsky 1995)
+    under the momentary normal force N:
+    z' = v - sigma0 |v| z / g(v), F = sigma0 z + sigma1 z' + sigma2 v,
+    g(v) = N (mu_c + (mu_s - mu_c) exp(-(v / v_s)^2)).
+
+    Masses and springs are advanced by the trapezoidal rule, which damps nothing; the stiff bristle by the implicit
+    Euler rule with |v| / g(v) of the step before, which is stable at any step. Both are solved together: one
+    division per direction and step.
+
+    Parameters
+    ----------
+    spline : float32 array, shape (row, column)
+        Coefficients of the cubic B-spline of the heights; periodic, a power of two each way.
+    scale : float, m
+        What one of its units is.
+    cell : float, m
+        Its grid.
+    dt : float, s
+    path, sideways : float64 arrays, shape (time,), m
+        Place of the hand along and across its heading.
+    load : float64 array, shape (time,), N
+        Normal force of the hand.
+    start, heading : (x, y)
+        Where the stroke begins, m, and the unit vector along it.
+    contact, grip : (mass kg, spring N/m, damper N s/m)
+        Normal to the surface, and in it.
+    friction : (mu_c, mu_s, v_s in m/s)
+    bristles : (sigma0 N/m, sigma1 N s/m, sigma2 N s/m)
+
+    Returns
+    -------
+    float64 array, shape (6, time)
+        `COLUMNS`: accelerations in m/s^2, friction and normal force in N, place along the path in m.
+    """
+    n = len(path)
+    out = np.empty((6, n))
+    rows, columns = spline.shape
+    m, k, b = contact
+    mg, kg, bg = grip
+    mu_c, mu_s, v_s = friction
+    sigma0, sigma1, sigma2 = bristles
+    wx, wy, gx, gy = np.empty(4), np.empty(4), np.empty(4), np.empty(4)
+
+    # Begin in the middle of sliding: bristles bent, the grip stretched by the friction.
+    v = (path[1] - path[0]) / dt if n > 1 else 0.0
+    side = np.sign(v)
+    bend = side * load[0] * mu_c / sigma0
+    s = path[0] - (sigma0 * bend + sigma2 * v) / kg
+    hold = sigma0 * bend + sigma2 * v
+    y = dy = pull = 0.0
+    u = z = w = press = 0.0
+    for i in range(n):
+        # The height and its slopes where the contactor is about to be.
+        ahead = s + dt * v
+        aside = sideways[i] + y
+        px = (start[0] + heading[0] * ahead - heading[1] * aside) / cell
+        py = (start[1] + heading[1] * ahead + heading[0] * aside) / cell
+        ix, iy = int(np.floor(px)), int(np.floor(py))
+        for t, w4, g4 in ((px - ix, wx, gx), (py - iy, wy, gy)):
+            r = 1.0 - t
+            w4[0], w4[3] = r * r * r / 6.0, t * t * t / 6.0
+            w4[1] = 2.0 / 3.0 - t * t * (1.0 - t / 2.0)
+            w4[2] = 2.0 / 3.0 - r * r * (1.0 - r / 2.0)
+            g4[0], g4[3] = -r * r / 2.0, t * t / 2.0
+            g4[1], g4[2] = t * (1.5 * t - 2.0), -r * (1.5 * r - 2.0)
+        height = slope_x = slope_y = 0.0
+        for a in range(4):
+            line = (iy + a - 1) & (rows - 1)
+            value = slope = 0.0
+            for c in range(4):
+                node = spline[line, (ix + c - 1) & (columns - 1)]
+                value += wx[c] * node
+                slope += gx[c] * node
+            height += wy[a] * value
+            slope_y += gy[a] * value
+            slope_x += wy[a] * slope
+        height *= scale
+        along = scale * (slope_x * heading[0] + slope_y * heading[1]) / cell
+        across = scale * (slope_y * heading[0] - slope_x * heading[1]) / cell
+        if i == 0:
+            u = z = height
+            # It rides on the slope already: no jump of the heights' rate at the start.
+            w = along * v
+
+        # Normal.
+        rise = (height - u) / dt
+        rest = k * (height - z - 0.5 * dt * w) + b * rise
+        w_new = (m / dt * w + 0.5 * (press + rest)) / (m / dt + 0.5 * (0.5 * dt * k + b))
+        press_new = rest - (0.5 * dt * k + b) * w_new
+        if press_new < -load[i]:
+            press_new = -load[i]
+            w_new = w + 0.5 * dt * (press + press_new) / m
+        out[2, i] = (w_new - w) / dt
+        z += 0.5 * dt * (w + w_new)
+        u, w, press = height, w_new, press_new
+        force = load[i] + press
+        out[4, i] = force
+
+        # Along: friction is f0 + f1 v_new, the grip e0 - e1 v_new.
+        g = max(force, 1e-6) * (mu_c + (mu_s - mu_c) * np.exp(-((v / v_s) ** 2)))
+        keep = 1.0 / (1.0 + dt * sigma0 * abs(v) / g)
+        f0 = sigma0 * keep * bend + sigma1 * (keep - 1.0) * bend / dt
+        f1 = sigma0 * keep * dt + sigma1 * keep + sigma2
+        speed = (path[i] - path[i - 1]) / dt if i else v
+        e0 = kg * (path[i] - s - 0.5 * dt * v) + bg * speed
+        e1 = 0.5 * dt * kg + bg
+        push = -force * along
+        v_new = (mg / dt * v + 0.5 * (hold + e0) + push - f0) / (mg / dt + 0.5 * e1 + f1)
+        hold = e0 - e1 * v_new
+        out[0, i] = (v_new - v) / dt
+        out[3, i] = f0 + f1 * v_new
+        bend = keep * (bend + dt * v_new)
+        s += 0.5 * dt * (v + v_new)
+        v = v_new
+        out[5, i] = s
+
+        # Across: the grip alone, pushed by the slope.
+        rest = -kg * (y + 0.5 * dt * dy) - force * across
+        dy_new = (mg / dt * dy + 0.5 * (pull + rest)) / (mg / dt + 0.5 * (0.5 * dt * kg + bg))
+        pull = rest - (0.5 * dt * kg + bg) * dy_new
+        out[1, i] = (dy_new - dy) / dt
+        y += 0.5 * dt * (dy + dy_new)
+        dy = dy_new
+    return out
