@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import multiprocessing
+from collections import deque
 from collections.abc import Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -69,10 +72,21 @@ def _made(todo: list[Task], workers: int, progress: Progress) -> Iterator[Record
     if workers == 1 or len(todo) < 2 * workers:
         yield from _counted(map(make, todo), len(todo), progress)
         return
-    with multiprocessing.get_context("spawn").Pool(workers) as pool:
-        yield from _counted(
-            pool.imap(make, todo, chunksize=max(1, min(8, len(todo) // (4 * workers)))), len(todo), progress
-        )
+    yield from _counted(_in_order(todo, workers), len(todo), progress)
+
+
+def _in_order(todo: list[Task], workers: int) -> Iterator[Recording]:
+    """Yield what the processes make in the order of ``todo``, with no more than a few waiting at a time.
+
+    An executor, not a pool: it says so when a process dies, where a pool waits for ever.
+    """
+    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as executor:
+        tasks = iter(todo)
+        waiting = deque(executor.submit(make, task) for task in islice(tasks, 3 * workers))
+        while waiting:
+            recording = waiting.popleft().result()
+            waiting.extend(executor.submit(make, task) for task in islice(tasks, 1))
+            yield recording
 
 
 def _counted(recordings: Iterable[Recording], total: int, progress: Progress) -> Iterator[Recording]:
