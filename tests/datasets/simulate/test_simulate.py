@@ -1,4 +1,4 @@
-import multiprocessing
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +9,11 @@ from scipy.signal import welch
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 
 from tactogram.datasets.simulate import make, simulate, simulated_sets, tasks
-from tactogram.datasets.simulate.contact import FINGER, PEN, drag, feel
+from tactogram.datasets.simulate.contact import FINGER, PEN, STEEL, feel, transmission
 from tactogram.datasets.simulate.materials import STROKING_9, STROKING_30
 from tactogram.datasets.simulate.photo import photograph
-from tactogram.datasets.simulate.sensor import GRAVITY, sense, wired, wireless
-from tactogram.datasets.simulate.stroke import LENGTH_MM, Stroke, stroke
+from tactogram.datasets.simulate.sensor import GRAVITY, sense, turn, wired, wireless
+from tactogram.datasets.simulate.stroke import LENGTH_MM, TURN_M_S2, Stroke, stroke
 from tactogram.datasets.simulate.surfaces import PATCH_MM, Grating, Roughness, Surface, height_field
 from tactogram.errors import ParameterError
 
@@ -22,7 +22,7 @@ RATE = 8000.0
 
 def steady(speed, seconds=2.0, force=0.7):
     n = int(seconds * RATE)
-    return Stroke(RATE, np.arange(n) * speed / RATE, np.full(n, float(speed)), np.full(n, force))
+    return Stroke(RATE, np.arange(n) * speed / RATE, np.zeros(n), np.full(n, force))
 
 
 @settings(deadline=None, max_examples=15)
@@ -45,69 +45,109 @@ def test_vibration_grows_with_speed(contactor):
     assert np.all(np.diff(np.log(level)) > 0.2)
 
 
-def test_a_faster_stroke_is_the_same_texture_shifted_up():
-    rough = Surface("rough", (Roughness(0.01, 2.0, 0.2, 4),), 0.4, 1.0)
-    centroids = []
-    for speed in (60, 120):
-        f, power = welch(
-            feel(rough, FINGER, steady(speed, 4), start_mm=(0, 0), direction_deg=10).normal,
-            RATE,
-            nperseg=4096,
-        )
-        centroids.append((f * power).sum() / power.sum())
-    assert centroids[1] / centroids[0] == pytest.approx(2, rel=0.25)
+@pytest.mark.parametrize("contactor", [FINGER, PEN])
+def test_the_shift_in_frequency_accounts_for_the_growth_with_speed(contactor):
+    """What is felt at one speed says what is felt at others, by a shift alone (Greenspon et al. 2019)."""
+    rough = Surface("rough", (Roughness(0.003, 2.0, 0.2, 4),), 0.4, 1.0, stiffness_n_m=1e9)
+
+    def power_at(speed):
+        moved = steady(speed, seconds=400 / speed)
+        felt = feel(rough, contactor, moved, start_mm=(0, 0), direction_deg=10)
+        return welch(felt.normal[2000:], RATE, nperseg=int(40 / speed * RATE))
+
+    def gain(f):
+        m, c, s = contactor.mass_kg, contactor.damping_n_s_m, contactor.stiffness_n_m
+        w = 2 * np.pi * f
+        return np.abs(w**2 * (1j * w * c + s) / (s - m * w**2 + 1j * w * c)) ** 2
+
+    f, power = power_at(60)
+    heights = power[1:] / gain(f[1:])
+    for speed in (30, 120, 240):
+        shift = speed / 60
+        expected = (heights * gain(f[1:] * shift)).sum() * f[1]
+        f_fast, power_fast = power_at(speed)
+        assert power_fast.sum() * f_fast[1] == pytest.approx(expected, rel=0.15)
 
 
-def slides(speed):
-    """LuGre's canonical friction with a finger-like mass: the parameters of a published check."""
-    n, dt = 60_000, 1 / 60_000
-    hand = np.full(n, speed)
-    force = np.full(n, 0.5)
-    acceleration, friction = drag(
-        hand, force, np.zeros(n), dt, 1e-3, 1000.0, 0.05, 0.5, 0.9, 0.010, 1e5, np.sqrt(1e5), 0.4
+def dragged(speed, mass=1e-3, seconds=2.0):
+    """Return a mass of 1 g on a spring of 1 N/mm over a flat surface: the parameters of the reference."""
+    block = replace(
+        FINGER, grip_mass_kg=mass, grip_n_m=1000.0, grip_n_s_m=0.0, stiffness_n_m=1000.0, damping_n_s_m=1.0
     )
-    return acceleration[n // 2 :], friction[n // 2 :]
+    flat = Surface("flat", (Grating(1, 0),), friction=0.5, stiction=1.8, stribeck_mm_s=10)
+    moved = steady(speed, seconds=seconds, force=0.5)
+    return feel(flat, block, moved, start_mm=(0, 0), direction_deg=0, bristles=STEEL)
 
 
-def test_it_sticks_and_slips_when_slow_and_slides_when_fast():
-    for speed, sticks in ((0.010, True), (0.200, False)):
-        acceleration, friction = slides(speed)
-        assert (np.ptp(friction) > 0.1) == sticks
-        if not sticks:
-            # Steady sliding: Coulomb and viscous friction alone.
-            assert friction.mean() == pytest.approx(0.5 * 0.5 + 0.4 * speed, rel=0.02)
-            assert np.abs(acceleration).max() < 1
+@pytest.mark.parametrize("speed", [10, 50])
+def test_it_sticks_and_slips_when_slow(speed):
+    felt = dragged(speed)
+    friction = felt.friction_n[len(felt.friction_n) // 2 :]
+    place = felt.place_m[len(felt.place_m) // 2 :]
+    velocity = np.diff(place) * RATE
+    assert np.ptp(friction) > 0.1
+    assert np.mean(np.abs(velocity) < 2e-3) > 0.2
+    assert velocity.mean() == pytest.approx(1e-3 * speed, rel=0.1)
+    # Static friction is reached; what is above it is what bending the bristles adds (sigma1 z').
+    assert 0.9 * 0.9 * 0.5 < friction.max() < 1.5 * 0.9 * 0.5
 
 
-def test_energy_does_not_come_from_friction():
-    n = 4000
-    speed = 0.1 * np.sin(np.arange(n) / 200)
-    _, friction = drag(
-        speed, np.full(n, 0.5), np.zeros(n), 1 / 4000, 5e-3, 900.0, 2.0, 0.5, 0.6, 0.01, 1e4, 3.0, 0.2
-    )
-    assert (friction * speed).sum() > 0
-    assert np.abs(friction).max() < 2 * 0.6 * 0.5
+def test_it_slides_smoothly_when_fast():
+    felt = dragged(250)
+    half = len(felt.friction_n) // 2
+    # Coulomb and viscous friction alone.
+    assert felt.friction_n[half:].mean() == pytest.approx(0.5 * 0.5 + 0.4 * 0.25, rel=0.01)
+    assert np.ptp(felt.friction_n[half:]) < 0.01
+    assert np.abs(felt.along[half:]).max() < 1
 
 
-@pytest.mark.parametrize("name", ["stroking9", "stroking30"])
-def test_the_same_seed_gives_the_same_bits_in_any_process(name):
-    todo = tasks(name, seed=3, per_class=1, seconds=1)[5:9]
-    here = [make(task).id for task in todo]
-    with multiprocessing.get_context("spawn").Pool(2) as pool:
-        assert pool.map(make_id, todo) == here
-    assert [make(task).id for task in reversed(todo)] == here[::-1]
-    assert make(tasks(name, seed=4, per_class=1, seconds=1)[5]).id not in here
+@pytest.mark.parametrize("speed", [20, 100, 300])
+def test_friction_takes_energy(speed):
+    felt = dragged(speed, seconds=1.0)
+    velocity = np.gradient(felt.place_m) * RATE
+    assert (felt.friction_n * velocity).sum() > 0
 
 
-def make_id(task):
-    return make(task).id
+def test_a_light_contactor_leaves_a_rough_surface_and_its_force_is_never_negative():
+    ridges = Surface("high ridges", (Grating(2.0, 0.5),), 0.4)
+    felt = feel(ridges, PEN, steady(400, 1.0), start_mm=(0, 0), direction_deg=0)
+    assert felt.force_n.min() == 0
+    flying = felt.force_n == 0
+    # In the air the load of the hand alone pulls.
+    free = flying & np.roll(flying, 1)
+    np.testing.assert_allclose(felt.normal[free], -0.7 / PEN.mass_kg, rtol=1e-6)
+
+
+def test_the_contact_follows_its_equation():
+    """m z'' + b (z' - u') + k (z - u) = 0 for a small sine: gain and resonance as the formula says."""
+    for period, speed in ((2.0, 100.0), (1.0, 200.0)):
+        sine = Surface(f"sine-{period}", (Grating(period, 1e-4),), 0.4, 1.0, stiffness_n_m=1e9)
+        felt = feel(sine, FINGER, steady(speed), start_mm=(0, 0), direction_deg=0)
+        k = round(PATCH_MM / period) / PATCH_MM
+        w = 2 * np.pi * k * speed
+        u = 0.5e-7 * transmission(FINGER, np.array(k))
+        m, c, s = FINGER.mass_kg, FINGER.damping_n_s_m, FINGER.stiffness_n_m
+        expected = w**2 * u * abs((1j * w * c + s) / (s - m * w**2 + 1j * w * c))
+        assert felt.normal[4000:].std() * np.sqrt(2) == pytest.approx(expected, rel=0.04)
+
+
+def test_the_same_seed_gives_the_same_bits_in_any_order():
+    todo = tasks("stroking30", seed=3, per_class=1, seconds=1)[5:9]
+    ids = [make(task).id for task in todo]
+    assert [make(task).id for task in reversed(todo)] == ids[::-1]
+    assert make(replace(todo[0], seed=4)).id not in ids
 
 
 def test_takes_differ_and_take_n_does_not_depend_on_how_many_there_are():
-    few = [r.id for r in simulate("stroking9", seed=0, per_class=1, seconds=0.5)]
-    many = [r.id for r in simulate("stroking9", seed=0, per_class=2, seconds=0.5)]
-    assert len(set(many)) == 18
+    few = [make(task).id for task in tasks("stroking9", seed=0, per_class=1, seconds=0.5)[:2]]
+    many = [make(task).id for task in tasks("stroking9", seed=0, per_class=2, seconds=0.5)[:4]]
+    assert len(set(many)) == 4
     assert few == many[::2]
+
+
+def test_recordings_are_made_when_they_are_asked_for():
+    endless = simulate("stroking30", seed=0, per_class=1000, seconds=0.5)
+    assert next(endless).id == make(tasks("stroking30", seed=0, seconds=0.5)[0]).id
 
 
 def test_a_recording_says_what_it_is():
@@ -117,11 +157,14 @@ def test_a_recording_says_what_it_is():
     acceleration = r.stream("acceleration")
     assert (acceleration.rate, acceleration.unit, acceleration.axes) == (330.0, "m/s^2", ("x", "y", "z"))
     assert acceleration.seconds == pytest.approx(4, abs=0.02)
-    assert np.linalg.norm(acceleration.samples.mean(1)) == pytest.approx(GRAVITY, rel=0.06)
+    assert np.linalg.norm(acceleration.samples.mean(1)) == pytest.approx(GRAVITY, rel=0.02)
     assert r.stream("force").samples.min() > 0
     assert r.stream("friction").unit == "1"
-    assert np.ptp(r.stream("position").samples) == pytest.approx(1e-3 * LENGTH_MM, rel=0.35)
-    assert r.image.mm_per_pixel == pytest.approx(0.1)
+    assert r.stream("position").axes == ("x", "y")
+    assert np.ptp(r.stream("position").axis("x")) == pytest.approx(1e-3 * LENGTH_MM, rel=0.2)
+    assert r.labels == {"recording": "1"}
+    assert any("packets" in line for line in r.history)
+    assert r.image.mm_per_pixel == pytest.approx(0.15)
 
 
 def test_the_layouts_are_those_of_the_paper():
@@ -143,42 +186,81 @@ def test_rates(rate):
     assert len(signal) == pytest.approx(rate / 2, abs=2)
 
 
-def test_a_stroke_goes_back_and_forth_at_the_speed_asked_for():
+@pytest.mark.parametrize("speed", [100, 200, 400])
+def test_a_stroke_goes_back_and_forth_at_the_speed_asked_for(speed):
     moved = stroke(
         np.random.default_rng(0),
         seconds=20,
         rate=1000,
-        speed_mm_s=200,
+        speed_mm_s=speed,
         force_n=0.7,
         back_and_forth=True,
         unsteadiness=0,
     )
-    assert np.median(np.abs(moved.speed_mm_s)) == pytest.approx(200, rel=0.01)
-    assert moved.speed_mm_s.min() == pytest.approx(-200, rel=0.01)
-    assert np.ptp(moved.path_mm) == pytest.approx(LENGTH_MM, rel=0.15)
+    velocity = np.diff(moved.path_mm) * 1000
+    assert np.median(np.abs(velocity)) == pytest.approx(speed, rel=0.01)
+    assert np.abs(velocity).max() == pytest.approx(speed, rel=0.01)
+    assert np.ptp(moved.path_mm) == pytest.approx(LENGTH_MM, rel=0.1)
+    assert np.abs(np.diff(velocity) * 1000).max() < 2.5 * 1e3 * TURN_M_S2
     np.testing.assert_allclose(moved.force_n, 0.7)
+    np.testing.assert_allclose(moved.sideways_mm, 0)
+
+
+def test_a_hand_stays_on_its_plate_and_presses_on():
+    moved = stroke(
+        np.random.default_rng(1), seconds=180, rate=500, speed_mm_s=200, force_n=0.7, back_and_forth=True
+    )
+    assert np.ptp(moved.path_mm) < 130
+    assert moved.force_n.min() > 0
+    assert moved.force_n.std() / 0.7 == pytest.approx(0.1, rel=0.4)
+    assert np.ptp(moved.sideways_mm) > 1
+
+
+def test_a_stroke_in_one_direction_never_turns():
+    moved = stroke(
+        np.random.default_rng(2), seconds=4, rate=1000, speed_mm_s=100, force_n=0.7, back_and_forth=False
+    )
+    assert np.diff(moved.path_mm).min() >= 0
+    assert moved.path_mm[-1] == pytest.approx(385, rel=0.05)
 
 
 def test_the_sensor_has_steps_range_noise_and_losses():
     rng = np.random.default_rng(0)
-    still = np.zeros((3, 40_000))
+    still = np.zeros((3, 160_000))
     level = np.zeros((3, 1))
-    wire = sense(still, 4000.0, level, wired(1000.0), rng)
+    wire, lost = sense(still, 4000.0, level, wired(1000.0), rng)
+    assert lost == 0
     assert wire.samples[2].mean() == pytest.approx(GRAVITY, abs=0.01)
-    assert wire.samples[0].std() == pytest.approx(100e-6 * GRAVITY * np.sqrt(500), rel=0.2)
-    radio = sense(still, 3960.0, level, wireless(330.0), rng)
-    assert radio.samples[0].std() == pytest.approx(
-        np.hypot(290e-6 * GRAVITY * np.sqrt(165), 0.004 * 9.8 / 12**0.5), rel=0.3
-    )
-    loud = sense(np.full((3, 4000), 500.0), 4000.0, level, wired(1000.0), rng)
+    assert wire.samples[0].std() == pytest.approx(100e-6 * GRAVITY * np.sqrt(500), rel=0.05)
+    steps = wire.samples / (32 * GRAVITY / 2**16)
+    np.testing.assert_allclose(steps, np.round(steps), atol=1e-2)
+    radio, lost = sense(still, 3960.0, level, wireless(330.0), rng)
+    assert radio.rate == 330
+    assert len(radio) == pytest.approx(330 * 160_000 / 3960, abs=2)
+    assert 1 <= lost <= 20
+    for axis, density in (("x", 290e-6), ("z", 430e-6)):
+        noise = np.hypot(density * GRAVITY * np.sqrt(165), 0.004 * GRAVITY / 12**0.5)
+        assert radio.axis(axis).std() == pytest.approx(noise, rel=0.1)
+    loud, _ = sense(np.full((3, 4000), 500.0), 4000.0, level, wired(1000.0), rng)
     assert loud.samples.max() <= 16 * GRAVITY + 0.01
 
 
+def test_lost_packets_add_nothing_that_was_not_there():
+    rng = np.random.default_rng(0)
+    shaken = 20 * rng.standard_normal((3, 80_000))
+    radio, lost = sense(shaken, 3960.0, np.zeros((3, 1)), replace(wireless(), lost=0.2), rng)
+    assert lost > 50
+    assert np.abs(radio.samples).max() < 1.5 * 20 * 5 / np.sqrt(12)
+
+
 def test_turning_keeps_the_length():
-    signal = sense(
+    signal, _ = sense(
         np.zeros((3, 8000)), 4000.0, np.array([[0.3], [-0.2], [1.0]]), wired(1000.0), np.random.default_rng(0)
     )
     assert np.linalg.norm(signal.samples.mean(1)) == pytest.approx(GRAVITY, rel=1e-3)
+    # Leaning back about y shows gravity along the stroke.
+    leaned = turn(np.array([[0.0], [0.0], [1.0]]), np.deg2rad([[0.0], [30.0], [0.0]]))
+    np.testing.assert_allclose(np.abs(leaned[:, 0]), [0.5, 0, np.sqrt(0.75)], atol=1e-12)
 
 
 def test_surfaces_are_periodic_and_distinct():
@@ -187,14 +269,14 @@ def test_surfaces_are_periodic_and_distinct():
         inside = np.abs(np.diff(heights, axis=0)).max()
         assert np.abs(heights[0] - heights[-1]).max() <= 1.5 * inside
         assert abs(heights.mean()) < 1e-4
-    pixels = [photograph(s).pixels for s in (*STROKING_9, *STROKING_30)]
-    assert len({p.tobytes() for p in pixels}) == 24
+    pixels = [photograph(s).pixels for s in (*STROKING_9, STROKING_30[9])]
+    assert len({p.tobytes() for p in pixels}) == 10
     assert all(p.std() > 3 for p in pixels)
 
 
 def test_the_classes_are_separable_but_not_trivially():
     features, classes, takes = [], [], []
-    for task in tasks("stroking30", seed=0, per_class=3, seconds=8):
+    for task in tasks("stroking30", seed=0, per_class=3, seconds=6.1):
         if task.speed_mm_s != 200:
             continue
         signal = make(task).stream("acceleration")
@@ -226,7 +308,7 @@ def test_what_cannot_be_simulated_is_refused(options, message):
         tasks(**({"set_name": "stroking9", "seed": 0} | options))
 
 
-def test_a_store_is_marked_simulated(tmp_path: Path):
+def test_a_store_is_marked_simulated_and_the_same_from_any_number_of_processes(tmp_path: Path):
     from tactogram.datasets import open_store
     from tactogram.jobs.simulate import simulate_to_store
 

@@ -44,7 +44,8 @@ def slide(
     z' = v - sigma0 |v| z / g(v), F = sigma0 z + sigma1 z' + sigma2 v,
     g(v) = N (mu_c + (mu_s - mu_c) exp(-(v / v_s)^2)).
 
-    Masses and springs are advanced by the trapezoidal rule, which damps nothing; the stiff bristle by the implicit
+    Masses and springs are advanced by the trapezoidal rule, which damps nothing (u' is a backward difference: the gain
+    of the contact is right within 4 % to 200 Hz at 8 kHz steps); the stiff bristle by the implicit
     Euler rule with |v| / g(v) of the step before, which is stable at any step. Both are solved together: one
     division per direction and step.
 

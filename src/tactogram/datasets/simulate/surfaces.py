@@ -12,7 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import fftfreq, irfft2, rfft2
+from scipy.fft import fftfreq, irfft2, rfft2, rfftfreq
 from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.spatial import cKDTree
 from scipy.special import j1
@@ -185,8 +185,7 @@ def power_law(
 
 def frequencies() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the spatial frequencies of `rfft2` of a field, cycles per mm: a column of ky and a row of kx >= 0."""
-    k: NDArray[np.float64] = fftfreq(SIZE, MM_PER_PIXEL)
-    return k[:, None], np.asarray(np.abs(k[None, : SIZE // 2 + 1]), dtype=np.float64)
+    return fftfreq(SIZE, MM_PER_PIXEL)[:, None], rfftfreq(SIZE, MM_PER_PIXEL)[None, :]
 
 
 def inverse(spectrum: NDArray[np.complex128]) -> NDArray[np.float64]:
@@ -211,7 +210,7 @@ def _heights(texture: Texture, rng: np.random.Generator) -> NDArray[np.float64]:
 
 def _axes() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return y as a column and x as a row, mm."""
-    line = np.arange(SIZE) * MM_PER_PIXEL
+    line: NDArray[np.float64] = MM_PER_PIXEL * np.arange(SIZE, dtype=np.float64)
     return line[:, None], line[None, :]
 
 
