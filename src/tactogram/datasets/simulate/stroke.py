@@ -16,6 +16,8 @@ TURN_M_S2 = 10.0
 UNSTEADINESS = 0.05
 """By how much the speed wanders, as a share, rms; the force wanders twice as much."""
 
+_AHEAD_S = 0.1
+
 
 @dataclass(frozen=True)
 class Stroke:
@@ -63,9 +65,9 @@ def stroke(
     t = np.arange(n) / rate
     path = _there_and_back if back_and_forth else _one_way
     wander = unsteadiness / (2 * np.pi * 1.0)
-    # Time itself runs unevenly, by at most a fraction of a second: speed wanders, and no place drifts away.
-    warped = t + wander * slow_noise(rng, n, rate, 2.0)
-    place = path(rng, seconds, speed_mm_s, unsteadiness)(np.clip(warped, 0, seconds))
+    # Time itself runs unevenly, by at most `_AHEAD_S`: speed wanders, and no place drifts away.
+    warped = t + np.clip(wander * slow_noise(rng, n, rate, 2.0), -_AHEAD_S, _AHEAD_S)
+    place = path(rng, seconds, speed_mm_s, unsteadiness)(warped)
     sideways = 25 * unsteadiness * slow_noise(rng, n, rate, 0.5)
     force = force_n * np.exp(2 * unsteadiness * slow_noise(rng, n, rate, 3.0))
     return Stroke(rate, place, sideways, force)
@@ -85,10 +87,10 @@ def _one_way(rng: np.random.Generator, seconds: float, speed: float, unsteadines
     """Return the place over time, mm: speed up, slide, slow down."""
     turn = min(0.15, seconds / 4)
     ramp = speed * turn / 2
-    distance = speed * (seconds - 2 * turn)
+    far = 2 * ramp + speed * (seconds - 2 * turn)
     return BPoly.from_derivatives(
-        [0, turn, seconds - turn, seconds],
-        [[0, 0, 0], [ramp, speed, 0], [ramp + distance, speed, 0], [2 * ramp + distance, 0, 0]],
+        [-_AHEAD_S, 0, turn, seconds - turn, seconds, seconds + _AHEAD_S],
+        [[0, 0, 0], [0, 0, 0], [ramp, speed, 0], [far - ramp, speed, 0], [far, 0, 0], [far, 0, 0]],
     )
 
 
@@ -100,12 +102,12 @@ def _there_and_back(rng: np.random.Generator, seconds: float, speed: float, unst
     """
     times: list[float] = []
     states: list[list[float]] = []
-    t, side = -2 * LENGTH_MM / speed * rng.random(), 1.0
+    t, side = -_AHEAD_S - 2 * LENGTH_MM / speed * rng.random(), 1.0
     fastest = speed * (1 + 3 * unsteadiness)
     turn = 2 * fastest / (1e3 * TURN_M_S2)
     reach = LENGTH_MM / 2 - turn * speed / 4
     place = -reach
-    while not times or times[-1] < seconds:
+    while not times or times[-1] < seconds + _AHEAD_S:
         v = speed * (1 + unsteadiness * np.clip(rng.standard_normal(), -2, 2))
         end = side * reach + 40 * unsteadiness * np.clip(rng.standard_normal(), -2, 2)
         times += [t, t + max(abs(end - place), 1.0) / v]
