@@ -23,7 +23,7 @@ INTERNAL_RATE = 8000.0
 """Hz, at least: contacts are computed at a multiple of the sensor's rate not below this."""
 SLOW_RATE = 100.0
 """Hz: rate of force and position, as in real collections. Friction comes at the rate of a wired accelerometer."""
-MOUNT_DEG, TREMOR_DEG = 8.0, 1.0
+MOUNT_DEG, TREMOR_DEG = 6.0, 1.0
 """How differently the sensor sits in each take, and how much it wanders in one, about each axis, rms."""
 
 
