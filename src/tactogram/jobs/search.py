@@ -32,6 +32,9 @@ KEPT = 0.95
 EXACT_BELOW = 20_000
 """Recordings up to which every one is compared; above, the index's graph is walked."""
 
+GRAPH_DEPTH = 500
+"""Neighbours that are asked of the graph: materials beyond them are not listed."""
+
 
 class Embedder(Protocol):
     """A model that turns a signal into a vector."""
@@ -190,7 +193,8 @@ def search(
         simulated = simulated or store.simulated
         index = _index_of(loaded, store, index.threshold, index.calibrated_on)
     vector = loaded.model.embed(loaded.prepare(signal))
-    every = index.nearest(vector, len(index.ids))
+    few = len(index.ids) <= EXACT_BELOW
+    every = index.nearest(vector, len(index.ids) if few else max(GRAPH_DEPTH, 10 * count))
     materials: dict[str, float] = {}
     for found in every:
         materials.setdefault(found["material"], found["distance"])
