@@ -29,7 +29,7 @@ def run(jobs: Any, folder: Path, *, paper: bool) -> dict[str, Any]:
     rows = []
     for number, held_out in enumerate(turns):
         out = folder / f"turn-{number}"
-        options: dict[str, Any] = {"recipe": "paper"} if paper else {"changes": {"config.steps": 300}}
+        options: dict[str, Any] = {"recipe": "paper"} if paper else {"changes": {"config.steps": 200}}
         jobs.train(
             "stroke_cnn",
             data,
