@@ -1,0 +1,40 @@
+"""The command ``tactogram``: one verb, its result, and what is said where something is wrong."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+from tactogram.cli.parser import make_parser
+from tactogram.errors import TactogramError
+
+# torch's threads spin when they wait, and collapse when a core is busy. Read when torch is imported.
+os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one verb; return 0, or 1 after a line on stderr where something was wrong.
+
+    Usage errors exit with 2, as argparse does.
+    """
+    arguments = make_parser().parse_args(argv)
+    if folders := getattr(arguments, "models", None):
+        # Whatever loads a run finds them: a run names its model, not where it lies.
+        known = os.environ.get("TACTOGRAM_MODELS")
+        os.environ["TACTOGRAM_MODELS"] = os.pathsep.join([*folders, *([known] if known else [])])
+    try:
+        return arguments.run(arguments) or 0
+    except TactogramError as error:
+        sys.stderr.write(f"tactogram: {error}\n")
+        return 1
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except OSError as error:
+        # No permission, no space, a file where a folder is needed: the system's words say enough.
+        sys.stderr.write(f"tactogram: {error}\n")
+        return 1
+    except KeyboardInterrupt:
+        sys.stderr.write("tactogram: interrupted\n")
+        return 130

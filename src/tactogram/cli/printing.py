@@ -1,0 +1,54 @@
+"""How results look: one JSON object, or lines and columns for people."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+Arguments = argparse.Namespace
+
+
+def print_result(a: Arguments, result: Any, text: str) -> None:
+    """Print ``result`` as JSON where ``--json`` was given, else ``text``."""
+    sys.stdout.write((json.dumps(result, ensure_ascii=False) if a.json else text) + "\n")
+
+
+def accuracies(result: Mapping[str, Any]) -> str:
+    """Return the accuracies of a classifier as a line."""
+    low, high = result["recording_accuracy_95"]
+    return (
+        f"recording accuracy {100 * result['recording_accuracy']:.1f} % (95 %: {100 * low:.1f}–{100 * high:.1f}) "
+        f"of {result['recordings']}, window accuracy {100 * result['window_accuracy']:.1f} % of {result['windows']}"
+    )
+
+
+def lines_of(facts: Mapping[str, Any]) -> str:
+    """Return a line per fact; what is empty is left out."""
+    return "\n".join(
+        f"{name}: {text_of(value)}" for name, value in facts.items() if value not in (None, [], {})
+    )
+
+
+def text_of(value: Any) -> str:
+    """Return a value as people read it."""
+    if value is None:
+        return "-"
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name} {text_of(inner)}" for name, inner in value.items())
+    if isinstance(value, list | tuple):
+        return ", ".join(text_of(inner) for inner in value)
+    return str(value)
+
+
+def columns(rows: Sequence[Sequence[str]]) -> str:
+    """Return rows of cells as columns of one width each."""
+    rows = [[str(cell) for cell in row] for row in rows]
+    if not rows:
+        return "none"
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    return "\n".join("  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip() for row in rows)

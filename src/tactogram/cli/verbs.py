@@ -1,0 +1,306 @@
+"""What each verb does: calls a job and prints its result. Nothing heavy is imported before a verb is chosen."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tactogram.cli.printing import Arguments, accuracies, columns, lines_of, print_result, text_of
+
+
+def demo(a: Arguments) -> None:
+    """Simulate, classify, search and give a voice to surfaces; leaves a report."""
+    from tactogram.jobs.demo import demo
+    from tactogram.jobs.progress import shown
+
+    with shown() as progress:
+        result = demo(a.out, seed=a.seed, progress=progress)
+    print_result(a, result, f"report: {result['report']}")
+
+
+def doctor(a: Arguments) -> None:
+    """Say what is installed, what is missing and what for, and which device is used."""
+    from tactogram.jobs.doctor import doctor
+
+    facts = doctor()
+    lines = [f"tactogram {facts['tactogram']}, Python {facts['python']}, {facts['platform']}"]
+    lines.append(
+        f"device {facts['device']}, {facts['cores']} cores, {facts['threads']} threads, "
+        f"{facts['memory_gib']} GiB memory"
+    )
+    lines += [f"  {name} {version or 'MISSING'}" for name, version in facts["packages"].items()]
+    for name, extra in facts["extras"].items():
+        state = f"missing {', '.join(extra['missing'])}" if extra["missing"] else "installed"
+        lines.append(f"extra {name} ({extra['for']}): {state}")
+    lines += [f"! {problem}" for problem in facts["problems"]] or ["no problems found"]
+    print_result(a, facts, "\n".join(lines))
+
+
+def data_list(a: Arguments) -> None:
+    """List what can be imported and simulated."""
+    from tactogram.jobs.data import list_sets
+
+    facts = list_sets()
+    rows = [(name, s["title"], s["licence"]) for name, s in facts["import"].items()]
+    text = "import:\n" + columns(rows)
+    text += "\nsimulate:\n" + columns(list(facts["simulate"].items()))
+    print_result(a, facts, text)
+
+
+def data_import(a: Arguments) -> None:
+    """Import a data set into a store."""
+    from tactogram.jobs.data import import_store
+    from tactogram.jobs.progress import shown
+
+    with shown() as progress:
+        report = import_store(a.set, a.path, a.out, skip_bad=a.skip_bad, workers=a.workers, progress=progress)
+    print_result(a, report, lines_of(report))
+
+
+def data_simulate(a: Arguments) -> None:
+    """Make a data set of simulated surfaces."""
+    from tactogram.jobs.progress import shown
+    from tactogram.jobs.simulate import simulate_to_store
+
+    options = {"per_class": a.per_class, "rate": a.rate, "seconds": a.seconds, "workers": a.workers}
+    with shown() as progress:
+        report = simulate_to_store(a.set, a.out, seed=a.seed, progress=progress, **options)
+    print_result(a, report, lines_of(report))
+
+
+def data_info(a: Arguments) -> None:
+    """Say what a store holds."""
+    from tactogram.jobs.data import store_info
+
+    facts = store_info(a.path)
+    print_result(a, facts, lines_of(facts))
+
+
+def data_check(a: Arguments) -> int:
+    """Read every shard of a store and compare it with its hash."""
+    from tactogram.jobs.data import check_store
+
+    facts = check_store(a.path)
+    print_result(a, facts, lines_of(facts))
+    return 0 if facts["ok"] else 1
+
+
+def data_add(a: Arguments) -> None:
+    """Put a recording into a store."""
+    from tactogram.jobs.data import add_signal
+
+    facts = add_signal(
+        a.path,
+        a.file,
+        material=a.material,
+        stream=a.stream,
+        speed_mm_s=a.speed,
+        force_n=a.force,
+        **_signal_arguments(a),
+    )
+    print_result(a, facts, lines_of(facts))
+
+
+def models(a: Arguments) -> None:
+    """List the models."""
+    from tactogram.models import available
+
+    found = {
+        name: m.model_dump(mode="json", exclude={"folder", "package", "name"})
+        | {"recipes": list(m.recipes())}
+        for name, m in available(a.models).items()
+    }
+    rows = [
+        (name, str(m["year"]), f"{'+'.join(m['needs']) or '-'} -> {m['gives']}", m["title"])
+        for name, m in found.items()
+    ]
+    print_result(a, found, columns(rows))
+
+
+def train(a: Arguments) -> None:
+    """Train a model on a data set."""
+    from tactogram.jobs.progress import shown
+    from tactogram.jobs.training import train
+
+    with shown() as progress:
+        run = train(
+            a.model,
+            a.data,
+            **_training_arguments(a),
+            out=a.out,
+            resume=a.resume,
+            devices=a.devices,
+            progress=progress,
+        )
+    facts = run.facts()
+    result = {"run": str(run.folder), "run_id": run.data["run_id"], "validation": facts["validation"]}
+    shown_values = ", ".join(f"{name} {value:.3f}" for name, value in facts["validation"].items())
+    print_result(a, result, f"run: {run.folder}" + (f"\nvalidation: {shown_values}" if shown_values else ""))
+
+
+def crossval(a: Arguments) -> None:
+    """Cross-validate a classifier, by recording."""
+    from tactogram.jobs.crossval import crossval
+    from tactogram.jobs.progress import shown
+
+    with shown() as progress:
+        result = crossval(
+            a.model,
+            a.data,
+            **_training_arguments(a),
+            folds=a.folds,
+            only_folds=a.only_folds,
+            out=a.out,
+            progress=progress,
+        )
+    print_result(a, result, f"{accuracies(result)}\nsplit: {result['split']}\nreport: {result['report']}")
+
+
+def evaluate(a: Arguments) -> None:
+    """Judge a run on recordings that it was not trained on."""
+    from tactogram.jobs.evaluate import evaluate
+    from tactogram.jobs.progress import shown
+
+    with shown() as progress:
+        result = evaluate(a.run_folder, data=a.data, unknown=a.unknown, progress=progress)
+    if "measures" in result:
+        lines = [
+            f"{measure}: " + ", ".join(f"{column} {text_of(value)}" for column, value in row.items())
+            for measure, row in result["measures"].items()
+        ]
+    else:
+        lines = [accuracies(result)]
+    print_result(a, result, "\n".join([*lines, f"report: {result['report']}"]))
+
+
+def generate(a: Arguments) -> None:
+    """Make signals with a trained generator."""
+    from pathlib import Path
+
+    from tactogram.jobs.generate import generate_files, parse_mix
+
+    material = {a.material: 1.0} if a.material else parse_mix(a.mix)
+    condition = {"material": material, "speed_mm_s": a.speed, "force_n": a.force}
+    condition = {name: value for name, value in condition.items() if value is not None}
+    written = generate_files(
+        a.run_folder, condition, Path(a.out), seconds=a.seconds, seed=a.seed, count=a.count
+    )
+    print_result(a, {"files": written}, "\n".join(row["file"] for row in written))
+
+
+def classify(a: Arguments) -> None:
+    """Name the material of recordings."""
+    from tactogram.jobs.classify import classify
+    from tactogram.jobs.training import load_run
+    from tactogram.signal.io import read_signal
+
+    loaded = load_run(a.run_folder)
+    results = {file: classify(loaded, read_signal(file, **_signal_arguments(a))) for file in a.files}
+    rows = [
+        (file, r["material"], f"{r['probability']:.3f}", "none of these?" if r["none_of_these"] else "")
+        for file, r in results.items()
+    ]
+    print_result(a, {"files": results}, columns(rows))
+
+
+def search(a: Arguments) -> None:
+    """Find what is most like a recording, or say that nothing is."""
+    from tactogram.jobs.search import search
+    from tactogram.signal.io import read_signal
+
+    signal = read_signal(a.file, **_signal_arguments(a))
+    result = search(a.run_folder, signal, data=a.data, count=a.count)
+    verdict = "none of these" if result["none_of_these"] else "known"
+    rows = [(f["material"], f"{f['distance']:.4f}", f["id"]) for f in result["nearest"]]
+    head = f"{verdict}: nearest at {result['distance']:.4f}, threshold {result['threshold']:.4f}"
+    print_result(a, result, head + "\n" + columns(rows))
+
+
+def convert(a: Arguments) -> None:
+    """Convert a signal from one file format to another."""
+    from tactogram.jobs.convert import convert
+
+    facts = convert(
+        a.source,
+        a.target,
+        **_signal_arguments(a),
+        columns=a.columns.split(",") if a.columns else None,
+        time=a.time,
+        sheet=a.sheet,
+        full_scale=a.full_scale,
+        resample_to=a.resample,
+        subtype=a.subtype,
+    )
+    print_result(a, facts, lines_of(facts))
+
+
+def run_export(a: Arguments) -> None:
+    """Pack a run into one .zip file."""
+    from tactogram.jobs.exchange import export_run
+
+    print_result(a, facts := export_run(a.source, a.out), lines_of(facts))
+
+
+def run_import(a: Arguments) -> None:
+    """Unpack a run from a .zip file."""
+    from tactogram.jobs.exchange import import_run
+
+    print_result(a, facts := import_run(a.source, a.out), lines_of(facts))
+
+
+def reproduce(a: Arguments) -> None:
+    """Run the experiment behind a published table or figure."""
+    from tactogram.jobs.progress import shown
+    from tactogram.jobs.reproduce import experiments, reproduce
+
+    if a.list or a.experiment is None:
+        found = experiments()
+        print_result(a, found, columns(list(found.items())))
+        return
+    with shown() as progress:
+        result = reproduce(a.experiment, recipe=a.recipe, out=a.out, progress=progress)
+    print_result(a, result, result["text"])
+
+
+def table(a: Arguments) -> None:
+    """Show every model's published results beside ours."""
+    from tactogram.jobs.table import table
+
+    rows = table()
+    shown_rows = [
+        (r["model"], r["what"], text_of(r["published"]), text_of(r["ours"]), r["data"]) for r in rows
+    ]
+    print_result(
+        a, {"rows": rows}, columns([("model", "what", "published", "ours", "our data"), *shown_rows])
+    )
+
+
+def _training_arguments(a: Arguments) -> dict[str, Any]:
+    from pathlib import Path
+
+    from tactogram.errors import ParameterError
+    from tactogram.recipe import parse_changes
+
+    changes = parse_changes(a.set)
+    if a.band:
+        changes["prepare.band"] = list(a.band)
+    where = {}
+    for text in a.where:
+        key, sign, value = text.partition("=")
+        if not sign:
+            raise ParameterError(f"--where needs KEY=VALUE, got {text!r}")
+        where[key] = value
+    return {
+        "recipe": a.recipe,
+        "changes": changes,
+        "split": a.split,
+        "by": a.by,
+        "label": a.label,
+        "where": where,
+        "accelerator": a.accelerator,
+        "model_folders": [Path(folder) for folder in a.models],
+    }
+
+
+def _signal_arguments(a: Arguments) -> dict[str, Any]:
+    axes = tuple(name.strip() for name in a.axes.split(",")) if a.axes else None
+    return {"unit": a.unit, "rate": a.rate, "axes": axes}
