@@ -11,9 +11,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from tactogram.datasets import RecordingInfo
-from tactogram.datasets.splits import (
-    Segment,
-    Split,
+from tactogram.datasets.splits import Segment, Split
+from tactogram.datasets.splitting import (
     contiguous_blocks,
     kfold,
     natural_order,

@@ -10,10 +10,10 @@ from tactogram.datasets.recording import Recording as Recording
 from tactogram.datasets.recording import RecordingInfo as RecordingInfo
 from tactogram.datasets.splits import Segment as Segment
 from tactogram.datasets.splits import Split as Split
-from tactogram.datasets.splits import contiguous_blocks as contiguous_blocks
-from tactogram.datasets.splits import kfold as kfold
-from tactogram.datasets.splits import split_fractions as split_fractions
-from tactogram.datasets.splits import split_last as split_last
+from tactogram.datasets.splitting import contiguous_blocks as contiguous_blocks
+from tactogram.datasets.splitting import kfold as kfold
+from tactogram.datasets.splitting import split_fractions as split_fractions
+from tactogram.datasets.splitting import split_last as split_last
 from tactogram.datasets.store import Store as Store
 from tactogram.datasets.store import open_store as open_store
 from tactogram.datasets.writing import add_recordings as add_recordings
