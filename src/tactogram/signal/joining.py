@@ -1,0 +1,227 @@
+"""Pieces joined to one longer signal, without a seam in its level or its waveform; and how a seam shows.
+
+Two pieces are crossfaded. What their sum's power does in between depends on their correlation there: gains that
+suit unlike pieces swell alike ones by 3 dB, gains that suit alike ones dip unlike ones by 3 dB. So the
+correlation is measured and the gains follow it (Fink, Holters & Zölzer 2016). Before that the second piece may
+slide to where it goes on best from the first, as in WSOLA (Verhelst & Roelands 1993).
+
+References
+----------
+- Fink, M., Holters, M. & Zölzer, U. (2016). Signal-matched power-complementary cross-fading and dry-wet mixing.
+  Proc. 19th Int. Conf. Digital Audio Effects (DAFx-16), 109-112.
+- Verhelst, W. & Roelands, M. (1993). An overlap-add technique based on waveform similarity (WSOLA) for high
+  quality time-scale modification of speech. Proc. ICASSP, vol. 2, 554-557. doi 10.1109/ICASSP.1993.319366
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import correlate
+
+from tactogram.errors import ParameterError
+from tactogram.signal.signal import Signal
+
+Array = NDArray[np.float64]
+
+LEAST_CORRELATION = -0.9
+"""Pieces that oppose each other more than this dip in level: keeping it would take gains above 2.3 each."""
+
+
+def join(pieces: Sequence[Signal], *, overlap_s: float, search_s: float = 0.0) -> Signal:
+    """Return ``pieces`` as one signal, each crossfaded into the next; the power is kept throughout.
+
+    The power (mean square) of each axis goes smoothly from that of one piece to that of the next, whatever the
+    correlation of the two, as long as it is above `LEAST_CORRELATION`.
+
+    Parameters
+    ----------
+    pieces : sequence of Signal
+        All of one rate, unit and set of axes, over time. Each at least ``overlap_s`` + ``search_s`` long.
+    overlap_s : float
+        Length of each crossfade, s; 0 puts the pieces end to end.
+    search_s : float
+        Up to so much, in s, is left out at the beginning of each further piece, so that what follows is most
+        like (normalised cross-correlation, summed over the axes) what it is faded into. All axes move together.
+
+    Returns
+    -------
+    Signal
+        As long as all pieces, less the crossfades and what was left out.
+
+    Raises
+    ------
+    ParameterError
+        If pieces differ in kind, or one is too short.
+    """
+    if not pieces:
+        raise ParameterError("join needs at least one piece, got none")
+    return pieces[0].with_samples(np.hstack(list(_joined(pieces, overlap_s, search_s))).astype(np.float32))
+
+
+def extend(
+    draw: Callable[[int], Signal], *, seconds: float, overlap_s: float, search_s: float = 0.0
+) -> Signal:
+    """Return exactly ``seconds`` of the pieces ``draw(0)``, ``draw(1)``, …, joined as `join` does.
+
+    Parameters
+    ----------
+    draw : callable
+        Gives piece number k; called for as many as are needed.
+    seconds : float
+        The result has ``round(seconds * rate)`` samples, at least one.
+    overlap_s, search_s : float, s
+        As in `join`.
+
+    Raises
+    ------
+    ParameterError
+        As `join`; or if a piece adds nothing to what is there.
+    """
+    if not (seconds > 0 and np.isfinite(seconds)):
+        raise ParameterError(f"seconds must be > 0 and finite, got {seconds:g}")
+    first = draw(0)
+    total = max(1, round(seconds * first.rate))
+    if len(first) >= total:
+        return first.cut(0, total)
+
+    def pieces() -> Iterator[Signal]:
+        yield first
+        number = 0
+        while True:
+            number += 1
+            piece = draw(number)
+            if len(piece) <= round(overlap_s * piece.rate) + round(search_s * piece.rate):
+                raise ParameterError(
+                    f"pieces must be longer than overlap_s + search_s, {overlap_s + search_s:g} s; "
+                    f"got {piece.seconds:g} s"
+                )
+            yield piece
+
+    kept: list[Array] = []
+    length = 0
+    for part in _joined(pieces(), overlap_s, search_s):
+        kept.append(part)
+        length += part.shape[1]
+        if length >= total:
+            break
+    return first.with_samples(np.hstack(kept)[:, :total].astype(np.float32))
+
+
+def repeat(signal: Signal, times: int) -> Signal:
+    """Return ``signal`` end to end ``times`` times, with the jumps that makes: Saga et al. 2020, Sec. IV-A."""
+    if times < 1:
+        raise ParameterError(f"times must be >= 1, got {times}")
+    return signal.with_samples(np.tile(signal.samples, (1, times)))
+
+
+def seam_excess_db(signal: Signal, places: Sequence[int]) -> float:
+    """Return by how much the jumps at ``places`` exceed those elsewhere, dB.
+
+    ``10 log10(mean d[p]^2 / mean d[other]^2)`` with ``d[p] = x[p] - x[p - 1]``, averaged over the axes' powers
+    relative to their own jumps elsewhere. About 0 where a seam does not show.
+
+    Parameters
+    ----------
+    signal : Signal
+    places : sequence of int
+        Samples that follow a seam, 1 to ``len(signal) - 1``.
+
+    Raises
+    ------
+    ParameterError
+        If there are no such places, no others, or the signal does not move elsewhere.
+    """
+    at = np.zeros(len(signal), dtype=bool)
+    chosen = np.asarray(places, dtype=np.int64)
+    if chosen.size == 0 or chosen.min() < 1 or chosen.max() >= len(signal):
+        raise ParameterError(f"places must be within 1 to {len(signal) - 1}, got {list(places)[:5]}")
+    at[chosen] = True
+    if at[1:].all():
+        raise ParameterError("places must leave samples to compare with, got all of them")
+    jumps = np.diff(signal.samples.astype(np.float64), axis=1) ** 2
+    elsewhere = jumps[:, ~at[1:]].mean(axis=1)
+    if not elsewhere.all():
+        raise ParameterError("signal must move between the places on every axis, got a constant one")
+    return float(10 * np.log10(max(np.mean(jumps[:, at[1:]].mean(axis=1) / elsewhere), 1e-30)))
+
+
+def _joined(pieces: Iterable[Signal], overlap_s: float, search_s: float) -> Iterator[Array]:
+    """Yield the joined signal part by part, float64 (axis, time); what may still be faded is held back."""
+    for name, value in (("overlap_s", overlap_s), ("search_s", search_s)):
+        if not (value >= 0 and np.isfinite(value)):
+            raise ParameterError(f"{name} must be >= 0 s and finite, got {value:g}")
+    first: Signal | None = None
+    tail = np.empty((0, 0))
+    for number, piece in enumerate(pieces):
+        first = piece if first is None else first
+        n, search = round(overlap_s * first.rate), round(search_s * first.rate)
+        _check(number, piece, first, n + (search if number else 0))
+        x = piece.samples.astype(np.float64)
+        if number:
+            if n:
+                x = x[:, _best_lag(tail, x[:, : n + search]) :]
+            x = np.hstack((_crossfade(tail, x[:, :n]), x[:, n:]))
+        split = x.shape[1] - n
+        if split:
+            yield x[:, :split]
+        tail = x[:, split:]
+    if tail.shape[1]:
+        yield tail
+
+
+def _check(number: int, piece: Signal, first: Signal, least: int) -> None:
+    got, expected = ((s.rate, s.unit, s.axes, s.domain) for s in (piece, first))
+    if got != expected or piece.domain != "time":
+        raise ParameterError(
+            f"pieces must be of one rate, unit and set of axes, over time; piece {number} is "
+            f"{got[0]:g}, {got[1]}, {','.join(got[2])} over {got[3]}, the first {expected[0]:g}, {expected[1]}, "
+            f"{','.join(expected[2])} over {expected[3]}"
+        )
+    if len(piece) < least:
+        raise ParameterError(
+            f"piece {number} must have at least {least} samples for the crossfade and the search, got {len(piece)}"
+        )
+
+
+def _best_lag(before: Array, after: Array) -> int:
+    """Return the lag at which ``after`` is most like ``before``: the highest normalised cross-correlation.
+
+    Parameters
+    ----------
+    before : float64 array, shape (axis, n)
+    after : float64 array, shape (axis, n + search)
+    """
+    n = before.shape[1]
+    if after.shape[1] == n:
+        return 0
+    products = sum(correlate(a, b, mode="valid") for a, b in zip(after, before, strict=True))
+    energy = np.concatenate(([0.0], np.cumsum((after**2).sum(axis=0))))
+    window = energy[n:] - energy[:-n]
+    return int(np.argmax(products / np.sqrt(np.maximum(window, 1e-12 * energy[-1] + 1e-30))))
+
+
+def _crossfade(before: Array, after: Array) -> Array:
+    """Return ``before`` turned into ``after``, each axis with the gains that its own correlation asks for.
+
+    With the fades ``u = cos^2, v = sin^2`` scaled to ``u^2 + v^2 = 1``, the sum ``u a + v b`` has the power
+    ``u^2 Pa + v^2 Pb + 2 u v r sqrt(Pa Pb)``; both are divided by what makes that ``u^2 Pa + v^2 Pb``. For
+    alike pieces (r = 1) the gains then sum to 1, for unlike ones (r = 0) their squares do.
+    """
+    n = before.shape[1]
+    if n == 0:
+        return before
+    rise = np.sin(np.pi / 2 * (np.arange(n) + 0.5) / n) ** 2
+    length = np.hypot(1 - rise, rise)
+    u, v = (1 - rise) / length, rise / length
+    both = u * v
+    pa, pb, cross = ((both * p).sum(axis=1) for p in (before**2, after**2, before * after))
+    r = np.clip(cross / np.sqrt(np.maximum(pa * pb, 1e-300)), LEAST_CORRELATION, 1.0)
+    pa, pb, r = pa[:, None], pb[:, None], r[:, None]
+    meant = u**2 * pa + v**2 * pb
+    excess = 2 * both * r * np.sqrt(pa * pb)
+    scale = np.sqrt(np.where(meant > 0, meant / np.maximum(meant + excess, 1e-300), 1.0))
+    mixed: Array = scale * (u * before + v * after)
+    return mixed
