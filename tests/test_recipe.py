@@ -30,8 +30,9 @@ def test_changes_replace_values_by_dotted_key(file):
         ("prepare.rat=1", "unknown key 'prepare.rat'; known here: axes, band, rate, stream"),
         ("sed=1", "unknown key 'sed'; known here: config, model, prepare, seed, training"),
         ("prepare.rate=-5", "prepare.rate"),
-        ("prepare.band=[1000,20]", "band must be low < high in Hz, got 1000 20"),
-        ("training.checkpoint_every=0", "greater than 0"),
+        ("prepare.band=[1000,20]", "prepare.band: band must be low < high in Hz, got 1000 20"),
+        ("training.checkpoint_every=0", "training.checkpoint_every: must be greater than 0, got 0"),
+        ("seed=many", "seed: must be a valid integer"),
     ],
 )
 def test_what_is_no_recipe_is_refused_in_one_line(file, change, message):

@@ -133,7 +133,8 @@ def validated(kind: type[M], values: Mapping[str, Any], *, where: str) -> M:
         if first["type"] == "extra_forbidden":
             known = ", ".join(sorted(_keys_at(kind, first["loc"][:-1])))
             raise ParameterError(f"{where}: unknown key {key!r}; known here: {known}") from None
-        raise ParameterError(f"{where}: {key}: {first['msg']}, got {first['input']!r}") from None
+        message = first["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
+        raise ParameterError(f"{where}: {key}: {message}, got {first['input']!r}") from None
 
 
 def parse_changes(assignments: Sequence[str]) -> dict[str, Any]:

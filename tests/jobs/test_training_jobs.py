@@ -199,8 +199,9 @@ def test_generated_files_say_what_they_are(voice, tmp_path):
     first = read_signal(tmp_path / "x-1.wav")
     assert (first.rate, first.unit, first.axes) == (330.0, "m/s^2", ("x", "y", "z"))
     said = read_metadata(tmp_path / "x-1.wav")
-    assert said["simulated"] == "true"
-    assert said["material"] == "cork=0.5,tile=0.5"
+    assert said["simulated"] is True
+    assert written[0]["simulated"] is True
+    assert said["material"] == {"cork": 0.5, "tile": 0.5}
     assert (first.samples != read_signal(tmp_path / "x-2.wav").samples).any()
     again = next(generate(voice, {"material": {"cork": 0.5, "tile": 0.5}}, seconds=2))
     np.testing.assert_array_equal(again.samples, first.samples)

@@ -82,7 +82,7 @@ def demo(out: Path | str = "runs/demo", *, seed: int = 0, progress: Progress = s
     }
     for weight, signal in ladder.items():
         share = f"{MIX[0]}-{1 - weight:g}-{MIX[1]}-{weight:g}"
-        write_signal(folder / "sounds" / f"{share}.wav", signal, metadata={"simulated": "true"})
+        write_signal(folder / "sounds" / f"{share}.wav", signal, metadata={"simulated": True})
 
     report = write_report(
         folder / "report.html",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -75,22 +75,23 @@ def generate_files(
     Returns
     -------
     list of dict
-        ``file``, ``seconds``, ``rate_hz``, ``unit``, ``axes``, ``rms`` per file.
+        ``file``, ``seconds``, ``rate_hz``, ``unit``, ``axes``, ``simulated`` (whether what it learned from
+        was), ``rms`` per file.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     metadata = {
         "generated_by": f"tactogram {loaded.facts.name}",
         "run": loaded.run.data["run_id"],
-        "seed": str(seed),
-        "simulated": str(loaded.kind.simulated).lower(),
-        **{name: _text(value) for name, value in condition.items() if value is not None},
+        "seed": seed,
+        "simulated": loaded.kind.simulated,
+        **{name: value for name, value in condition.items() if value is not None},
     }
     written = []
     for number, signal in enumerate(
         generate(loaded, condition, seconds=seconds, seed=seed, count=count), start=1
     ):
         file = out if count == 1 else out.with_name(f"{out.stem}-{number}{out.suffix}")
-        write_signal(file, signal, metadata={**metadata, "number": str(number)})
+        write_signal(file, signal, metadata={**metadata, "number": number})
         written.append(
             {
                 "file": str(file),
@@ -98,6 +99,7 @@ def generate_files(
                 "rate_hz": signal.rate,
                 "unit": signal.unit,
                 "axes": list(signal.axes),
+                "simulated": loaded.kind.simulated,
                 "rms": float((signal.samples.astype(float) ** 2).mean() ** 0.5),
             }
         )
@@ -125,9 +127,3 @@ def parse_mix(text: str) -> dict[str, float]:
             raise ParameterError(f"--mix names {name.strip()!r} twice")
         weights[name.strip()] = weight
     return weights
-
-
-def _text(value: Any) -> str:
-    if isinstance(value, Mapping):
-        return ",".join(f"{name}={weight:g}" for name, weight in value.items())
-    return f"{value:g}" if isinstance(value, float) else str(value)
