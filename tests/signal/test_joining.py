@@ -59,6 +59,14 @@ def test_opposed_pieces_stay_finite_and_bounded():
     assert np.abs(joined.samples).max() <= 3.2 * np.abs(x.samples).max()
 
 
+def test_gravity_stays_and_does_not_make_unlike_pieces_look_alike():
+    pieces = [noise(seed, 1000).samples + 9.81 * 20 for seed in range(40)]
+    joined = join([Signal(x, RATE, "m/s^2") for x in pieces], overlap_s=0.4).samples[0]
+    inside = np.hstack([joined[k * 600 : k * 600 + 400] for k in range(1, 39)])
+    assert inside.mean() == pytest.approx(9.81 * 20, rel=1e-3)
+    assert 10 * np.log10(inside.var()) == pytest.approx(0, abs=0.6)
+
+
 def test_silence_fades_into_a_signal():
     x = noise(2)
     joined = join([x.with_samples(np.zeros((1, 1000))), x], overlap_s=0.5)

@@ -122,7 +122,11 @@ def _fresh(folder: Path) -> Path:
     if folder.exists() and any(folder.iterdir()):
         if not (folder / MARK).exists():
             raise RunError(f"{folder}: holds something else than an earlier demo; give another --out")
-        shutil.rmtree(folder)
+        for inner in folder.iterdir():
+            if inner.is_dir():
+                shutil.rmtree(inner)
+            elif inner.name != MARK:  # last to stay: what a kill leaves here is still a demo's
+                inner.unlink()
     folder.mkdir(parents=True, exist_ok=True)
     (folder / MARK).touch()
     (folder / "sounds").mkdir()

@@ -40,14 +40,17 @@ def doctor() -> dict[str, Any]:
         for name, extra in extras.items():
             if _only_for(need, name) and _version(need.name) is None:
                 extra["missing"].append(need.name)
-    cuda = torch.cuda.is_available()
+    if torch.cuda.is_available():
+        device = torch.cuda.get_device_name()
+    else:
+        device = "mps" if torch.backends.mps.is_available() else "cpu"
     return {
         "tactogram": _version("tactogram"),
         "python": platform.python_version(),
         "platform": platform.platform(),
         "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
         "memory_gib": round(psutil.virtual_memory().total / 2**30, 1),
-        "device": torch.cuda.get_device_name() if cuda else "cpu",
+        "device": device,
         "threads": torch.get_num_threads(),
         "packages": core,
         "extras": extras,

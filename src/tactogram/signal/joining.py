@@ -33,8 +33,8 @@ LEAST_CORRELATION = -0.9
 def join(pieces: Sequence[Signal], *, overlap_s: float, search_s: float = 0.0) -> Signal:
     """Return ``pieces`` as one signal, each crossfaded into the next; the power is kept throughout.
 
-    The power (mean square) of each axis goes smoothly from that of one piece to that of the next, whatever the
-    correlation of the two, as long as it is above `LEAST_CORRELATION`.
+    The power (variance) of each axis goes smoothly from that of one piece to that of the next, whatever the
+    correlation of the two, as long as it is above `LEAST_CORRELATION`; so does the mean, such as gravity.
 
     Parameters
     ----------
@@ -189,6 +189,8 @@ def _check(number: int, piece: Signal, first: Signal, least: int) -> None:
 def _best_lag(before: Array, after: Array) -> int:
     """Return the lag at which ``after`` is most like ``before``: the highest normalised cross-correlation.
 
+    Their means are left out: gravity is alike everywhere.
+
     Parameters
     ----------
     before : float64 array, shape (axis, n)
@@ -197,6 +199,7 @@ def _best_lag(before: Array, after: Array) -> int:
     n = before.shape[1]
     if after.shape[1] == n:
         return 0
+    before, after = (x - x.mean(axis=1, keepdims=True) for x in (before, after))
     products = sum(correlate(a, b, mode="valid") for a, b in zip(after, before, strict=True))
     energy = np.concatenate(([0.0], np.cumsum((after**2).sum(axis=0))))
     window = energy[n:] - energy[:-n]
@@ -208,20 +211,20 @@ def _crossfade(before: Array, after: Array) -> Array:
 
     With the fades ``u = cos^2, v = sin^2`` scaled to ``u^2 + v^2 = 1``, the sum ``u a + v b`` has the power
     ``u^2 Pa + v^2 Pb + 2 u v r sqrt(Pa Pb)``; both are divided by what makes that ``u^2 Pa + v^2 Pb``. For
-    alike pieces (r = 1) the gains then sum to 1, for unlike ones (r = 0) their squares do.
+    alike pieces (r = 1) the gains then sum to 1, for unlike ones (r = 0) their squares do. All this is of
+    what varies: the means, which would make any two pieces look alike, are faded linearly.
     """
     n = before.shape[1]
     if n == 0:
         return before
     rise = np.sin(np.pi / 2 * (np.arange(n) + 0.5) / n) ** 2
-    length = np.hypot(1 - rise, rise)
-    u, v = (1 - rise) / length, rise / length
-    both = u * v
-    pa, pb, cross = ((both * p).sum(axis=1) for p in (before**2, after**2, before * after))
+    u, v = (1 - rise, rise) / np.hypot(1 - rise, rise)
+    mean_a, mean_b = before.mean(axis=1, keepdims=True), after.mean(axis=1, keepdims=True)
+    a, b = before - mean_a, after - mean_b
+    pa, pb, cross = ((u * v * p).sum(axis=1, keepdims=True) for p in (a**2, b**2, a * b))
     r = np.clip(cross / np.sqrt(np.maximum(pa * pb, 1e-300)), LEAST_CORRELATION, 1.0)
-    pa, pb, r = pa[:, None], pb[:, None], r[:, None]
     meant = u**2 * pa + v**2 * pb
-    excess = 2 * both * r * np.sqrt(pa * pb)
-    scale = np.sqrt(np.where(meant > 0, meant / np.maximum(meant + excess, 1e-300), 1.0))
-    mixed: Array = scale * (u * before + v * after)
+    got = meant + 2 * u * v * r * np.sqrt(pa * pb)
+    scale = np.sqrt(np.where(got > 0, meant / np.maximum(got, 1e-300), 1.0))
+    mixed: Array = scale * (u * a + v * b) + (1 - rise) * mean_a + rise * mean_b
     return mixed
