@@ -1,0 +1,113 @@
+"""The frequency bands that measures look at, and how much is felt in them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tactogram.errors import ParameterError
+from tactogram.signal.perception import FELT_HZ, detection_threshold
+
+THRESHOLD_UNITS = ("m", "m/s", "m/s^2")
+"""Units for which a detection threshold is known."""
+
+FELT_LIKE = {"N": "m", "V": "m/s^2", "1": "m/s^2"}
+"""Whose threshold curve lends its shape to a unit that has none of its own: only the shape, never the level.
+
+Skin is elastic below some 100 Hz, so a force goes with displacement; the sound of a surface goes with its
+acceleration, and so do most sensors that give volts or counts."""
+
+FELT_RANGE_DB = 50.0
+"""What lies farther than this below the strongest band is not counted, whatever the unit. About the range from
+the threshold to the unpleasant, which is general knowledge of the field and was not checked in a source."""
+
+
+def band_edges(low: float, high: float, *, per_octave: int) -> NDArray[np.float64]:
+    """Return edges spaced evenly on a logarithmic scale from ``low`` to ``high``, both included.
+
+    Parameters
+    ----------
+    low, high : float
+        0 < low < high, Hz.
+    per_octave : int
+        Bands per octave, as nearly as a whole number of bands allows.
+
+    Returns
+    -------
+    float64 array, shape (band + 1,), Hz
+
+    Raises
+    ------
+    ParameterError
+        If the range is empty.
+    """
+    if not 0 < low < high:
+        raise ParameterError(f"band must be 0 < low < high in Hz, got {low:g} {high:g}")
+    bands = max(1, round(np.log2(high / low) * per_octave))
+    return np.geomspace(low, high, bands + 1)
+
+
+def felt_edges(rate: float, *, per_octave: int = 3) -> NDArray[np.float64]:
+    """Return the edges of the bands that are felt (`FELT_HZ`), cut to what ``rate`` holds, Hz.
+
+    Raises
+    ------
+    ParameterError
+        If ``rate`` holds nothing that is felt.
+    """
+    low, high = FELT_HZ
+    if rate / 2 <= low:
+        raise ParameterError(f"rate must be above {2 * low:g} Hz to hold vibration, got {rate:g}")
+    return band_edges(low, min(high, rate / 2), per_octave=per_octave)
+
+
+def band_sums(
+    values: NDArray[np.float64], frequency: NDArray[np.float64], edges: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return ``values`` summed in each band.
+
+    Parameters
+    ----------
+    values : float64 array, shape (..., frequency)
+    frequency : float64 array, shape (frequency,), Hz
+        Evenly spaced from 0 on. A value stands for one spacing around its frequency, and is shared out between
+        two bands where an edge cuts it: no band is empty, however narrow.
+    edges : float64 array, shape (band + 1,), Hz
+
+    Returns
+    -------
+    float64 array, shape (..., band)
+    """
+    spacing = frequency[1] - frequency[0]
+    below = np.clip((edges[:, None] - frequency) / spacing + 0.5, 0, 1)
+    return np.asarray(values @ np.diff(below, axis=0).T)
+
+
+def felt_weight(frequency: ArrayLike, unit: str) -> NDArray[np.float64]:
+    """Return what a power at ``frequency`` is multiplied with to become a multiple of the threshold's.
+
+    Parameters
+    ----------
+    frequency : float array, any shape, Hz
+        > 0.
+    unit : str
+        Of the signal. In `THRESHOLD_UNITS` the weight is absolute: a sine whose *peak* is at the threshold
+        comes out as 1/2, its mean square in units of the threshold's peak. For any other unit it is the shape
+        of a curve that goes with it (`FELT_LIKE`), 1 at its largest: levels are then relative only.
+
+    Returns
+    -------
+    float64 array, the shape of ``frequency``
+        Outside of `FELT_HZ` as well: cutting is up to the caller.
+    """
+    weight = detection_threshold(frequency, FELT_LIKE.get(unit, unit)) ** -2.0
+    return weight if unit in THRESHOLD_UNITS else weight / weight.max()
+
+
+def felt_floor_db(unit: str, *levels: NDArray[np.float64]) -> float:
+    """Return the level below which nothing is felt beside ``levels``, dB.
+
+    `FELT_RANGE_DB` below the strongest, and never below the threshold (0 dB) where ``unit`` has one.
+    """
+    floor = max(float(level.max()) for level in levels) - FELT_RANGE_DB
+    return max(floor, 0.0) if unit in THRESHOLD_UNITS else floor

@@ -1,0 +1,103 @@
+"""Sets of signals that can be held against each other: of one kind, of one length, as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import ParameterError
+from tactogram.signal import Signal
+
+CHUNK_SAMPLES = 2**21
+"""Most samples that are transformed at once: memory stays flat however large a set is."""
+
+
+def segments(signals: Sequence[Signal], seconds: float, *, count: int | None = None) -> list[Signal]:
+    """Return ``signals`` cut to pieces of the same length, and to the same number where it is asked for.
+
+    Every estimate depends on how much it was made from: a mean spectrum of few pieces scatters more, the
+    largest of many correlations is larger, a Fréchet distance of few points is biased upwards. A model is
+    comparable with its floor only when both were cut with the same ``seconds`` and ``count``.
+
+    Parameters
+    ----------
+    signals : sequence of Signal
+        Over time. What is left at the end of one, and one that is shorter than a piece, is left out.
+    seconds : float
+        Length of a piece, s; rounded to whole samples.
+    count : int, optional
+        How many pieces to keep, spread evenly over all of them; by default all.
+
+    Returns
+    -------
+    list of Signal
+        In order, without overlap.
+
+    Raises
+    ------
+    ParameterError
+        If ``seconds`` or ``count`` is not > 0, a piece would be empty, or there are fewer pieces than asked for.
+    """
+    if not (seconds > 0 and np.isfinite(seconds)):
+        raise ParameterError(f"seconds must be > 0 and finite, got {seconds}")
+    if count is not None and count < 1:
+        raise ParameterError(f"count must be >= 1, got {count}")
+    pieces = []
+    for signal in signals:
+        length = round(seconds * _over_time(signal).rate)
+        if length < 1:
+            raise ParameterError(f"a piece of {seconds:g} s holds no sample at {signal.rate:g} Hz")
+        pieces += [signal.cut(k, k + length) for k in range(0, len(signal) - length + 1, length)]
+    wanted = count or 1
+    if len(pieces) < wanted:
+        raise ParameterError(
+            f"{wanted} pieces of {seconds:g} s were asked for, the signals hold {len(pieces)}: "
+            "use shorter or fewer pieces"
+        )
+    if count is None:
+        return pieces
+    return [pieces[k] for k in (np.arange(count) * len(pieces)) // count]
+
+
+def check_alike(*sets: Sequence[Signal], shortest_s: float = 0.0) -> Signal:
+    """Return one signal of ``sets`` after checking that all are of one kind.
+
+    Raises
+    ------
+    ParameterError
+        If a set is empty, they differ in rate, unit or axes, are not over time, or one lasts less than
+        ``shortest_s``.
+    """
+    if not all(sets):
+        raise ParameterError("a set to compare needs at least one signal, got none")
+    every = [signal for members in sets for signal in members]
+    kinds = {(s.rate, s.unit, s.axes) for s in every}
+    if len(kinds) != 1:
+        raise ParameterError(f"signals must have one rate, unit and set of axes, got {len(kinds)} kinds")
+    for signal in every:
+        if _over_time(signal).seconds < shortest_s * (1 - 1e-9):
+            raise ParameterError(f"signals must last at least {shortest_s:g} s, got {signal.seconds:.3g} s")
+    return every[0]
+
+
+def stacks(signals: Sequence[Signal]) -> Iterator[NDArray[np.float64]]:
+    """Yield the samples of ``signals``, those of equal length together: float64, shape (signal, axis, time).
+
+    The order is that of the lengths, not that of ``signals``; no stack holds more than `CHUNK_SAMPLES`, but
+    for a lone signal that does.
+    """
+    by_length: dict[int, list[NDArray[np.float32]]] = {}
+    for signal in signals:
+        by_length.setdefault(len(signal), []).append(signal.samples)
+    for members in by_length.values():
+        together = max(1, CHUNK_SAMPLES // members[0].size)
+        for start in range(0, len(members), together):
+            yield np.stack(members[start : start + together]).astype(np.float64)
+
+
+def _over_time(signal: Signal) -> Signal:
+    if signal.domain != "time":
+        raise ParameterError("signals must be over time, got one over displacement")
+    return signal
