@@ -4,13 +4,33 @@
 labels and of pairs. ``docs/measures.md`` says what each sees and what it is blind to.
 """
 
+from tactogram.evaluation.measures.accuracy import Accuracy as Accuracy
+from tactogram.evaluation.measures.accuracy import wilson as wilson
 from tactogram.evaluation.measures.amplitude import amplitude_distance as amplitude_distance
 from tactogram.evaluation.measures.coherence import coherence as coherence
 from tactogram.evaluation.measures.coherence import coherence_distance as coherence_distance
+from tactogram.evaluation.measures.downstream import Classify as Classify
+from tactogram.evaluation.measures.downstream import Fit as Fit
+from tactogram.evaluation.measures.downstream import linear_discriminant as linear_discriminant
+from tactogram.evaluation.measures.downstream import texture_features as texture_features
+from tactogram.evaluation.measures.downstream import transfer_accuracy as transfer_accuracy
+from tactogram.evaluation.measures.embedding import Manifold as Manifold
+from tactogram.evaluation.measures.embedding import frechet_distance as frechet_distance
+from tactogram.evaluation.measures.embedding import (
+    precision_recall_density_coverage as precision_recall_density_coverage,
+)
+from tactogram.evaluation.measures.embedding import two_sample_accuracy as two_sample_accuracy
 from tactogram.evaluation.measures.envelope import envelope_spectrum_distance as envelope_spectrum_distance
 from tactogram.evaluation.measures.envelope import (
     modulation_spectrum_distance as modulation_spectrum_distance,
 )
+from tactogram.evaluation.measures.memorisation import Memorisation as Memorisation
+from tactogram.evaluation.measures.memorisation import memorisation as memorisation
+from tactogram.evaluation.measures.memorisation import nearness as nearness
+from tactogram.evaluation.measures.paired import align as align
+from tactogram.evaluation.measures.paired import signal_to_noise_ratio_db as signal_to_noise_ratio_db
+from tactogram.evaluation.measures.paired import spqi as spqi
+from tactogram.evaluation.measures.paired import st_sim as st_sim
 from tactogram.evaluation.measures.sets import segments as segments
 from tactogram.evaluation.measures.signal_measures import SIGNAL_MEASURES as SIGNAL_MEASURES
 from tactogram.evaluation.measures.signal_measures import Measure as Measure

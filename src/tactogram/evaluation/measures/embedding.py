@@ -1,0 +1,236 @@
+"""How alike two sets of points in an embedding are: as distributions, not as pairs.
+
+All take float arrays of shape (point, feature): what a trained `stroke_cnn` makes of a signal, for example. The
+embedding decides what is seen. Give both sets as many points, cut alike: every estimate depends on that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tactogram.errors import ParameterError
+from tactogram.evaluation.measures.accuracy import Accuracy, wilson
+
+CHUNK_DISTANCES = 2**23
+"""Most distances that are held at once (64 MiB)."""
+
+
+class Manifold(NamedTuple):
+    """How two sets of points lie in each other's neighbourhoods; see `precision_recall_density_coverage`."""
+
+    precision: float
+    recall: float
+    density: float
+    coverage: float
+
+
+def frechet_distance(one: ArrayLike, other: ArrayLike) -> float:
+    """Return the Fréchet distance of two sets of points, each taken as a normal distribution.
+
+    d^2 = |m1 - m2|^2 + tr(S1 + S2 - 2 (S1 S2)^(1/2)), with means m and covariances S (divided by n - 1); this
+    is d^2, as is customary ("FID"). Exact for any number of points, also fewer than features: with S = A^T A,
+    tr (S1 S2)^(1/2) is the sum of the singular values of A1 A2^T, so that no square root of an
+    ill-conditioned product is taken, nothing comes out complex, and nothing is shrunk.
+
+    Few points bias it upwards, by about a constant over their number: two draws of 50 points from one
+    distribution in 256 dimensions are far from 0 apart. Compare only figures from as many points, beside their
+    floor.
+
+    Parameters
+    ----------
+    one, other : float array, shape (point, feature)
+        At least 2 points each.
+
+    Returns
+    -------
+    float
+        >= 0, in squared units of the embedding.
+
+    Raises
+    ------
+    ParameterError
+        If they are not two-dimensional, differ in features, are not finite, or have too few points.
+
+    References
+    ----------
+    D. C. Dowson, B. V. Landau, J. Multivar. Anal. 12 (1982) 450-455: the closed form. M. Heusel et al., NeurIPS
+    2017: its use for GANs. M. J. Chong, D. Forsyth, CVPR 2020: its bias.
+    """
+    a, b = _points(one, other, fewest=2)
+    shift = a.mean(axis=0) - b.mean(axis=0)
+    first, second = _factor(a), _factor(b)
+    shared = np.linalg.svd(first @ second.T, compute_uv=False).sum()
+    squared = shift @ shift + np.sum(first**2) + np.sum(second**2) - 2 * shared
+    return max(0.0, float(squared))
+
+
+def precision_recall_density_coverage(real: ArrayLike, made: ArrayLike, k: int = 5) -> Manifold:
+    """Return how far generated points lie among real ones, and the other way round.
+
+    With B(x) the ball around a point that reaches to its ``k``-th nearest neighbour in its own set:
+
+    - precision: share of generated points in at least one B(real); are they realistic?
+    - recall: share of real points in at least one B(generated); is everything generated that there is? It is
+      flattered by outliers among the generated points, whose balls are large.
+    - density: mean number of B(real) that a generated point lies in, divided by ``k``; may exceed 1.
+    - coverage: share of B(real) that hold a generated point.
+
+    Real points against other real ones come to about 1 in density and 1 - 2^-k in coverage (k = 5: 0.97).
+
+    Parameters
+    ----------
+    real, made : float array, shape (point, feature)
+        More than ``k`` points each.
+    k : int
+
+    Returns
+    -------
+    Manifold
+        precision, recall, density, coverage. Higher is better.
+
+    Raises
+    ------
+    ParameterError
+        If the arrays do not fit, or have too few points for ``k``.
+
+    References
+    ----------
+    Precision and recall: T. Kynkäänniemi et al., "Improved precision and recall metric for assessing generative
+    models", NeurIPS 2019, Eq. 1-2. Density and coverage: M. F. Naeem et al., "Reliable fidelity and diversity
+    metrics for generative models", ICML 2020, Eq. 3-4; the expectation above: Sec. 3.3.
+    """
+    if k < 1:
+        raise ParameterError(f"k must be >= 1, got {k}")
+    a, b = _points(real, made, fewest=k + 1)
+    reach_a, reach_b = _reach(a, k), _reach(b, k)
+    in_any_real = np.zeros(len(b), bool)
+    balls, recalled, covered = 0, 0, 0
+    for rows, squared in _distances(a, b):
+        within_real = squared <= reach_a[rows, None]
+        in_any_real |= within_real.any(axis=0)
+        balls += int(within_real.sum())
+        covered += int(within_real.any(axis=1).sum())
+        recalled += int((squared <= reach_b).any(axis=1).sum())
+    return Manifold(
+        precision=float(in_any_real.mean()),
+        recall=recalled / len(a),
+        density=balls / (k * len(b)),
+        coverage=covered / len(a),
+    )
+
+
+def two_sample_accuracy(
+    one: ArrayLike,
+    other: ArrayLike,
+    *,
+    one_groups: Sequence[object] | None = None,
+    other_groups: Sequence[object] | None = None,
+) -> Accuracy:
+    """Return how often a point's nearest neighbour comes from its own set, left out itself.
+
+    0.5: the sets cannot be told apart. 1: a classifier would tell every point. Well below 0.5 is no better than
+    0.5: every point has a copy in the other set, as when training data was memorised, or replayed.
+
+    Pieces of one recording are each other's neighbours, whatever they are compared with; that alone lifts real
+    against real far above 0.5. Say what belongs together (``groups``), and no neighbour is taken from a
+    point's own group.
+
+    Parameters
+    ----------
+    one, other : float array, shape (point, feature)
+        As many points in both: else guessing is not 0.5.
+    one_groups, other_groups : sequence, optional
+        What each point was cut from, e.g. the id of its recording. By default each point is its own group.
+
+    Returns
+    -------
+    Accuracy
+        The mean of both sets' shares, 0..1, with Wilson's 95 % interval for as many independent answers as
+        there are groups: points of a group are taken as one answer, and groups as independent.
+
+    Raises
+    ------
+    ParameterError
+        If the sets are not of one size, or a point has nothing outside of its group to be compared with.
+
+    References
+    ----------
+    D. Lopez-Paz, M. Oquab, "Revisiting classifier two-sample tests", ICLR 2017; nearest neighbour, left out
+    itself: Q. Xu et al., "An empirical study on evaluation metrics of generative adversarial networks", 2018,
+    arXiv:1806.07755.
+    """
+    a, b = _points(one, other, fewest=2)
+    if len(a) != len(b):
+        raise ParameterError(f"two_sample_accuracy needs as many points of both, got {len(a)} and {len(b)}")
+    group = np.concatenate([_numbered(one_groups, len(a)), -1 - _numbered(other_groups, len(b))])
+    side = np.repeat([0, 1], len(a))
+    if min(len(np.unique(group[side == s])) for s in (0, 1)) < 2:
+        raise ParameterError("two_sample_accuracy needs at least 2 groups in both sets, got 1")
+    points = np.concatenate([a, b])
+    right = 0
+    for rows, squared in _distances(points, points):
+        squared[group[rows, None] == group] = np.inf
+        right += int((side[squared.argmin(axis=1)] == side[rows]).sum())
+    return wilson(right / len(points), len(np.unique(group)))
+
+
+def _points(
+    one: ArrayLike, other: ArrayLike, *, fewest: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return both as float64 around a common centre, or refuse them."""
+    a, b = (np.asarray(points, dtype=np.float64) for points in (one, other))
+    if a.ndim != 2 or b.ndim != 2 or a.shape[1] != b.shape[1]:
+        raise ParameterError(
+            f"points must be (point, feature) of as many features, got {a.shape} and {b.shape}"
+        )
+    if min(len(a), len(b)) < fewest:
+        raise ParameterError(f"at least {fewest} points of both are needed, got {len(a)} and {len(b)}")
+    if not (np.isfinite(a).all() and np.isfinite(b).all()):
+        raise ParameterError("points must be finite, got NaN or infinity")
+    centre = (a.mean(axis=0) + b.mean(axis=0)) / 2
+    return a - centre, b - centre
+
+
+def _factor(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return A with A^T A the covariance of ``points``, shape (min(point, feature), feature)."""
+    deviation = (points - points.mean(axis=0)) / np.sqrt(len(points) - 1)
+    if len(deviation) <= deviation.shape[1]:
+        return np.asarray(deviation)
+    return np.asarray(np.linalg.qr(deviation, mode="r"))
+
+
+def _reach(points: NDArray[np.float64], k: int) -> NDArray[np.float64]:
+    """Return the squared distance to each point's ``k``-th nearest other point, shape (point,)."""
+    reach = np.empty(len(points))
+    for rows, squared in _distances(points, points):
+        squared[np.arange(len(squared)), np.arange(rows.start, rows.stop)] = np.inf
+        reach[rows] = np.partition(squared, k - 1, axis=1)[:, k - 1]
+    return reach
+
+
+def _distances(
+    one: NDArray[np.float64], other: NDArray[np.float64]
+) -> Iterator[tuple[slice, NDArray[np.float64]]]:
+    """Yield the squared distances of some rows of ``one`` to all of ``other``, so that memory stays flat."""
+    own, others = np.sum(one**2, axis=1), np.sum(other**2, axis=1)
+    together = max(1, CHUNK_DISTANCES // len(other))
+    for start in range(0, len(one), together):
+        rows = slice(start, min(start + together, len(one)))
+        squared = one[rows] @ other.T
+        squared *= -2
+        squared += own[rows, None]
+        squared += others
+        yield rows, np.maximum(squared, 0, out=squared)
+
+
+def _numbered(groups: Sequence[object] | None, count: int) -> NDArray[np.int64]:
+    if groups is None:
+        return np.arange(count)
+    if len(groups) != count:
+        raise ParameterError(f"groups must be one per point ({count}), got {len(groups)}")
+    numbers = {group: number for number, group in enumerate(dict.fromkeys(groups))}
+    return np.array([numbers[group] for group in groups])
