@@ -1,0 +1,397 @@
+"""The protocol that every generator is held against: beside its floor, its ceiling and the baselines.
+
+Two recordings of one texture are never sample-equal, and no measure of them is 0. So a generator's figure means
+something only between two others: its *floor*, real recordings against other real recordings of the same
+material (the training part against the test part), and its *ceiling*, other materials against this one's test
+part. Every estimate depends on how much it was made from; so all sets are cut to pieces of one length and to
+one number per material, and floor and ceiling are made of the training part, as the baselines are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from typing import Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.datasets.examples import cores
+from tactogram.errors import ParameterError
+from tactogram.evaluation.measures import (
+    SIGNAL_MEASURES,
+    Fit,
+    frechet_distance,
+    linear_discriminant,
+    nearness,
+    precision_recall_density_coverage,
+    two_sample_accuracy,
+)
+from tactogram.evaluation.pieces import Cut, Pieces, plan_pieces
+from tactogram.evaluation.standing import CEILING, FLOOR, MODEL, NEAREST, Better, GenerationResult
+from tactogram.model import Classifier
+from tactogram.signal import Signal
+
+T = TypeVar("T")
+Figures = Mapping[str, float | None]
+BySet = Mapping[str, Sequence[Signal]]
+"""Signals by material."""
+Tables = dict[str, dict[str, dict[str, float | None]]]
+"""Measure -> material -> column -> value."""
+
+TEST = "test"
+NEIGHBOURS = 5
+"""k of precision, recall, density and coverage: Naeem et al. 2020."""
+SNIPPET_S = 0.5
+"""Length of what is looked for in the training data, one from the beginning of each piece, s."""
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What is to be said of a measure in a table."""
+
+    title: str
+    better: Better
+
+
+EMBEDDING_MEASURES: Mapping[str, Facts] = {
+    "frechet_distance": Facts("Fréchet distance in the embedding", "lower"),
+    "precision": Facts("precision: share of the generated that lies among the real", "higher"),
+    "recall": Facts("recall: share of the real that lies among the generated", "higher"),
+    "density": Facts("density of the real where the generated lie", "higher"),
+    "coverage": Facts("coverage: share of the real that has generated near it", "higher"),
+    "two_sample_accuracy": Facts("nearest-neighbour two-sample accuracy", "lower"),
+}
+MEMORY_MEASURES: Mapping[str, Facts] = {
+    "memorised_share": Facts("share nearer to the training data than unseen recordings", "lower"),
+    "training_correlation": Facts("largest correlation with the training data, median", "lower"),
+}
+CLASSIFIER_MEASURES: Mapping[str, Facts] = {
+    "recognised_accuracy": Facts("named rightly by the stroke_cnn trained on real", "higher"),
+    "tested_on_generated_accuracy": Facts("named rightly by a discriminant trained on real", "higher"),
+    "trained_on_generated_accuracy": Facts("real named rightly by a discriminant trained on it", "higher"),
+}
+TITLES: Mapping[str, str] = {name: measure.title for name, measure in SIGNAL_MEASURES.items()} | {
+    name: facts.title
+    for group in (EMBEDDING_MEASURES, CLASSIFIER_MEASURES, MEMORY_MEASURES)
+    for name, facts in group.items()
+}
+"""For people to read, by JSON name."""
+
+
+class OnPart(Protocol):
+    """Called with a task, how much of it is done, and how much there is."""
+
+    def __call__(self, task: str, done: int, total: int, /) -> None:
+        """Take note."""
+        ...
+
+
+def judge(
+    sets: Mapping[str, BySet],
+    *,
+    train: BySet,
+    test: BySet,
+    pieces: Pieces | None = None,
+    embed: Callable[[Signal], NDArray[np.floating]] | None = None,
+    classifier: Classifier | None = None,
+    fit: Fit = linear_discriminant,
+    workers: int | None = None,
+    on_part: OnPart = lambda task, done, total: None,
+) -> GenerationResult:
+    """Hold generated signals against recordings that the generator was not trained on.
+
+    The signal measures and those of the embedding compare each set with the test part. For accuracies of a
+    classifier the floor is real recordings in the generated ones' place, the ceiling guessing. For memorising,
+    the floor is the unseen recordings, the ceiling the training data itself.
+
+    Parameters
+    ----------
+    sets : mapping name -> material -> signals
+        ``"model"`` and the baselines; each with enough of every material of ``test`` for the pieces.
+    train, test : mapping material -> signals
+        Recordings: what was trained on, and what was not. The same materials, one rate, unit and set of axes.
+    pieces : Pieces, optional
+        By default what `plan_pieces` says.
+    embed : callable, optional
+        Gives the points of a signal in an embedding, float, shape (point, feature), as many for signals of
+        one length. Without it there are no measures of an embedding.
+    classifier : Classifier, optional
+        Trained on real recordings; names the generated.
+    fit : callable
+        Trains a quick classifier on signals and labels: trained on generated and tested on real, and the
+        reverse. Only with two materials or more.
+    workers : int, optional
+        Threads; by default one per core. The figures do not depend on it.
+    on_part : callable
+        Told how far it is.
+
+    Returns
+    -------
+    GenerationResult
+
+    Raises
+    ------
+    ParameterError
+        If a set lacks a material or signal, or signals differ in kind.
+    """
+    _check(sets, train, test)
+    pieces = plan_pieces(train, test) if pieces is None else pieces
+    every = {**sets, FLOOR: train, TEST: test}
+    once = {
+        id(part): {material: pieces.cut(part[material]) for material in sorted(test)}
+        for part in every.values()
+    }
+    cut = {name: once[id(part)] for name, part in every.items()}
+    notes: list[str] = []
+    compared = partial(_compared, workers=workers)
+    tables = compared(_signal_measures(cut[TEST], notes), cut, on_part=partial(on_part, "compare signals"))
+    if embed is not None:
+        points = _embedded(embed, cut, partial(on_part, "embed"))
+        tables |= compared(_embedding_measures, points, on_part=partial(on_part, "compare embeddings"))
+    if classifier is not None:
+        tables["recognised_accuracy"] = _recognised(classifier, cut)
+    if len(test) > 1:
+        try:
+            tables |= _transferred(fit, cut)
+        except ParameterError as error:
+            notes.append(f"trained and tested on generated left out: {error}")
+    tables |= _memorised(cut, train, workers, partial(on_part, "look for copies"))
+    tables = {name: rows for name, rows in tables.items() if _known(rows)}
+    known = {**EMBEDDING_MEASURES, **CLASSIFIER_MEASURES, **MEMORY_MEASURES}
+    return GenerationResult(
+        materials=tuple(sorted(test)),
+        columns=tuple(sets),
+        values=tables,
+        better={name: known[name].better if name in known else "lower" for name in tables},
+        answers=_answers(cut),
+        seconds=pieces.seconds,
+        count=pieces.count,
+        notes=tuple(notes),
+    )
+
+
+def _compared(
+    distances: Callable[[T, T], Figures],
+    sets: Mapping[str, Mapping[str, T]],
+    *,
+    workers: int | None,
+    on_part: Callable[[int, int], None],
+) -> Tables:
+    """Return the tables of ``distances`` from the test part to each set, floor, and the other materials."""
+    materials = tuple(sets[TEST])
+    columns = [name for name in sets if name != TEST]
+
+    def rows(material: str) -> dict[str, dict[str, float | None]]:
+        real = sets[TEST][material]
+        known: dict[int, Figures] = {}  # a run that is a baseline itself is compared once
+        found = {}
+        for column in columns:
+            made = sets[column][material]
+            found[column] = known.setdefault(id(made), {}) or distances(real, made)
+            known[id(made)] = found[column]
+        others = [distances(real, sets[FLOOR][other]) for other in materials if other != material]
+        return {
+            name: {column: found[column][name] for column in columns}
+            | _ceiling([other[name] for other in others], found[FLOOR][name])
+            for name in found[FLOOR]
+        }
+
+    tables: Tables = {}
+    with ThreadPoolExecutor(workers or cores()) as pool:
+        for done, (material, row) in enumerate(zip(materials, pool.map(rows, materials), strict=True), 1):
+            for name, values in row.items():
+                tables.setdefault(name, {})[material] = values
+            on_part(done, len(materials))
+    return tables
+
+
+def _ceiling(others: Sequence[float | None], floor: float | None) -> dict[str, float | None]:
+    """Return the mean over other materials, and of these the one that is nearest to the floor's side."""
+    known = [value for value in others if value is not None]
+    if not known or floor is None:
+        return {CEILING: None, NEAREST: None}
+    mean = float(np.mean(known))
+    return {CEILING: mean, NEAREST: min(known) if mean >= floor else max(known)}
+
+
+def _signal_measures(test: Mapping[str, Cut], notes: list[str]) -> Callable[[Cut, Cut], Figures]:
+    """Return the function that gives all signal measures that pieces of this kind and length have."""
+    real = next(iter(test.values())).signals
+    kept = {}
+    for name, measure in SIGNAL_MEASURES.items():
+        try:
+            if measure.function(real, real) is not None:
+                kept[name] = measure.function
+        except ParameterError as error:
+            notes.append(f"{name} left out: {error}")
+    return lambda one, other: {name: f(one.signals, other.signals) for name, f in kept.items()}
+
+
+@dataclass(frozen=True, eq=False)
+class _Points:
+    points: NDArray[np.float64]
+    groups: tuple[int, ...]
+
+
+def _embedded(
+    embed: Callable[[Signal], NDArray[np.floating]],
+    cut: Mapping[str, Mapping[str, Cut]],
+    on_part: Callable[[int, int], None],
+) -> dict[str, dict[str, _Points]]:
+    known: dict[int, _Points] = {}
+    total = sum(map(len, cut.values()))
+    for held in (held for part in cut.values() for held in part.values()):
+        each = [np.atleast_2d(np.asarray(embed(s), dtype=np.float64)) for s in held.signals]
+        groups = [group for points, group in zip(each, held.groups, strict=True) for _ in points]
+        known[id(held)] = _Points(np.concatenate(each), tuple(groups))
+        on_part(len(known), total)
+    return {
+        name: {material: known[id(held)] for material, held in part.items()} for name, part in cut.items()
+    }
+
+
+def _embedding_measures(real: _Points, made: _Points) -> Figures:
+    """Return the measures that so many points have.
+
+    Neighbours from a point's own recording are left out where both sets have several: they are near whatever
+    the sets are.
+    """
+    a, b = real.points, made.points
+    figures: dict[str, float | None] = dict.fromkeys(EMBEDDING_MEASURES)
+    if len(a) >= 3:
+        figures["frechet_distance"] = frechet_distance(a, b)
+        manifold = precision_recall_density_coverage(a, b, k=min(NEIGHBOURS, len(a) // 2))
+        figures |= {name: float(value) for name, value in manifold._asdict().items()}
+        several = len(set(real.groups)) > 1 and len(set(made.groups)) > 1
+        groups = {"one_groups": real.groups, "other_groups": made.groups} if several else {}
+        figures["two_sample_accuracy"] = two_sample_accuracy(a, b, **groups).accuracy
+    return figures
+
+
+def _recognised(
+    classifier: Classifier, cut: Mapping[str, Mapping[str, Cut]]
+) -> dict[str, dict[str, float | None]]:
+    """Return the share of each set's pieces that ``classifier`` names rightly; the floor is the test pieces."""
+
+    def share(material: str, signals: Sequence[Signal]) -> float:
+        place = classifier.materials.index(material)
+        return float(np.mean([int(np.argmax(classifier.probabilities(s))) == place for s in signals]))
+
+    table: dict[str, dict[str, float | None]] = {}
+    for material in cut[TEST]:
+        table[material] = _guessing(len(cut[TEST]))
+        for column in cut:
+            if column != TEST:
+                tested = cut[TEST if column == FLOOR else column][material]
+                table[material][column] = share(material, tested.signals)
+    return table
+
+
+def _transferred(fit: Fit, cut: Mapping[str, Mapping[str, Cut]]) -> Tables:
+    """Return both ways of a classifier between a set and the real: trained on it, and tested on it."""
+
+    def trained(part: Mapping[str, Cut]) -> Callable[[Sequence[Signal]], Sequence[str]]:
+        signals = [signal for held in part.values() for signal in held.signals]
+        return fit(signals, [material for material, held in part.items() for _ in held.signals])
+
+    tables: Tables = {
+        name: {m: {} for m in cut[TEST]}
+        for name in ("tested_on_generated_accuracy", "trained_on_generated_accuracy")
+    }
+    on_real = trained(cut[FLOOR])
+    for column, part in cut.items():
+        if column == TEST:
+            continue
+        on_it = on_real if column == FLOOR else trained(part)
+        for material, held in part.items():
+            asked = {
+                "tested_on_generated_accuracy": (on_real, cut[TEST][material] if column == FLOOR else held),
+                "trained_on_generated_accuracy": (on_it, cut[TEST][material]),
+            }
+            for name, (classify, tested) in asked.items():
+                answers = classify(tested.signals)
+                tables[name][material][column] = float(np.mean([answer == material for answer in answers]))
+    for table in tables.values():
+        for row in table.values():
+            row.update(_guessing(len(cut[TEST])))
+    return tables
+
+
+def _memorised(
+    cut: Mapping[str, Mapping[str, Cut]],
+    train: BySet,
+    workers: int | None,
+    on_part: Callable[[int, int], None],
+) -> Tables:
+    """Return how near each set comes to its training data, as `measures.memorisation` does.
+
+    The floor of the share is what the limit leaves of the unseen recordings that set it: none.
+    """
+    columns = [name for name in cut if name not in (TEST, FLOOR)]
+    first = next(iter(cut[TEST].values())).signals[0]
+    length = min(round(SNIPPET_S * first.rate), len(first))
+    if length < 2:
+        return {}
+
+    def near(held: Cut, material: str) -> NDArray[np.float64]:
+        long = [signal for signal in train[material] if len(signal) >= length]
+        return nearness([s.cut(0, length) for s in held.signals], long, seconds=length / first.rate)
+
+    def rows(material: str) -> tuple[dict[str, float | None], dict[str, float | None]]:
+        unseen = near(cut[TEST][material], material)
+        found = {column: near(cut[column][material], material) for column in columns}
+        share = {column: float(np.mean(found[column] > unseen.max())) for column in columns}
+        median = {column: float(np.median(found[column])) for column in columns}
+        ends: dict[str, float | None] = {CEILING: 1.0, NEAREST: None}
+        return share | {FLOOR: 0.0} | ends, median | {FLOOR: float(np.median(unseen))} | ends
+
+    tables: Tables = {name: {} for name in MEMORY_MEASURES}
+    materials = tuple(cut[TEST])
+    with ThreadPoolExecutor(workers or cores()) as pool:
+        for done, (material, both) in enumerate(zip(materials, pool.map(rows, materials), strict=True), 1):
+            for name, row in zip(MEMORY_MEASURES, both, strict=True):
+                tables[name][material] = row
+            on_part(done, len(materials))
+    return tables
+
+
+def _guessing(materials: int) -> dict[str, float | None]:
+    """Return the ceiling of an accuracy."""
+    return {CEILING: 1 / materials, NEAREST: None}
+
+
+def _answers(cut: Mapping[str, Mapping[str, Cut]]) -> dict[str, int]:
+    """Return how many independent answers an accuracy is the mean of: recordings, not their pieces."""
+    real, made = (sum(len(set(held.groups)) for held in cut[name].values()) for name in (TEST, MODEL))
+    return {
+        "two_sample_accuracy": real + made,
+        "recognised_accuracy": made,
+        "tested_on_generated_accuracy": made,
+        "trained_on_generated_accuracy": real,
+    }
+
+
+def _known(rows: Mapping[str, Mapping[str, float | None]]) -> bool:
+    return any(row.get(MODEL) is not None for row in rows.values())
+
+
+def _check(sets: Mapping[str, BySet], train: BySet, test: BySet) -> None:
+    if MODEL not in sets:
+        raise ParameterError(f"sets must hold {MODEL!r}, got {', '.join(sets) or 'none'}")
+    if not test:
+        raise ParameterError("test must hold a recording to judge by, got none")
+    for name, part in {"test": test, "train": train, **sets}.items():
+        for material in test:
+            if not part.get(material):
+                raise ParameterError(f"{name} must hold a signal of {material}, got none")
+    kinds = {
+        (s.rate, s.unit, s.axes, s.domain)
+        for part in (test, train, *sets.values())
+        for material in test
+        for s in part[material]
+    }
+    if len(kinds) != 1:
+        raise ParameterError(f"signals must have one rate, unit and set of axes, got {len(kinds)} kinds")

@@ -1,0 +1,101 @@
+"""What sets of signals are cut to before they are compared: one length, one number, and from what each was cut."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactogram.errors import ParameterError
+from tactogram.signal import Signal
+
+LONGEST_S, SHORTEST_S = 2.0, 1.0
+"""Pieces are at most so long, and as long as this wherever leaving out shorter recordings allows it, s."""
+MOST_PIECES = 12
+"""Pieces per material and set: bounds the time that judging takes."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cut:
+    """Pieces of one length, and for each the number of the signal it was cut from."""
+
+    signals: tuple[Signal, ...]
+    groups: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """What every set is cut to.
+
+    Parameters
+    ----------
+    seconds : float, s
+    count : int
+        Per material.
+    """
+
+    seconds: float
+    count: int
+
+    def cut(self, signals: Sequence[Signal]) -> Cut:
+        """Return ``count`` pieces, spread evenly over ``signals``.
+
+        Raises
+        ------
+        ParameterError
+            If they do not hold so many.
+        """
+        length = max(1, round(self.seconds * signals[0].rate))
+        found = [
+            (signal.cut(start, start + length), group)
+            for group, signal in enumerate(signals)
+            for start in range(0, len(signal) - length + 1, length)
+        ]
+        if len(found) < self.count:
+            raise ParameterError(
+                f"{self.count} pieces of {self.seconds:g} s are needed, the signals hold {len(found)}"
+            )
+        kept = [found[k] for k in (np.arange(self.count) * len(found)) // self.count]
+        return Cut(tuple(piece for piece, _ in kept), tuple(group for _, group in kept))
+
+    def draws(self, recordings: Sequence[Signal]) -> tuple[int, float]:
+        """Return how many signals to generate, and of how many seconds, in the place of ``recordings``.
+
+        As many as recordings that `cut` takes pieces from: pieces of one signal are more alike than
+        pieces of several.
+        """
+        number = len(set(self.cut(recordings).groups))
+        return number, -(-self.count // number) * self.seconds
+
+
+def plan_pieces(
+    train: Mapping[str, Sequence[Signal]],
+    test: Mapping[str, Sequence[Signal]],
+    *,
+    longest_s: float = LONGEST_S,
+    most: int = MOST_PIECES,
+) -> Pieces:
+    """Return the pieces that the recordings of every material allow.
+
+    As long as possible up to ``longest_s``, with little left over; recordings shorter than `SHORTEST_S` are left
+    out where every material has longer ones. As many as the material with the fewest has in each part, up to
+    ``most``.
+
+    Parameters
+    ----------
+    train, test : mapping material -> signals
+        Of one rate; at least one signal each.
+    longest_s : float, s
+    most : int
+    """
+    if not (longest_s > 0 and most >= 1):
+        raise ParameterError(f"longest_s must be > 0 and most >= 1, got {longest_s:g} and {most}")
+    every = [signals for part in (train, test) for signals in part.values()]
+    rate = every[0][0].rate
+    length = min(len(signal) for signals in every for signal in signals)
+    if length < SHORTEST_S * rate:
+        length = min(round(SHORTEST_S * rate), *(max(map(len, signals)) for signals in every))
+    length = max(1, length // int(np.ceil(length / (longest_s * rate) - 1e-9)))
+    count = min(sum(len(signal) // length for signal in signals) for signals in every)
+    return Pieces(length / rate, min(count, most))
