@@ -1,1 +1,7 @@
 """Network parts that two models share."""
+
+from tactogram.nn.gradient_penalty import gradient_penalty as gradient_penalty
+from tactogram.nn.moving_average import MovingAverage as MovingAverage
+from tactogram.nn.phase_shuffle import PhaseShuffle as PhaseShuffle
+from tactogram.nn.strided_convolution import StridedConv as StridedConv
+from tactogram.nn.strided_convolution import StridedConvTranspose as StridedConvTranspose

@@ -1,0 +1,105 @@
+"""Pieces of recordings as long as the network's signals, cut at random from recordings made long enough."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import ParameterError
+from tactogram.model import Example
+from tactogram.models.stroke_gan.config import Config
+from tactogram.signal import Signal
+from tactogram.signal.joining import extend
+from tactogram.training.seeds import child_rng
+
+
+@dataclass(frozen=True)
+class Crops:
+    """An endless row of crops: epoch after epoch, in each every recording in an order of its own.
+
+    Crop k depends on the seed and k alone. Nothing but the crops asked for is read.
+
+    Parameters
+    ----------
+    examples : sequence of Example
+    config : Config
+    lead : int
+        Samples before each crop that are wanted too.
+    """
+
+    examples: Sequence[Example]
+    config: Config
+    lead: int = 0
+
+    @property
+    def length(self) -> int:
+        """Samples of a crop, with what is wanted before it."""
+        return self.config.length + self.lead
+
+    def epoch(self, lengths: Sequence[int]) -> NDArray[np.int64]:
+        """Return the number of each recording as often as an epoch crops it, int64, shape (crop,)."""
+        times = [max(1, length // self.config.length) for length in lengths]
+        return np.repeat(np.arange(len(lengths)), times)
+
+    def draw(self, start: int, count: int, *, seed: int) -> list[tuple[Example, NDArray[np.float32]]]:
+        """Return crops ``start`` to ``start + count``: their recording, and float32 (axis, lead + length)."""
+        lengths = [len(example.signal) for example in self.examples]
+        members = self.epoch(lengths)
+        drawn = []
+        for number in range(start, start + count):
+            epoch, place = divmod(number, len(members))
+            order = child_rng(seed, "epoch", epoch).permutation(len(members))
+            example = self.examples[members[order[place]]]
+            rng = child_rng(seed, "crop", number)
+            drawn.append((example, self.cut(example.signal, rng)))
+        return drawn
+
+    def cut(self, signal: Signal, rng: np.random.Generator) -> NDArray[np.float32]:
+        """Return a crop of ``signal``, float32, shape (axis, lead + length); each place is equally likely."""
+        size, length = len(signal), self.length
+        if size >= length:
+            start = int(rng.integers(size - length + 1))
+            return np.array(signal.samples[:, start : start + length])
+        if self.config.repetition == "repeat":
+            # What `joining.repeat` gives, read where it is cut.
+            times = max(self.config.repetitions, -(-length // size))
+            start = int(rng.integers(times * size - length + 1))
+            return np.take(signal.samples, np.arange(start, start + length), axis=1, mode="wrap")
+        overlap = min(round(self.config.overlap * self.config.length), size // 3)
+        begin = int(rng.integers(size - 2 * overlap))
+        joined = extend(
+            lambda number: signal.cut(0 if number else begin),
+            seconds=length / signal.rate,
+            overlap_s=overlap / signal.rate,
+        )
+        return np.array(joined.samples)
+
+
+def numbers(
+    examples: Sequence[Example], names: Sequence[str]
+) -> Mapping[str, tuple[float, float, float, float]]:
+    """Return mean, deviation, least and largest of each numeric condition that all recordings name.
+
+    Raises
+    ------
+    ParameterError
+        If a recording lacks one of ``names``, or one does not vary: nothing can be learned of it.
+    """
+    found: dict[str, tuple[float, float, float, float]] = {}
+    for name in ("speed_mm_s", "force_n"):
+        values = [example.condition.get(name) for example in examples]
+        if any(value is None for value in values):
+            if name in names:
+                missing = examples[values.index(None)].id
+                raise ParameterError(f"recording {missing} has no {name}; take it out of config.conditions")
+            continue
+        x = np.array(values, np.float64)
+        if name in names and not x.std() > 0:
+            raise ParameterError(
+                f"{name} is {x[0]:g} in every training recording; take it out of config.conditions"
+            )
+        found[name] = (float(x.mean()), float(x.std()), float(x.min()), float(x.max()))
+    return found

@@ -1,0 +1,367 @@
+"""Training in the paper's order; signals of any length, from labels that may be mixed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from tactogram.errors import ParameterError
+from tactogram.model import Condition, Example, SignalKind, Stage, check_condition, material_weights
+from tactogram.models.stroke_gan.config import Config
+from tactogram.models.stroke_gan.crops import Crops, numbers
+from tactogram.models.stroke_gan.domain import domain_of
+from tactogram.models.stroke_gan.excitation import root, split_bands, white_noise
+from tactogram.models.stroke_gan.networks import Discriminator, Generator
+from tactogram.models.stroke_gan.texture_statistics import energy_distance, statistics
+from tactogram.nn import MovingAverage, gradient_penalty
+from tactogram.signal import Signal
+from tactogram.signal.joining import extend
+from tactogram.training.seeds import child_generator, child_rng, torch_seeded
+
+MEASURED = 512
+"""Crops that the spread of the texture statistics is measured on."""
+AT_ONCE = 8
+"""Pieces of a long signal that are made together, at most."""
+
+
+class StrokeGANLearner:
+    """The generator and the discriminator of Saga et al., Sec. III, with their optimisers.
+
+    Parameters
+    ----------
+    config : Config
+    kind : SignalKind
+        Rate, unit, axes and materials of the training signals.
+    seed : int
+        Decides the initial weights.
+    device : str or torch.device
+    """
+
+    def __init__(
+        self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
+    ) -> None:
+        if not kind.materials:
+            raise ParameterError("stroke_gan needs recordings with a material, got none")
+        self.config, self.kind, self.materials = config, kind, kind.materials
+        self.device = torch.device(device)
+        self.domain = domain_of(config, kind)
+        self.known: Mapping[str, tuple[float, float, float, float]] = {}
+        self.spread = torch.ones(0)
+        size = {"axes": len(kind.axes), "labels": len(kind.materials) + len(config.conditions)}
+        with torch_seeded(seed, "weights"):
+            generator, discriminator = Generator(config, **size), Discriminator(config, **size)
+        self.generator: Any = generator.to(self.device)
+        self.discriminator: Any = discriminator.to(self.device)
+        self.average = MovingAverage(generator, config.moving_average) if config.moving_average else None
+        rates = (config.generator_learning_rate or config.learning_rate, config.learning_rate)
+        self.optimisers: list[Any] = [
+            torch.optim.Adam(network.parameters(), lr=rate, betas=config.betas)
+            for network, rate in zip((generator, discriminator), rates, strict=True)
+        ]
+        self.backward: Callable[[Tensor], None] = Tensor.backward
+
+    def setup(self, fabric: Any) -> None:
+        self.generator, self.optimisers[0] = fabric.setup(self.generator, self.optimisers[0])
+        self.discriminator, self.optimisers[1] = fabric.setup(self.discriminator, self.optimisers[1])
+        self.backward = fabric.backward
+        self.device = fabric.device
+        if self.average:
+            self.average.network.to(self.device)
+
+    # -- training ----------------------------------------------------------------------------------------
+
+    def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
+        present = {example.material for example in examples}
+        if missing := [name for name in self.materials if name not in present]:
+            raise ParameterError(f"no training recording of {', '.join(missing)}; leave it out of the data")
+        numbers(examples, self.config.conditions)  # refuses what cannot be learned
+        crops = len(Crops(examples, self.config).epoch([len(example.signal) for example in examples]))
+        seen = self.config.batch_size * self.config.critic_updates
+        steps = self.config.steps or math.ceil(self.config.epochs * crops / seen)
+        return Stage("fit", 1), Stage("train", steps)
+
+    def batches(
+        self, stage: Stage, examples: Sequence[Example], *, seed: int, start: int = 0
+    ) -> Iterator[Any]:
+        if stage.name == "fit":
+            yield examples
+            return
+        crops = Crops(examples, self.config, self.domain.lead)
+        count = self.config.batch_size * self.config.critic_updates
+        step = start
+        while True:
+            yield step, *self._prepared(crops.draw(step * count, count, seed=seed))
+            step += 1
+
+    def _prepared(
+        self, drawn: Sequence[tuple[Example, NDArray[np.float32]]]
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return crops as the networks see them, (crop, axis, time), and their labels, (crop, C)."""
+        places = [self.materials.index(str(example.material)) for example, _ in drawn]
+        x = np.stack([self.domain.inside(crop, m) for (_, crop), m in zip(drawn, places, strict=True)])
+        classes = np.eye(len(self.materials), dtype=np.float32)[places]
+        values = [[self._standardised(n, e.condition[n]) for n in self.config.conditions] for e, _ in drawn]
+        return x, np.hstack((classes, np.array(values, np.float32).reshape(len(drawn), -1)))
+
+    def step(self, stage: Stage, batch: Any) -> dict[str, float]:
+        if stage.name == "fit":
+            return self._fit(batch)
+        number, real, label = batch
+        self._schedule(number / stage.steps)
+        size = self.config.batch_size
+        real = torch.from_numpy(real).to(self.device)
+        label = torch.from_numpy(label).to(self.device)
+        figures: dict[str, Tensor] = {}
+        for update in range(self.config.critic_updates):
+            part = slice(update * size, (update + 1) * size)
+            figures |= self._update_discriminator(real[part], label[part])
+        for update in range(self.config.generator_updates):
+            part = slice(update % self.config.critic_updates * size, None)
+            figures |= self._update_generator(real[part][:size], label[part][:size])
+        if self.average:
+            self.average.update(_bare(self.generator))
+        return {name: value.item() for name, value in figures.items()}
+
+    def _update_discriminator(self, real: Tensor, label: Tensor) -> dict[str, Tensor]:
+        """Gulrajani et al. 2017, Algorithm 1, lines 4 to 9."""
+        if not self.config.adversarial:
+            return {}
+        with torch.no_grad():
+            made = self._make(label)
+        scores = self.discriminator(torch.cat((real, made)), label.repeat(2, 1)).float()
+        wasserstein = scores[: len(real)].mean() - scores[len(real) :].mean()
+        penalty = gradient_penalty(lambda x: self.discriminator(x, label).float(), real, made)
+        self._descend(1, self.config.penalty * penalty - wasserstein)
+        return {"wasserstein": wasserstein, "penalty": penalty}
+
+    def _update_generator(self, real: Tensor, label: Tensor) -> dict[str, Tensor]:
+        """Gulrajani et al. 2017, Algorithm 1, lines 11 and 12; and, where it is on, the texture statistics."""
+        config, figures = self.config, dict[str, Tensor]()
+        loss = torch.zeros((), device=self.device)
+        made = self._make(label)
+        if config.adversarial:
+            with _fixed(self.discriminator):
+                figures["generator_loss"] = -self.discriminator(made, label).float().mean()
+            loss = loss + config.adversarial * figures["generator_loss"]
+        if config.statistics:
+            spread = self.spread.to(self.device)
+            ours, again, theirs = (statistics(x) / spread for x in (made, self._make(label), real))
+            figures["statistics"] = energy_distance(theirs, ours, again)
+            loss = loss + config.statistics * figures["statistics"]
+        self._descend(0, loss)
+        return figures
+
+    def _make(self, label: Tensor) -> Tensor:
+        """Return a signal per row of ``label`` from a latent, and noise, of torch's own generator."""
+        latent = torch.rand(len(label), self.config.latent) * 2 - 1
+        noise = self._noise(label, white_noise(len(label), len(self.kind.axes), self.config.length))
+        made: Tensor = self.generator(latent.to(self.device), label, noise)
+        return made.float()
+
+    def _noise(self, label: Tensor, white: Tensor) -> Tensor | None:
+        if not self.config.noise_bands:
+            return None
+        shares = label[:, : len(self.materials)].cpu().numpy().astype(np.float64)
+        mixing = torch.from_numpy(self._roots(shares)).float()
+        return split_bands((mixing @ white).to(self.device), self.config.noise_bands)
+
+    def _roots(self, shares: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return what makes white noise go together over the axes as each row of weights asks."""
+        rows, inverse = np.unique(shares, axis=0, return_inverse=True)
+        correlations = np.stack([self.domain.correlation(row) for row in rows])
+        roots: NDArray[np.float64] = root(torch.from_numpy(correlations)).numpy()[inverse.ravel()]
+        return roots
+
+    def _descend(self, which: int, loss: Tensor) -> None:
+        self.optimisers[which].zero_grad()
+        self.backward(loss)
+        self.optimisers[which].step()
+
+    def _schedule(self, done: float) -> None:
+        """Set the learning rates when a share ``done`` of the training is."""
+        config = self.config
+        share = (1 + math.cos(math.pi * done)) / 2 if config.schedule == "cosine" else 1.0
+        rates = (config.generator_learning_rate or config.learning_rate, config.learning_rate)
+        for optimiser, rate in zip(self.optimisers, rates, strict=True):
+            for group in optimiser.param_groups:
+                group["lr"] = rate * share
+
+    def _fit(self, examples: Sequence[Example]) -> dict[str, float]:
+        """Measure what stands outside the networks: the scale or the filters, and the numeric conditions."""
+        for example in examples:
+            self.kind.check(example.signal)
+        self.known = numbers(examples, self.config.conditions)
+        figures = self.domain.fit(examples)
+        if self.config.statistics:
+            drawn = Crops(examples, self.config, self.domain.lead).draw(0, MEASURED, seed=0)
+            x, label = self._prepared(drawn)
+            found = statistics(torch.from_numpy(x))
+            classes = torch.from_numpy(label[:, : len(self.materials)]).argmax(1)
+            within = [found[classes == k] for k in range(len(self.materials)) if (classes == k).any()]
+            variance = torch.stack([part.var(0, correction=0) for part in within]).mean(0)
+            self.spread = variance.sqrt().clamp(min=1e-3)
+        return figures
+
+    def _standardised(self, name: str, value: float) -> float:
+        mean, deviation, least, most = self.known[name]
+        return (min(max(value, least), most) - mean) / deviation
+
+    @torch.no_grad()
+    def validate(self, examples: Sequence[Example]) -> dict[str, float]:
+        """Return the critic's estimate of the Wasserstein distance from generated to unseen crops.
+
+        Well above that of the training crops it says that the critic, and so the generator, knows them by heart.
+        """
+        if not examples:
+            return {}
+        drawn = Crops(examples, self.config, self.domain.lead).draw(0, max(len(examples), 16), seed=0)
+        x, label = (torch.from_numpy(part).to(self.device) for part in self._prepared(drawn))
+        with torch_seeded(0, "validate"):
+            real = _bare(self.discriminator)(x, label).mean()
+            made = _bare(self.discriminator)(self._make(label), label).mean()
+        return {"wasserstein_unseen": (real - made).item()}
+
+    def state(self) -> dict[str, Any]:
+        return {
+            "materials": list(self.materials),
+            "domain": self.domain.state(),
+            "conditions": {name: list(values) for name, values in self.known.items()},
+            "spread": self.spread,
+            "generator": self.generator.state_dict(),
+            "discriminator": self.discriminator.state_dict(),
+            "average": self.average.state() if self.average else None,
+            "optimisers": [optimiser.state_dict() for optimiser in self.optimisers],
+        }
+
+    def load_state(self, state: Mapping[str, Any]) -> None:
+        if tuple(state["materials"]) != self.materials:
+            raise ParameterError(
+                f"state is of {', '.join(state['materials'])}; expected {', '.join(self.materials)}"
+            )
+        self.domain.load_state(state["domain"])
+        self.known = {name: tuple(values) for name, values in state["conditions"].items()}
+        self.spread = state["spread"]
+        self.generator.load_state_dict(state["generator"])
+        self.discriminator.load_state_dict(state["discriminator"])
+        if self.average:
+            self.average.load_state(state["average"])
+        for optimiser, kept in zip(self.optimisers, state.get("optimisers") or (), strict=False):
+            optimiser.load_state_dict(kept)
+
+    # -- use ---------------------------------------------------------------------------------------------
+
+    def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
+        """Return a signal; one longer than the networks' is pieces of new latents, crossfaded.
+
+        ``material`` weights go in as they are: {a: 1, b: 0.3} and {a: 0.7, b: 0.3} are the paper's two ways of
+        mixing. ``latent``, float array of shape (latent,) in -1 to 1, is that of the first piece. A speed or a
+        force that was not trained on by ``config.conditions`` must be one that the recordings had.
+        """
+        check_condition(condition, needs=("material",), takes=("speed_mm_s", "force_n", "latent"))
+        weights = material_weights(condition, self.materials)
+        label = torch.tensor([*weights, *self._numbers(condition)], dtype=torch.float32)
+        given = self._latent(condition)
+        length = self.config.length / self.kind.rate if seconds is None else seconds
+        settle = self.domain.settle
+        pieces = _Pieces(lambda first, count: self._pieces(first, count, label, given, seed))
+        inside = extend(
+            lambda number: Signal(pieces[number], self.kind.rate, "1", self.kind.axes),
+            seconds=(settle + max(1, round(length * self.kind.rate))) / self.kind.rate,
+            overlap_s=round(self.config.overlap * self.config.length) / self.kind.rate,
+        )
+        return self.domain.outside(inside.samples, weights)
+
+    @torch.inference_mode()
+    def _pieces(
+        self, first: int, count: int, label: Tensor, given: Tensor | None, seed: int
+    ) -> NDArray[np.float32]:
+        """Return pieces ``first`` to ``first + count``, float32, (piece, axis, time); each has its own seeds."""
+        latents, noises = [], []
+        for number in range(first, first + count):
+            rng = child_rng(seed, "latent", number)
+            drawn = torch.from_numpy(rng.uniform(-1, 1, self.config.latent).astype(np.float32))
+            latents.append(given if number == 0 and given is not None else drawn)
+            generator = child_generator(seed, "noise", number)
+            noises.append(white_noise(1, len(self.kind.axes), self.config.length, generator=generator))
+        labels = label.expand(count, -1)
+        noise = self._noise(labels, torch.cat(noises))
+        network = self.average.network if self.average else _bare(self.generator)
+        made = network(torch.stack(latents).to(self.device), labels.to(self.device), noise)
+        result: NDArray[np.float32] = made.float().cpu().numpy()
+        return result
+
+    def _latent(self, condition: Condition) -> Tensor | None:
+        given = condition.get("latent")
+        if given is None:
+            return None
+        latent = np.asarray(given, np.float32)
+        if latent.shape != (self.config.latent,) or not (np.abs(latent) <= 1).all():
+            raise ParameterError(
+                f"latent must be {self.config.latent} numbers in -1 to 1, got shape {latent.shape}"
+            )
+        return torch.from_numpy(latent)
+
+    def _numbers(self, condition: Condition) -> list[float]:
+        """Return the standardised numeric conditions; what is not asked for is the training part's mean."""
+        for name in ("speed_mm_s", "force_n"):
+            value = condition.get(name)
+            if value is None:
+                continue
+            if not (np.isfinite(value) and value >= 0):
+                raise ParameterError(f"{name} must be finite and >= 0, got {value}")
+            if name not in self.known:
+                raise ParameterError(f"{name} is not known of the training recordings; leave it out")
+            _, _, least, most = self.known[name]
+            if name not in self.config.conditions and not least <= value <= most:
+                raise ParameterError(
+                    f"{name} was {least:g} to {most:g} in training and is not one of config.conditions, "
+                    f"got {value:g}; leave it out"
+                )
+        return [
+            0.0 if condition.get(name) is None else self._standardised(name, float(condition[name]))
+            for name in self.config.conditions
+        ]
+
+
+class _Pieces:
+    """Pieces of a long signal, made 1, 1, 2, 4, 8, 8, … at a time: piece k is the same in every signal."""
+
+    def __init__(self, make: Callable[[int, int], NDArray[np.float32]]) -> None:
+        self.make = make
+        self.first, self.made = 0, np.empty((0, 0, 0), np.float32)
+
+    def __getitem__(self, number: int) -> NDArray[np.float32]:
+        if number >= self.first + len(self.made):
+            self.first += len(self.made)
+            self.made = self.make(self.first, min(max(1, self.first), AT_ONCE))
+        piece: NDArray[np.float32] = self.made[number - self.first]
+        return piece
+
+
+def build(
+    config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
+) -> StrokeGANLearner:
+    """Return an untrained model for signals of ``kind``."""
+    return StrokeGANLearner(config, kind, seed=seed, device=device)
+
+
+def _bare(network: Any) -> Any:
+    """Return a network without Fabric around it: one process may use it while the others wait."""
+    return getattr(network, "module", network)
+
+
+@contextmanager
+def _fixed(network: nn.Module) -> Iterator[None]:
+    """Leave the gradients of the weights of ``network`` away."""
+    network.requires_grad_(False)
+    try:
+        yield
+    finally:
+        network.requires_grad_(True)

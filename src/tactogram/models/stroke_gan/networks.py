@@ -1,0 +1,114 @@
+"""Generator and discriminator of Saga et al., Table III. Tensors are (batch, axis, time, channel), as there."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor, nn
+
+from tactogram.models.stroke_gan.config import Config
+from tactogram.nn import PhaseShuffle, StridedConv, StridedConvTranspose
+from tactogram.nn.strided_convolution import constant_response, down, glorot_uniform_
+
+MOST_GAIN = 3.0
+"""Range of the log gain of a noise band, Np: ±26 dB."""
+
+
+class Generator(nn.Module):
+    """Latent and label to a signal. Each axis is convolved on its own, with shared filters.
+
+    Parameters
+    ----------
+    config : Config
+    axes : int
+        A; 3 in the paper.
+    labels : int
+        C: one per class, and one per numeric condition.
+    """
+
+    def __init__(self, config: Config, *, axes: int, labels: int) -> None:
+        super().__init__()
+        self.leak, self.bands = config.leak, config.noise_bands
+        self.shape = (axes, config.points, config.channels[0])
+        self.dense = _dense(config.latent + labels, axes * config.points * config.channels[0])
+        layers = [
+            StridedConvTranspose(coarse, fine, kernel=config.kernel, stride=config.stride)
+            for coarse, fine in pairwise((*config.channels, 1 + config.noise_bands))
+        ]
+        if self.bands:  # begin as plain noise: a waveform near 0 and gains near 1
+            with torch.no_grad():
+                layers[-1].weight.mul_(0.1)
+        self.layers = nn.ModuleList(layers)
+
+    def forward(self, latent: Tensor, label: Tensor, noise: Tensor | None = None) -> Tensor:
+        """Return signals.
+
+        Parameters
+        ----------
+        latent : Tensor, shape (batch, latent)
+            Uniform in -1 to 1.
+        label : Tensor, shape (batch, C)
+        noise : Tensor, shape (batch, axis, time, band), optional
+            Needed with ``noise_bands``.
+
+        Returns
+        -------
+        Tensor, shape (batch, axis, time)
+            Within -1 to 1; with ``noise_bands`` of about unit variance.
+        """
+        h = self.dense(torch.cat((latent, label), 1))  # B, A * 16 * 1024
+        h = h.unflatten(1, self.shape)  # B, A, 16, 1024
+        for layer in self.layers:
+            h = layer(F.leaky_relu(h, self.leak))  # B, A, 4 T, C / 2; the last B, A, 16384, 1
+        if not self.bands:
+            return torch.tanh(h[..., 0])  # B, A, 16384
+        if noise is None:
+            raise TypeError("noise_bands need noise")
+        wave, gains = h[..., 0], MOST_GAIN * torch.tanh(h[..., 1:].float() / MOST_GAIN)
+        shaped: Tensor = wave + (gains.exp() * noise).sum(3)  # B, A, T
+        return shaped
+
+
+class Discriminator(nn.Module):
+    """Signal and label to a score, higher for a recording; the critic of a Wasserstein GAN.
+
+    The label stands beside the signal as C constant channels (Table III, "1+C"). Their part of the first
+    convolution is computed without making them: it is the same at every sample but near the ends.
+    """
+
+    def __init__(self, config: Config, *, axes: int, labels: int) -> None:
+        super().__init__()
+        self.leak = config.leak
+        size = {"kernel": config.kernel, "stride": config.stride}
+        widths = tuple(reversed(config.channels))
+        self.first = StridedConv(1 + labels, widths[0], **size)
+        self.layers = nn.ModuleList(StridedConv(fine, coarse, **size) for fine, coarse in pairwise(widths))
+        self.shuffle = PhaseShuffle(config.phase_shuffle)
+        self.dense = _dense(axes * config.points * config.channels[0], 1)
+
+    def forward(self, x: Tensor, label: Tensor) -> Tensor:
+        """Return scores: (batch, axis, time) and (batch, C) -> (batch, 1)."""
+        h = self._first(x, label)  # B, A, 4096, 64
+        for layer in self.layers:
+            h = self.shuffle(F.leaky_relu(h, self.leak))
+            h = layer(h)  # B, A, T / 4, 2 C; the last B, A, 16, 1024
+        h = F.leaky_relu(h, self.leak).flatten(1)  # B, A * 16 * 1024
+        score: Tensor = self.dense(h)  # B, 1
+        return score
+
+    def _first(self, x: Tensor, label: Tensor) -> Tensor:
+        """Return the first convolution of the signal and its label's constant channels."""
+        weight, stride = self.first.weight, self.first.stride
+        h = down(x.flatten(0, 1)[..., None], weight[:, :1], stride=stride)  # B A, T / 4, 64
+        constant = constant_response(label, weight[:, 1:], stride=stride, time=x.shape[2])  # B, T / 4, 64
+        return h.view(*x.shape[:2], *h.shape[1:]) + (constant + self.first.bias)[:, None]  # B, A, T / 4, 64
+
+
+def _dense(inputs: int, outputs: int) -> nn.Linear:
+    """Return a dense layer that begins as TensorFlow's do, which the paper used (Sec. II-B)."""
+    layer = nn.Linear(inputs, outputs)
+    glorot_uniform_(layer.weight, fan_in=inputs, fan_out=outputs)
+    nn.init.zeros_(layer.bias)
+    return layer
