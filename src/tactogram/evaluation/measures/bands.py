@@ -22,6 +22,11 @@ FELT_RANGE_DB = 50.0
 the threshold to the unpleasant, which is general knowledge of the field and was not checked in a source."""
 
 
+UNCERTAIN_DB = 20.0
+"""By how much people and contactors may be more sensitive than the threshold curve: a grasped cylinder is felt
+at a tenth of its minimum by some (see `tactogram.signal.perception`)."""
+
+
 def band_edges(low: float, high: float, *, per_octave: int) -> NDArray[np.float64]:
     """Return edges spaced evenly on a logarithmic scale from ``low`` to ``high``, both included.
 
@@ -55,10 +60,15 @@ def felt_edges(rate: float, *, per_octave: int = 3) -> NDArray[np.float64]:
     ParameterError
         If ``rate`` holds nothing that is felt.
     """
+    check_felt(rate)
     low, high = FELT_HZ
-    if rate / 2 <= low:
-        raise ParameterError(f"rate must be above {2 * low:g} Hz to hold vibration, got {rate:g}")
     return band_edges(low, min(high, rate / 2), per_octave=per_octave)
+
+
+def check_felt(rate: float) -> None:
+    """Refuse a ``rate`` in Hz that holds nothing that is felt."""
+    if rate / 2 <= FELT_HZ[0]:
+        raise ParameterError(f"rate must be above {2 * FELT_HZ[0]:g} Hz to hold vibration, got {rate:g}")
 
 
 def band_sums(
@@ -105,9 +115,10 @@ def felt_weight(frequency: ArrayLike, unit: str) -> NDArray[np.float64]:
 
 
 def felt_floor_db(unit: str, *levels: NDArray[np.float64]) -> float:
-    """Return the level below which nothing is felt beside ``levels``, dB.
+    """Return the level below which nothing is felt beside ``levels`` (dB re threshold), dB.
 
-    `FELT_RANGE_DB` below the strongest, and never below the threshold (0 dB) where ``unit`` has one.
+    `FELT_RANGE_DB` below the strongest, and never lower than `UNCERTAIN_DB` below the threshold (0 dB) where
+    ``unit`` has one.
     """
     floor = max(float(level.max()) for level in levels) - FELT_RANGE_DB
-    return max(floor, 0.0) if unit in THRESHOLD_UNITS else floor
+    return max(floor, -UNCERTAIN_DB) if unit in THRESHOLD_UNITS else floor

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import fft
 from scipy.signal import welch
 
-from tactogram.evaluation.measures.bands import band_edges, band_sums, felt_floor_db, felt_weight
+from tactogram.evaluation.measures.bands import band_edges, band_sums, check_felt, felt_floor_db, felt_weight
 from tactogram.evaluation.measures.sets import check_alike, stacks
 from tactogram.signal import Signal
 from tactogram.signal.perception import FELT_HZ
@@ -67,6 +67,7 @@ def envelope_spectrum_distance(one: Sequence[Signal], other: Sequence[Signal]) -
     Signal Process. 25 (2011) 485-520. The weighting, bands and floor are this project's choice.
     """
     kind = check_alike(one, other, shortest_s=SHORTEST_S)
+    check_felt(kind.rate)
     low, high = FELT_HZ
     window = _window(one, other)
     edges = _modulation_edges(kind.rate, window, MODULATION_HZ[1], per_octave=3)
@@ -90,8 +91,8 @@ def modulation_spectrum_distance(one: Sequence[Signal], other: Sequence[Signal])
     Like `envelope_spectrum_distance`, but by carrier: the Hilbert envelope of each octave-wide band (`CENTRES_HZ`,
     half-cosine on a logarithmic scale) is divided by its mean, and its power is summed in half octaves from 1 Hz
     to half the band's centre, 100 Hz at most. sqrt(sum w D^2 / sum w), where w is by how many dB a carrier
-    band is above the floor of what is felt, in the set where it is more (see
-    `weighted_log_spectral_distance`): a band that is not there does not count. Blind to level, phase, and to
+    band, weighted with the shape of the detection threshold, is above a floor 50 dB below the strongest, in the
+    set where it is more: a band that is not there does not count. Blind to level, phase, and to
     how bands move together.
 
     Parameters
@@ -117,6 +118,7 @@ def modulation_spectrum_distance(one: Sequence[Signal], other: Sequence[Signal])
     are ours: touch has no cochlea.
     """
     kind = check_alike(one, other, shortest_s=SHORTEST_S)
+    check_felt(kind.rate)
     window = _window(one, other)
     spectra: list[list[NDArray[np.float64]]] = []
     levels: list[NDArray[np.float64]] = []
@@ -135,8 +137,8 @@ def modulation_spectrum_distance(one: Sequence[Signal], other: Sequence[Signal])
                 sums[band] += modulation_power(envelope, rate, window, edges[band]).sum(axis=0)
         spectra.append([_db(s / len(members)) for s in sums])
         levels.append(10 * np.log10(np.maximum(power / len(members) * weights, 1e-30)))
-    felt = np.maximum(*levels) - felt_floor_db(kind.unit, *levels)
-    weight = np.maximum(felt, 0)  # axis, band
+    # Relative alone: like the measure, the weight is blind to level.
+    weight = np.maximum(np.maximum(*levels) - felt_floor_db("1", *levels), 0)  # axis, band
     squares = np.stack([np.sum((a - b) ** 2, axis=1) for a, b in zip(*spectra, strict=True)], axis=1)
     counts = np.array([len(e) - 1 for e in edges])
     if not weight.any():

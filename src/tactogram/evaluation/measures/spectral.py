@@ -84,9 +84,10 @@ def weighted_log_spectral_distance(one: Sequence[Signal], other: Sequence[Signal
     band relative to the detection threshold, raised to the floor of what is felt at all; D = L1 - L2 and
     w = max(L1, L2) - floor. A level error of x dB is x dB; a band that is felt in neither set does not count.
 
-    The floor is the threshold, or 50 dB below the strongest band where that is higher. For units that have no
-    threshold (sound, counts, V, N) only the shape of a threshold curve is used (see `bands.FELT_LIKE`), and
-    the floor is relative alone: a level error still counts, how near to the threshold it is cannot.
+    The floor is 50 dB below the strongest band, but not lower than 20 dB below the threshold, which is how much
+    more sensitive some people are. For units that have no threshold (sound, counts, V, N) only the shape of a
+    threshold curve is used (see `bands.FELT_LIKE`), and the floor is relative alone: a level error still
+    counts, how near to the threshold it is cannot.
 
     Parameters
     ----------
