@@ -144,8 +144,8 @@ def test_threads_and_the_name_of_the_model_change_nothing(result):
 
 
 def test_one_material_and_one_recording_have_a_floor_and_no_ceiling():
-    test = {"cork": TEST["cork"][:1]}
-    found = judge({"model": {"cork": [texture("cork", 5)]}}, train=TRAIN, test=test, embed=embed)
+    train, test = {"cork": TRAIN["cork"]}, {"cork": TEST["cork"][:1]}
+    found = judge({"model": {"cork": [texture("cork", 5)]}}, train=train, test=test, embed=embed)
     row = found.overall["log_spectral_distance_db"]
     assert row["floor"] > 0
     assert row["ceiling"] is None
@@ -153,6 +153,15 @@ def test_one_material_and_one_recording_have_a_floor_and_no_ceiling():
     assert found.verdict("log_spectral_distance_db") == "untold"
     assert "trained_on_generated_accuracy" not in found.values
     json.dumps(found.as_dict(), allow_nan=False)
+
+
+def test_materials_that_are_not_tested_still_are_other_materials():
+    test = {"cork": TEST["cork"]}
+    train = {**TRAIN, "silk": [texture("felt", 0, seconds=1)]}  # too short for the pieces
+    found = judge({"model": {"cork": drawn(200, 6)["cork"]}}, train=train, test=test, embed=embed)
+    everything = judge({"model": drawn(200, 6)}, train=TRAIN, test=TEST, embed=embed)
+    for name, rows in found.values.items():
+        assert rows["cork"] == everything.values[name]["cork"]
 
 
 def test_one_axis_has_no_coherence_and_short_pieces_say_what_is_left_out():

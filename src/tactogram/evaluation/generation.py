@@ -41,7 +41,8 @@ BySet = Mapping[str, Sequence[Signal]]
 Tables = dict[str, dict[str, dict[str, float | None]]]
 """Measure -> material -> column -> value."""
 
-TEST = "test"
+TEST, OTHERS = "test", "others"
+"""The recordings to judge by, and those of every material that was trained on: no columns of a table."""
 NEIGHBOURS = 5
 """k of precision, recall, density and coverage: Naeem et al. 2020."""
 SNIPPET_S = 0.5
@@ -112,7 +113,8 @@ def judge(
     sets : mapping name -> material -> signals
         ``"model"`` and the baselines; each with enough of every material of ``test`` for the pieces.
     train, test : mapping material -> signals
-        Recordings: what was trained on, and what was not. The same materials, one rate, unit and set of axes.
+        Recordings: what was trained on, and what was not; of one rate, unit and set of axes. Materials of
+        ``train`` that are not in ``test`` are only others to compare with.
     pieces : Pieces, optional
         By default what `plan_pieces` says.
     embed : callable, optional
@@ -145,6 +147,7 @@ def judge(
         for part in every.values()
     }
     cut = {name: once[id(part)] for name, part in every.items()}
+    cut[OTHERS] = cut[FLOOR] | _other_materials(train, test, pieces)
     notes: list[str] = []
     compared = partial(_compared, workers=workers)
     tables = compared(_signal_measures(cut[TEST], notes), cut, on_part=partial(on_part, "compare signals"))
@@ -182,7 +185,7 @@ def _compared(
 ) -> Tables:
     """Return the tables of ``distances`` from the test part to each set, floor, and the other materials."""
     materials = tuple(sets[TEST])
-    columns = [name for name in sets if name != TEST]
+    columns = [name for name in sets if name not in (TEST, OTHERS)]
 
     def rows(material: str) -> dict[str, dict[str, float | None]]:
         real = sets[TEST][material]
@@ -192,7 +195,7 @@ def _compared(
             made = sets[column][material]
             found[column] = known.setdefault(id(made), {}) or distances(real, made)
             known[id(made)] = found[column]
-        others = [distances(real, sets[FLOOR][other]) for other in materials if other != material]
+        others = [distances(real, made) for other, made in sets[OTHERS].items() if other != material]
         return {
             name: {column: found[column][name] for column in columns}
             | _ceiling([other[name] for other in others], found[FLOOR][name])
@@ -242,12 +245,12 @@ def _embedded(
     on_part: Callable[[int, int], None],
 ) -> dict[str, dict[str, _Points]]:
     known: dict[int, _Points] = {}
-    total = sum(map(len, cut.values()))
-    for held in (held for part in cut.values() for held in part.values()):
+    every = {id(held): held for part in cut.values() for held in part.values()}
+    for held in every.values():
         each = [np.atleast_2d(np.asarray(embed(s), dtype=np.float64)) for s in held.signals]
         groups = [group for points, group in zip(each, held.groups, strict=True) for _ in points]
         known[id(held)] = _Points(np.concatenate(each), tuple(groups))
-        on_part(len(known), total)
+        on_part(len(known), len(every))
     return {
         name: {material: known[id(held)] for material, held in part.items()} for name, part in cut.items()
     }
@@ -284,7 +287,7 @@ def _recognised(
     for material in cut[TEST]:
         table[material] = _guessing(len(cut[TEST]))
         for column in cut:
-            if column != TEST:
+            if column not in (TEST, OTHERS):
                 tested = cut[TEST if column == FLOOR else column][material]
                 table[material][column] = share(material, tested.signals)
     return table
@@ -303,7 +306,7 @@ def _transferred(fit: Fit, cut: Mapping[str, Mapping[str, Cut]]) -> Tables:
     }
     on_real = trained(cut[FLOOR])
     for column, part in cut.items():
-        if column == TEST:
+        if column in (TEST, OTHERS):
             continue
         on_it = on_real if column == FLOOR else trained(part)
         for material, held in part.items():
@@ -330,7 +333,7 @@ def _memorised(
 
     The floor of the share is what the limit leaves of the unseen recordings that set it: none.
     """
-    columns = [name for name in cut if name not in (TEST, FLOOR)]
+    columns = [name for name in cut if name not in (TEST, OTHERS, FLOOR)]
     first = next(iter(cut[TEST].values())).signals[0]
     length = min(round(SNIPPET_S * first.rate), len(first))
     if length < 2:
@@ -374,6 +377,17 @@ def _answers(cut: Mapping[str, Mapping[str, Cut]]) -> dict[str, int]:
     }
 
 
+def _other_materials(train: BySet, test: BySet, pieces: Pieces) -> dict[str, Cut]:
+    """Return the pieces of materials that are not tested, where there are enough."""
+    found = {}
+    for material in sorted(set(train) - set(test)):
+        try:
+            found[material] = pieces.cut(train[material])
+        except ParameterError:
+            continue
+    return found
+
+
 def _known(rows: Mapping[str, Mapping[str, float | None]]) -> bool:
     return any(row.get(MODEL) is not None for row in rows.values())
 
@@ -383,7 +397,7 @@ def _check(sets: Mapping[str, BySet], train: BySet, test: BySet) -> None:
         raise ParameterError(f"sets must hold {MODEL!r}, got {', '.join(sets) or 'none'}")
     if not test:
         raise ParameterError("test must hold a recording to judge by, got none")
-    for name, part in {"test": test, "train": train, **sets}.items():
+    for name, part in {TEST: test, "train": train, **sets}.items():
         for material in test:
             if not part.get(material):
                 raise ParameterError(f"{name} must hold a signal of {material}, got none")

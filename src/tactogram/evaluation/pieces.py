@@ -46,7 +46,7 @@ class Pieces:
         ParameterError
             If they do not hold so many.
         """
-        length = max(1, round(self.seconds * signals[0].rate))
+        length = max(1, round(self.seconds * signals[0].rate)) if signals else 1
         found = [
             (signal.cut(start, start + length), group)
             for group, signal in enumerate(signals)
@@ -85,13 +85,13 @@ def plan_pieces(
     Parameters
     ----------
     train, test : mapping material -> signals
-        Of one rate; at least one signal each.
+        Of one rate; at least one signal each. Only materials of ``test`` count.
     longest_s : float, s
     most : int
     """
     if not (longest_s > 0 and most >= 1):
         raise ParameterError(f"longest_s must be > 0 and most >= 1, got {longest_s:g} and {most}")
-    every = [signals for part in (train, test) for signals in part.values()]
+    every = [part[material] for part in (train, test) for material in test]
     rate = every[0][0].rate
     length = min(len(signal) for signals in every for signal in signals)
     if length < SHORTEST_S * rate:

@@ -152,7 +152,12 @@ class StrokeCNNLearner:
 
     def embed(self, signal: Signal) -> NDArray[np.float32]:
         """Return the last hidden layer averaged over the windows of ``signal``, float32, shape (feature,)."""
-        embedded: NDArray[np.float32] = self._judge(self._alone.embed, signal).mean(0).numpy()
+        embedded: NDArray[np.float32] = self.window_embeddings(signal).mean(axis=0)
+        return embedded
+
+    def window_embeddings(self, signal: Signal) -> NDArray[np.float32]:
+        """Return the last hidden layer for each window, float32, shape (window, feature)."""
+        embedded: NDArray[np.float32] = self._judge(self._alone.embed, signal).numpy()
         return embedded
 
     @property
