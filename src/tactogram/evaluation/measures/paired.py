@@ -55,7 +55,9 @@ def align(distorted: Signal, reference: Signal, *, within_s: float = 0.05) -> tu
     most = round(within_s * rate) if within_s >= 0 else -1
     n, m = len(distorted), len(reference)
     if not 0 <= most < min(n, m):
-        raise ParameterError(f"within_s must be in 0..{(min(n, m) - 1) / rate:.3g} s, got {within_s:g}")
+        raise ParameterError(
+            f"within_s must be >= 0 and below the {min(n, m) / rate:.3g} s of the signals, got {within_s:g}"
+        )
     points = fft.next_fast_len(n + m, real=True)
     x, y = (fft.rfft(s.samples.astype(np.float64), points, axis=1) for s in (distorted, reference))
     correlation = fft.irfft(np.sum(x * y.conj(), axis=0), points)
@@ -103,8 +105,8 @@ def st_sim(distorted: Signal, reference: Signal, *, full_scale: float = 1.0, eta
 
     Differs from the published in this: the rate is the signals' own (blocks of 64 ms, the threshold at true
     frequencies, levels as at 8 kHz; the public implementation takes any signal to be at 8 kHz). A negative t
-    counts as 0, where the power of a negative number would be complex. A block that is constant in both
-    signals counts as t = 1.
+    counts as 0, where the power of a negative number would be complex. Blocks that are constant, or have
+    nothing near the threshold, in both signals are alike: 1.
 
     Parameters
     ----------
@@ -135,14 +137,11 @@ def st_sim(distorted: Signal, reference: Signal, *, full_scale: float = 1.0, eta
     if not 0 < eta < 1:
         raise ParameterError(f"eta must be between 0 and 1, got {eta}")
     x, y = _blocks(distorted, reference)
-    time = _similarity(_standardised(y), _standardised(x))
-    both_constant = (np.ptp(x, axis=-1) == 0) & (np.ptp(y, axis=-1) == 0)
-    time = np.where(both_constant, 1.0, time)
     first, second = (
         norm.cdf(_felt_spectrum(blocks, reference.rate, full_scale), scale=SUPPORT_DB) for blocks in (y, x)
     )
     spectral = _similarity(first, second).mean(axis=-1)
-    temporal = np.maximum(time.mean(axis=-1), 0.0)
+    temporal = np.maximum(_similarity(_standardised(y), _standardised(x)).mean(axis=-1), 0.0)
     return float(np.mean(temporal**eta * spectral ** (1 - eta)))
 
 
@@ -221,10 +220,14 @@ def _felt_spectrum(blocks: NDArray[np.float64], rate: float, full_scale: float) 
 
 
 def _standardised(blocks: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return each block without its mean and divided by its standard deviation; 0 where it is constant."""
     deviation = blocks - blocks.mean(axis=-1, keepdims=True)
-    return np.asarray(deviation / (blocks.std(axis=-1, keepdims=True) + TINY))
+    constant = np.ptp(blocks, axis=-1, keepdims=True) == 0
+    return np.asarray(np.where(constant, 0.0, deviation / (blocks.std(axis=-1, keepdims=True) + TINY)))
 
 
 def _similarity(reference: NDArray[np.float64], distorted: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return sum(x y) / sum(y^2) of each block."""
-    return np.asarray(np.sum(reference * distorted, axis=-1) / (np.sum(reference**2, axis=-1) + TINY))
+    """Return sum(x y) / sum(y^2) of each block; 1 where there is nothing in either."""
+    energy, other = np.sum(reference**2, axis=-1), np.sum(distorted**2, axis=-1)
+    ratio = np.sum(reference * distorted, axis=-1) / (energy + TINY)
+    return np.asarray(np.where((energy < TINY) & (other < TINY), 1.0, ratio))
