@@ -49,17 +49,17 @@ def test_a_silent_envelope_has_no_modulation():
 
 
 def test_twice_the_depth_is_6_db_in_the_band_where_it_is():
-    # All other third octaves are at the floor on both sides; 1 to 100 Hz has 20 of them.
-    one, other = modulated(0.2), modulated(0.4)
-    expected = 20 * np.log10(2) / np.sqrt(20)
+    # All other half octaves are at the floor on both sides; 2 to 100 Hz has 11 of them.
+    one, other = modulated(0.2, 20.0), modulated(0.4, 20.0)
+    expected = 20 * np.log10(2) / np.sqrt(11)
     assert envelope_spectrum_distance([one], [other]) == pytest.approx(expected, rel=0.05)
 
 
 def test_even_against_modulated_is_as_far_as_the_floor():
     depth = 0.5
     far = 10 * np.log10(depth**2 / 2) - MODULATION_FLOOR_DB
-    assert envelope_spectrum_distance([modulated(0.0)], [modulated(depth)]) == pytest.approx(
-        far / np.sqrt(20), rel=0.05
+    assert envelope_spectrum_distance([modulated(0.0)], [modulated(depth, 20.0)]) == pytest.approx(
+        far / np.sqrt(11), rel=0.05
     )
 
 

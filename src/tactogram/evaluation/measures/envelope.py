@@ -15,13 +15,14 @@ from scipy.signal import welch
 
 from tactogram.evaluation.measures.bands import band_edges, band_sums, check_felt, felt_floor_db, felt_weight
 from tactogram.evaluation.measures.sets import check_alike, stacks
+from tactogram.evaluation.measures.spectral import SILENT
 from tactogram.signal import Signal
 from tactogram.signal.perception import FELT_HZ
 
-MODULATION_HZ = (1.0, 100.0)
-"""Slower is how a hand moves over some seconds, faster is heard and felt as frequency rather than fluctuation."""
+MODULATION_HZ = (2.0, 100.0)
+"""Slower is how the hand moves, faster is felt as frequency rather than fluctuation."""
 
-WINDOW_S = 2.0
+WINDOW_S = 1.0
 """Length of the Hann windows that an envelope's spectrum is averaged over, s; the length of the shortest signal
 where that is less, and the slowest modulation that is seen is then 2 / length."""
 
@@ -39,17 +40,16 @@ hold `FELT_HZ` and their powers add up to the signal's."""
 def envelope_spectrum_distance(one: Sequence[Signal], other: Sequence[Signal]) -> float:
     """Return the root mean square difference in dB of two mean envelope spectra, over bands and axes.
 
-    A signal is weighted with the shape of the detection threshold within 20-1000 Hz; its Hilbert envelope is
-    divided by its mean; the power spectrum of that, summed in third octaves of 1-100 Hz, is averaged over the
-    set. A modulation of depth m at one frequency has 10 log10(m^2 / 2) dB; less than `MODULATION_FLOOR_DB`
-    counts as that. Blind to level, to the phase of carrier and modulation, and, but for the weighting, to
-    the spectrum. What of the fluctuation is there in any noise (its own beating) is there on both sides.
+    The Hilbert envelope of a signal within 20-1000 Hz is divided by its mean; the power spectrum of that, summed
+    in half octaves of 2-100 Hz, is averaged over the set in dB. A modulation of depth m at one frequency has
+    10 log10(m^2 / 2) dB; less than `MODULATION_FLOOR_DB` counts as that. Blind to level and to the phase of
+    carrier and modulation. A narrow band beats of itself, so that a spectrum of another width shows a little.
 
     Parameters
     ----------
     one, other : sequence of Signal
-        All of one rate, unit and set of axes, over time, at least 0.5 s long, better 2 s; of equal
-        length (`segments`), since a short signal shows no slow modulation.
+        All of one rate, unit and set of axes, over time, at least 0.5 s long, better 1 s and more; of equal
+        length (`segments`): the logarithm of an average of few windows is low by up to 2.5 dB.
 
     Returns
     -------
@@ -64,36 +64,25 @@ def envelope_spectrum_distance(one: Sequence[Signal], other: Sequence[Signal]) -
     References
     ----------
     Envelope spectra: R. B. Randall, J. Antoni, "Rolling element bearing diagnostics: a tutorial", Mech. Syst.
-    Signal Process. 25 (2011) 485-520. The weighting, bands and floor are this project's choice.
+    Signal Process. 25 (2011) 485-520. Bands and floor are this project's choice.
     """
     kind = check_alike(one, other, shortest_s=SHORTEST_S)
     check_felt(kind.rate)
-    low, high = FELT_HZ
     window = _window(one, other)
-    edges = _modulation_edges(kind.rate, window, MODULATION_HZ[1], per_octave=3)
-
-    def gain(frequency: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.sqrt(felt_weight(frequency, kind.unit))
-
-    spectra = []
-    for members in (one, other):
-        sums: NDArray[np.float64] = np.zeros((len(kind.axes), len(edges) - 1))
-        for stack in stacks(members):
-            envelope, rate = envelopes(stack, kind.rate, low, high, gain)
-            sums += modulation_power(envelope, rate, window, edges).sum(axis=0)
-        spectra.append(_db(sums / len(members)))
-    return float(np.sqrt(np.mean((spectra[0] - spectra[1]) ** 2)))
+    edges = _modulation_edges(kind.rate, window, MODULATION_HZ[1], per_octave=2)
+    first, second = (_envelope_spectrum(members, window, edges) for members in (one, other))
+    return float(np.sqrt(np.mean((first - second) ** 2)))
 
 
 def modulation_spectrum_distance(one: Sequence[Signal], other: Sequence[Signal]) -> float:
     """Return the root mean square difference in dB of two modulation spectra, over both frequencies and axes.
 
     Like `envelope_spectrum_distance`, but by carrier: the Hilbert envelope of each octave-wide band (`CENTRES_HZ`,
-    half-cosine on a logarithmic scale) is divided by its mean, and its power is summed in half octaves from 1 Hz
-    to half the band's centre, 100 Hz at most. sqrt(sum w D^2 / sum w), where w is by how many dB a carrier
-    band, weighted with the shape of the detection threshold, is above a floor 50 dB below the strongest, in the
-    set where it is more: a band that is not there does not count. Blind to level, phase, and to
-    how bands move together.
+    half-cosine on a logarithmic scale) is divided by its mean, and its power is summed in octaves from 2 Hz to
+    half the band's centre, 100 Hz at most. sqrt(sum w D^2 / sum w), where w is by how many dB a carrier band,
+    weighted with the shape of the detection threshold, is above a floor 50 dB below the strongest, in the set
+    where it is more: a band that is not there does not count. Blind to level, phase, and to how bands move
+    together.
 
     Parameters
     ----------
@@ -120,29 +109,16 @@ def modulation_spectrum_distance(one: Sequence[Signal], other: Sequence[Signal])
     kind = check_alike(one, other, shortest_s=SHORTEST_S)
     check_felt(kind.rate)
     window = _window(one, other)
-    spectra: list[list[NDArray[np.float64]]] = []
-    levels: list[NDArray[np.float64]] = []
     centres = [c for c in CENTRES_HZ if c * np.sqrt(2) <= kind.rate / 2] or [CENTRES_HZ[0]]
-    weights = felt_weight(np.array(centres), kind.unit)
-    edges = [
-        _modulation_edges(kind.rate, window, min(c / 2, MODULATION_HZ[1]), per_octave=2) for c in centres
-    ]
-    for members in (one, other):
-        sums = [np.zeros((len(kind.axes), len(e) - 1)) for e in edges]
-        power = np.zeros((len(kind.axes), len(centres)))
-        for stack in stacks(members):
-            for band, centre in enumerate(centres):
-                envelope, rate = envelopes(stack, kind.rate, centre / 2, centre * 2, _half_cosine(centre))
-                power[:, band] += np.mean(envelope**2, axis=-1).sum(axis=0)
-                sums[band] += modulation_power(envelope, rate, window, edges[band]).sum(axis=0)
-        spectra.append([_db(s / len(members)) for s in sums])
-        levels.append(10 * np.log10(np.maximum(power / len(members) * weights, 1e-30)))
-    # Relative alone: like the measure, the weight is blind to level.
-    weight = np.maximum(np.maximum(*levels) - felt_floor_db("1", *levels), 0)  # axis, band
-    squares = np.stack([np.sum((a - b) ** 2, axis=1) for a, b in zip(*spectra, strict=True)], axis=1)
-    counts = np.array([len(e) - 1 for e in edges])
-    if not weight.any():
-        return 0.0
+    first, second = (_modulation_spectrum(members, window, centres) for members in (one, other))
+    felt = 10 * np.log10(felt_weight(np.array(centres), kind.unit))
+    levels = np.maximum(first[1], second[1]) + felt  # axis, carrier
+    # The floor is relative alone: like the measure, the weight is blind to level.
+    weight = np.maximum(levels - felt_floor_db("1", levels), 0)
+    squares = np.stack(
+        [np.sum((a - b) ** 2, axis=1) for a, b in zip(first[0], second[0], strict=True)], axis=1
+    )
+    counts = np.array([spectrum.shape[1] for spectrum in first[0]])
     return float(np.sqrt(np.sum(weight * squares) / np.sum(weight * counts)))
 
 
@@ -211,6 +187,42 @@ def modulation_power(
     return np.asarray(band_sums(power, frequency, edges) * frequency[1])
 
 
+def _envelope_spectrum(
+    signals: Sequence[Signal], window: float, edges: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the mean envelope spectrum of a set, dB, shape (axis, band)."""
+    power = []
+    for stack in stacks(signals):
+        envelope, rate = envelopes(stack, signals[0].rate, *FELT_HZ, np.ones_like)
+        power.append(modulation_power(envelope, rate, window, edges))
+    return _mean_db(np.concatenate(power))
+
+
+def _modulation_spectrum(
+    signals: Sequence[Signal], window: float, centres: Sequence[float]
+) -> tuple[list[NDArray[np.float64]], NDArray[np.float64]]:
+    """Return a set's mean modulation spectrum and levels by carrier.
+
+    Returns
+    -------
+    spectra : list of float64 array, one per carrier, shape (axis, modulation band)
+        dB.
+    levels : float64 array, shape (axis, carrier)
+        Mean square of the envelope, dB.
+    """
+    own = signals[0].rate
+    edges = [_modulation_edges(own, window, min(c / 2, MODULATION_HZ[1]), per_octave=1) for c in centres]
+    power: list[list[NDArray[np.float64]]] = [[] for _ in centres]
+    square = np.zeros((len(signals[0].axes), len(centres)))
+    for stack in stacks(signals):
+        for band, centre in enumerate(centres):
+            envelope, rate = envelopes(stack, own, centre / 2, centre * 2, _half_cosine(centre))
+            power[band].append(modulation_power(envelope, rate, window, edges[band]))
+            square[:, band] += np.mean(envelope**2, axis=-1).sum(axis=0)
+    levels = 10 * np.log10(np.maximum(square / len(signals), SILENT))
+    return [_mean_db(np.concatenate(members)) for members in power], levels
+
+
 def _half_cosine(centre: float) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
     return lambda frequency: np.cos(np.pi / 2 * np.clip(np.log2(frequency / centre), -1, 1))
 
@@ -224,6 +236,7 @@ def _modulation_edges(rate: float, window: float, high: float, *, per_octave: in
     return band_edges(max(MODULATION_HZ[0], 2 / window), min(high, rate / 2), per_octave=per_octave)
 
 
-def _db(power: NDArray[np.float64]) -> NDArray[np.float64]:
+def _mean_db(power: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the mean over signals in dB, not below the floor, shape (axis, band)."""
     floor = 10 ** (MODULATION_FLOOR_DB / 10)
-    return np.asarray(10 * np.log10(np.maximum(power, floor)))
+    return np.asarray(np.mean(10 * np.log10(np.maximum(power, floor)), axis=0))
