@@ -1,0 +1,111 @@
+"""What every measure costs, as a multiple of the plainest one that there is, in the same run.
+
+Measures of signals: beside `scipy.signal.welch` (0.25 s segments) over the same signals, two sets of 32 simulated
+textures of three axes, 4 s at 1 kHz. Measures of embeddings: beside the product of the two sets' matrices, which any
+comparison of all pairs needs, 2,000 points of 256 features each. Each repetition runs the plain one and the measure in
+turn; the ratio is the median of nine. One thread (threadpoolctl) for both.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from scipy.signal import lfilter, welch
+from threadpoolctl import threadpool_limits
+
+from tactogram.evaluation.measures import (
+    SIGNAL_MEASURES,
+    frechet_distance,
+    memorisation,
+    precision_recall_density_coverage,
+    segments,
+    signal_to_noise_ratio_db,
+    spqi,
+    st_sim,
+    texture_features,
+    transfer_accuracy,
+    two_sample_accuracy,
+)
+from tactogram.signal import Signal
+
+RATE, SECONDS, SIGNALS = 1000.0, 4.0, 32
+POINTS, FEATURES = 2000, 256
+REPETITIONS = 9
+
+
+def run() -> list[dict[str, Any]]:
+    """Return a row per measure; see the module for what is measured."""
+    one, other, unseen = (textures(seed, SIGNALS) for seed in (0, 1, 2))
+    random = np.random.default_rng(0)
+    a, b = random.standard_normal((2, POINTS, FEATURES))
+    signals = "welch of the same signals"
+
+    def plain() -> None:
+        for members in (one, other):
+            welch(np.stack([s.samples for s in members]).astype(np.float64), RATE, nperseg=250)
+
+    jobs: list[tuple[str, str, Callable[[], object], Callable[[], object]]] = [
+        (name, signals, plain, lambda f=measure.function: f(one, other))
+        for name, measure in SIGNAL_MEASURES.items()
+    ]
+    jobs += [
+        ("memorisation, 8 generated and 8 unseen against 32", signals, plain,
+         lambda: memorisation(one[:8], other, unseen[:8])),
+        ("texture_features", signals, plain, lambda: texture_features([*one, *other])),
+        ("transfer_accuracy, linear discriminant, 1 s pieces", signals, plain,
+         lambda: transfer_accuracy(*({"a": segments(s[:16], 1.0), "b": segments(s[16:], 1.0)} for s in (one, other)))),
+        *(
+            (f"{function.__name__}, all pairs one by one", signals, plain,
+             lambda f=function: [f(x, y) for x, y in zip(one, other, strict=True)])
+            for function in (signal_to_noise_ratio_db, st_sim, spqi)
+        ),
+    ]  # fmt: skip
+    points = "product of the two matrices"
+    jobs += [
+        (function.__name__, points, lambda: a @ b.T, lambda f=function: f(a, b))
+        for function in (frechet_distance, precision_recall_density_coverage, two_sample_accuracy)
+    ]
+    with threadpool_limits(1):
+        return [row(*job) for job in jobs]
+
+
+def row(name: str, beside: str, plain: Callable[[], object], job: Callable[[], object]) -> dict[str, Any]:
+    """Time both in turns."""
+    job()
+    ratios, taken = [], []
+    for _ in range(REPETITIONS):
+        start = time.perf_counter()
+        plain()
+        middle = time.perf_counter()
+        job()
+        end = time.perf_counter()
+        ratios.append((end - middle) / (middle - start))
+        taken.append(end - middle)
+    return {
+        "measure": name,
+        "beside": beside,
+        "ratio": round(float(np.median(ratios)), 2),
+        "ratio_sd": round(float(np.std(ratios)), 2),
+        "seconds": round(float(np.median(taken)), 4),
+    }
+
+
+def textures(seed: int, count: int) -> list[Signal]:
+    """Return simulated textures: noise with a resonance near 150 Hz in bursts, as strokes give."""
+    random = np.random.default_rng(seed)
+    n = round(RATE * SECONDS)
+    pole = 0.9 * np.exp(2j * np.pi * 150 / RATE)
+    found = []
+    for _ in range(count):
+        x = lfilter([1], [1, -2 * pole.real, abs(pole) ** 2], random.standard_normal((3, n)))
+        bursts = 0.1 + np.abs(np.sin(np.pi * random.uniform(2, 8) * np.arange(n) / RATE))
+        found.append(Signal((x * bursts).astype(np.float32), RATE, "m/s^2"))
+    return found
+
+
+if __name__ == "__main__":
+    for result in run():
+        print(result)
