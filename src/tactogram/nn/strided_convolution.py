@@ -47,7 +47,7 @@ def down(x: Tensor, weight: Tensor, *, stride: int) -> Tensor:
     Tensor, shape (item, time / stride, coarse)
     """
     x, weight = _in_one_precision(x, weight)
-    if x.device.type == "cpu":
+    if _on_processor(x):
         result: Tensor = _Down.apply(x, weight, stride)  # type: ignore[no-untyped-call]
         return result
     pad = padding(weight.shape[0], stride)
@@ -70,7 +70,7 @@ def up(y: Tensor, weight: Tensor, *, stride: int) -> Tensor:
     Tensor, shape (item, time * stride, fine)
     """
     y, weight = _in_one_precision(y, weight)
-    if y.device.type == "cpu":
+    if _on_processor(y):
         result: Tensor = _Up.apply(y, weight, stride)  # type: ignore[no-untyped-call]
         return result
     kernel = weight.shape[0]
@@ -282,6 +282,10 @@ def _blocks(y: Tensor, before: int, after: int) -> Iterator[tuple[slice, Tensor]
         count = len(padded)
         view = padded.as_strided((count, time, width), (padded.stride(0), coarse, 1))
         yield part, view.reshape(count * time, width)
+
+
+def _on_processor(x: Tensor) -> bool:
+    return x.device.type == "cpu"
 
 
 def _in_one_precision(x: Tensor, weight: Tensor) -> tuple[Tensor, Tensor]:

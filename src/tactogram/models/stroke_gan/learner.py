@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import Any
 
 import numpy as np
@@ -66,11 +66,12 @@ class StrokeGANLearner:
             for network, rate in zip((generator, discriminator), rates, strict=True)
         ]
         self.backward: Callable[[Tensor], None] = Tensor.backward
+        self.autocast: Callable[[], AbstractContextManager[Any]] = nullcontext
 
     def setup(self, fabric: Any) -> None:
         self.generator, self.optimisers[0] = fabric.setup(self.generator, self.optimisers[0])
         self.discriminator, self.optimisers[1] = fabric.setup(self.discriminator, self.optimisers[1])
-        self.backward = fabric.backward
+        self.backward, self.autocast = fabric.backward, fabric.autocast
         self.device = fabric.device
         if self.average:
             self.average.network.to(self.device)
@@ -137,7 +138,9 @@ class StrokeGANLearner:
             made = self._make(label)
         scores = self.discriminator(torch.cat((real, made)), label.repeat(2, 1)).float()
         wasserstein = scores[: len(real)].mean() - scores[len(real) :].mean()
-        penalty = gradient_penalty(lambda x: self.discriminator(x, label).float(), real, made)
+        with self.autocast():  # Fabric's wrapper lets no gradient be taken but by its own backward
+            bare = _bare(self.discriminator)
+            penalty = gradient_penalty(lambda x: bare(x, label).float(), real, made)
         self._descend(1, self.config.penalty * penalty - wasserstein)
         return {"wasserstein": wasserstein, "penalty": penalty}
 

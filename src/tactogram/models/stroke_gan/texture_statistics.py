@@ -65,13 +65,16 @@ def energy_distance(real: Tensor, made: Tensor, again: Tensor) -> Tensor:
     """
     distance = torch.linalg.vector_norm
     near = distance(real - made, dim=1) + distance(real - again, dim=1)
-    return (near - distance(made - again, dim=1)).mean() / math.sqrt(real.shape[1])
+    result: Tensor = (near - distance(made - again, dim=1)).mean() / math.sqrt(real.shape[1])
+    return result
 
 
 def _envelopes(x: Tensor, size: int) -> Tensor:
     """Return log band power over time: (batch, axis * band, frame)."""
     window = torch.hann_window(size, device=x.device)
-    spectrum: Tensor = torch.stft(x.flatten(0, 1), size, size // 4, window=window, center=False, return_complex=True)
+    spectrum: Tensor = torch.stft(
+        x.flatten(0, 1), size, size // 4, window=window, center=False, return_complex=True
+    )
     power = (spectrum.real.square() + spectrum.imag.square()) / window.square().sum()  # B A, F, N
     edges = _edges(power.shape[1], BANDS)
     bands = torch.stack([power[:, low:high].mean(1) for low, high in edges], 1)  # B A, BANDS, N

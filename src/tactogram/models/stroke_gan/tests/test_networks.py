@@ -1,0 +1,150 @@
+import pytest
+import torch
+
+from tactogram.models.stroke_gan.config import Config
+from tactogram.models.stroke_gan.excitation import root, split_bands
+from tactogram.models.stroke_gan.networks import Discriminator, Generator
+
+NARROW = Config(channels=(16, 8, 4, 2, 1))  # the published layout, a 64th of its channels
+AXES, CLASSES = 3, 9
+
+
+def shapes_of(network, *inputs):
+    """The output shape of each convolution and dense layer, in order."""
+    seen = []
+    for name, module in network.named_modules():
+        if name and not isinstance(module, torch.nn.ModuleList):
+            module.register_forward_hook(lambda m, x, y: seen.append(tuple(y.shape)))
+    with torch.no_grad():
+        out = network(*inputs)
+    return seen, tuple(out.shape)
+
+
+def one_hot(place=0, count=1):
+    return torch.eye(CLASSES)[place].expand(count, -1)
+
+
+def test_generator_has_the_shapes_of_table_iii():
+    network = Generator(NARROW, axes=AXES, labels=CLASSES)
+    seen, out = shapes_of(network, torch.zeros(2, 100), one_hot(count=2))
+    assert seen == [
+        (2, 49152 // 64),
+        (2, 3, 64, 512 // 64), (2, 3, 256, 256 // 64), (2, 3, 1024, 128 // 64), (2, 3, 4096, 64 // 64),
+        (2, 3, 16384, 1),
+    ]  # fmt: skip
+    assert out == (2, 3, 16384)
+
+
+def test_discriminator_has_the_shapes_of_table_iii_with_its_typing_error_mended():
+    """Table III says (n, 64, 4096, 64) and so on where the axes must stand: (n, 3, 4096, 64)."""
+    network = Discriminator(NARROW, axes=AXES, labels=CLASSES)
+    seen, out = shapes_of(network, torch.zeros(2, 3, 16384), one_hot(count=2))
+    shuffled = [
+        (2, 3, 4096, 64 // 64),
+        (2, 3, 1024, 128 // 64),
+        (2, 3, 256, 256 // 64),
+        (2, 3, 64, 512 // 64),
+    ]
+    convolved = [*shuffled[1:], (2, 3, 16, 1024 // 64)]
+    assert seen == [s for pair in zip(shuffled, convolved, strict=True) for s in pair] + [(2, 1)]
+    assert out == (2, 1)
+
+
+def test_published_networks_have_the_weights_of_table_iii():
+    config = Config()
+    assert config.length == 16384
+    with torch.device("meta"):
+        generator = Generator(config, axes=AXES, labels=CLASSES)
+        discriminator = Discriminator(config, axes=AXES, labels=CLASSES)
+    kernels = [(512, 1024), (256, 512), (128, 256), (64, 128)]
+    shared = sum(25 * a * b for a, b in kernels)
+    by_hand = (100 + 9) * 49152 + 49152 + shared + 25 * 1 * 64 + (512 + 256 + 128 + 64 + 1)
+    assert sum(p.numel() for p in generator.parameters()) == by_hand == 22_817_281
+    by_hand = 25 * (1 + 9) * 64 + shared + (64 + 128 + 256 + 512 + 1024) + 49152 + 1
+    assert sum(p.numel() for p in discriminator.parameters()) == by_hand == 17_475_137
+    assert tuple(generator.layers[0].weight.shape) == (25, 512, 1024)
+    assert tuple(discriminator.first.weight.shape) == (25, 1 + 9, 64)
+
+
+def test_activations_and_their_places():
+    """Leaky before each transposed convolution, tanh at the end; negative slopes of 0.2."""
+    network = Generator(NARROW, axes=1, labels=1)
+    seen = []
+    network.layers[0].register_forward_pre_hook(lambda m, x: seen.append(x[0]))
+    network.dense.register_forward_hook(lambda m, x, y: seen.append(y))
+    out = network(torch.rand(1, 100), torch.ones(1, 1))
+    before, after = seen[0].flatten(), seen[1].flatten()
+    torch.testing.assert_close(after, torch.where(before > 0, before, 0.2 * before))
+    assert out.abs().max() < 1
+
+
+def test_axes_share_their_filters_and_are_not_convolved_together():
+    network = Generator(NARROW, axes=3, labels=1)
+    h = torch.randn(2, 3, 16, 16)
+    y = network.layers[0](h)
+    alone = network.layers[0](h[:, 1:2])
+    torch.testing.assert_close(y[:, 1:2], alone)
+
+
+def test_label_channels_are_constant_channels_beside_the_signal():
+    network = Discriminator(NARROW, axes=2, labels=CLASSES)
+    with torch.no_grad():
+        network.first.bias.uniform_(-1, 1)
+    x, label = torch.randn(3, 2, 16384), torch.rand(3, CLASSES)
+    channels = label[:, None, None].expand(-1, 2, 16384, -1)
+    plain = network.first(torch.cat((x[..., None], channels), 3))  # B, A, T, 1 + C
+    torch.testing.assert_close(network._first(x, label), plain, atol=1e-4, rtol=1e-4)
+
+
+def test_labels_reach_the_output_of_both():
+    generator = Generator(NARROW, axes=1, labels=CLASSES)
+    discriminator = Discriminator(NARROW, axes=1, labels=CLASSES)
+    latent, x = torch.rand(1, 100), torch.randn(1, 1, 16384)
+    assert not torch.allclose(generator(latent, one_hot(0)), generator(latent, one_hot(1)))
+    with torch.random.fork_rng():
+        torch.manual_seed(0)
+        one = discriminator(x, one_hot(0))
+        torch.manual_seed(0)
+        other = discriminator(x, one_hot(1))
+    assert not torch.allclose(one, other)
+
+
+def test_half_a_label_is_half_its_part_of_the_first_layer():
+    """What mixing rests on: the label enters linearly."""
+    network = Generator(NARROW, axes=1, labels=CLASSES)
+    latent, zero = torch.rand(1, 100), torch.zeros(1, CLASSES)
+
+    def first(label):
+        return network.dense(torch.cat((latent, label), 1)) - network.dense(torch.cat((latent, zero), 1))
+
+    both = 0.3 * first(one_hot(0)) + 0.7 * first(one_hot(4))
+    torch.testing.assert_close(first(0.3 * one_hot(0) + 0.7 * one_hot(4)), both, atol=1e-5, rtol=1e-4)
+
+
+# -- ours: noise in bands -----------------------------------------------------------------------------------
+
+
+def test_bands_sum_to_the_noise_and_lie_in_octaves():
+    noise = torch.randn(4, 2, 4096, generator=torch.Generator().manual_seed(0))
+    bands = split_bands(noise, 4)
+    torch.testing.assert_close(bands.sum(3), noise, atol=1e-5, rtol=1e-4)
+    power = torch.fft.rfft(bands, dim=2).abs().square().mean((0, 1))  # F, band
+    centre = (power * torch.arange(len(power))[:, None]).sum(0) / power.sum(0) / len(power)
+    assert centre.tolist() == pytest.approx([1 / 16, 3 / 16, 3 / 8, 3 / 4], rel=0.15)
+
+
+def test_generator_of_noise_begins_as_plain_noise():
+    config = Config(channels=(16, 8, 4), residual="autoregressive", noise_bands=3)
+    network = Generator(config, axes=2, labels=1)
+    noise = torch.randn(8, 2, config.length, generator=torch.Generator().manual_seed(0))
+    with torch.no_grad():
+        made = network(torch.rand(8, 100), torch.ones(8, 1), split_bands(noise, 3))
+    assert made.std().item() == pytest.approx(1, abs=0.2)
+    assert torch.corrcoef(torch.stack((made.flatten(), noise.flatten())))[0, 1] > 0.95
+
+
+def test_root_makes_noise_go_together():
+    correlation = torch.tensor([[1.0, 0.5, 0.0], [0.5, 1.0, -0.3], [0.0, -0.3, 1.0]])
+    torch.testing.assert_close(root(correlation) @ root(correlation), correlation)
+    together = root(correlation) @ torch.randn(3, 50_000, generator=torch.Generator().manual_seed(0))
+    torch.testing.assert_close(torch.corrcoef(together), correlation, atol=0.02, rtol=0)
