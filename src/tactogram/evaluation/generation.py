@@ -156,11 +156,13 @@ def judge(
         tables |= compared(_embedding_measures, points, on_part=partial(on_part, "compare embeddings"))
     if classifier is not None:
         tables["recognised_accuracy"] = _recognised(classifier, cut)
-    if len(test) > 1:
+    if len(test) < 2 or pieces.count < 2:
+        notes.append("Trained and tested on generated left out: that needs two materials of two pieces each.")
+    else:
         try:
             tables |= _transferred(fit, cut)
         except ParameterError as error:
-            notes.append(f"trained and tested on generated left out: {error}")
+            notes.append(f"Trained and tested on generated left out: {error}")
     tables |= _memorised(cut, train, workers, partial(on_part, "look for copies"))
     tables = {name: rows for name, rows in tables.items() if _known(rows)}
     known = {**EMBEDDING_MEASURES, **CLASSIFIER_MEASURES, **MEMORY_MEASURES}

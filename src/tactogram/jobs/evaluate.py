@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tactogram.datasets import Examples, Segment, Split, Store, label_of, open_store
-from tactogram.errors import LeakError, ParameterError
+from tactogram.errors import LeakError, ParameterError, RunError
 from tactogram.evaluation.classification import ClassificationResult, judge_classifier
-from tactogram.evaluation.figures import confusion_figure, losses_figure, spectra_figure
-from tactogram.evaluation.measures import log_spectral_distance
-from tactogram.evaluation.report import Picture, Section, Sound, Table, Text, write_report
+from tactogram.evaluation.figures import confusion_figure, losses_figure
+from tactogram.evaluation.report import Picture, Section, Table, Text, write_report
+from tactogram.jobs.judge import Judging, judge_generator
 from tactogram.jobs.progress import Progress, silent
 from tactogram.jobs.search import SurfaceIndex, calibration_text
 from tactogram.jobs.training import LoadedRun, load_run, test_part
-from tactogram.model import Example, Generator
-
-SPECTRA = "Mean power spectra, with the range from the smallest to the largest."
+from tactogram.model import Example
 
 
 def evaluate(
@@ -27,6 +25,7 @@ def evaluate(
     *,
     data: Path | str | None = None,
     unknown: bool = False,
+    judging: Judging | None = None,
     progress: Progress = silent,
 ) -> dict[str, Any]:
     """Judge ``run`` and write ``evaluation.json`` and ``report.html`` into it.
@@ -37,13 +36,18 @@ def evaluate(
     data : path, optional
         A store: every recording of it is used, classes are matched by name. By default the test part of what
         the run was trained on.
+    unknown : bool
+        Judge "none of these" on the materials that the run left out; only of a classifier, and without ``data``.
+    judging : Judging, optional
+        How much is spent on judging a generator.
 
     Returns
     -------
     dict
         ``data`` (name, sha256, split, simulated), ``report``, and: for a classifier ``window_accuracy``,
         ``recording_accuracy`` and what `ClassificationResult.as_dict` gives, with ``none_of_these``; for a
-        generator ``measures``.
+        generator what `GenerationResult.as_dict` gives: ``measures`` and ``per_material`` with the columns
+        ``model``, ``floor``, ``ceiling``, ``nearest_other``, ``ar_texture``, ``replay``, and what follows from them.
 
     Raises
     ------
@@ -69,8 +73,10 @@ def evaluate(
         raise ParameterError(
             f"{store.name}: no recording of a material that the run knows ({', '.join(loaded.kind.materials)})"
         )
-    if isinstance(loaded.model, Generator):
-        results, sections = _judge_generator(loaded, known)
+    if loaded.facts.task == "generation":
+        train = _trained_on(loaded)
+        result, sections = judge_generator(loaded, known, train, judging=judging, progress=progress)
+        results = result.as_dict()
     else:
         results, sections = _judge_classifier(loaded, known, others, progress)
     figures.update(results)
@@ -113,6 +119,18 @@ def _what(loaded: LoadedRun, data: Path | str | None, unknown: bool) -> tuple[St
             "evaluate on others, or without --data on the run's own test part"
         )
     return store, [Segment(info.id) for info in store.index], f"all {len(store)} recordings"
+
+
+def _trained_on(loaded: LoadedRun) -> Examples:
+    """Return what the run was trained on: a generator's floor and baselines are made of it."""
+    try:
+        store, split = test_part(loaded.run)
+    except RunError as error:
+        raise RunError(
+            f"{loaded.run.folder}: a generator is judged beside the recordings it was trained on, and they are not "
+            f"at {loaded.run.data.get('path')} any more: put them back"
+        ) from error
+    return Examples(store, split.train, loaded.as_trained, label=loaded.run.data["label"])
 
 
 def _judge_classifier(
@@ -185,65 +203,3 @@ def _rejection(facts: dict[str, Any]) -> Section:
         + calibration_text(facts["calibrated_on"])
     )
     return Section("None of these", [Text(text), Table(("", "share", "of"), rows)])
-
-
-def _judge_generator(loaded: LoadedRun, known: Sequence[Example]) -> tuple[dict[str, Any], list[Section]]:
-    """Hold generated signals against recordings, beside recordings against each other and other materials."""
-    by_material: dict[str, list[Any]] = {}
-    for example in known:
-        by_material.setdefault(str(example.material), []).append(example)
-    rows: dict[str, dict[str, float | None]] = {}
-    sections: list[Section] = []
-    for number, (name, members) in enumerate(by_material.items()):
-        real = [example.signal for example in members]
-        made = [
-            loaded.model.generate(
-                {"material": name, **_speed_force(example, loaded)}, seconds=real[i].seconds, seed=i
-            )
-            for i, example in enumerate(members)
-        ]
-        others = [e.signal for other, part in by_material.items() if other != name for e in part]
-        rows[name] = {
-            "model": log_spectral_distance(made, real),
-            "floor": log_spectral_distance(real[::2], real[1::2]) if len(real) > 1 else None,
-            "ceiling": log_spectral_distance(others, real) if others else None,
-        }
-        if number < 9:
-            sections.append(
-                Section(
-                    name,
-                    [
-                        Picture(spectra_figure({"recorded": real, "generated": made}), SPECTRA),
-                        Sound(real[0], "recorded (played at full scale)"),
-                        Sound(made[0], "generated (played at full scale)"),
-                    ],
-                )
-            )  # fmt: skip
-    overall = {
-        column: _mean(row[column] for row in rows.values()) for column in ("model", "floor", "ceiling")
-    }
-    table = Table(
-        ("material", "model", "floor", "ceiling"),
-        [(name, row["model"], row["floor"], row["ceiling"]) for name, row in rows.items()]
-        + [("mean", overall["model"], overall["floor"], overall["ceiling"])],
-        "Log-spectral distance in dB to recordings kept apart; lower is better. Floor: one half of those "
-        "recordings against the other. Ceiling: other materials against them.",
-    )
-    return (
-        {"measures": {"log_spectral_distance_db": overall}, "per_material": rows},
-        [Section("How close is it?", [table]), *sections],
-    )
-
-
-def _mean(values: Iterable[float | None]) -> float | None:
-    """Return the mean of those that are known, None where none is: JSON has no NaN."""
-    known = [value for value in values if value is not None]
-    return float(np.mean(known)) if known else None
-
-
-def _speed_force(example: Example, loaded: LoadedRun) -> dict[str, Any]:
-    return {
-        name: example.condition.get(name)
-        for name in ("speed_mm_s", "force_n")
-        if name in loaded.facts.takes and example.condition.get(name) is not None
-    }

@@ -178,9 +178,8 @@ class StrokeCNNLearner:
         x = np.lib.stride_tricks.sliding_window_view(signal.samples, window, axis=1)[:, ::hop]  # A, W, T
         self.network.eval()
         parts = [
-            network(
-                self._input(np.ascontiguousarray(x[:, i : i + JUDGED_AT_ONCE].transpose(1, 0, 2)))
-            ).float()
+            # A copy: of one axis the windows would be a read-only view of the signal.
+            network(self._input(np.array(x[:, i : i + JUDGED_AT_ONCE].transpose(1, 0, 2), order="C"))).float()
             for i in range(0, x.shape[1], JUDGED_AT_ONCE)
         ]
         self.network.train()
