@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.mixing import OVERALL, positions
+from tactogram.evaluation.mixing import OVERALL, EndsAlikeError, positions
 from tactogram.evaluation.ordering import order_of
 from tactogram.evaluation.texture_features import texture_features
 from tactogram.signal import Signal
@@ -214,6 +214,12 @@ def test_the_unit_of_all_signals_changes_nothing(gain, seed):
 
     other = positions([scaled(step) for step in steps], scaled(start), scaled(end), seed=seed)
     np.testing.assert_allclose(other.position, one.position, atol=1e-3)
+
+
+def test_ends_that_are_alike_have_an_error_of_their_own():
+    steps, start, _ = louder([0, 1])
+    with pytest.raises(EndsAlikeError):
+        positions(steps, start, draw(white, 77))
 
 
 def test_the_same_seed_gives_the_same_figures():

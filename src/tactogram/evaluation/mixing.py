@@ -20,6 +20,10 @@ OVERALL = "overall"
 """Name of the column that takes all axes together."""
 
 
+class EndsAlikeError(ParameterError):
+    """The two ends of a ladder cannot be told apart: there is no way between them."""
+
+
 @dataclass(frozen=True, eq=False)
 class MixingLadder:
     """How a ladder of mixes moves from its start (0) to its end (1). NaN where the ends do not differ.
@@ -156,8 +160,10 @@ def positions(
     Raises
     ------
     ParameterError
-        If there are too few signals or they are of several kinds, weights do not rise, or the ends cannot be
-        told apart: their squared distance is less than twice what chance makes of equal ones.
+        If there are too few signals or they are of several kinds, or weights do not rise.
+    EndsAlikeError
+        If the ends cannot be told apart: their squared distance is less than twice what chance makes of equal
+        ones.
     """
     w = np.linspace(0, 1, len(steps)) if weights is None else np.asarray(weights, np.float64)
     if w.shape != (len(steps),) or len(w) < 2 or not (np.isfinite(w).all() and (np.diff(w) > 0).all()):
@@ -197,7 +203,7 @@ def _column(start: Array, end: Array, *steps: Array, needed: bool = False) -> _C
     if not way @ way > 2 * (noise_s + noise_e):
         if needed:
             apart, chance = np.sqrt([way @ way / way.size, (noise_s + noise_e) / way.size])
-            raise ParameterError(
+            raise EndsAlikeError(
                 f"the two ends must differ, got {apart:.2g} dB between them where chance makes {chance:.2g} dB: "
                 "take two other materials, or more signals"
             )

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ast
+import inspect
 import json
+from collections.abc import Mapping
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -13,6 +15,8 @@ from tactogram import experiments as package
 from tactogram.errors import ParameterError
 from tactogram.jobs.crossval import crossval
 from tactogram.jobs.evaluate import evaluate
+from tactogram.jobs.generate import generate
+from tactogram.jobs.mixing import mixing_ladder, recorded
 from tactogram.jobs.progress import Progress, silent
 from tactogram.jobs.simulate import simulate_to_store
 from tactogram.jobs.training import train
@@ -27,6 +31,9 @@ class Jobs:
         self.crossval = partial(crossval, progress=progress)
         self.train = partial(train, progress=progress)
         self.evaluate = partial(evaluate, progress=progress)
+        self.mixing_ladder = partial(mixing_ladder, progress=progress)
+        self.generate = generate
+        self.recorded = recorded
 
 
 def experiments() -> dict[str, str]:
@@ -40,7 +47,12 @@ def experiments() -> dict[str, str]:
 
 
 def reproduce(
-    name: str, *, recipe: str = "bench", out: Path | str | None = None, progress: Progress = silent
+    name: str,
+    *,
+    recipe: str = "bench",
+    out: Path | str | None = None,
+    options: Mapping[str, Any] | None = None,
+    progress: Progress = silent,
 ) -> dict[str, Any]:
     """Run the experiment ``name`` and return its result, also written to ``OUT/result.json``.
 
@@ -53,6 +65,9 @@ def reproduce(
     out : path, optional
         Folder for everything it makes; by default ``runs/NAME``. Data and finished runs that are there
         already are not made again.
+    options : mapping, optional
+        What the experiment leaves open, such as ``{"model": "ar_texture"}``: the keyword arguments of its ``run``
+        that have a default.
 
     Returns
     -------
@@ -63,9 +78,15 @@ def reproduce(
         raise ParameterError(f"experiment must be one of {', '.join(experiments())}, got {name!r}")
     if recipe not in ("bench", "paper"):
         raise ParameterError(f"--recipe must be bench or paper, got {recipe!r}")
+    run = import_module(f"{package.__name__}.{name}").run
+    left_open = [p.name for p in inspect.signature(run).parameters.values() if p.default is not p.empty]
+    for key in options or {}:
+        if key not in left_open:
+            raise ParameterError(
+                f"{name} leaves open {', '.join(left_open) or 'nothing'}; there is no option {key!r}"
+            )
     folder = Path(out) if out else Path("runs") / name
     folder.mkdir(parents=True, exist_ok=True)
-    run = import_module(f"{package.__name__}.{name}").run
-    result: dict[str, Any] = run(Jobs(progress), folder, paper=recipe == "paper")
+    result: dict[str, Any] = run(Jobs(progress), folder, paper=recipe == "paper", **(options or {}))
     write_text(folder / "result.json", json.dumps(result, indent=1) + "\n")
     return result

@@ -1,0 +1,202 @@
+"""Saga et al., Figures 15 to 18: Tile mixed with each of the other eight textures, measured, simulated.
+
+The paper mixes labels in two ways and looks at spectrograms: Place Mat 03 (here luncheon-mat-03) at 1 with Tile from
+0 to 1 (Figure 15), and weights that sum to 1, Tile with each of the others (Figures 16 to 18). It sees the mix change
+"especially on the X-axis", and Tile's feature where its weight is over 0.4, except with Cloth and Carpet.
+
+Here each step is placed between the two ends (`tactogram.evaluation.mixing`), on several trainings with seeds of
+their own. The recordings are simulated: whether the same textures dominate says as much of them as of the model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from statistics import mean, stdev
+from typing import Any
+
+from tactogram.datasets import open_store
+from tactogram.errors import DataError
+from tactogram.evaluation.mixing import EndsAlikeError
+
+END = "tile"
+ADDED_TO = "luncheon-mat-03"
+SEEN = dict.fromkeys(
+    (
+        "artificial-grass",
+        "cork-sheet",
+        "punched-plastic-sheet",
+        "luncheon-mat-01",
+        "luncheon-mat-02",
+        "luncheon-mat-03",
+    ),
+    "Tile seen where over 0.4",
+) | dict.fromkeys(("cloth", "carpet"), "not yet at 0.4")
+"""Section V: what the authors saw in the spectrograms of Figures 16 to 18."""
+SEEN_ADDED = "ever more of both, above all on X"
+"""Section V, Figure 15."""
+
+SECONDS = 8.0
+"""Of each signal that is measured."""
+SIGNALS = {"bench": 6, "paper": 20}
+"""Per step."""
+STEPS = 11
+
+
+def run(
+    jobs: Any,
+    folder: Path,
+    *,
+    paper: bool,
+    model: str = "stroke_gan",
+    trainings: int = 3,
+    baselines: str = "ar_texture,replay",
+) -> dict[str, Any]:
+    """Return for every pair where the steps lie, whether they move one way and where Tile takes over.
+
+    Parameters
+    ----------
+    jobs, folder, paper
+        As of every experiment.
+    model : str
+        Any generator that takes ``material``.
+    trainings : int
+        Seeds, each with its own split.
+    baselines : str
+        Models to compare with, by comma, trained once each; may be empty.
+    """
+    data = folder / "data"
+    try:
+        store = open_store(data)
+    except DataError:
+        jobs.simulate("stroking9", data, seed=0)
+        store = open_store(data)
+    recipe = "paper" if paper else "quick"
+    asked = {"steps": STEPS, "signals": SIGNALS["paper" if paper else "bench"], "seconds": SECONDS}
+    lines = {model: range(trainings)} | {
+        name: range(1) for name in baselines.split(",") if name and name != model
+    }
+    models: dict[str, Any] = {}
+    for name, seeds in lines.items():
+        found: dict[str, list[dict[str, Any]]] = {}
+        for seed in seeds:
+            out = folder / f"{name}-{seed}"
+            again = (out / "recipe.toml").exists()
+            jobs.train(name, data, recipe=recipe, changes={"seed": seed}, out=out, resume=again)
+            pairs = [(other, "sum") for other in SEEN] + [(ADDED_TO, "add")]
+            for other, mode in pairs:
+                place = folder / "ladders" / f"{name}-{seed}" / f"{other}-{mode}"
+                options = {**asked, "mode": mode, "seed": seed, "out": place, "reuse": True}
+                try:
+                    ladder = jobs.mixing_ladder(out, other, END, **options)
+                except EndsAlikeError as error:  # a model may make the same of both
+                    ladder = {"refused": str(error)}
+                found.setdefault(f"{other} ({mode})", []).append(ladder)
+        models[name] = {pair: summary(ladders) for pair, ladders in found.items()}
+    return {
+        "figures": "15-18",
+        "simulated": store.simulated,
+        "data_sha256": store.sha256,
+        "recipe": recipe,
+        "measured": asked,
+        "seen_in_the_paper": SEEN,
+        "models": models,
+        "text": "\n\n".join(_text(name, rows, recipe) for name, rows in models.items()),
+    }
+
+
+def summary(ladders: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Return the figures of one pair over trainings: means and standard deviations, and each training's.
+
+    A training whose ends cannot be told apart stands under ``refused`` and is left out of the rest.
+    """
+    measured = [found for found in ladders if "refused" not in found]
+    counts: dict[str, Any] = {
+        "trainings": len(ladders),
+        "measured": len(measured),
+        "refused": [found["refused"] for found in ladders if "refused" in found],
+    }
+    if not measured:
+        return counts
+    parts = [found["ladder"] for found in measured]
+    columns = parts[0]["columns"]
+    steps = range(len(parts[0]["weights"]))
+    against = [found["against_recordings"] for found in measured]
+    return counts | {
+        "weights": parts[0]["weights"],
+        "position": {
+            name: [spread_of(part["position"][name][k] for part in parts) for k in steps] for name in columns
+        },
+        "half_weight": {name: spread_of(part["half_weight"][name] for part in parts) for name in columns},
+        "half_weight_without_level": spread_of(
+            found["without_level"]["half_weight"]["overall"] if found["without_level"] else None
+            for found in measured
+        ),
+        "monotone": {name: sum(bool(part["monotone"][name]) for part in parts) for name in columns},
+        "largest_drop": {name: spread_of(part["largest_drop"][name] for part in parts) for name in columns},
+        "largest_rise": {name: spread_of(part["largest_rise"][name] for part in parts) for name in columns},
+        "largest_off_line": {
+            name: spread_of(_largest(part["off_line"][name]) for part in parts) for name in columns
+        },
+        "distance_db": {name: spread_of(part["distance_db"][name] for part in parts) for name in columns},
+        "ends_between_recordings": [
+            spread_of(part["position"]["overall"][k] if part else None for part in against) for k in (0, -1)
+        ],
+        "ladders": [found["figure"] for found in measured],
+    }
+
+
+def spread_of(values: Any) -> dict[str, Any]:
+    """Return mean, sd and number of those ``values`` that are known, and all of them."""
+    listed = list(values)
+    known = [value for value in listed if value is not None]
+    return {
+        "mean": mean(known) if known else None,
+        "sd": stdev(known) if len(known) > 1 else None,
+        "known": len(known),
+        "values": listed,
+    }
+
+
+def _largest(values: Sequence[float | None]) -> float | None:
+    known = [value for value in values if value is not None]
+    return max(known) if known else None
+
+
+def _text(model: str, rows: dict[str, Any], recipe: str) -> str:
+    count = next(iter(rows.values()))["trainings"]
+    axes = [name for name in _columns(rows) if name != "overall"]
+    head = f"{'Tile and':28}{'half way at':>13}" + "".join(f"{f'on {name}':>8}" for name in axes)
+    lines = [
+        f"{model}, {recipe}, {count} training{'s' * (count > 1)}, simulated strokes. Half way: weight of Tile, ± sd "
+        "over trainings",
+        "(*: of those that get there; –: ends alike on that axis). One way: trainings whose steps rise but for chance.",
+        "Drop: the deepest. Off: the largest distance off the line, over the ends' distance.",
+        f"{head}{'one way':>9}{'drop':>7}{'off':>6}   the paper saw (real strokes)",
+    ]
+    for pair, row in rows.items():
+        if not row["measured"]:
+            lines.append(f"{pair:28}ends alike in all {count} trainings: no ladder")
+            continue
+        half, apart = row["half_weight"], row["distance_db"]
+        other, _, mode = pair.partition(" ")
+        seen = SEEN[other] if mode == "(sum)" else SEEN_ADDED
+        lines.append(
+            f"{pair:28}{_cell(half['overall'], with_sd=True):>13}"
+            + "".join(f"{_cell(half[name]) if apart[name]['known'] else '–':>8}" for name in axes)
+            + f"{row['monotone']['overall']:>4} of {row['measured']:<2}{_cell(row['largest_drop']['overall']):>7}"
+            + f"{_cell(row['largest_off_line']['overall']):>6}   {seen}"
+        )
+    return "\n".join(lines)
+
+
+def _columns(rows: dict[str, Any]) -> list[str]:
+    return next((list(row["half_weight"]) for row in rows.values() if row["measured"]), [])
+
+
+def _cell(found: dict[str, Any], *, with_sd: bool = False) -> str:
+    if found["mean"] is None:
+        return "never"
+    sd = f" ± {found['sd']:.2f}" if with_sd and found["sd"] is not None else ""
+    few = "*" if found["known"] < len(found["values"]) else ""
+    return f"{found['mean']:.2f}{sd}{few}"

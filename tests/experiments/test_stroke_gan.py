@@ -1,0 +1,103 @@
+"""The experiments of the stroking GAN with a model that needs no training, on made-up strokes."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from tactogram.datasets import Recording, create_store
+from tactogram.errors import ParameterError
+from tactogram.experiments import stroke_gan_figures, stroke_gan_mixing
+from tactogram.experiments.stroke_gan_mixing import END, SEEN, spread_of
+from tactogram.jobs.reproduce import reproduce
+from tactogram.signal import Signal
+
+MATERIALS = sorted((*SEEN, END))
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A folder with strokes of nine made-up textures where the simulated ones would be."""
+
+    def strokes():
+        for number in range(8):
+            for place, name in enumerate(MATERIALS):
+                noise = np.random.default_rng([place, number]).standard_normal((3, 1200))
+                # The last two are so alike that nothing can be mixed of them.
+                pole, gain = 0.95 - 0.2 * min(place, 7), 1.6 ** min(place, 7)
+                yield Recording(
+                    streams={"acceleration": Signal(gain * lfilter([1], [1, -pole], noise), 600, "m/s^2")},
+                    material=name,
+                    source=f"{name}/{number}",
+                    simulated=True,
+                )
+
+    create_store(tmp_path / "data", strokes(), name="made up", licence="-", simulated=True)
+    return tmp_path
+
+
+def test_the_textures_are_those_of_the_simulated_set():
+    from tactogram.datasets.simulate.materials import STROKING_9
+
+    names = {surface.name for surface in STROKING_9}
+    assert set(MATERIALS) == names
+    assert {name for three in stroke_gan_figures.FIGURES.values() for name in three} == names
+    assert stroke_gan_mixing.ADDED_TO in names
+
+
+def test_figures_show_recordings_beside_what_is_generated(folder, monkeypatch):
+    three = {"figure-7": stroke_gan_figures.FIGURES["figure-7"]}
+    monkeypatch.setattr(stroke_gan_figures, "FIGURES", three)  # drawing all takes seconds
+    found = reproduce("stroke_gan_figures", out=folder, options={"model": "ar_texture"})
+    assert set(found["figures"]) == {"figure-7-0-1", "figure-7-dB"}
+    assert (folder / "ar_texture-figure-7-dB.png").is_file()
+    assert set(found["log_spectral_distance_db"]) == set(three["figure-7"])
+    for row in found["log_spectral_distance_db"].values():
+        assert row["model"] < row["ceiling"]
+    assert found["simulated"] is True
+    assert "simulated" in found["text"].lower()
+
+
+def test_tile_is_mixed_with_the_others(folder, monkeypatch):
+    seen = {name: SEEN[name] for name in ("cloth", "punched-plastic-sheet")}  # drawing all takes seconds
+    for name, value in (("SEEN", seen), ("STEPS", 3), ("SIGNALS", {"bench": 3}), ("SECONDS", 1.0)):
+        monkeypatch.setattr(stroke_gan_mixing, name, value)
+    options = {"model": "ar_texture", "trainings": 2, "baselines": "replay"}
+    found = reproduce("stroke_gan_mixing", out=folder, options=options)
+    assert json.loads((folder / "result.json").read_text()) == found
+    assert set(found["models"]) == {"ar_texture", "replay"}
+    rows = found["models"]["ar_texture"]
+    assert len(rows) == 3
+    assert "ends alike" in found["text"]
+    alike = rows.pop("punched-plastic-sheet (sum)")
+    assert (alike["trainings"], alike["measured"]) == (2, 0)
+    assert "the two ends must differ" in alike["refused"][0]
+    for row in rows.values():
+        assert (row["trainings"], row["measured"]) == (2, 2)
+        assert row["weights"] == [0, 0.5, 1]
+        assert row["position"]["overall"][0]["mean"] == pytest.approx(0, abs=0.2)
+    for pair, row in rows.items():
+        if pair.endswith("(sum)"):
+            assert row["position"]["overall"][2]["mean"] == pytest.approx(1, abs=0.2)
+            assert 0.2 < row["half_weight"]["overall"]["mean"] < 0.8
+    assert found["models"]["replay"]["cloth (sum)"]["trainings"] == 1
+    assert "simulated strokes" in found["text"]
+    made = (folder / "ladders").rglob("ladder.json")
+    before = {file: file.stat().st_mtime_ns for file in made}
+    assert len(before) == 6
+    reproduce("stroke_gan_mixing", out=folder, options=options)
+    assert before == {file: file.stat().st_mtime_ns for file in before}  # nothing was made again
+
+
+def test_an_unknown_option_is_refused_before_anything_is_made(tmp_path):
+    with pytest.raises(ParameterError, match="leaves open model; there is no option 'seed'"):
+        reproduce("stroke_gan_figures", out=tmp_path / "x", options={"seed": 1})
+    assert not (tmp_path / "x").exists()
+
+
+def test_what_is_not_known_is_not_averaged():
+    found = spread_of([0.2, None, 0.4])
+    assert found["mean"] == pytest.approx(0.3)
+    assert (found["known"], found["values"]) == (2, [0.2, None, 0.4])
+    assert spread_of([None]) == {"mean": None, "sd": None, "known": 0, "values": [None]}
