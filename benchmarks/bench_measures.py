@@ -18,6 +18,7 @@ from threadpoolctl import threadpool_limits
 
 from tactogram.evaluation.measures import (
     SIGNAL_MEASURES,
+    classifier_features,
     frechet_distance,
     memorisation,
     precision_recall_density_coverage,
@@ -25,7 +26,6 @@ from tactogram.evaluation.measures import (
     signal_to_noise_ratio_db,
     spqi,
     st_sim,
-    texture_features,
     transfer_accuracy,
     two_sample_accuracy,
 )
@@ -54,7 +54,7 @@ def run() -> list[dict[str, Any]]:
     jobs += [
         ("memorisation, 8 generated and 8 unseen against 32", signals, plain,
          lambda: memorisation(one[:8], other, unseen[:8])),
-        ("texture_features", signals, plain, lambda: texture_features([*one, *other])),
+        ("classifier_features", signals, plain, lambda: classifier_features([*one, *other])),
         ("transfer_accuracy, linear discriminant, 1 s pieces", signals, plain,
          lambda: transfer_accuracy(*({"a": segments(s[:16], 1.0), "b": segments(s[16:], 1.0)} for s in (one, other)))),
         *(

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.measures import segments, texture_features, transfer_accuracy
+from tactogram.evaluation.measures import classifier_features, segments, transfer_accuracy
 from tactogram.signal import Signal
 
 
@@ -63,12 +63,18 @@ def test_each_material_counts_the_same(sets):
 
 def test_features_are_one_row_per_signal_and_know_the_level(texture):
     one = texture(0)
-    rows = texture_features([one, one.with_samples(10 * one.samples), one.cut(500)])
+    rows = classifier_features([one, one.with_samples(10 * one.samples), one.cut(500)])
     bands, modulations = 14, 4
     assert rows.shape == (3, 3 * (bands + modulations))
     split = rows.reshape(3, 3, -1)
     np.testing.assert_allclose(split[1, :, :bands] - split[0, :, :bands], 20, atol=1e-3)
     np.testing.assert_allclose(split[1, :, bands:], split[0, :, bands:], atol=1e-3)
+
+
+def test_features_stay_in_the_order_of_the_signals(texture):
+    signals = [texture(k, seconds=(1, 2, 1.5)[k % 3]) for k in range(7)]
+    alone = np.concatenate([classifier_features([signal]) for signal in signals])
+    np.testing.assert_allclose(classifier_features(signals), alone)
 
 
 def test_what_does_not_fit_is_refused(sets):

@@ -11,8 +11,8 @@ from tactogram.evaluation.measures.coherence import coherence as coherence
 from tactogram.evaluation.measures.coherence import coherence_distance as coherence_distance
 from tactogram.evaluation.measures.downstream import Classify as Classify
 from tactogram.evaluation.measures.downstream import Fit as Fit
+from tactogram.evaluation.measures.downstream import classifier_features as classifier_features
 from tactogram.evaluation.measures.downstream import linear_discriminant as linear_discriminant
-from tactogram.evaluation.measures.downstream import texture_features as texture_features
 from tactogram.evaluation.measures.downstream import transfer_accuracy as transfer_accuracy
 from tactogram.evaluation.measures.embedding import Manifold as Manifold
 from tactogram.evaluation.measures.embedding import frechet_distance as frechet_distance

@@ -13,7 +13,7 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.measures.accuracy import Accuracy, wilson
 from tactogram.evaluation.measures.bands import band_edges, band_sums, felt_edges
 from tactogram.evaluation.measures.envelope import envelopes, modulation_power
-from tactogram.evaluation.measures.sets import check_alike
+from tactogram.evaluation.measures.sets import check_alike, stacks
 from tactogram.evaluation.measures.spectral import SEGMENT_S, SILENT
 from tactogram.signal import Signal
 from tactogram.signal.perception import FELT_HZ
@@ -56,7 +56,7 @@ def transfer_accuracy(
     References
     ----------
     C. Esteban, S. L. Hyland, G. Rätsch, "Real-valued (medical) time series generation with recurrent conditional
-    GANs", 2017, arXiv:1706.02633, Sec. 4: TSTR and TRTS.
+    GANs", 2017, arXiv:1706.02633: TSTR and TRTS.
     """
     strangers = sorted(set(tested) - set(trained))
     if len(trained) < 2 or not tested or strangers:
@@ -75,7 +75,7 @@ def transfer_accuracy(
 
 
 def linear_discriminant(signals: Sequence[Signal], labels: Sequence[str]) -> Classify:
-    """Train a linear discriminant on `texture_features`: quick, without settings, and hard to beat.
+    """Train a linear discriminant on `classifier_features`: quick, without settings, and hard to beat.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def linear_discriminant(signals: Sequence[Signal], labels: Sequence[str]) -> Cla
     ----------
     The shared covariance is shrunk as in O. Ledoit, M. Wolf, J. Multivar. Anal. 88 (2004) 365-411.
     """
-    features = texture_features(signals)
+    features = classifier_features(signals)
     centre, scale = features.mean(axis=0), features.std(axis=0)
     scale[scale == 0] = 1.0
 
@@ -102,12 +102,12 @@ def linear_discriminant(signals: Sequence[Signal], labels: Sequence[str]) -> Cla
 
     def classify(others: Sequence[Signal]) -> Sequence[str]:
         check_alike(signals, others)
-        return [str(name) for name in model.predict((texture_features(others) - centre) / scale)]
+        return [str(name) for name in model.predict((classifier_features(others) - centre) / scale)]
 
     return classify
 
 
-def texture_features(signals: Sequence[Signal]) -> NDArray[np.float64]:
+def classifier_features(signals: Sequence[Signal]) -> NDArray[np.float64]:
     """Return what a quick classifier looks at: blind to phase, but not to level.
 
     Parameters
@@ -130,12 +130,14 @@ def texture_features(signals: Sequence[Signal]) -> NDArray[np.float64]:
     edges = felt_edges(kind.rate)
     modulations = band_edges(4.0, 64.0, per_octave=1)
     rows = []
-    for signal in signals:
-        x = signal.samples.astype(np.float64)
+    for x in stacks(signals):
         frequency, power = welch(x, kind.rate, nperseg=round(SEGMENT_S * kind.rate), axis=-1)
         levels = band_sums(power, frequency, edges) * frequency[1]
         envelope, rate = envelopes(x, kind.rate, *FELT_HZ, np.ones_like)
         fluctuation = modulation_power(envelope, rate, 1.0, modulations)
         both = np.concatenate([np.maximum(levels, SILENT), np.maximum(fluctuation, 1e-4)], axis=-1)
-        rows.append(10 * np.log10(both).ravel())
-    return np.stack(rows)
+        rows.append(10 * np.log10(both).reshape(len(x), -1))
+    lengths = [len(signal) for signal in signals]
+    stacked = [k for length in dict.fromkeys(lengths) for k, own in enumerate(lengths) if own == length]
+    features = np.concatenate(rows)
+    return np.asarray(features[np.argsort(stacked)])

@@ -100,8 +100,8 @@ def precision_recall_density_coverage(real: ArrayLike, made: ArrayLike, k: int =
     References
     ----------
     Precision and recall: T. Kynkäänniemi et al., "Improved precision and recall metric for assessing generative
-    models", NeurIPS 2019, Eq. 1-2. Density and coverage: M. F. Naeem et al., "Reliable fidelity and diversity
-    metrics for generative models", ICML 2020, Eq. 3-4; the expectation above: Sec. 3.3.
+    models", NeurIPS 2019. Density and coverage: M. F. Naeem et al., "Reliable fidelity and diversity
+    metrics for generative models", ICML 2020, with the expectations above for as many points of both.
     """
     if k < 1:
         raise ParameterError(f"k must be >= 1, got {k}")

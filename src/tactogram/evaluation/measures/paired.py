@@ -130,9 +130,8 @@ def st_sim(distorted: Signal, reference: Signal, *, full_scale: float = 1.0, eta
 
     References
     ----------
-    R. Hassen, E. Steinbach, "Subjective evaluation of the spectral temporal similarity (ST-SIM) measure for
-    vibrotactile quality assessment", IEEE Trans. Haptics 13 (2020) 25-31. Constants and the order of operations
-    as documented for the public package vibromaf.
+    The measure of R. Hassen and E. Steinbach, IEEE Trans. Haptics 2020, IEEE Xplore document 8943164. The paper was
+    not at hand: the formula and its constants are those documented for the public package vibromaf 0.0.8.
     """
     if not 0 < eta < 1:
         raise ParameterError(f"eta must be between 0 and 1, got {eta}")
@@ -173,8 +172,8 @@ def spqi(distorted: Signal, reference: Signal, *, full_scale: float = 1.0) -> fl
     References
     ----------
     A. Noll, M. Hofbauer, E. Muschter, S.-C. Li, E. Steinbach, "Automated quality assessment for compressed
-    vibrotactile signals using multi-method assessment fusion", IEEE Haptics Symposium 2022. Constants as
-    documented for the public package vibromaf.
+    vibrotactile signals using multi-method assessment fusion", IEEE Haptics Symposium 2022. The formula
+    and its constants are those documented for the authors' public package vibromaf 0.0.8.
     """
     x, y = (
         10 ** (_felt_spectrum(blocks, reference.rate, full_scale) / 10)

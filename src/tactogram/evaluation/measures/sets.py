@@ -85,8 +85,8 @@ def check_alike(*sets: Sequence[Signal], shortest_s: float = 0.0) -> Signal:
 def stacks(signals: Sequence[Signal]) -> Iterator[NDArray[np.float64]]:
     """Yield the samples of ``signals``, those of equal length together: float64, shape (signal, axis, time).
 
-    The order is that of the lengths, not that of ``signals``; no stack holds more than `CHUNK_SAMPLES`, but
-    for a lone signal that does.
+    Lengths come in the order of their first signals, and signals of one length in their own order; no stack
+    holds more than `CHUNK_SAMPLES`, but for a lone signal that does.
     """
     by_length: dict[int, list[NDArray[np.float32]]] = {}
     for signal in signals:
