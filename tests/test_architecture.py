@@ -34,6 +34,11 @@ def test_nothing_heavy_is_imported_before_a_verb_is_chosen():
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
+def test_models_are_listed_without_the_libraries_that_train_them():
+    code = "import sys, tactogram.models as m; m.available(); sys.exit(bool({'torch', 'scipy'} & set(sys.modules)))"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
 def test_imports_point_one_way():
     command = [str(Path(sys.executable).with_name("lint-imports"))]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)

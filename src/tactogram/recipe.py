@@ -7,15 +7,14 @@ import json
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.filters import bandpass, dft321, resample
-
-M = TypeVar("M", bound=BaseModel)
+from tactogram.validation import validated
 
 
 class Prepare(BaseModel):
@@ -123,20 +122,6 @@ class Recipe(BaseModel):
         return self.model_dump(mode="json") | {"config": config.model_dump(mode="json")}
 
 
-def validated(kind: type[M], values: Mapping[str, Any], *, where: str) -> M:
-    """Return ``values`` as a ``kind``, or refuse them in one line that names the key."""
-    try:
-        return kind.model_validate(dict(values))
-    except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(str(part) for part in first["loc"])
-        if first["type"] == "extra_forbidden":
-            known = ", ".join(sorted(_keys_at(kind, first["loc"][:-1])))
-            raise ParameterError(f"{where}: unknown key {key!r}; known here: {known}") from None
-        message = first["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
-        raise ParameterError(f"{where}: {key}: {message}, got {first['input']!r}") from None
-
-
 def parse_changes(assignments: Sequence[str]) -> dict[str, Any]:
     """Return ``["prepare.rate=2000", …]`` as values by dotted key; a value is read as TOML, else as text."""
     changes = {}
@@ -164,13 +149,3 @@ def _set(values: dict[str, Any], key: str, value: Any) -> None:
         if not isinstance(values, dict):
             raise ParameterError(f"{key}: {table} is a value, not a table")
     values[last] = value
-
-
-def _keys_at(kind: type[BaseModel], place: tuple[int | str, ...]) -> list[str]:
-    fields = kind.model_fields
-    for part in place:
-        inner = fields[str(part)].annotation if str(part) in fields else None
-        if not (isinstance(inner, type) and issubclass(inner, BaseModel)):
-            return []
-        fields = inner.model_fields
-    return list(fields)

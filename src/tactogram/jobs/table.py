@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict
 
 from tactogram import models
-from tactogram.recipe import validated
+from tactogram.validation import validated
 
 
 class Result(BaseModel):

@@ -18,7 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from tactogram.errors import ParameterError
 from tactogram.model import CONDITIONS, Learner, SignalKind
-from tactogram.recipe import validated
+from tactogram.validation import validated
 
 if TYPE_CHECKING:
     import torch

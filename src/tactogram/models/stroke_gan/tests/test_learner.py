@@ -9,10 +9,11 @@ from tactogram.errors import ParameterError
 from tactogram.model import Example, SignalKind, Stage
 from tactogram.models.stroke_gan.config import Config
 from tactogram.models.stroke_gan.learner import StrokeGANLearner
-from tactogram.recipe import Recipe, validated
+from tactogram.recipe import Recipe
 from tactogram.signal import Signal
 from tactogram.signal.joining import seam_excess_db
 from tactogram.training.loop import fit
+from tactogram.validation import validated
 
 RATE = 1000.0
 AXES = ("x", "y")

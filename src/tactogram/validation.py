@@ -1,0 +1,36 @@
+"""Values from a file or a command line, checked against a typed description, or refused in one line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from tactogram.errors import ParameterError
+
+M = TypeVar("M", bound=BaseModel)
+
+
+def validated(kind: type[M], values: Mapping[str, Any], *, where: str) -> M:
+    """Return ``values`` as a ``kind``, or refuse them in one line that names the key."""
+    try:
+        return kind.model_validate(dict(values))
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(str(part) for part in first["loc"])
+        if first["type"] == "extra_forbidden":
+            known = ", ".join(sorted(_keys_at(kind, first["loc"][:-1])))
+            raise ParameterError(f"{where}: unknown key {key!r}; known here: {known}") from None
+        message = first["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
+        raise ParameterError(f"{where}: {key}: {message}, got {first['input']!r}") from None
+
+
+def _keys_at(kind: type[BaseModel], place: tuple[int | str, ...]) -> list[str]:
+    fields = kind.model_fields
+    for part in place:
+        inner = fields[str(part)].annotation if str(part) in fields else None
+        if not (isinstance(inner, type) and issubclass(inner, BaseModel)):
+            return []
+        fields = inner.model_fields
+    return list(fields)
