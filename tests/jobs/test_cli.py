@@ -40,7 +40,7 @@ def test_a_usage_error_exits_2(arguments, capsys):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["train", "nothing", "--data", "STORE"], "model must be one of ar_texture, stroke_cnn"),
+        (["train", "nothing", "--data", "STORE"], "model must be one of ar_texture, replay, stroke_cnn"),
         (
             ["train", "stroke_cnn", "--data", "STORE", "--recipe", "x"],
             "recipe of stroke_cnn must be one of paper",
