@@ -65,12 +65,12 @@ def mixing_figure(
     figure = Figure(figsize=(10, 3.4 + 1.15 * rows), layout="constrained")
     parts = figure.subfigures(2, 1, squeeze=False, height_ratios=(0.8 + 1.15 * rows, 2.6))
     upper, lower = parts[:, 0]
-    grid = upper.subplots(rows, len(steps), squeeze=False, sharex=True, sharey=True)
+    grid = upper.subplots(rows, len(steps), squeeze=False)
     draw_spectrograms(upper, grid, [steps], scale, seconds)
     for column, weight in enumerate(ladder.weights):
         grid[0, column].set_title(f"{weight:.2g}", fontsize=8)
         grid[-1, column].set_xlabel(f"{below[column]:.2g}", fontsize=8)
-        grid[-1, column].tick_params(labelbottom=False)
+        grid[-1, column].set_xticks([])
     upper.suptitle(f"weight of {end}", fontsize=8)
     upper.supxlabel(
         f"weight of {start}   (each picture {min(first.seconds, seconds):.2g} s long)", fontsize=8

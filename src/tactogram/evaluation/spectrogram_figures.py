@@ -70,9 +70,9 @@ def spectrograms_figure(
     # A narrow empty column between groups.
     widths = [w for members in groups.values() for w in (*[1.0] * len(members), GAP)][:-1]
     figure = Figure(figsize=(max(5.0, 1.3 + 1.4 * sum(widths)), 1.0 + 1.35 * rows), layout="constrained")
-    cells = figure.subplots(rows, len(widths), squeeze=False, sharex=True, sharey=True, width_ratios=widths)
+    cells = figure.subplots(rows, len(widths), squeeze=False, width_ratios=widths)
     for place in cells[:, [column for column, width in enumerate(widths) if width == GAP]].flat:
-        place.set_visible(False)
+        place.remove()
     grid = cells[:, [column for column, width in enumerate(widths) if width != GAP]]
     draw_spectrograms(figure, grid, [list(members.values()) for members in groups.values()], scale, seconds)
     names = [(name, label) for name, members in groups.items() for label in members]
@@ -138,7 +138,12 @@ def draw_spectrograms(
                     cmap="magma",
                     interpolation="nearest",
                 )
+                # Numbers at the edges of the figure only; ticks are what drawing takes longest for.
                 cell.tick_params(labelsize=7, length=2)
+                if row < len(first.axes) - 1:
+                    cell.set_xticks([])
+                if column + place > 0:
+                    cell.set_yticks([])
         column += len(members)
     for row, name in enumerate(first.axes):
         grid[row, 0].set_ylabel(f"{name}\nfrequency, Hz", fontsize=8)

@@ -171,8 +171,9 @@ def _text(model: str, rows: dict[str, Any], recipe: str) -> str:
         f"{model}, {recipe}, {count} training{'s' * (count > 1)}, simulated strokes. Half way: weight of Tile, ± sd "
         "over trainings",
         "(*: of those that get there; –: ends alike on that axis). One way: trainings whose steps rise but for chance.",
-        "Drop: the deepest. Off: the largest distance off the line, over the ends' distance.",
-        f"{head}{'one way':>9}{'drop':>7}{'off':>6}   the paper saw (real strokes)",
+        "Drop: the deepest. Off: the largest distance off the line, over the ends' distance. Pure: where what is made",
+        "of the pure materials lies between their recordings, 0 and 1.",
+        f"{head}{'one way':>9}{'drop':>7}{'off':>6}{'pure':>14}   the paper saw (real strokes)",
     ]
     for pair, row in rows.items():
         if not row["measured"]:
@@ -185,9 +186,16 @@ def _text(model: str, rows: dict[str, Any], recipe: str) -> str:
             f"{pair:28}{_cell(half['overall'], with_sd=True):>13}"
             + "".join(f"{_cell(half[name]) if apart[name]['known'] else '–':>8}" for name in axes)
             + f"{row['monotone']['overall']:>4} of {row['measured']:<2}{_cell(row['largest_drop']['overall']):>7}"
-            + f"{_cell(row['largest_off_line']['overall']):>6}   {seen}"
+            + f"{_cell(row['largest_off_line']['overall']):>6}{_pure(row):>14}   {seen}"
         )
     return "\n".join(lines)
+
+
+def _pure(row: dict[str, Any]) -> str:
+    ends = row["ends_between_recordings"]
+    if ends[0]["mean"] is None:
+        return "–"
+    return " … ".join(f"{end['mean']:.2f}" for end in ends)
 
 
 def _columns(rows: dict[str, Any]) -> list[str]:
