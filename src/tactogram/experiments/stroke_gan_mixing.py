@@ -139,7 +139,7 @@ def summary(ladders: Sequence[dict[str, Any]]) -> dict[str, Any]:
             name: spread_of(_largest(part["off_line"][name]) for part in parts) for name in columns
         },
         "distance_db": {name: spread_of(part["distance_db"][name] for part in parts) for name in columns},
-        "ends_between_recordings": [
+        "first_and_last_between_recordings": [
             spread_of(part["position"]["overall"][k] if part else None for part in against) for k in (0, -1)
         ],
         "ladders": [found["figure"] for found in measured],
@@ -181,18 +181,18 @@ def _text(model: str, rows: dict[str, Any], recipe: str) -> str:
             continue
         half, apart = row["half_weight"], row["distance_db"]
         other, _, mode = pair.partition(" ")
-        seen = SEEN[other] if mode == "(sum)" else SEEN_ADDED
+        seen, pure = (SEEN[other], _pure(row)) if mode == "(sum)" else (SEEN_ADDED, "–")
         lines.append(
             f"{pair:28}{_cell(half['overall'], with_sd=True):>13}"
             + "".join(f"{_cell(half[name]) if apart[name]['known'] else '–':>8}" for name in axes)
             + f"{row['monotone']['overall']:>4} of {row['measured']:<2}{_cell(row['largest_drop']['overall']):>7}"
-            + f"{_cell(row['largest_off_line']['overall']):>6}{_pure(row):>14}   {seen}"
+            + f"{_cell(row['largest_off_line']['overall']):>6}{pure:>14}   {seen}"
         )
     return "\n".join(lines)
 
 
 def _pure(row: dict[str, Any]) -> str:
-    ends = row["ends_between_recordings"]
+    ends = row["first_and_last_between_recordings"]
     if ends[0]["mean"] is None:
         return "–"
     return " … ".join(f"{end['mean']:.2f}" for end in ends)
