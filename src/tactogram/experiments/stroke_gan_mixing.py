@@ -36,6 +36,14 @@ SEEN = dict.fromkeys(
 SEEN_ADDED = "ever more of both, above all on X"
 """Section V, Figure 15."""
 
+NOTES = """\
+Half way: weight of Tile at which a mix lies half way between the textures, ± sd over trainings (*: of those that
+get there; –: not to be said). No level: by the shape of spectra and envelopes alone, as in pictures scaled from 0 to
+1. One way: trainings whose steps rise but for chance. Drop: the deepest fall on the way. Off: the largest distance
+off the line between the ends, over theirs. Pure: where what is made of the pure materials lies between their
+recordings, 0 and 1."""
+"""What the columns of the table mean."""
+
 SECONDS = 8.0
 """Of each signal that is measured."""
 SIGNALS = {"bench": 6, "paper": 20}
@@ -101,7 +109,7 @@ def run(
         "measured": asked,
         "seen_in_the_paper": SEEN,
         "models": models,
-        "text": "\n\n".join(_text(name, rows, recipe) for name, rows in models.items()),
+        "text": "\n\n".join([NOTES, *(_text(name, rows, recipe) for name, rows in models.items())]),
     }
 
 
@@ -166,13 +174,11 @@ def _largest(values: Sequence[float | None]) -> float | None:
 def _text(model: str, rows: dict[str, Any], recipe: str) -> str:
     count = next(iter(rows.values()))["trainings"]
     axes = [name for name in _columns(rows) if name != "overall"]
-    head = f"{'Tile and':28}{'half way at':>13}" + "".join(f"{f'on {name}':>8}" for name in axes)
+    head = f"{'Tile and':28}{'half way at':>13}{'no level':>10}" + "".join(
+        f"{f'on {name}':>8}" for name in axes
+    )
     lines = [
-        f"{model}, {recipe}, {count} training{'s' * (count > 1)}, simulated strokes. Half way: weight of Tile, ± sd "
-        "over trainings",
-        "(*: of those that get there; –: ends alike on that axis). One way: trainings whose steps rise but for chance.",
-        "Drop: the deepest. Off: the largest distance off the line, over the ends' distance. Pure: where what is made",
-        "of the pure materials lies between their recordings, 0 and 1.",
+        f"{model}, {recipe}, {count} training{'s' * (count > 1)}, simulated strokes",
         f"{head}{'one way':>9}{'drop':>7}{'off':>6}{'pure':>14}   the paper saw (real strokes)",
     ]
     for pair, row in rows.items():
@@ -183,7 +189,7 @@ def _text(model: str, rows: dict[str, Any], recipe: str) -> str:
         other, _, mode = pair.partition(" ")
         seen, pure = (SEEN[other], _pure(row)) if mode == "(sum)" else (SEEN_ADDED, "–")
         lines.append(
-            f"{pair:28}{_cell(half['overall'], with_sd=True):>13}"
+            f"{pair:28}{_cell(half['overall'], with_sd=True):>13}{_cell(row['half_weight_without_level']):>10}"
             + "".join(f"{_cell(half[name]) if apart[name]['known'] else '–':>8}" for name in axes)
             + f"{row['monotone']['overall']:>4} of {row['measured']:<2}{_cell(row['largest_drop']['overall']):>7}"
             + f"{_cell(row['largest_off_line']['overall']):>6}{pure:>14}   {seen}"
