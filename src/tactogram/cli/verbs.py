@@ -187,6 +187,31 @@ def generate(a: Arguments) -> None:
     print_result(a, {"files": written}, "\n".join(row["file"] for row in written))
 
 
+def mix(a: Arguments) -> None:
+    """Mix two materials step by step, and measure where each step lies between them."""
+    from pathlib import Path
+
+    from tactogram.jobs.mixing import mixing_ladder
+    from tactogram.jobs.progress import shown
+
+    condition = {"speed_mm_s": a.speed, "force_n": a.force}
+    with shown() as progress:
+        result = mixing_ladder(
+            a.run_folder,
+            a.start,
+            a.end,
+            steps=a.steps,
+            signals=a.signals,
+            mode=a.mode,
+            seconds=a.seconds,
+            seed=a.seed,
+            condition={name: value for name, value in condition.items() if value is not None},
+            out=Path(a.out) if a.out else None,
+            progress=progress,
+        )
+    print_result(a, result, f"{result['in_words']}\nfigure: {result['figure']}")
+
+
 def classify(a: Arguments) -> None:
     """Name the material of recordings."""
     from tactogram.jobs.classify import classify
