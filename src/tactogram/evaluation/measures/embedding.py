@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.special import gammaln
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures.accuracy import Accuracy, wilson
@@ -132,17 +133,22 @@ def two_sample_accuracy(
 ) -> Accuracy:
     """Return how often a point's nearest neighbour comes from its own set, left out itself.
 
+    A point has fewer of its own set to be compared with than of the other, since itself is left out; of few
+    that alone would make guessing less than 0.5. So the share is that of all ways to draw as many from both,
+    counted exactly (a hypergeometric probability).
+
     0.5: the sets cannot be told apart. 1: a classifier would tell every point. Well below 0.5 is no better than
     0.5: every point has a copy in the other set, as when training data was memorised, or replayed.
 
     Pieces of one recording are each other's neighbours, whatever they are compared with; that alone lifts real
     against real far above 0.5. Say what belongs together (``groups``), and no neighbour is taken from a
-    point's own group.
+    point's own group, and as many groups are drawn from both sets.
 
     Parameters
     ----------
     one, other : float array, shape (point, feature)
-        As many points in both: else guessing is not 0.5.
+        As many points in both, unless groups are given for both; then as many in every group, else guessing
+        is not 0.5.
     one_groups, other_groups : sequence, optional
         What each point was cut from, e.g. the id of its recording. By default each point is its own group.
 
@@ -155,7 +161,7 @@ def two_sample_accuracy(
     Raises
     ------
     ParameterError
-        If the sets are not of one size, or a point has nothing outside of its group to be compared with.
+        If the sets are not of one size without groups, or a point has nothing outside of its group to be compared with.
 
     References
     ----------
@@ -164,18 +170,51 @@ def two_sample_accuracy(
     arXiv:1806.07755.
     """
     a, b = _points(one, other, fewest=2)
-    if len(a) != len(b):
+    if len(a) != len(b) and (one_groups is None or other_groups is None):
         raise ParameterError(f"two_sample_accuracy needs as many points of both, got {len(a)} and {len(b)}")
     group = np.concatenate([_numbered(one_groups, len(a)), -1 - _numbered(other_groups, len(b))])
-    side = np.repeat([0, 1], len(a))
+    side = np.repeat([0, 1], [len(a), len(b)])
     if min(len(np.unique(group[side == s])) for s in (0, 1)) < 2:
         raise ParameterError("two_sample_accuracy needs at least 2 groups in both sets, got 1")
-    points = np.concatenate([a, b])
-    right = 0
+    order = np.argsort(group, kind="stable")
+    points, group, side = np.concatenate([a, b])[order], group[order], side[order]
+    starts = np.flatnonzero(np.diff(group, prepend=group[0] - 1))
+    right = np.zeros(2)
     for rows, squared in _distances(points, points):
-        squared[group[rows, None] == group] = np.inf
-        right += int((side[squared.argmin(axis=1)] == side[rows]).sum())
-    return wilson(right / len(points), len(np.unique(group)))
+        nearest = np.minimum.reduceat(squared, starts, axis=1)  # of each group
+        nearest[group[rows, None] == group[starts]] = np.inf
+        for s in (0, 1):
+            asked = nearest[side[rows] == s]
+            right[s] += _nearest_is_own(asked[:, side[starts] == s], asked[:, side[starts] != s])
+    return wilson(float(np.mean(right / (len(a), len(b)))), len(starts))
+
+
+def _nearest_is_own(own: NDArray[np.float64], other: NDArray[np.float64]) -> float:
+    """Return the sum over points of how likely the nearest group is one of its own set.
+
+    Drawn are as many groups of both sets as the smaller has. With r groups of the other set nearer than all a of the
+    own, none of these is among a drawn of b with probability C(b - r, a) / C(b, a); the other way round likewise.
+
+    Parameters
+    ----------
+    own, other : float64 array, shape (point, group)
+        Squared distance to the nearest point of each group; infinite for the one group of ``own`` that is left out.
+    """
+    a, b = own.shape[1] - 1, other.shape[1]
+    if a <= b:
+        nearer = np.sum(other < own.min(axis=1, keepdims=True), axis=1)
+        return float(np.sum(_none_drawn(nearer, b, a)))
+    nearer = np.sum(own < other.min(axis=1, keepdims=True), axis=1)
+    return float(np.sum(1 - _none_drawn(nearer, a, b)))
+
+
+def _none_drawn(marked: NDArray[np.int64], count: int, drawn: int) -> NDArray[np.float64]:
+    """Return how likely ``drawn`` of ``count`` hold none of ``marked``: C(count - marked, drawn) / C(count, drawn)."""
+    left = count - marked
+    possible = np.maximum(left, drawn)
+    logarithm = gammaln(possible + 1) - gammaln(possible - drawn + 1)
+    logarithm -= gammaln(count + 1) - gammaln(count - drawn + 1)
+    return np.where(left >= drawn, np.exp(logarithm), 0.0)
 
 
 def _points(
