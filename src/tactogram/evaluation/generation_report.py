@@ -20,6 +20,7 @@ BySet = Mapping[str, Sequence[Signal]]
 COLOURS = {MODEL: "#2166ac", "ar_texture": "#d6604d", "replay": "#4d9221"}
 FURTHER = ("#8073ac", "#b35806", "#666666")
 NEAR, FAR = "#2166ac", "#b2182b"
+MARKERS = "osD^vPX"
 DRAWN = (-0.5, 1.5)
 """Positions that figures distinguish: what is farther out is drawn at the edge."""
 MOST_SHOWN = 24
@@ -69,17 +70,12 @@ def standing_figure(result: GenerationResult) -> Figure:
             np.clip(known, *DRAWN), row + rng.uniform(-0.16, 0.16, len(known)), s=7, alpha=0.35, lw=0,
             color=_colour(MODEL, result),
         )  # fmt: skip
-    for column, marker, size in reversed(
-        list(zip(result.columns, "osD^vPX", (60, 34, 30, 30, 30, 30, 30), strict=False))
-    ):
-        points = [(result.position(name, column=column), row) for row, name in enumerate(names)]
-        points = [(p, row) for p, row in points if p is not None]
-        if points:
-            x, y = np.array(points, dtype=float).T
-            axes.scatter(
-                np.clip(x, *DRAWN), y, s=size, marker=marker, color=_colour(column, result), label=column,
-                edgecolor="white", lw=0.6, zorder=3 + (column == MODEL),
-            )  # fmt: skip
+    for column, marker in zip((MODEL, *_others(result)), MARKERS, strict=False):
+        means = [_or_nan(result.position(name, column=column)) for name in names]
+        axes.scatter(
+            np.clip(means, *DRAWN), range(len(names)), s=60 if column == MODEL else 32, marker=marker,
+            color=_colour(column, result), label=column, edgecolor="white", lw=0.6, zorder=3 + (column == MODEL),
+        )  # fmt: skip
     axes.set_yticks(range(len(names)), [TITLES.get(name, name).split(":")[0] for name in names], fontsize=8)
     axes.set(xlim=(DRAWN[0] - 0.05, DRAWN[1] + 0.05), ylim=(len(names) - 0.4, -0.6))
     axes.set_xticks(
@@ -117,8 +113,10 @@ def overview_figure(result: GenerationResult, column: str = MODEL) -> Figure:
     for side in axes.spines.values():
         side.set_visible(False)
     for (row, place), value in np.ndenumerate(positions):
-        if np.isfinite(value):
-            text = f"{value:.1f}" if abs(value) < 9.95 else f"{value:.0f}"
+        if np.isnan(value):
+            axes.text(place, row, "–", ha="center", va="center", fontsize=6, color="#57606a")
+        else:
+            text = f"{value:.1f}".replace("-0.0", "0.0") if abs(value) < 9.95 else f"{value:.0f}"
             dark = value < 0.2 or value > 0.85
             axes.text(
                 place, row, text, ha="center", va="center", fontsize=6, color="white" if dark else INK,
@@ -133,11 +131,11 @@ def _standing(result: GenerationResult) -> list[Block]:
     told = len(verdicts) - verdicts.count("untold")
     text = (
         f"Of {told} figures ({len(result.values)} measures of {len(result.materials)} materials"
-        f"{', less those that do not tell' if told < len(verdicts) else ''}) {verdicts.count('floor')} are at the "
-        f"floor or better, {verdicts.count('between')} between floor and ceiling, {verdicts.count('beyond')} beyond "
-        "the ceiling."
+        f"{', less those that do not tell materials apart' if told < len(verdicts) else ''}) "
+        f"{verdicts.count('floor')} are at the floor or better, {verdicts.count('between')} between floor and "
+        f"ceiling, {verdicts.count('beyond')} beyond the ceiling."
     )
-    for baseline in result.baselines:
+    for baseline in _others(result):
         if worse := result.worse_than(baseline):
             text += f" Worse than {baseline} in {_listed([_short(name) for name in worse])}."
         else:
@@ -161,7 +159,10 @@ def _standing(result: GenerationResult) -> list[Block]:
     )
     return [
         Text(text),
-        Picture(standing_figure(result), "Where the model stands, and the baselines. Dots: its materials."),
+        Picture(
+            standing_figure(result),
+            "Where the model stands, and the baselines. Dots: its materials. What is farther out is drawn at the edge.",
+        ),
         Table(header, rows, caption),
     ]
 
@@ -183,12 +184,12 @@ def _overview(result: GenerationResult) -> list[Block]:
 
 def _beside(result: GenerationResult) -> list[Block]:
     blocks: list[Block] = []
-    for baseline in result.baselines:
+    for baseline in _others(result):
         rows = []
         for name in result.values:
             if gain := result.advantage(name, baseline):
                 known = gain["low"] is not None
-                sure = "" if not known or gain["low"] <= 0 <= gain["high"] else "yes"
+                sure = "yes" if known and not gain["low"] <= 0 <= gain["high"] else ""
                 rows.append(
                     (
                         TITLES.get(name, name), gain["mean"],
@@ -228,8 +229,8 @@ def _protocol(result: GenerationResult) -> list[Block]:
     text = (
         f"Every set was cut to {result.count} pieces of {result.seconds:.3g} s per material. Floor and baselines are "
         "of the training part, the judge is the test part. The embedding and the recogniser are a stroke_cnn trained "
-        "on the training part. A point's neighbours from its own recording do not count in the two-sample accuracy; "
-        "with few recordings its floor, and guessing, lie below 0.5."
+        "on the training part. In the two-sample accuracy a point's neighbours from its own recording do not count; 0.5 "
+        "is guessing, and what cannot be told apart."
     )
     return [Text(text), *(Text(note) for note in result.notes)]
 
@@ -243,6 +244,12 @@ def _per_measure(result: GenerationResult, name: str) -> Table:
     header = (TITLES.get(name, name), *(column.replace("_", " ") for column in columns), "position")
     unit = _unit(name)
     return Table(header, rows, f"{name}{f', {unit}' if unit else ''}; {result.better[name]} is better.")
+
+
+def _others(result: GenerationResult) -> list[str]:
+    """Return the baselines, but not one that is the model itself."""
+    rows = [row for rows in result.values.values() for row in rows.values()]
+    return [name for name in result.baselines if any(row.get(name) != row.get(MODEL) for row in rows)]
 
 
 def _unit(name: str) -> str:

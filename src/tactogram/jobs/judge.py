@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from tactogram import models
 from tactogram.datasets import Examples
@@ -154,15 +155,16 @@ def judge_generator(
             if same
             else _generated(name, generator, known, trained, pieces, judging.seed, notes, progress)
         )
-    result = judge(
-        sets,
-        train=trained,
-        test=test,
-        pieces=pieces,
-        embed=ear.points if ear else None,
-        classifier=ear,
-        on_part=progress,
-    )
+    with threadpool_limits(1):
+        result = judge(
+            sets,
+            train=trained,
+            test=test,
+            pieces=pieces,
+            embed=ear.points if ear else None,
+            classifier=ear,
+            on_part=progress,
+        )
     result = replace(result, notes=(*notes, *result.notes))
     return result, generation_sections(result, test, sets)
 
@@ -263,7 +265,9 @@ class _Bench:
                 learner = facts.build(chosen, kind, seed=recipe.seed)  # a broken file is made again
             else:
                 return learner
-        run_training(learner, examples, recipe, task=f"{name}: ", progress=self.progress)
+        # Small steps: threads would wait for each other, above all on a machine that does something else too.
+        with threadpool_limits(1):
+            run_training(learner, examples, recipe, task=f"{name}: ", progress=self.progress)
         if keep:
             file.parent.mkdir(exist_ok=True)
             state = {key: value for key, value in learner.state().items() if key != "optimisers"}
