@@ -229,8 +229,8 @@ def _protocol(result: GenerationResult) -> list[Block]:
     text = (
         f"Every set was cut to {result.count} pieces of {result.seconds:.3g} s per material. Floor and baselines are "
         "of the training part, the judge is the test part. The embedding and the recogniser are a stroke_cnn trained "
-        "on the training part. In the two-sample accuracy a point's neighbours from its own recording do not count; 0.5 "
-        "is guessing, and what cannot be told apart."
+        "on the training part. In the two-sample accuracy a point's neighbours from its own recording do not count; "
+        "0.5 is guessing, and what cannot be told apart."
     )
     return [Text(text), *(Text(note) for note in result.notes)]
 
@@ -241,9 +241,10 @@ def _per_measure(result: GenerationResult, name: str) -> Table:
         (material, *(row.get(column) for column in columns), result.position(name, material))
         for material, row in result.values[name].items()
     ]
-    header = (TITLES.get(name, name), *(column.replace("_", " ") for column in columns), "position")
+    header = ("material", *(column.replace("_", " ") for column in columns), "position")
     unit = _unit(name)
-    return Table(header, rows, f"{name}{f', {unit}' if unit else ''}; {result.better[name]} is better.")
+    title = f"{TITLES.get(name, name)}{f', {unit}' if unit else ''}"
+    return Table(header, rows, f"{name}; {result.better[name]} is better.", folded=title)
 
 
 def _others(result: GenerationResult) -> list[str]:

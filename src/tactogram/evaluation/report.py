@@ -30,11 +30,12 @@ class Text:
 
 @dataclass(frozen=True)
 class Table:
-    """A table; numbers are right-aligned."""
+    """A table; numbers are right-aligned. With a title in ``folded`` only that is seen until it is opened."""
 
     header: Sequence[str]
     rows: Sequence[Sequence[object]]
     caption: str = ""
+    folded: str = ""
 
 
 @dataclass(frozen=True)
@@ -107,7 +108,8 @@ def _render(block: Block) -> dict[str, object]:
         return {"kind": "text", "text": block.text}
     if isinstance(block, Table):
         rows = [[_cell(value) for value in row] for row in block.rows]
-        return {"kind": "table", "header": block.header, "rows": rows, "caption": block.caption}
+        facts = {"header": block.header, "rows": rows, "caption": block.caption, "folded": block.folded}
+        return {"kind": "table", **facts}
     if isinstance(block, Picture):
         picture = io.BytesIO()
         block.figure.savefig(picture, format="png", dpi=130)
