@@ -92,7 +92,8 @@ def test_a_memorised_copy_is_caught_and_nothing_else_is(result):
     overall = result.overall
     assert overall["memorised_share"]["copies"] == 1
     assert overall["training_correlation"]["copies"] == pytest.approx(1, abs=1e-3)
-    assert overall["memorised_share"]["model"] < 0.2
+    assert overall["memorised_share"]["floor"] == pytest.approx(1 / 7)  # one new among six unseen
+    assert overall["memorised_share"]["model"] < 0.3
     assert overall["training_correlation"]["model"] == pytest.approx(
         overall["training_correlation"]["floor"], abs=0.05
     )

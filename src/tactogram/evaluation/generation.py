@@ -348,7 +348,8 @@ def _memorised(
 ) -> Tables:
     """Return how near each set comes to its training data, as `measures.memorisation` does.
 
-    The floor of the share is what the limit leaves of the unseen recordings that set it: none.
+    The floor of the share is what new draws of the same kind reach by chance: the largest of n + 1 is the new one
+    once in n + 1 times.
     """
     columns = [name for name in cut if name not in (TEST, OTHERS, FLOOR)]
     first = next(iter(cut[TEST].values())).signals[0]
@@ -366,7 +367,9 @@ def _memorised(
         share = {column: float(np.mean(found[column] > unseen.max())) for column in columns}
         median = {column: float(np.median(found[column])) for column in columns}
         ends: dict[str, float | None] = {CEILING: 1.0, NEAREST: None}
-        return share | {FLOOR: 0.0} | ends, median | {FLOOR: float(np.median(unseen))} | ends
+        return share | {FLOOR: 1 / (len(unseen) + 1)} | ends, median | {
+            FLOOR: float(np.median(unseen))
+        } | ends
 
     tables: Tables = {name: {} for name in MEMORY_MEASURES}
     materials = tuple(cut[TEST])
