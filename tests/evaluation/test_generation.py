@@ -232,6 +232,16 @@ def test_a_position_by_hand():
     assert found.advantage("recall", "base")["low"] is None
 
 
+def test_being_less_like_the_training_data_than_unseen_recordings_is_no_advantage():
+    row = {"model": 0.25, "base": 0.2, "floor": 0.3, "ceiling": 1.0, "nearest_other": None}
+    values = {"near": {"a": row}, "far": {"a": row}}
+    better = dict.fromkeys(values, "lower")
+    found = GenerationResult(
+        ("a",), ("model", "base"), values, better, {}, 1.0, 1, floored=frozenset({"near"})
+    )
+    assert found.worse_than("base") == ["far"]
+
+
 def test_pieces_that_mean_nothing_are_refused():
     with pytest.raises(ParameterError, match="most >= 1"):
         plan_pieces(TRAIN, TEST, most=0)

@@ -175,6 +175,7 @@ def judge(
         seconds=pieces.seconds,
         count=pieces.count,
         notes=tuple(notes),
+        floored=frozenset(MEMORY_MEASURES),
     )
 
 

@@ -146,7 +146,7 @@ def _standing(result: GenerationResult) -> list[Block]:
         rows.append(
             (
                 TITLES.get(name, name), _unit(name), row[MODEL],
-                f"{interval[0]:.3g} – {interval[1]:.3g}" if interval else "–",
+                _range(*interval) if interval else "–",
                 row[FLOOR], row[CEILING], *(row[b] for b in result.baselines),
                 "↑" if result.better[name] == "higher" else "↓",
             )
@@ -193,7 +193,7 @@ def _beside(result: GenerationResult) -> list[Block]:
                 rows.append(
                     (
                         TITLES.get(name, name), gain["mean"],
-                        f"{gain['low']:.3g} – {gain['high']:.3g}" if known else "–",
+                        _range(gain["low"], gain["high"]) if known else "–",
                         f"{gain['better_on']} of {gain['materials']}",
                         "better" if gain["mean"] > 0 else "worse" if gain["mean"] < 0 else "same", sure,
                     )
@@ -256,6 +256,10 @@ def _others(result: GenerationResult) -> list[str]:
 def _unit(name: str) -> str:
     unit = SIGNAL_MEASURES[name].unit if name in SIGNAL_MEASURES else ""
     return "" if unit == "1" else unit
+
+
+def _range(low: float, high: float) -> str:
+    return f"{low:.3g}\u00a0–\u00a0{high:.3g}"
 
 
 def _short(name: str) -> str:

@@ -45,6 +45,9 @@ class GenerationResult:
         Number of such pieces in each set of each material.
     notes : tuple of str
         What was left out, and why.
+    floored : frozenset of str
+        Measures in which nothing is better than the floor: a signal that is less like the training data than
+        unseen recordings are is none the better for it.
     """
 
     materials: tuple[str, ...]
@@ -55,6 +58,7 @@ class GenerationResult:
     seconds: float
     count: int
     notes: tuple[str, ...] = ()
+    floored: frozenset[str] = frozenset()
 
     @property
     def baselines(self) -> tuple[str, ...]:
@@ -111,7 +115,8 @@ class GenerationResult:
             interval over materials; None below three), ``materials`` and ``better_on`` of them.
         """
         sign = 1.0 if self.better[measure] == "lower" else -1.0
-        pairs = [(row.get(baseline), row.get(MODEL)) for row in self.values[measure].values()]
+        rows = self.values[measure].values()
+        pairs = [tuple(self._counted(measure, row, column) for column in (baseline, MODEL)) for row in rows]
         gains = np.array([sign * (b - m) for b, m in pairs if b is not None and m is not None])
         if gains.size == 0:
             return None
@@ -123,6 +128,12 @@ class GenerationResult:
             "materials": int(gains.size),
             "better_on": int(np.sum(gains > 0)),
         }
+
+    def _counted(self, measure: str, row: Row, column: str) -> float | None:
+        value, floor = row.get(column), row.get(FLOOR)
+        if measure not in self.floored or value is None or floor is None:
+            return value
+        return max(value, floor) if self.better[measure] == "lower" else min(value, floor)
 
     def worse_than(self, baseline: str) -> list[str]:
         """Return the measures in which the model's mean over materials is worse than that of ``baseline``."""
