@@ -171,6 +171,7 @@ def test_sound_at_a_high_rate_and_one_axis(tmp_path):
     figures = evaluate(run.folder, judging=QUICK)
     assert "coherence_distance" not in figures["measures"]
     assert figures["measures"]["recognised_accuracy"]["floor"] == 1
+    assert "Everything was judged at 2500 Hz, which holds what is felt." in figures["notes"]
     assert "Simulated data" not in (run.folder / "report.html").read_text()
 
 

@@ -10,8 +10,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from tactogram import models
@@ -34,8 +32,8 @@ from tactogram.training.seeds import child_seed
 BASELINES = ("ar_texture", "replay")
 JUDGES = "judges"
 """Folder in the run where what it is judged with is kept. Never `replay`, which holds recordings."""
-HEARD_HZ = 2500.0
-"""The classifier hears no more than this rate holds: hardly anything is felt above half of it."""
+FELT_RATE = 2500.0
+"""Faster signals are judged at this rate, Hz: nothing is felt above 1000 Hz, and sound would cost 20 times as much."""
 LARGEST_WINDOW = 384
 SMALLEST_WINDOW = 8
 """Samples; the largest as in the quick recipe of stroke_cnn, the smallest what its poolings leave something of."""
@@ -77,34 +75,6 @@ class Judging:
         }
 
 
-class Ear:
-    """A trained stroke_cnn that hears signals of a generator's rate at its own.
-
-    Parameters
-    ----------
-    learner : a stroke_cnn
-    rate : float
-        Its own, Hz.
-    """
-
-    def __init__(self, learner: Any, rate: float) -> None:
-        self.learner, self.rate = learner, rate
-        self.materials: tuple[str, ...] = learner.materials
-
-    def probabilities(self, signal: Signal) -> NDArray[np.float64]:
-        """Return the probability of each of ``materials``, float64, shape (material,)."""
-        probabilities: NDArray[np.float64] = self.learner.probabilities(self._heard(signal))
-        return probabilities
-
-    def points(self, signal: Signal) -> NDArray[np.float32]:
-        """Return a point per window, float32, shape (window, feature)."""
-        points: NDArray[np.float32] = self.learner.window_embeddings(self._heard(signal))
-        return points
-
-    def _heard(self, signal: Signal) -> Signal:
-        return signal if signal.rate == self.rate else resample(signal, self.rate)
-
-
 def judge_generator(
     loaded: LoadedRun,
     known: Sequence[Example],
@@ -134,16 +104,17 @@ def judge_generator(
     judging = judging or Judging()
     if loaded.facts.gives != "signal" or not isinstance(loaded.model, Generator):
         raise ParameterError(f"{loaded.facts.name} gives no signals: there is nothing to judge them by")
-    test = _by_material(known)
-    trained = _by_material(train)
+    test, trained = _by_material(known), _by_material(train)
     if missing := sorted(set(test) - set(trained)):
         raise ParameterError(
             f"{loaded.run.name}: no training recording of {', '.join(missing)} to compare with"
         )
     pieces = plan_pieces(trained, test, longest_s=judging.longest_s, most=judging.most)
     notes: list[str] = []
+    if loaded.kind.rate > FELT_RATE:
+        notes.append(f"Everything was judged at {FELT_RATE:g} Hz, which holds what is felt.")
     bench = _Bench(loaded, train, judging, progress)
-    ear = _ear(bench, pieces, notes)
+    classifier = _classifier(bench, pieces, notes)
     generators: dict[str, Any] = {MODEL: loaded.model}
     for name in BASELINES:
         generators[name] = loaded.model if loaded.facts.name == name else bench.baseline(name)
@@ -161,8 +132,8 @@ def judge_generator(
             train=trained,
             test=test,
             pieces=pieces,
-            embed=ear.points if ear else None,
-            classifier=ear,
+            embed=classifier.window_embeddings if classifier else None,
+            classifier=classifier,
             on_part=progress,
         )
     result = replace(result, notes=(*notes, *result.notes))
@@ -173,8 +144,12 @@ def _by_material(examples: Sequence[Example]) -> dict[str, list[Signal]]:
     found: dict[str, list[Signal]] = {}
     for example in examples:
         if example.material is not None:
-            found.setdefault(example.material, []).append(example.signal)
+            found.setdefault(example.material, []).append(_felt(example.signal))
     return found
+
+
+def _felt(signal: Signal) -> Signal:
+    return resample(signal, FELT_RATE) if signal.rate > FELT_RATE else signal
 
 
 def _generated(
@@ -194,6 +169,7 @@ def _generated(
     made: dict[str, list[Signal]] = {}
     for done, (material, examples) in enumerate(sorted(asked.items()), 1):
         number, seconds = pieces.draws(trained[material])
+        seconds += 2 / FELT_RATE  # what resampling may round away
         made[material] = []
         for k in range(number):
             condition = {"material": material, **_condition(examples[k % len(examples)])}
@@ -221,7 +197,7 @@ def _drawn(
             notes.append(note)
     if not isinstance(signal, Signal):
         raise ParameterError(f"{name} generates images, not signals")
-    return signal
+    return _felt(signal)
 
 
 def _condition(example: Example) -> dict[str, Any]:
@@ -290,25 +266,22 @@ class _Bench:
         return self.loaded.run.folder / JUDGES / f"{name}-{digest}.safetensors"
 
 
-def _ear(bench: _Bench, pieces: Pieces, notes: list[str]) -> Ear | None:
-    """Return a classifier of the training part, or None, and a note, where there can be none."""
+def _classifier(bench: _Bench, pieces: Pieces, notes: list[str]) -> Any | None:
+    """Return a stroke_cnn of the training part, or None, and a note, where there can be none."""
     kind, judging = bench.loaded.kind, bench.judging
-    rate = min(kind.rate, HEARD_HZ)
-    shortest = int(pieces.seconds * rate)
+    kind = replace(kind, rate=min(kind.rate, FELT_RATE))
+    shortest = int(pieces.seconds * kind.rate)
     if len(kind.materials) < 2:
         notes.append("No classifier, and no measures in its embedding: there is one material.")
         return None
     if shortest < SMALLEST_WINDOW:
         notes.append(f"No classifier: pieces of {pieces.seconds:.3g} s have too few samples.")
         return None
-    config = judging.classifier_config(rate, shortest)
-    examples: Sequence[Example] = bench.train
-    if rate != kind.rate:
-        examples = [replace(e, signal=resample(e.signal, rate)) for e in bench.train]
+    config = judging.classifier_config(kind.rate, shortest)
+    examples = [replace(e, signal=_felt(e.signal)) for e in bench.train]
     examples = [e for e in examples if len(e.signal) >= config["window"]]
     try:
-        learner = bench.trained("stroke_cnn", config, examples, replace(kind, rate=rate), keep=True)
+        return bench.trained("stroke_cnn", config, examples, kind, keep=True)
     except ParameterError as error:
         notes.append(f"No classifier, and no measures in its embedding: {error}")
         return None
-    return Ear(learner, rate)
