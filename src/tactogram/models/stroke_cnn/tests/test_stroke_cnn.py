@@ -139,3 +139,19 @@ def test_what_cannot_be_learned_is_refused():
         learner.step(Stage("standardise", 1), [Example("c", Signal(np.ones((3, 40)), 330.0, "m/s^2"), "a")])
     with pytest.raises(ParameterError, match="got 100 Hz"):
         learner.probabilities(Signal(np.zeros((3, 40)), 100.0, "m/s^2"))
+
+
+def test_a_signal_is_embedded_window_by_window_and_as_their_mean():
+    learner = trained(small(hop=1.0))
+    signal = examples(1)[0].signal
+    points = learner.window_embeddings(signal)
+    assert points.shape == (400 // 32, 8)
+    np.testing.assert_allclose(learner.embed(signal), points.mean(axis=0), rtol=1e-6)
+    np.testing.assert_allclose(learner.window_embeddings(signal.cut(32, 64))[0], points[1], atol=1e-5)
+
+
+def test_windows_of_one_axis_are_no_read_only_views(recwarn):
+    kind = SignalKind(330.0, "m/s^2", ("z",), ("a", "b"))
+    learner = StrokeCNNLearner(small(), kind, seed=0)
+    learner.probabilities(Signal(np.ones(400), 330.0, "m/s^2"))
+    assert not recwarn.list
