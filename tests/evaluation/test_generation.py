@@ -5,7 +5,8 @@ import pytest
 from scipy.signal import lfilter
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.generation import TITLES, judge
+from tactogram.evaluation.generation import judge
+from tactogram.evaluation.generation_measures import TITLES
 from tactogram.evaluation.measures import SIGNAL_MEASURES
 from tactogram.evaluation.pieces import Pieces, plan_pieces
 from tactogram.evaluation.standing import GenerationResult

@@ -7,7 +7,7 @@ import pytest
 
 from tactogram.datasets import Examples, Recording, create_store
 from tactogram.errors import ParameterError, RunError
-from tactogram.evaluation.generation import TITLES
+from tactogram.evaluation.generation_measures import TITLES
 from tactogram.jobs import training
 from tactogram.jobs.evaluate import evaluate
 from tactogram.jobs.judge import JUDGES, Judging, judge_generator

@@ -20,6 +20,11 @@ from numpy.typing import NDArray
 
 from tactogram.datasets.examples import cores
 from tactogram.errors import ParameterError
+from tactogram.evaluation.generation_measures import (
+    CLASSIFIER_MEASURES,
+    EMBEDDING_MEASURES,
+    MEMORY_MEASURES,
+)
 from tactogram.evaluation.measures import (
     SIGNAL_MEASURES,
     Fit,
@@ -30,7 +35,7 @@ from tactogram.evaluation.measures import (
     two_sample_accuracy,
 )
 from tactogram.evaluation.pieces import Cut, Pieces, plan_pieces
-from tactogram.evaluation.standing import CEILING, FLOOR, MODEL, NEAREST, Better, GenerationResult
+from tactogram.evaluation.standing import CEILING, FLOOR, MODEL, NEAREST, GenerationResult
 from tactogram.model import Classifier
 from tactogram.signal import Signal
 
@@ -47,39 +52,6 @@ NEIGHBOURS = 5
 """k of precision, recall, density and coverage: Naeem et al. 2020."""
 SNIPPET_S = 0.5
 """Length of what is looked for in the training data, one from the beginning of each piece, s."""
-
-
-@dataclass(frozen=True)
-class Facts:
-    """What is to be said of a measure in a table."""
-
-    title: str
-    better: Better
-
-
-EMBEDDING_MEASURES: Mapping[str, Facts] = {
-    "frechet_distance": Facts("Fréchet distance in the embedding", "lower"),
-    "precision": Facts("precision: share of the generated that lies among the real", "higher"),
-    "recall": Facts("recall: share of the real that lies among the generated", "higher"),
-    "density": Facts("density of the real where the generated lie", "higher"),
-    "coverage": Facts("coverage: share of the real that has generated near it", "higher"),
-    "two_sample_accuracy": Facts("nearest-neighbour two-sample accuracy", "lower"),
-}
-MEMORY_MEASURES: Mapping[str, Facts] = {
-    "memorised_share": Facts("share nearer to the training data than unseen recordings", "lower"),
-    "training_correlation": Facts("largest correlation with the training data, median", "lower"),
-}
-CLASSIFIER_MEASURES: Mapping[str, Facts] = {
-    "recognised_accuracy": Facts("named rightly by the stroke_cnn trained on real", "higher"),
-    "tested_on_generated_accuracy": Facts("named rightly by a discriminant trained on real", "higher"),
-    "trained_on_generated_accuracy": Facts("real named rightly by a discriminant trained on it", "higher"),
-}
-TITLES: Mapping[str, str] = {name: measure.title for name, measure in SIGNAL_MEASURES.items()} | {
-    name: facts.title
-    for group in (EMBEDDING_MEASURES, CLASSIFIER_MEASURES, MEMORY_MEASURES)
-    for name, facts in group.items()
-}
-"""For people to read, by JSON name."""
 
 
 class OnPart(Protocol):

@@ -9,7 +9,7 @@ from matplotlib.colors import Colormap, LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from tactogram.evaluation.figures import INK, spectra_figure
-from tactogram.evaluation.generation import MEMORY_MEASURES, TITLES
+from tactogram.evaluation.generation_measures import MEMORY_MEASURES, TITLES
 from tactogram.evaluation.measures import SIGNAL_MEASURES
 from tactogram.evaluation.report import Block, Picture, Section, Sound, Table, Text
 from tactogram.evaluation.standing import CEILING, FLOOR, MODEL, NEAREST, GenerationResult
