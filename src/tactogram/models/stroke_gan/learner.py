@@ -54,6 +54,7 @@ class StrokeGANLearner:
         self.domain = domain_of(config, kind)
         self.known: Mapping[str, tuple[float, float, float, float]] = {}
         self.spread = torch.ones(0)
+        self.noises = len(kind.axes) + (len(kind.axes) > 1)
         size = {"axes": len(kind.axes), "labels": len(kind.materials) + len(config.conditions)}
         with torch_seeded(seed, "weights"):
             generator, discriminator = Generator(config, **size), Discriminator(config, **size)
@@ -164,7 +165,7 @@ class StrokeGANLearner:
     def _make(self, label: Tensor) -> Tensor:
         """Return a signal per row of ``label`` from a latent, and noise, of torch's own generator."""
         latent = torch.rand(len(label), self.config.latent) * 2 - 1
-        noise = self._noise(label, white_noise(len(label), len(self.kind.axes), self.config.length))
+        noise = self._noise(label, white_noise(len(label), self.noises, self.config.length))
         made: Tensor = self.generator(latent.to(self.device), label, noise)
         return made.float()
 
@@ -173,7 +174,9 @@ class StrokeGANLearner:
             return None
         shares = label[:, : len(self.materials)].cpu().numpy().astype(np.float64)
         mixing = torch.from_numpy(self._roots(shares)).float()
-        return split_bands((mixing @ white).to(self.device), self.config.noise_bands)
+        axes = len(self.kind.axes)
+        noise = torch.cat((mixing @ white[:, :axes], white[:, axes:]), 1)
+        return split_bands(noise.to(self.device), self.config.noise_bands)
 
     def _roots(self, shares: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return what makes white noise go together over the axes as each row of weights asks."""
@@ -292,7 +295,7 @@ class StrokeGANLearner:
             drawn = torch.from_numpy(rng.uniform(-1, 1, self.config.latent).astype(np.float32))
             latents.append(given if number == 0 and given is not None else drawn)
             generator = child_generator(seed, "noise", number)
-            noises.append(white_noise(1, len(self.kind.axes), self.config.length, generator=generator))
+            noises.append(white_noise(1, self.noises, self.config.length, generator=generator))
         labels = label.expand(count, -1)
         noise = self._noise(labels, torch.cat(noises))
         network = self.average.network if self.average else _bare(self.generator)

@@ -31,11 +31,12 @@ class Generator(nn.Module):
     def __init__(self, config: Config, *, axes: int, labels: int) -> None:
         super().__init__()
         self.leak, self.bands = config.leak, config.noise_bands
+        gains = config.noise_bands * (2 if axes > 1 else 1)
         self.shape = (axes, config.points, config.channels[0])
         self.dense = _dense(config.latent + labels, axes * config.points * config.channels[0])
         layers = [
             StridedConvTranspose(coarse, fine, kernel=config.kernel, stride=config.stride)
-            for coarse, fine in pairwise((*config.channels, 1 + config.noise_bands))
+            for coarse, fine in pairwise((*config.channels, 1 + gains))
         ]
         if self.bands:  # begin as plain noise: a waveform near 0 and gains near 1
             with torch.no_grad():
@@ -51,7 +52,8 @@ class Generator(nn.Module):
             Uniform in -1 to 1.
         label : Tensor, shape (batch, C)
         noise : Tensor, shape (batch, axis, time, band), optional
-            Needed with ``noise_bands``.
+            Needed with ``noise_bands``. With several axes there is one more, which they share: how much of it is in
+            each, and with which sign, makes them go together.
 
         Returns
         -------
@@ -66,9 +68,10 @@ class Generator(nn.Module):
             return torch.tanh(h[..., 0])  # B, A, 16384
         if noise is None:
             raise TypeError("noise_bands need noise")
-        wave, gains = h[..., 0], MOST_GAIN * torch.tanh(h[..., 1:].float() / MOST_GAIN)
-        shaped: Tensor = wave + (gains.exp() * noise).sum(3)  # B, A, T
-        return shaped
+        wave, own, shared = h.float().split((1, self.bands, h.shape[3] - 1 - self.bands), 3)
+        gains = (MOST_GAIN * torch.tanh(own / MOST_GAIN)).exp()  # B, A, T, band
+        shaped: Tensor = wave[..., 0] + (gains * noise[:, : h.shape[1]]).sum(3)  # B, A, T
+        return shaped + (shared * noise[:, h.shape[1] :]).sum(3) if shared.shape[3] else shaped
 
 
 class Discriminator(nn.Module):

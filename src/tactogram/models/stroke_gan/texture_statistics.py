@@ -21,6 +21,8 @@ import torch
 from torch import Tensor
 
 QUANTILES = (0.002, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.998)
+RANKED = 1024
+"""Samples of a signal, at least, that its quantiles are taken of."""
 SIZES = (32, 128)
 """Samples of the two short-time spectra; each hops by a quarter."""
 BANDS = 5
@@ -37,18 +39,22 @@ def statistics(x: Tensor) -> Tensor:
         Of about unit variance; at least 512 samples.
     """
     x = x.float()
-    ranks = torch.tensor(QUANTILES, device=x.device) * (x.shape[2] - 1)
-    found = [torch.asinh(x.sort(dim=2).values[:, :, ranks.long()]).flatten(1)]
+    some = x[:, :, :: max(1, x.shape[2] // RANKED)]
+    ranks = torch.tensor(QUANTILES, device=x.device) * (some.shape[2] - 1)
+    found = [torch.asinh(some.sort(dim=2).values[:, :, ranks.long()]).flatten(1)]
     for size in SIZES:
-        envelopes = _envelopes(x, size)  # B, A F, N
+        spectrum = _spectrum(x, size)  # B, A, F, N
+        envelopes = _envelopes(spectrum)  # B, A BANDS, N
         mean = envelopes.mean(2, keepdim=True)
         swing = envelopes - mean
         deviation = swing.square().mean(2, keepdim=True).add(1e-4).sqrt()
         shape = swing / deviation
         found += [mean.flatten(1), deviation.log().flatten(1), shape.pow(3).mean(2)]
-        together = shape @ shape.transpose(1, 2) / shape.shape[2]  # B, A F, A F
+        together = shape @ shape.transpose(1, 2) / shape.shape[2]  # B, A BANDS, A BANDS
         row, column = torch.triu_indices(together.shape[1], together.shape[2], offset=1)
         found += [together[:, row, column], _modulation(swing).flatten(1)]
+        if x.shape[1] > 1:
+            found.append(_coherency(spectrum))
     return torch.cat(found, 1)
 
 
@@ -69,30 +75,46 @@ def energy_distance(real: Tensor, made: Tensor, again: Tensor) -> Tensor:
     return result
 
 
-def _envelopes(x: Tensor, size: int) -> Tensor:
-    """Return log band power over time: (batch, axis * band, frame)."""
+def _spectrum(x: Tensor, size: int) -> Tensor:
+    """Return the short-time spectrum, complex64, (batch, axis, frequency, frame); 1 in power for white noise."""
     window = torch.hann_window(size, device=x.device)
     spectrum: Tensor = torch.stft(
         x.flatten(0, 1), size, size // 4, window=window, center=False, return_complex=True
     )
-    power = (spectrum.real.square() + spectrum.imag.square()) / window.square().sum()  # B A, F, N
-    edges = _edges(power.shape[1], BANDS)
-    bands = torch.stack([power[:, low:high].mean(1) for low, high in edges], 1)  # B A, BANDS, N
-    envelopes: Tensor = (bands + FLOOR).log().view(x.shape[0], -1, bands.shape[2])
-    return envelopes
+    return (spectrum / window.norm()).view(x.shape[0], x.shape[1], *spectrum.shape[1:])
+
+
+def _envelopes(spectrum: Tensor) -> Tensor:
+    """Return log band power over time: (batch, axis * band, frame)."""
+    power = spectrum.real.square() + spectrum.imag.square()
+    bands = torch.stack([power[:, :, low:high].mean(2) for low, high in _edges(power.shape[2], BANDS)], 2)
+    return (bands + FLOOR).log().flatten(1, 2)
+
+
+def _coherency(spectrum: Tensor) -> Tensor:
+    """Return how the axes go together in each band, real and imaginary part: (batch, 2 * pair * band)."""
+    first, second = torch.triu_indices(spectrum.shape[1], spectrum.shape[1], offset=1)
+    found = []
+    for low, high in _edges(spectrum.shape[2], BANDS):
+        band = spectrum[:, :, low:high].flatten(2)  # B, A, F N
+        cross = band @ band.mH  # B, A, A
+        power = cross.diagonal(dim1=1, dim2=2).real + FLOOR * band.shape[2]  # B, A
+        found.append(cross[:, first, second] / (power[:, first] * power[:, second]).sqrt())
+    coherency: Tensor = torch.view_as_real(torch.cat(found, 1)).flatten(1)
+    return coherency
 
 
 def _modulation(swing: Tensor) -> Tensor:
-    """Return the log power of envelopes in octaves of modulation frequency: (batch, envelope, octave)."""
+    """Return the log power of envelopes in half octaves of modulation frequency: (batch, envelope, band)."""
     frames = swing.shape[2]
     window = torch.hann_window(frames, device=swing.device)
     power = torch.fft.rfft(swing * window).abs().square() / window.square().sum()
-    octaves = _edges(power.shape[2], int(math.log2(frames)))
-    levels = [(power[:, :, low:high].mean(2) + 1e-3).log() for low, high in octaves]
+    bands = _edges(power.shape[2], 2 * int(math.log2(frames)), per_octave=2)
+    levels = [(power[:, :, low:high].mean(2) + 1e-3).log() for low, high in bands]
     return torch.stack(levels, 2)
 
 
-def _edges(bins: int, bands: int) -> list[tuple[int, int]]:
-    """Return first and last bin (exclusive) of bands that double in width towards the top; no bin twice."""
-    tops = sorted({max(1, round((bins - 1) / 2**k)) for k in range(bands)})
+def _edges(bins: int, bands: int, *, per_octave: int = 1) -> list[tuple[int, int]]:
+    """Return first and last bin (exclusive) of bands that widen towards the top; none is empty, no bin twice."""
+    tops = sorted({max(1, round((bins - 1) / 2 ** (k / per_octave))) for k in range(bands)})
     return [(low + 1, high + 1) for low, high in pairwise((0, *tops))]

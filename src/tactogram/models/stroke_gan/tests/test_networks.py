@@ -136,11 +136,11 @@ def test_bands_sum_to_the_noise_and_lie_in_octaves():
 def test_generator_of_noise_begins_as_plain_noise():
     config = Config(channels=(16, 8, 4), residual="autoregressive", noise_bands=3)
     network = Generator(config, axes=2, labels=1)
-    noise = torch.randn(8, 2, config.length, generator=torch.Generator().manual_seed(0))
+    noise = torch.randn(8, 3, config.length, generator=torch.Generator().manual_seed(0))
     with torch.no_grad():
         made = network(torch.rand(8, 100), torch.ones(8, 1), split_bands(noise, 3))
     assert made.std().item() == pytest.approx(1, abs=0.2)
-    assert torch.corrcoef(torch.stack((made.flatten(), noise.flatten())))[0, 1] > 0.95
+    assert torch.corrcoef(torch.stack((made.flatten(), noise[:, :2].flatten())))[0, 1] > 0.95
 
 
 def test_root_makes_noise_go_together():
