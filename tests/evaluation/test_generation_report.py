@@ -68,7 +68,7 @@ def test_the_sections_say_what_is_worse_and_what_is_beyond(tmp_path):
     (against,) = blocks["Beside the baselines"]
     assert against.rows[0][1] == pytest.approx(-4.0)
     assert sum(isinstance(b, Sound) for b in blocks["To look at and listen to"]) == 2 * 4
-    assert sum(isinstance(b, Picture) for b in blocks["To look at and listen to"]) == 2
+    assert sum(isinstance(b, Picture) for b in blocks["To look at and listen to"]) == 1 + 2
     assert "Something was left out." in [b.text for b in blocks["How it was judged"]]
     page = write_report(
         tmp_path / "r.html", title="t", summary="s", sections=sections(), simulated=False

@@ -5,18 +5,21 @@ import pytest
 from tactogram.errors import RunError
 from tactogram.jobs import demo as module
 from tactogram.jobs.demo import demo
+from tactogram.jobs.judge import Judging
 
 
 def test_the_whole_chain_leaves_a_report(tmp_path, monkeypatch):
     monkeypatch.setattr(module, "PER_CLASS", 10)
-    monkeypatch.setattr(module, "STEPS", 30)
+    monkeypatch.setattr(module, "CLASSIFIER_STEPS", 30)
+    monkeypatch.setattr(module, "GENERATOR_STEPS", 2)
+    monkeypatch.setattr(module, "JUDGING", Judging(steps=20, most=4))
     result = demo(tmp_path / "demo")
     json.dumps(result)
     assert result["simulated"] is True
     assert result["recording_accuracy"] > 2 / 8
-    assert set(result["voice"]) == set(result["voice"]) - {module.UNKNOWN}
-    for row in result["voice"].values():
-        assert row["model"] < row["ceiling"]
+    row = result["measures"]["log_spectral_distance_db"]
+    assert row["floor"] < row["replay"] < row["ceiling"]
+    assert result["mixing"]
     page = (tmp_path / "demo" / "report.html").read_text(encoding="utf-8")
     assert "Simulated data" in page
     assert page.count("<audio") > 20

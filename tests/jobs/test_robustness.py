@@ -95,6 +95,7 @@ def test_search_embeds_only_what_is_new(run, store, texture, recordings, tmp_pat
     copy = tmp_path / "store"
     create_store(copy, recordings(count=2), name="textures", licence="made in a test", simulated=True)
     signal = texture("foam", 321)
+    (run.folder / "search-embedded.npz").unlink(missing_ok=True)  # of other tests' searches
     loaded = load_run(run.folder)
     embedded = []
     embed = loaded.model.embed

@@ -12,6 +12,7 @@ from tactogram.evaluation.figures import INK, spectra_figure
 from tactogram.evaluation.generation_measures import MEMORY_MEASURES, TITLES
 from tactogram.evaluation.measures import SIGNAL_MEASURES
 from tactogram.evaluation.report import Block, Picture, Section, Sound, Table, Text
+from tactogram.evaluation.spectrogram_figures import spectrograms_figure
 from tactogram.evaluation.standing import CEILING, FLOOR, MODEL, NEAREST, GenerationResult
 from tactogram.signal import Signal
 
@@ -26,6 +27,8 @@ DRAWN = (-0.5, 1.5)
 MOST_SHOWN = 24
 """Materials with a figure and sounds: bounds the size of the page."""
 HEARD_S = 3.0
+SIDE_BY_SIDE = 3
+"""Pairs of spectrograms in a figure, as in Figures 7 to 9 of Saga et al. 2020."""
 
 
 def generation_sections(
@@ -213,7 +216,17 @@ def _examples(result: GenerationResult, recorded: BySet, sets: Mapping[str, BySe
             "Spectra are means with the range from the smallest to the largest. Sounds are played at full scale."
         )
     ]
-    for material in result.materials[:MOST_SHOWN]:
+    shown_materials = result.materials[:MOST_SHOWN]
+    for start in range(0, len(shown_materials), SIDE_BY_SIDE):
+        some = {
+            material: {"recorded": recorded[material][0], "generated": sets[MODEL][material][0]}
+            for material in shown_materials[start : start + SIDE_BY_SIDE]
+        }
+        caption = (
+            "Recorded beside generated, scaled to the largest of each pair on each axis: for the eye alone."
+        )
+        blocks.append(Picture(spectrograms_figure(some), caption))
+    for material in shown_materials:
         groups = {"recorded": recorded[material]}
         groups |= {("generated" if c == MODEL else c): part[material] for c, part in sets.items()}
         blocks.append(Picture(spectra_figure(groups), material))

@@ -10,12 +10,11 @@ import numpy as np
 
 from tactogram.datasets import Store, open_store
 from tactogram.errors import RunError
-from tactogram.evaluation.figures import confusion_figure, photos_figure, signal_figure, spectra_figure
-from tactogram.evaluation.measures import log_spectral_distance
+from tactogram.evaluation.figures import confusion_figure, photos_figure, signal_figure
 from tactogram.evaluation.report import Block, Picture, Section, Sound, Table, Text, write_report
-from tactogram.jobs.classify import classify
-from tactogram.jobs.evaluate import evaluate
-from tactogram.jobs.generate import generate
+from tactogram.jobs.evaluate import evaluate, judged
+from tactogram.jobs.judge import Judging
+from tactogram.jobs.mixing import mix_ladder
 from tactogram.jobs.progress import Progress, silent
 from tactogram.jobs.search import search
 from tactogram.jobs.simulate import simulate_to_store
@@ -26,7 +25,8 @@ from tactogram.signal.io import write_signal
 MARK = "made-by-tactogram-demo"
 UNKNOWN = "cork-sheet"
 """The surface that is left out of training, to see whether "none of these" is said."""
-PER_CLASS, STEPS = 16, 220
+PER_CLASS, CLASSIFIER_STEPS, GENERATOR_STEPS = 16, 220, 200
+JUDGING = Judging(steps=300)
 MIX = ("tile", "carpet")
 
 
@@ -38,81 +38,59 @@ def demo(out: Path | str = "runs/demo", *, seed: int = 0, progress: Progress = s
     Returns
     -------
     dict
-        ``report``, ``recording_accuracy``, ``window_accuracy``, ``none_of_these``, ``voice`` (log-spectral
-        distances in dB by material), ``recognised`` (share of generated signals that the classifier names
-        rightly), ``simulated`` (always true).
+        ``report``, ``recording_accuracy``, ``window_accuracy``, ``none_of_these``, ``measures`` and ``positions`` (of
+        the generator, as `evaluate` gives them), ``mixing`` (the measure of the ladder, in words), ``simulated``
+        (always true).
     """
     folder = _fresh(Path(out))
     simulate_to_store("stroking9", folder / "data", seed=seed, per_class=PER_CLASS, progress=progress)
     store = open_store(folder / "data")
-    shared: dict[str, Any] = {"where": {"material": f"!{UNKNOWN}"}, "progress": progress}
-    changes = {"config.steps": STEPS, "seed": seed}
-    train("stroke_cnn", folder / "data", changes=changes, out=folder / "stroke_cnn", **shared)
-    train("ar_texture", folder / "data", changes={"seed": seed}, out=folder / "ar_texture", **shared)
-    classifier, voice = load_run(folder / "stroke_cnn"), load_run(folder / "ar_texture")
-    judged = evaluate(classifier, unknown=True, progress=progress)
+
+    def trained(model: str, steps: int) -> LoadedRun:
+        changes = {"config.steps": steps, "seed": seed}
+        others = {"material": f"!{UNKNOWN}"}
+        train(model, folder / "data", changes=changes, where=others, out=folder / model, progress=progress)
+        return load_run(folder / model)
+
+    classifier = trained("stroke_cnn", CLASSIFIER_STEPS)
+    named = evaluate(classifier, unknown=True, progress=progress)
+    generator = trained("stroke_gan", GENERATOR_STEPS)
+    voice, voice_sections = judged(generator, judging=JUDGING, progress=progress)
+    mixes = mix_ladder(generator, *MIX, steps=5, signals=4, seconds=3.0, seed=seed, progress=progress)
+    for step, signal in enumerate(mixes.shown):
+        name = f"{step}-{mixes.caption(step).replace(', ', '-').replace(' ', '-')}.wav"
+        write_signal(folder / "sounds" / name, signal, metadata={"simulated": True})
 
     _, split = test_part(classifier.run)
     tests = {segment.id: store.info(segment.id) for segment in split.test}
-    real: dict[str, list[Signal]] = {}
-    for id, info in tests.items():
-        stream = voice.recipe.prepare.stream_of(store.streams_of(id))
-        real.setdefault(str(info.material), []).append(voice.prepare(store.signal(id, stream)))
-    made = {
-        name: list(
-            generate(voice, {"material": name}, seconds=members[0].seconds, seed=seed, count=len(members))
-        )
-        for name, members in real.items()
-    }
-    distances = {
-        name: (
-            log_spectral_distance(made[name], members),
-            log_spectral_distance(members[::2], members[1::2]) if len(members) > 1 else None,
-            log_spectral_distance([s for n, part in real.items() if n != name for s in part], members),
-        )
-        for name, members in real.items()
-    }
-    named = [classify(classifier, s)["material"] == name for name, part in made.items() for s in part]
-    recognised = float(np.mean(named))
-    ladder = {
-        weight: next(
-            generate(voice, {"material": {MIX[0]: 1 - weight, MIX[1]: weight}}, seconds=3.0, seed=seed)
-        )
-        for weight in (0.0, 0.25, 0.5, 0.75, 1.0)
-    }
-    for weight, signal in ladder.items():
-        share = f"{MIX[0]}-{1 - weight:g}-{MIX[1]}-{weight:g}"
-        write_signal(folder / "sounds" / f"{share}.wav", signal, metadata={"simulated": True})
-
     report = write_report(
         folder / "report.html",
         title="Nine surfaces, stroked, named, searched and given a voice",
         summary=(
             f"{len(store)} simulated strokes over nine surfaces. A classifier names "
-            f"{100 * judged['recording_accuracy']:.0f} % of the strokes that it was not trained on; a surface that it "
-            f"has never met is refused {_percent(judged['none_of_these']['unknown_rejected'])} of the time; "
-            f"autoregressive textures give each surface a voice of any length, and mixtures of two."
+            f"{100 * named['recording_accuracy']:.0f} % of the strokes that it was not trained on; a surface that it "
+            f"has never met is refused {_percent(named['none_of_these']['unknown_rejected'])} of the time. A small "
+            f"generative adversarial network, trained for {GENERATOR_STEPS} steps, gives eight of the surfaces a voice "
+            f"of any length and mixes them; it is judged beside real strokes, other surfaces and two baselines."
         ),
         simulated=True,
         sections=[
             _surfaces(store),
-            _classified(classifier, judged),
+            _classified(classifier, named),
             _searched(classifier, store, tests),
-            _voices(real, made, distances, recognised),
-            _mixed(ladder),
+            *voice_sections,
+            mixes.section(f"Mixtures: from {MIX[0]} to {MIX[1]}"),
             Section("What made this", [Text(_how(seed))]),
         ],
     )
     return {
         "report": str(report),
-        "recording_accuracy": judged["recording_accuracy"],
-        "window_accuracy": judged["window_accuracy"],
-        "none_of_these": judged["none_of_these"],
-        "voice": {
-            name: dict(zip(("model", "floor", "ceiling"), row, strict=True))
-            for name, row in distances.items()
-        },
-        "recognised": recognised,
+        "recording_accuracy": named["recording_accuracy"],
+        "window_accuracy": named["window_accuracy"],
+        "none_of_these": named["none_of_these"],
+        "measures": voice["measures"],
+        "positions": voice["positions"],
+        "mixing": mixes.in_words(),
         "simulated": True,
     }
 
@@ -218,46 +196,12 @@ def _none_of_these_text(classifier: LoadedRun) -> str:
     )
 
 
-def _voices(
-    real: dict[str, list[Signal]],
-    made: dict[str, list[Signal]],
-    distances: dict[str, tuple[float, float | None, float]],
-    recognised: float,
-) -> Section:
-    blocks: list[Block] = [
-        Text(
-            "An autoregressive model per surface, fitted to the training strokes, synthesises as much as one likes. "
-            f"The classifier names {_percent(recognised)} of the synthesised strokes rightly."
-        ),
-        Table(
-            ("surface", "synthesised", "floor", "ceiling"),
-            [(name, *row) for name, row in distances.items()],
-            "Log-spectral distance in dB to strokes kept apart; lower is better. Floor: one half of those strokes "
-            "against the other half. Ceiling: strokes over the other surfaces.",
-        ),
-    ]
-    for name, members in real.items():
-        blocks.append(Picture(spectra_figure({"stroked": members, "synthesised": made[name]}), name))
-        blocks += [Sound(members[0], f"{name}, stroked"), Sound(made[name][0], f"{name}, synthesised")]
-    return Section("A voice for each", blocks)
-
-
-def _mixed(ladder: dict[float, Signal]) -> Section:
-    blocks: list[Block] = [
-        Text(
-            f"From {MIX[0]} to {MIX[1]}, mixed through line spectral frequencies: every step is a stable texture."
-        )
-    ]
-    for weight, signal in ladder.items():
-        caption = f"{1 - weight:.0%} {MIX[0]}, {weight:.0%} {MIX[1]}"
-        blocks += [Picture(signal_figure(signal, seconds=1.0), caption), Sound(signal, caption)]
-    return Section("Mixtures", blocks)
-
-
 def _how(seed: int) -> str:
     return (
         f"tactogram data simulate stroking9 --per-class {PER_CLASS} --seed {seed}; tactogram train stroke_cnn "
-        f"--where 'material=!{UNKNOWN}' --set config.steps={STEPS}; tactogram train ar_texture; tactogram evaluate. "
+        f"--where 'material=!{UNKNOWN}' --set config.steps={CLASSIFIER_STEPS}; tactogram train stroke_gan --where "
+        f"'material=!{UNKNOWN}' --set config.steps={GENERATOR_STEPS}; tactogram evaluate; tactogram mix "
+        f"{' '.join(MIX)}. "
         "Sounds are played at full scale: their level is lost in the loudspeaker, not in the files beside this report."
     )
 

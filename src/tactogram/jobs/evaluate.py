@@ -55,6 +55,29 @@ def evaluate(
         If a recording of ``data`` was trained on.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    figures, sections = judged(loaded, data=data, unknown=unknown, judging=judging, progress=progress)
+    facts = figures["data"]
+    report = write_report(
+        loaded.run.folder / "report.html",
+        title=f"{loaded.facts.name}: {loaded.run.name}",
+        summary=f"{loaded.facts.title} ({loaded.facts.year}). Judged on {facts['name']}, {facts['split']}.",
+        sections=sections,
+        simulated=facts["simulated"] or loaded.kind.simulated,
+    )
+    figures["report"] = str(report)
+    loaded.run.write_json("evaluation.json", figures)
+    return figures
+
+
+def judged(
+    loaded: LoadedRun,
+    *,
+    data: Path | str | None = None,
+    unknown: bool = False,
+    judging: Judging | None = None,
+    progress: Progress = silent,
+) -> tuple[dict[str, Any], list[Section]]:
+    """Return the figures of `evaluate` and the sections of its report, without writing either."""
     store, segments, described = _what(loaded, data, unknown)
     examples = Examples(store, segments, loaded.as_trained, label=loaded.run.data["label"])
     figures: dict[str, Any] = {
@@ -79,19 +102,9 @@ def evaluate(
         results = result.as_dict()
     else:
         results, sections = _judge_classifier(loaded, known, others, progress)
-    figures.update(results)
     if metrics := [m for m in loaded.run.metrics() if "loss" in m]:
         sections.append(Section("Training", [Picture(losses_figure(metrics), "Loss over steps.")]))
-    report = write_report(
-        loaded.run.folder / "report.html",
-        title=f"{loaded.facts.name}: {loaded.run.name}",
-        summary=f"{loaded.facts.title} ({loaded.facts.year}). Judged on {store.name}, {described}.",
-        sections=sections,
-        simulated=store.simulated or loaded.kind.simulated,
-    )
-    figures["report"] = str(report)
-    loaded.run.write_json("evaluation.json", figures)
-    return figures
+    return figures | results, sections
 
 
 def _what(loaded: LoadedRun, data: Path | str | None, unknown: bool) -> tuple[Store, Sequence[Segment], str]:
