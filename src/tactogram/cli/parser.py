@@ -123,6 +123,13 @@ def make_parser() -> argparse.ArgumentParser:
     add("experiment", metavar="EXPERIMENT", nargs="?")
     add("--list", action="store_true", help="list the experiments")
     add("--recipe", default="bench", help="bench (hours at most on 2 cores) or paper (default %(default)s)")
+    add(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="what the experiment leaves open, e.g. model=ar_texture",
+    )
     add("--out", metavar="DIR", help="folder for its results (default runs/EXPERIMENT)")
 
     verb("table", verbs.table)

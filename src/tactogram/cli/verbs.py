@@ -276,13 +276,16 @@ def reproduce(a: Arguments) -> None:
     """Run the experiment behind a published table or figure."""
     from tactogram.jobs.progress import shown
     from tactogram.jobs.reproduce import experiments, reproduce
+    from tactogram.recipe import parse_changes
 
     if a.list or a.experiment is None:
         found = experiments()
         print_result(a, found, columns(list(found.items())))
         return
     with shown() as progress:
-        result = reproduce(a.experiment, recipe=a.recipe, out=a.out, progress=progress)
+        result = reproduce(
+            a.experiment, recipe=a.recipe, out=a.out, options=parse_changes(a.set), progress=progress
+        )
     print_result(a, result, result["text"])
 
 
