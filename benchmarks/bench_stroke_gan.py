@@ -100,7 +100,7 @@ def work(learner, labels):
     widths, time = config.channels, config.points
     first = axes * time * widths[0]
     generator, discriminator = 2 * (config.latent + labels) * first, 2 * first
-    for coarse, fine in pairwise((*widths, learner.generator.layers[-1].weight.shape[1])):
+    for coarse, fine in pairwise((*widths, 1 + config.noise_bands)):
         generator += 2 * axes * time * config.kernel * coarse * fine
         time *= config.stride
     time = config.length
@@ -115,20 +115,22 @@ class PlainGenerator(nn.Module):
 
     def __init__(self, ours):
         super().__init__()
-        self.leak, self.bands, self.shape, self.dense = ours.leak, ours.bands, ours.shape, ours.dense
+        self.leak, self.bands, self.plain = ours.leak, ours.bands, ours.plain
+        self.shape, self.dense, self.periodic = ours.shape, ours.dense, ours.periodic
         self.layers = nn.ModuleList(plain(nn.ConvTranspose2d, layer) for layer in ours.layers)
 
     def forward(self, latent, label, noise=None):
         """Return signals."""
-        h = self.dense(torch.cat((latent, label), 1)).unflatten(1, self.shape).permute(0, 3, 1, 2)
+        h = self.dense(torch.cat((latent[:, : self.plain], label), 1))
+        h = h.unflatten(1, self.shape).permute(0, 3, 1, 2)
         for layer in self.layers:
+            if layer is self.layers[-1] and self.periodic:
+                h = h + self.periodic(latent[:, self.plain :], label).mT[:, :, None]
             h = layer(F.leaky_relu(h, self.leak))
         if not self.bands:
             return torch.tanh(h[:, 0])
-        axes, noise = h.shape[2], noise.permute(0, 3, 1, 2)
-        gains = (3.0 * torch.tanh(h[:, 1 : 1 + self.bands] / 3.0)).exp()
-        made = h[:, 0] + (gains * noise[:, :, :axes]).sum(1)
-        return made + (h[:, 1 + self.bands :] * noise[:, :, axes:]).sum(1) if axes > 1 else made
+        gains = 3.0 * torch.tanh(h[:, 1:] / 3.0)
+        return h[:, 0] + (gains.exp() * noise.permute(0, 3, 1, 2)).sum(1)
 
 
 class PlainDiscriminator(nn.Module):
@@ -169,8 +171,8 @@ def plain(kind, layer):
 def check(ours, plain, labels):
     """Stop if the two forms are not the same networks."""
     label, config = torch.eye(labels)[:2], ours.config
-    noise = torch.randn(2, ours.noises, config.length, max(config.noise_bands, 1))
-    latent = torch.rand(2, config.latent)
+    noise = torch.randn(2, len(ours.kind.axes), config.length, max(config.noise_bands, 1))
+    latent = torch.rand(2, config.latents)
     made, expected = ours.generator(latent, label, noise), plain.generator(latent, label, noise)
     torch.testing.assert_close(made, expected, atol=1e-3, rtol=1e-3)
     for network in (ours.discriminator, plain.discriminator):

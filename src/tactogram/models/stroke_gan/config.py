@@ -81,6 +81,9 @@ class Config(BaseModel):
     noise_bands: int = Field(default=0, ge=0, le=8)
     """Bands of noise whose gains over time the generator gives, beside a waveform, as in DDSP (Engel et al.
     2020); 0 gives the waveform of the paper, within -1 to 1. Ours."""
+    sinusoids: int = Field(default=0, ge=0)
+    """Sinusoids that the last hidden layer may use, their phases from the latent (Bergmann et al. 2017): a
+    short training does not find what repeats by itself. Ours."""
     statistics: float = Field(default=0.0, ge=0, allow_inf_nan=False)
     """Weight, in the generator's loss, of the energy distance between texture statistics. Ours."""
     adversarial: float = Field(default=1.0, ge=0, allow_inf_nan=False)
@@ -91,6 +94,11 @@ class Config(BaseModel):
     """Of both learning rates; ``cosine`` falls to 0 over the training (Loshchilov & Hutter 2017). Ours."""
     moving_average: float = Field(default=0.0, ge=0, lt=1)
     """Decay of the average of the generator's weights that generates; 0 takes the last weights. Ours."""
+
+    @property
+    def latents(self) -> int:
+        """Random numbers that a signal is made from, those of the sinusoids included."""
+        return self.latent + 2 * self.sinusoids
 
     @property
     def length(self) -> int:

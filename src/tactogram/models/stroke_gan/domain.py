@@ -7,13 +7,11 @@ from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from tactogram.model import Example, SignalKind
 from tactogram.models.stroke_gan.config import Config
+from tactogram.models.stroke_gan.whitened import Whitened
 from tactogram.signal import Signal
-from tactogram.signal.autoregressive import AutoregressiveModel, mix
-from tactogram.signal.autoregressive_fit import fit_autoregressive
 
 Array = NDArray[np.float64]
 BINS = 1 << 16
@@ -43,10 +41,6 @@ class Domain(Protocol):
 
     def outside(self, y: NDArray[np.float32], weights: NDArray[np.float64]) -> Signal:
         """Return (axis, settle + time) samples of the networks as a signal; ``weights`` are by material."""
-        ...
-
-    def correlation(self, weights: NDArray[np.float64]) -> Array:
-        """Return how the axes of noise inside go together, (axis, axis)."""
         ...
 
     def state(self) -> dict[str, Any]:
@@ -108,9 +102,6 @@ class Scaled:
         x = y * self.scale[:, None] + self.offset[:, None]
         return Signal(x.astype(np.float32), self.kind.rate, self.kind.unit, self.kind.axes)
 
-    def correlation(self, weights: NDArray[np.float64]) -> Array:
-        return np.eye(len(self.scale))
-
     def state(self) -> dict[str, Any]:
         return {"offset": self.offset, "scale": self.scale}
 
@@ -119,80 +110,6 @@ class Scaled:
         self.scale = np.asarray(state["scale"], np.float64)
 
 
-class Whitened:
-    """What an autoregressive model of the material does not foresee, at unit variance, axis by axis.
-
-    The spectrum and the level are then the filter's, and the networks shape what it cannot say: how the
-    excitation swells, clicks and repeats. Between materials the filters are mixed as `ar_texture`'s are.
-    """
-
-    def __init__(self, config: Config, kind: SignalKind) -> None:
-        self.config, self.kind = config, kind
-        self.models: list[AutoregressiveModel] = []
-
-    @property
-    def lead(self) -> int:
-        """The highest order."""
-        return max((model.order for model in self.models), default=0)
-
-    @property
-    def settle(self) -> int:
-        """A whole length: the filters start at rest, and may ring for long."""
-        return self.config.length
-
-    def fit(self, examples: Sequence[Example]) -> dict[str, float]:
-        """Fit a model per material."""
-        self.models = []
-        for name in self.kind.materials:
-            signals = [example.signal for example in examples if example.material == name]
-            most = min(60, max(map(len, signals)) // 3)
-            self.models.append(fit_autoregressive(signals, order=self.config.order, max_order=most))
-        return {"order": float(np.mean([model.order for model in self.models]))}
-
-    def inside(self, x: NDArray[np.float32], material: int) -> NDArray[np.float32]:
-        model = self.models[material]
-        x = x[:, self.lead - model.order :] - np.asarray(model.mean)[:, None]
-        error = np.array(
-            [np.convolve(row, taps, "valid") for row, taps in zip(x, model.coefficients, strict=True)]
-        )
-        return (error / _unit(model)).astype(np.float32)
-
-    def outside(self, y: NDArray[np.float32], weights: NDArray[np.float64]) -> Signal:
-        model = mix(self.models, weights)
-        error = y * _unit(model)
-        x = np.array([lfilter([1.0], taps, row) for row, taps in zip(error, model.coefficients, strict=True)])
-        x = x[:, self.settle :] + np.asarray(model.mean)[:, None]
-        return Signal(x.astype(np.float32), self.kind.rate, self.kind.unit, self.kind.axes)
-
-    def correlation(self, weights: NDArray[np.float64]) -> Array:
-        return mix(self.models, weights).correlation
-
-    def state(self) -> dict[str, Any]:
-        return {
-            "models": [
-                {"reflection": m.reflection, "innovation": m.innovation, "mean": m.mean} for m in self.models
-            ]
-        }
-
-    def load_state(self, state: Mapping[str, Any]) -> None:
-        self.models = [
-            AutoregressiveModel(
-                **{name: np.asarray(value, np.float64) for name, value in model.items()},
-                rate=self.kind.rate,
-                unit=self.kind.unit,
-                axes=self.kind.axes,
-            )
-            for model in state["models"]
-        ]
-
-
 def domain_of(config: Config, kind: SignalKind) -> Domain:
     """Return what ``config.residual`` asks for."""
     return Whitened(config, kind) if config.residual == "autoregressive" else Scaled(config, kind)
-
-
-def _unit(model: AutoregressiveModel) -> Array:
-    """Return the deviation of each axis' innovations, (axis, 1); 1 for a silent axis."""
-    deviation = np.sqrt(model.variance)
-    result: Array = np.where(deviation > 0, deviation, 1.0)[:, None]
-    return result

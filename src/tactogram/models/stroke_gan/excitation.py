@@ -28,10 +28,3 @@ def split_bands(noise: Tensor, bands: int) -> Tensor:
         gains[edge - 1] *= across.cos() ** 2
         gains[edge] *= across.sin() ** 2
     return torch.stack([torch.fft.irfft(spectrum * gain, time) for gain in gains[:bands]], -1)
-
-
-def root(correlation: Tensor) -> Tensor:
-    """Return the symmetric square root of correlation matrices, (…, axis, axis)."""
-    values, vectors = torch.linalg.eigh(correlation)
-    result: Tensor = (vectors * values.clamp(min=0).sqrt()[..., None, :]) @ vectors.mT
-    return result

@@ -17,7 +17,7 @@ from tactogram.model import Condition, Example, SignalKind, Stage, check_conditi
 from tactogram.models.stroke_gan.config import Config
 from tactogram.models.stroke_gan.crops import Crops, numbers
 from tactogram.models.stroke_gan.domain import domain_of
-from tactogram.models.stroke_gan.excitation import root, split_bands, white_noise
+from tactogram.models.stroke_gan.excitation import split_bands, white_noise
 from tactogram.models.stroke_gan.networks import Discriminator, Generator
 from tactogram.models.stroke_gan.texture_statistics import energy_distance, statistics
 from tactogram.nn import MovingAverage, gradient_penalty
@@ -54,7 +54,6 @@ class StrokeGANLearner:
         self.domain = domain_of(config, kind)
         self.known: Mapping[str, tuple[float, float, float, float]] = {}
         self.spread = torch.ones(0)
-        self.noises = len(kind.axes) + (len(kind.axes) > 1)
         size = {"axes": len(kind.axes), "labels": len(kind.materials) + len(config.conditions)}
         with torch_seeded(seed, "weights"):
             generator, discriminator = Generator(config, **size), Discriminator(config, **size)
@@ -164,26 +163,15 @@ class StrokeGANLearner:
 
     def _make(self, label: Tensor) -> Tensor:
         """Return a signal per row of ``label`` from a latent, and noise, of torch's own generator."""
-        latent = torch.rand(len(label), self.config.latent) * 2 - 1
-        noise = self._noise(label, white_noise(len(label), self.noises, self.config.length))
+        latent = torch.rand(len(label), self.config.latents) * 2 - 1
+        noise = self._bands(white_noise(len(label), len(self.kind.axes), self.config.length))
         made: Tensor = self.generator(latent.to(self.device), label, noise)
         return made.float()
 
-    def _noise(self, label: Tensor, white: Tensor) -> Tensor | None:
-        if not self.config.noise_bands:
-            return None
-        shares = label[:, : len(self.materials)].cpu().numpy().astype(np.float64)
-        mixing = torch.from_numpy(self._roots(shares)).float()
-        axes = len(self.kind.axes)
-        noise = torch.cat((mixing @ white[:, :axes], white[:, axes:]), 1)
-        return split_bands(noise.to(self.device), self.config.noise_bands)
-
-    def _roots(self, shares: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return what makes white noise go together over the axes as each row of weights asks."""
-        rows, inverse = np.unique(shares, axis=0, return_inverse=True)
-        correlations = np.stack([self.domain.correlation(row) for row in rows])
-        roots: NDArray[np.float64] = root(torch.from_numpy(correlations)).numpy()[inverse.ravel()]
-        return roots
+    def _bands(self, white: Tensor) -> Tensor | None:
+        """Return white noise as the generator wants it: in bands, or none."""
+        bands = self.config.noise_bands
+        return split_bands(white.to(self.device), bands) if bands else None
 
     def _descend(self, which: int, loss: Tensor) -> None:
         self.optimisers[which].zero_grad()
@@ -292,12 +280,12 @@ class StrokeGANLearner:
         latents, noises = [], []
         for number in range(first, first + count):
             rng = child_rng(seed, "latent", number)
-            drawn = torch.from_numpy(rng.uniform(-1, 1, self.config.latent).astype(np.float32))
+            drawn = torch.from_numpy(rng.uniform(-1, 1, self.config.latents).astype(np.float32))
             latents.append(given if number == 0 and given is not None else drawn)
             generator = child_generator(seed, "noise", number)
-            noises.append(white_noise(1, self.noises, self.config.length, generator=generator))
+            noises.append(white_noise(1, len(self.kind.axes), self.config.length, generator=generator))
         labels = label.expand(count, -1)
-        noise = self._noise(labels, torch.cat(noises))
+        noise = self._bands(torch.cat(noises))
         network = self.average.network if self.average else _bare(self.generator)
         made = network(torch.stack(latents).to(self.device), labels.to(self.device), noise)
         result: NDArray[np.float32] = made.float().cpu().numpy()
@@ -308,9 +296,9 @@ class StrokeGANLearner:
         if given is None:
             return None
         latent = np.asarray(given, np.float32)
-        if latent.shape != (self.config.latent,) or not (np.abs(latent) <= 1).all():
+        if latent.shape != (self.config.latents,) or not (np.abs(latent) <= 1).all():
             raise ParameterError(
-                f"latent must be {self.config.latent} numbers in -1 to 1, got shape {latent.shape}"
+                f"latent must be {self.config.latents} numbers in -1 to 1, got shape {latent.shape}"
             )
         return torch.from_numpy(latent)
 

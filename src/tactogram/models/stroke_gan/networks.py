@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 
 import torch
@@ -14,6 +15,12 @@ from tactogram.nn.strided_convolution import constant_response, down, glorot_uni
 
 MOST_GAIN = 3.0
 """Range of the log gain of a noise band, Np: ±26 dB."""
+
+
+SLOWEST = 8.0
+"""Cycles of the slowest sinusoid in a signal; the latent and the dense layer shape what is slower."""
+FASTEST = 0.4
+"""Cycles per sample of the last hidden layer of the fastest one."""
 
 
 class Generator(nn.Module):
@@ -30,14 +37,14 @@ class Generator(nn.Module):
 
     def __init__(self, config: Config, *, axes: int, labels: int) -> None:
         super().__init__()
-        self.leak, self.bands = config.leak, config.noise_bands
-        gains = config.noise_bands * (2 if axes > 1 else 1)
+        self.leak, self.bands, self.plain = config.leak, config.noise_bands, config.latent
         self.shape = (axes, config.points, config.channels[0])
         self.dense = _dense(config.latent + labels, axes * config.points * config.channels[0])
         layers = [
             StridedConvTranspose(coarse, fine, kernel=config.kernel, stride=config.stride)
-            for coarse, fine in pairwise((*config.channels, 1 + gains))
+            for coarse, fine in pairwise((*config.channels, 1 + config.noise_bands))
         ]
+        self.periodic = Periodic(config, labels) if config.sinusoids else None
         if self.bands:  # begin as plain noise: a waveform near 0 and gains near 1
             with torch.no_grad():
                 layers[-1].weight.mul_(0.1)
@@ -48,30 +55,63 @@ class Generator(nn.Module):
 
         Parameters
         ----------
-        latent : Tensor, shape (batch, latent)
+        latent : Tensor, shape (batch, latent); longer by two for each of ``sinusoids``
             Uniform in -1 to 1.
         label : Tensor, shape (batch, C)
         noise : Tensor, shape (batch, axis, time, band), optional
-            Needed with ``noise_bands``. With several axes there is one more, which they share: how much of it is in
-            each, and with which sign, makes them go together.
+            Needed with ``noise_bands``.
 
         Returns
         -------
         Tensor, shape (batch, axis, time)
             Within -1 to 1; with ``noise_bands`` of about unit variance.
         """
-        h = self.dense(torch.cat((latent, label), 1))  # B, A * 16 * 1024
+        h = self.dense(torch.cat((latent[:, : self.plain], label), 1))  # B, A * 16 * 1024
         h = h.unflatten(1, self.shape)  # B, A, 16, 1024
         for layer in self.layers:
+            if layer is self.layers[-1] and self.periodic:
+                h = h + self.periodic(latent[:, self.plain :], label)[:, None]
             h = layer(F.leaky_relu(h, self.leak))  # B, A, 4 T, C / 2; the last B, A, 16384, 1
         if not self.bands:
             return torch.tanh(h[..., 0])  # B, A, 16384
         if noise is None:
             raise TypeError("noise_bands need noise")
-        wave, own, shared = h.float().split((1, self.bands, h.shape[3] - 1 - self.bands), 3)
-        gains = (MOST_GAIN * torch.tanh(own / MOST_GAIN)).exp()  # B, A, T, band
-        shaped: Tensor = wave[..., 0] + (gains * noise[:, : h.shape[1]]).sum(3)  # B, A, T
-        return shaped + (shared * noise[:, h.shape[1] :]).sum(3) if shared.shape[3] else shaped
+        wave, gains = h[..., 0].float(), MOST_GAIN * torch.tanh(h[..., 1:].float() / MOST_GAIN)
+        shaped: Tensor = wave + (gains.exp() * noise).sum(3)  # B, A, T
+        return shaped
+
+
+class Periodic(nn.Module):
+    """Sinusoids over time for the last hidden layer, as in the periodic spatial GAN (Bergmann et al. 2017).
+
+    Ribs and weaves repeat for longer than filters reach. Frequencies lie evenly on a logarithmic scale, each moved
+    within its own step, and phases anywhere, by the latent; how much of each goes into which channel is learned by
+    label, so that labels mix here as well. All axes get the same.
+
+    References
+    ----------
+    - Bergmann, U., Jetchev, N. & Vollgraf, R. (2017). Learning texture manifolds with the periodic spatial GAN.
+      ICML.
+    """
+
+    def __init__(self, config: Config, labels: int) -> None:
+        super().__init__()
+        self.time = config.length // config.stride
+        lowest, highest = math.log(SLOWEST / self.time), math.log(FASTEST)
+        self.step = (highest - lowest) / config.sinusoids
+        self.register_buffer(
+            "centres", lowest + self.step * (torch.arange(config.sinusoids) + 0.5), persistent=False
+        )
+        self.weight = nn.Parameter(0.1 * torch.randn(labels, config.sinusoids, config.channels[-1]))
+
+    def forward(self, latent: Tensor, label: Tensor) -> Tensor:
+        """Return what is added to the channels: (batch, 2 * sinusoid) and (batch, C) -> (batch, time, channel)."""
+        place, phase = latent.float().chunk(2, 1)  # B, S
+        frequency = (self.get_buffer("centres") + self.step / 2 * place).exp()  # cycles per sample
+        samples = torch.arange(self.time, device=latent.device)
+        waves = torch.sin(math.tau * frequency[:, :, None] * samples + math.pi * phase[:, :, None])  # B, S, T
+        weight = torch.einsum("bl,lsc->bsc", label, self.weight)  # B, S, C
+        return waves.mT @ weight.to(waves.dtype)  # B, T, C
 
 
 class Discriminator(nn.Module):

@@ -81,7 +81,8 @@ def _spectrum(x: Tensor, size: int) -> Tensor:
     spectrum: Tensor = torch.stft(
         x.flatten(0, 1), size, size // 4, window=window, center=False, return_complex=True
     )
-    return (spectrum / window.norm()).view(x.shape[0], x.shape[1], *spectrum.shape[1:])
+    spectrum = spectrum / window.square().sum().sqrt()
+    return spectrum.view(x.shape[0], x.shape[1], *spectrum.shape[1:])
 
 
 def _envelopes(spectrum: Tensor) -> Tensor:

@@ -2,7 +2,7 @@ import pytest
 import torch
 
 from tactogram.models.stroke_gan.config import Config
-from tactogram.models.stroke_gan.excitation import root, split_bands
+from tactogram.models.stroke_gan.excitation import split_bands
 from tactogram.models.stroke_gan.networks import Discriminator, Generator
 
 NARROW = Config(channels=(16, 8, 4, 2, 1))  # the published layout, a 64th of its channels
@@ -136,15 +136,8 @@ def test_bands_sum_to_the_noise_and_lie_in_octaves():
 def test_generator_of_noise_begins_as_plain_noise():
     config = Config(channels=(16, 8, 4), residual="autoregressive", noise_bands=3)
     network = Generator(config, axes=2, labels=1)
-    noise = torch.randn(8, 3, config.length, generator=torch.Generator().manual_seed(0))
+    noise = torch.randn(8, 2, config.length, generator=torch.Generator().manual_seed(0))
     with torch.no_grad():
         made = network(torch.rand(8, 100), torch.ones(8, 1), split_bands(noise, 3))
     assert made.std().item() == pytest.approx(1, abs=0.2)
-    assert torch.corrcoef(torch.stack((made.flatten(), noise[:, :2].flatten())))[0, 1] > 0.95
-
-
-def test_root_makes_noise_go_together():
-    correlation = torch.tensor([[1.0, 0.5, 0.0], [0.5, 1.0, -0.3], [0.0, -0.3, 1.0]])
-    torch.testing.assert_close(root(correlation) @ root(correlation), correlation)
-    together = root(correlation) @ torch.randn(3, 50_000, generator=torch.Generator().manual_seed(0))
-    torch.testing.assert_close(torch.corrcoef(together), correlation, atol=0.02, rtol=0)
+    assert torch.corrcoef(torch.stack((made.flatten(), noise.flatten())))[0, 1] > 0.95
