@@ -125,12 +125,14 @@ class PlainGenerator(nn.Module):
         h = h.unflatten(1, self.shape).permute(0, 3, 1, 2)
         for layer in self.layers:
             if layer is self.layers[-1] and self.periodic:
-                h = h + self.periodic(latent[:, self.plain :], label).mT[:, :, None]
+                hidden, tones = self.periodic(latent[:, self.plain :], label)
+                h = h + hidden.permute(0, 3, 1, 2)
             h = layer(F.leaky_relu(h, self.leak))
         if not self.bands:
             return torch.tanh(h[:, 0])
         gains = 3.0 * torch.tanh(h[:, 1:] / 3.0)
-        return h[:, 0] + (gains.exp() * noise.permute(0, 3, 1, 2)).sum(1)
+        made = h[:, 0] + (gains.exp() * noise.permute(0, 3, 1, 2)).sum(1)
+        return made + tones if self.periodic else made
 
 
 class PlainDiscriminator(nn.Module):

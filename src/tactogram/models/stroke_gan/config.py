@@ -115,4 +115,6 @@ class Config(BaseModel):
             raise ValueError(
                 'noise_bands needs residual = "autoregressive": tanh\'s range has no noise in it'
             )
+        if self.sinusoids and not self.noise_bands:
+            raise ValueError("sinusoids stand beside noise in bands; set noise_bands too")
         return self

@@ -19,8 +19,8 @@ MOST_GAIN = 3.0
 
 SLOWEST = 8.0
 """Cycles of the slowest sinusoid in a signal; the latent and the dense layer shape what is slower."""
-FASTEST = 0.4
-"""Cycles per sample of the last hidden layer of the fastest one."""
+FASTEST = 0.2
+"""Cycles per sample of the fastest one."""
 
 
 class Generator(nn.Module):
@@ -44,7 +44,7 @@ class Generator(nn.Module):
             StridedConvTranspose(coarse, fine, kernel=config.kernel, stride=config.stride)
             for coarse, fine in pairwise((*config.channels, 1 + config.noise_bands))
         ]
-        self.periodic = Periodic(config, labels) if config.sinusoids else None
+        self.periodic = Periodic(config, axes=axes, labels=labels) if config.sinusoids else None
         if self.bands:  # begin as plain noise: a waveform near 0 and gains near 1
             with torch.no_grad():
                 layers[-1].weight.mul_(0.1)
@@ -69,8 +69,9 @@ class Generator(nn.Module):
         h = self.dense(torch.cat((latent[:, : self.plain], label), 1))  # B, A * 16 * 1024
         h = h.unflatten(1, self.shape)  # B, A, 16, 1024
         for layer in self.layers:
-            if layer is self.layers[-1] and self.periodic:
-                h = h + self.periodic(latent[:, self.plain :], label)[:, None]
+            if self.periodic and layer is self.layers[-1]:
+                hidden, tones = self.periodic(latent[:, self.plain :], label)
+                h = h + hidden  # B, A, T / 4, C
             h = layer(F.leaky_relu(h, self.leak))  # B, A, 4 T, C / 2; the last B, A, 16384, 1
         if not self.bands:
             return torch.tanh(h[..., 0])  # B, A, 16384
@@ -78,15 +79,16 @@ class Generator(nn.Module):
             raise TypeError("noise_bands need noise")
         wave, gains = h[..., 0].float(), MOST_GAIN * torch.tanh(h[..., 1:].float() / MOST_GAIN)
         shaped: Tensor = wave + (gains.exp() * noise).sum(3)  # B, A, T
-        return shaped
+        return shaped + tones if self.periodic else shaped
 
 
 class Periodic(nn.Module):
-    """Sinusoids over time for the last hidden layer, as in the periodic spatial GAN (Bergmann et al. 2017).
+    """Sinusoids over time, as in the periodic spatial GAN (Bergmann et al. 2017), for what repeats.
 
     Ribs and weaves repeat for longer than filters reach. Frequencies lie evenly on a logarithmic scale, each moved
-    within its own step, and phases anywhere, by the latent; how much of each goes into which channel is learned by
-    label, so that labels mix here as well. All axes get the same.
+    within its own step, and phases anywhere, by the latent. How much of each goes into the waveform of which axis,
+    and into which channel of the last hidden layer, which shapes the noise, is learned by label: so labels mix
+    here as well.
 
     References
     ----------
@@ -94,24 +96,28 @@ class Periodic(nn.Module):
       ICML.
     """
 
-    def __init__(self, config: Config, labels: int) -> None:
+    centres: Tensor
+
+    def __init__(self, config: Config, *, axes: int, labels: int) -> None:
         super().__init__()
-        self.time = config.length // config.stride
+        self.time, self.stride, self.axes = config.length, config.stride, axes
         lowest, highest = math.log(SLOWEST / self.time), math.log(FASTEST)
         self.step = (highest - lowest) / config.sinusoids
-        self.register_buffer(
-            "centres", lowest + self.step * (torch.arange(config.sinusoids) + 0.5), persistent=False
-        )
-        self.weight = nn.Parameter(0.1 * torch.randn(labels, config.sinusoids, config.channels[-1]))
+        centres = lowest + self.step * (torch.arange(config.sinusoids) + 0.5)
+        self.register_buffer("centres", centres, persistent=False)
+        self.hidden = nn.Parameter(0.1 * torch.randn(labels, config.sinusoids, config.channels[-1]))
+        self.wave = nn.Parameter(0.1 * torch.randn(labels, 2 * config.sinusoids, axes))
 
-    def forward(self, latent: Tensor, label: Tensor) -> Tensor:
-        """Return what is added to the channels: (batch, 2 * sinusoid) and (batch, C) -> (batch, time, channel)."""
+    def forward(self, latent: Tensor, label: Tensor) -> tuple[Tensor, Tensor]:
+        """Return what is added to the hidden layer, (batch, 1, time / 4, channel), and out, (batch, axis, time)."""
         place, phase = latent.float().chunk(2, 1)  # B, S
-        frequency = (self.get_buffer("centres") + self.step / 2 * place).exp()  # cycles per sample
+        frequency = (self.centres + self.step / 2 * place).exp()  # cycles per sample
         samples = torch.arange(self.time, device=latent.device)
-        waves = torch.sin(math.tau * frequency[:, :, None] * samples + math.pi * phase[:, :, None])  # B, S, T
-        weight = torch.einsum("bl,lsc->bsc", label, self.weight)  # B, S, C
-        return waves.mT @ weight.to(waves.dtype)  # B, T, C
+        angle = math.tau * frequency[:, :, None] * samples + math.pi * phase[:, :, None]  # B, S, T
+        sine = angle.sin()
+        hidden, wave = (torch.einsum("bl,lsc->bcs", label.float(), w) for w in (self.hidden, self.wave))
+        both = torch.cat((sine, angle.cos()), 1)  # B, 2 S, T
+        return (hidden @ sine[:, :, :: self.stride]).mT[:, None], wave @ both
 
 
 class Discriminator(nn.Module):

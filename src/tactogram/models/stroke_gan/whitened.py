@@ -34,30 +34,31 @@ PORTION = 1 << 14
 class Whitened:
     """What an autoregressive model of the material does not foresee, at unit variance, each axis by itself.
 
-    An axis' model foresees it from its own past; what is left is foreseen, `REACH` samples to both sides, from
-    what is left of the axes before it. So spectra, level and coherence between the axes are the filters', and the
-    networks shape what those cannot say. Between materials the filters are mixed as `ar_texture`'s are, the ones
-    between axes linearly.
+    An axis' model foresees it from its own past; its error is foreseen, `REACH` samples to both sides, from the
+    errors of the axes before it; and what is left after that once more from its own past. So spectra, level and
+    coherence between the axes are the filters', and the networks shape what those cannot say. Between materials
+    the filters are mixed as `ar_texture`'s are, the ones between axes linearly.
 
     Attributes
     ----------
     couplings : list of float64 arrays, shape (axis, axis, 2 reach + 1)
         Per material; [i, j] foresees axis i from axis j < i.
-    shares : list of float64 arrays, shape (axis,)
-        Per material; the power that is left of each axis' error after that.
+    rests : list of AutoregressiveModel
+        Per material; of what is left of each axis' error, at unit variance, after that.
     """
 
     def __init__(self, config: Config, kind: SignalKind) -> None:
         self.config, self.kind = config, kind
         self.models: list[AutoregressiveModel] = []
         self.couplings: list[Array] = []
-        self.shares: list[Array] = []
+        self.rests: list[AutoregressiveModel] = []
         self.reach = REACH if len(kind.axes) > 1 else 0
 
     @property
     def lead(self) -> int:
-        """The highest order, and what the coupling reaches over at both ends."""
-        return max((model.order for model in self.models), default=0) + 2 * self.reach
+        """The highest orders, and what the coupling reaches over at both ends."""
+        orders = [max((model.order for model in part), default=0) for part in (self.models, self.rests)]
+        return sum(orders) + 2 * self.reach
 
     @property
     def settle(self) -> int:
@@ -66,65 +67,73 @@ class Whitened:
 
     def fit(self, examples: Sequence[Example]) -> dict[str, float]:
         """Fit a model and the couplings per material."""
-        self.models, self.couplings, self.shares = [], [], []
+        self.models, self.couplings, self.rests = [], [], []
         for name in self.kind.materials:
             signals = [example.signal for example in examples if example.material == name]
             most = min(MAX_ORDER, max(map(len, signals)) // 3)
             model = fit_autoregressive(signals, order=self.config.order, max_order=most)
-            long = [signal.samples for signal in signals if len(signal) > model.order + 2 * self.reach]
-            coupling, share = _couple([_error(model, x) for x in long], len(self.kind.axes), self.reach)
+            errors = [
+                _error(model, signal.samples)
+                for signal in signals
+                if len(signal) > model.order + 4 * self.reach
+            ]
+            coupling = _couple(errors, len(self.kind.axes), self.reach)
+            left = [signals[0].with_samples(self._left(error, coupling)) for error in errors]
+            order = self.config.order if self.reach else 0
             self.models.append(model)
             self.couplings.append(coupling)
-            self.shares.append(share)
+            self.rests.append(fit_autoregressive(left, order=order, max_order=most))
         return {"order": float(np.mean([model.order for model in self.models]))}
 
     def inside(self, x: NDArray[np.float32], material: int) -> NDArray[np.float32]:
         """See `tactogram.models.stroke_gan.domain.Domain`."""
-        model, coupling = self.models[material], self.couplings[material]
-        error = _error(model, x[:, self.lead - 2 * self.reach - model.order :])
+        model, rest = self.models[material], self.rests[material]
+        needed = model.order + rest.order + 2 * self.reach
+        error = _error(model, x[:, self.lead - needed :])
+        return _error(rest, self._left(error, self.couplings[material])).astype(np.float32)
+
+    def _left(self, error: Array, coupling: Array) -> Array:
+        """Return errors (axis, time) less what the axes before foresee, (axis, time - 2 reach)."""
         left = error[:, self.reach : error.shape[1] - self.reach].copy()
         for i in range(1, len(error)):
             for j in range(i):
                 left[i] -= np.convolve(error[j], coupling[i, j], "valid")
-        return (left / np.sqrt(self.shares[material])[:, None]).astype(np.float32)
+        return left
 
     def outside(self, y: NDArray[np.float32], weights: NDArray[np.float64]) -> Signal:
         """See `tactogram.models.stroke_gan.domain.Domain`."""
-        model, parts = mix(self.models, weights), weights / weights.sum()
-        coupling = np.tensordot(parts, np.array(self.couplings), 1)
-        error = y * np.sqrt(np.tensordot(parts, np.array(self.shares), 1))[:, None]
+        model, rest = mix(self.models, weights), mix(self.rests, weights)
+        coupling = np.tensordot(weights / weights.sum(), np.array(self.couplings), 1)
+        error = _driven(rest, y)
         for i in range(1, len(error)):
             for j in range(i):
                 error[i] += np.convolve(error[j], coupling[i, j], "same")
-        error *= _unit(model)
-        rows = zip(error, model.coefficients, strict=True)
-        x = np.array([lfilter([1.0], taps, row) for row, taps in rows])
-        x = x[:, self.settle - self.reach : x.shape[1] - self.reach] + np.asarray(model.mean)[:, None]
+        x = _driven(model, error)
+        x = x[:, self.settle - self.reach : x.shape[1] - self.reach]
         return Signal(x.astype(np.float32), self.kind.rate, self.kind.unit, self.kind.axes)
 
     def state(self) -> dict[str, Any]:
         """Return the filters."""
         return {
-            "models": [
-                {"reflection": m.reflection, "innovation": m.innovation, "mean": m.mean} for m in self.models
-            ],
+            "models": [_parts(model) for model in self.models],
             "couplings": self.couplings,
-            "shares": self.shares,
+            "rests": [_parts(model) for model in self.rests],
         }
 
     def load_state(self, state: Mapping[str, Any]) -> None:
         """Go on from `state`."""
-        self.models = [
-            AutoregressiveModel(
-                **{name: np.asarray(value, np.float64) for name, value in model.items()},
-                rate=self.kind.rate,
-                unit=self.kind.unit,
-                axes=self.kind.axes,
-            )
-            for model in state["models"]
-        ]
+        self.models, self.rests = (
+            [self._model(parts) for parts in state[name]] for name in ("models", "rests")
+        )
         self.couplings = [np.asarray(value, np.float64) for value in state["couplings"]]
-        self.shares = [np.asarray(value, np.float64) for value in state["shares"]]
+
+    def _model(self, parts: Mapping[str, Any]) -> AutoregressiveModel:
+        arrays = {name: np.asarray(value, np.float64) for name, value in parts.items()}
+        return AutoregressiveModel(**arrays, rate=self.kind.rate, unit=self.kind.unit, axes=self.kind.axes)
+
+
+def _parts(model: AutoregressiveModel) -> dict[str, Any]:
+    return {"reflection": model.reflection, "innovation": model.innovation, "mean": model.mean}
 
 
 def _unit(model: AutoregressiveModel) -> Array:
@@ -134,17 +143,26 @@ def _unit(model: AutoregressiveModel) -> Array:
     return result
 
 
-def _error(model: AutoregressiveModel, x: NDArray[np.float32]) -> Array:
+def _error(model: AutoregressiveModel, x: NDArray[Any]) -> Array:
     """Return what the model does not foresee of (axis, time) samples, (axis, time - order), at unit variance."""
     deviation = x - np.asarray(model.mean)[:, None]
     rows = zip(deviation, model.coefficients, strict=True)
     return np.array([np.convolve(row, taps, "valid") for row, taps in rows]) / _unit(model)
 
 
-def _couple(errors: Sequence[Array], axes: int, reach: int) -> tuple[Array, Array]:
-    """Return the filters that foresee each axis from those before it by least squares, and the power left."""
+def _driven(model: AutoregressiveModel, error: NDArray[Any]) -> Array:
+    """Return what the model's filters, from rest, make of errors of unit variance, (axis, time)."""
+    rows = zip(error * _unit(model), model.coefficients, strict=True)
+    driven: Array = np.array([lfilter([1.0], taps, row) for row, taps in rows])
+    return driven + np.asarray(model.mean)[:, None]
+
+
+def _couple(errors: Sequence[Array], axes: int, reach: int) -> Array:
+    """Return the filters that foresee each axis from those before it, by least squares."""
     width = 2 * reach + 1
-    coupling, share = np.zeros((axes, axes, width)), np.ones(axes)
+    coupling = np.zeros((axes, axes, width))
+    if axes == 1:
+        return coupling
     size = axes * (width + 1)
     gram = np.zeros((size, size))
     for error in errors:
@@ -162,6 +180,4 @@ def _couple(errors: Sequence[Array], axes: int, reach: int) -> tuple[Array, Arra
         inner = gram[known, known] + 1e-3 * power * np.eye(i * width)
         taps = np.linalg.solve(inner, gram[known, own])
         coupling[i, :i] = taps.reshape(i, width)[:, ::-1]
-        left = power - 2 * taps @ gram[known, own] + taps @ gram[known, known] @ taps
-        share[i] = max(left / power, 1e-6)
-    return coupling, share
+    return coupling

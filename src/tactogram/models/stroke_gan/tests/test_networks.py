@@ -1,9 +1,11 @@
+import math
+
 import pytest
 import torch
 
 from tactogram.models.stroke_gan.config import Config
 from tactogram.models.stroke_gan.excitation import split_bands
-from tactogram.models.stroke_gan.networks import Discriminator, Generator
+from tactogram.models.stroke_gan.networks import Discriminator, Generator, Periodic
 
 NARROW = Config(channels=(16, 8, 4, 2, 1))  # the published layout, a 64th of its channels
 AXES, CLASSES = 3, 9
@@ -141,3 +143,26 @@ def test_generator_of_noise_begins_as_plain_noise():
         made = network(torch.rand(8, 100), torch.ones(8, 1), split_bands(noise, 3))
     assert made.std().item() == pytest.approx(1, abs=0.2)
     assert torch.corrcoef(torch.stack((made.flatten(), noise.flatten())))[0, 1] > 0.95
+
+
+def test_sinusoids_have_their_frequencies_and_labels_mix_in_them():
+    config = Config(channels=(16, 8, 4), residual="autoregressive", noise_bands=2, sinusoids=6)
+    periodic = Periodic(config, axes=2, labels=3)
+    latent = torch.rand(1, 12, generator=torch.Generator().manual_seed(0)) * 2 - 1
+    with torch.no_grad():
+        periodic.wave.zero_()
+        periodic.wave[1, 4, 0] = 1.0  # sine 4 in the first axis of label 1
+    label = torch.eye(3)
+    hidden, wave = periodic(latent, label[1:2])
+    assert hidden.shape == (1, 1, config.length // 4, 4)
+    assert wave.shape == (1, 2, config.length)
+    assert not wave[0, 1].any()
+    spectrum = torch.fft.rfft(wave[0, 0] * torch.hann_window(config.length)).abs()
+    step = math.log(0.2 * config.length / 8) / 6
+    expected = 8 / config.length * math.exp(step * (4.5 + latent[0, 4].item() / 2))
+    assert spectrum.argmax().item() / config.length == pytest.approx(expected, abs=1 / config.length)
+    both = periodic(latent, 0.5 * label[:1] + 0.5 * label[1:2])
+    for mixed, one, other in zip(
+        both, periodic(latent, label[:1]), periodic(latent, label[1:2]), strict=True
+    ):
+        torch.testing.assert_close(mixed, (one + other) / 2)

@@ -1,0 +1,90 @@
+import numpy as np
+import pytest
+from scipy.signal import coherence, lfilter, welch
+
+from tactogram.model import Example, SignalKind
+from tactogram.models.stroke_gan.config import Config
+from tactogram.models.stroke_gan.whitened import REACH, Whitened
+from tactogram.signal import Signal
+
+KIND = SignalKind(1000.0, "m/s^2", ("x", "y", "z"), ("cork", "tile"))
+GRAVITY = np.array([[0], [0], [9.81]])
+CONFIG = Config(channels=(4, 4, 4), residual="autoregressive", order=12)
+
+
+def surface(material, seed, length=6000):
+    """Simulated: z is x through a filter, 5 samples later, and a little of its own; y is by itself."""
+    x, y, z = np.random.default_rng(seed).standard_normal((3, length + 500))
+    x = lfilter([1], [1, -1.2, 0.7] if material == "cork" else [1, 0.5], x)
+    z = np.roll(lfilter([1, 0.5], [1, -0.6], x), 5) + 0.4 * z
+    signal = np.array([x, lfilter([1], [1, -0.8], y), z])[:, 500:] * (0.1 if material == "cork" else 2.0)
+    return Example(f"{material}{seed}", Signal(signal + GRAVITY, 1000.0, "m/s^2"), material)
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    domain = Whitened(CONFIG, KIND)
+    domain.fit([surface(name, seed) for name in KIND.materials for seed in range(4)])
+    return domain
+
+
+def noise(domain, material, length=60_000):
+    """What the filters make of white noise."""
+    y = np.random.default_rng(0).standard_normal((3, domain.settle + length)).astype(np.float32)
+    return domain.outside(y, np.eye(2)[material])
+
+
+@pytest.mark.parametrize("material", [0, 1])
+def test_inside_is_white_in_every_axis_and_between_them(fitted, material):
+    example = surface(KIND.materials[material], 9)
+    inside = fitted.inside(example.signal.samples, material).astype(np.float64)
+    assert inside.shape == (3, len(example.signal) - fitted.lead)
+    assert inside.std(1) == pytest.approx([1, 1, 1], rel=0.1)
+    spectrum = np.fft.rfft(inside)
+    for i in range(3):
+        for j in range(i + 1):
+            r = np.fft.irfft(spectrum[i] * spectrum[j].conj()) / inside.shape[1]
+            r[0] -= i == j
+            assert np.abs(np.concatenate((r[:60], r[-60:]))).max() < 0.09
+
+
+@pytest.mark.parametrize("material", [0, 1])
+def test_noise_outside_has_spectrum_level_and_coherence_of_the_recordings(fitted, material):
+    real, made = surface(KIND.materials[material], 9, 60_000).signal, noise(fitted, material)
+    assert len(made) == 60_000
+    assert made.samples[2].mean() == pytest.approx(9.81, rel=0.05)
+    for axis in range(3):
+        _, a = welch(real.samples[axis], nperseg=256)
+        _, b = welch(made.samples[axis], nperseg=256)
+        assert np.sqrt(np.mean((10 * np.log10(a[2:-2] / b[2:-2])) ** 2)) < 1.0
+    for pair in ((0, 1), (0, 2), (1, 2)):
+        _, a = coherence(*(real.samples[i] for i in pair), nperseg=256)
+        _, b = coherence(*(made.samples[i] for i in pair), nperseg=256)
+        assert np.abs(a - b).mean() < 0.05
+    assert REACH >= 5
+
+
+def test_between_two_materials_the_level_is_between(fitted):
+    levels = [noise(fitted, m).samples[0].std() for m in (0, 1)]
+    y = np.random.default_rng(0).standard_normal((3, fitted.settle + 20_000)).astype(np.float32)
+    half = fitted.outside(y, np.array([0.5, 0.5])).samples[0].std()
+    assert half == pytest.approx(np.sqrt(levels[0] * levels[1]), rel=0.1)
+
+
+def test_state_comes_back(fitted):
+    other = Whitened(CONFIG, KIND)
+    other.load_state(fitted.state())
+    np.testing.assert_array_equal(noise(other, 0, 500).samples, noise(fitted, 0, 500).samples)
+
+
+def test_a_silent_axis_stays_silent():
+    random = np.random.default_rng(0)
+    data = [
+        Example(str(i), Signal(random.standard_normal((3, 2000)) * [[1], [0], [1]], 1000.0, "m/s^2"), name)
+        for i, name in enumerate(KIND.materials)
+    ]
+    domain = Whitened(CONFIG, KIND)
+    domain.fit(data)
+    assert np.isfinite(domain.inside(data[0].signal.samples, 0)).all()
+    made = noise(domain, 0, 500)
+    assert np.isfinite(made.samples).all()
