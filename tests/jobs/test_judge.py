@@ -102,7 +102,7 @@ def test_the_report_shows_and_plays_it(figures, voice):
     ):
         assert f">{heading}</h2>" in page
     assert page.count("<audio") == 4 * 4
-    assert page.count("<img") == 2 + 4
+    assert page.count("<img") == 2 + 2 + 4  # where it stands, every measure; pairs of spectrograms; spectra
     assert "Simulated data" in page
     assert "coverage" in page
     assert not re.search(r'(src|href)="(?!data:|#)', page)
