@@ -16,6 +16,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from tactogram.errors import ParameterError
 from tactogram.model import Example, SignalKind
 from tactogram.models.stroke_gan.config import Config
 from tactogram.signal import Signal
@@ -66,17 +67,25 @@ class Whitened:
         return self.config.length
 
     def fit(self, examples: Sequence[Example]) -> dict[str, float]:
-        """Fit a model and the couplings per material."""
+        """Fit a model, the couplings and a model of the rest per material.
+
+        Raises
+        ------
+        ParameterError
+            If no recording of a material is long enough.
+        """
         self.models, self.couplings, self.rests = [], [], []
         for name in self.kind.materials:
             signals = [example.signal for example in examples if example.material == name]
             most = min(MAX_ORDER, max(map(len, signals)) // 3)
             model = fit_autoregressive(signals, order=self.config.order, max_order=most)
-            errors = [
-                _error(model, signal.samples)
-                for signal in signals
-                if len(signal) > model.order + 4 * self.reach
-            ]
+            least = model.order + 4 * self.reach
+            errors = [_error(model, signal.samples) for signal in signals if len(signal) > least]
+            if not errors:
+                raise ParameterError(
+                    f"a recording of {name} must have more than {least} samples, got {max(map(len, signals))} at "
+                    'most; set config.residual = "none"'
+                )
             coupling = _couple(errors, len(self.kind.axes), self.reach)
             left = [signals[0].with_samples(self._left(error, coupling)) for error in errors]
             order = self.config.order if self.reach else 0
@@ -154,7 +163,8 @@ def _driven(model: AutoregressiveModel, error: NDArray[Any]) -> Array:
     """Return what the model's filters, from rest, make of errors of unit variance, (axis, time)."""
     rows = zip(error * _unit(model), model.coefficients, strict=True)
     driven: Array = np.array([lfilter([1.0], taps, row) for row, taps in rows])
-    return driven + np.asarray(model.mean)[:, None]
+    driven += np.asarray(model.mean)[:, None]
+    return driven
 
 
 def _couple(errors: Sequence[Array], axes: int, reach: int) -> Array:

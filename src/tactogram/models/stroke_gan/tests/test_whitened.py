@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from scipy.signal import coherence, lfilter, welch
 
+from tactogram.errors import ParameterError
 from tactogram.model import Example, SignalKind
 from tactogram.models.stroke_gan.config import Config
 from tactogram.models.stroke_gan.whitened import REACH, Whitened
@@ -88,3 +89,9 @@ def test_a_silent_axis_stays_silent():
     assert np.isfinite(domain.inside(data[0].signal.samples, 0)).all()
     made = noise(domain, 0, 500)
     assert np.isfinite(made.samples).all()
+
+
+def test_recordings_too_short_for_the_filters_are_refused():
+    data = [surface(name, 0, 200) for name in KIND.materials]
+    with pytest.raises(ParameterError, match="of cork must have more than 268 samples, got 200 at most"):
+        Whitened(CONFIG, KIND).fit(data)
