@@ -106,7 +106,7 @@ class Periodic(nn.Module):
         centres = lowest + self.step * (torch.arange(config.sinusoids) + 0.5)
         self.register_buffer("centres", centres, persistent=False)
         self.hidden = nn.Parameter(0.1 * torch.randn(labels, config.sinusoids, config.channels[-1]))
-        self.wave = nn.Parameter(0.02 * torch.randn(labels, 2 * config.sinusoids, axes))
+        self.wave = nn.Parameter(0.05 * torch.randn(labels, 2 * config.sinusoids, axes))
 
     def forward(self, latent: Tensor, label: Tensor) -> tuple[Tensor, Tensor]:
         """Return what is added to the hidden layer, (batch, 1, time / 4, channel), and out, (batch, axis, time)."""
