@@ -25,8 +25,8 @@ from tactogram.signal.io import write_signal
 MARK = "made-by-tactogram-demo"
 UNKNOWN = "cork-sheet"
 """The surface that is left out of training, to see whether "none of these" is said."""
-PER_CLASS, CLASSIFIER_STEPS, GENERATOR_STEPS = 16, 220, 150
-JUDGING = Judging(steps=300)
+PER_CLASS, CLASSIFIER_STEPS, GENERATOR_STEPS = 16, 220, 100
+JUDGING = Judging(steps=200)
 MIX = ("tile", "carpet")
 
 
