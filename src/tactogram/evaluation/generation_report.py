@@ -219,7 +219,7 @@ def _examples(result: GenerationResult, recorded: BySet, sets: Mapping[str, BySe
     shown_materials = result.materials[:MOST_SHOWN]
     for start in range(0, len(shown_materials), SIDE_BY_SIDE):
         some = {
-            material: {"recorded": recorded[material][0], "generated": sets[MODEL][material][0]}
+            material: _alike_long(recorded=recorded[material][0], generated=sets[MODEL][material][0])
             for material in shown_materials[start : start + SIDE_BY_SIDE]
         }
         caption = (
@@ -236,6 +236,12 @@ def _examples(result: GenerationResult, recorded: BySet, sets: Mapping[str, BySe
     if len(result.materials) > MOST_SHOWN:
         blocks.append(Text(f"The first {MOST_SHOWN} of {len(result.materials)} materials are shown."))
     return blocks
+
+
+def _alike_long(**signals: Signal) -> dict[str, Signal]:
+    """Return the beginnings of ``signals`` that all of them have."""
+    length = min(map(len, signals.values()))
+    return {name: signal.cut(0, length) for name, signal in signals.items()}
 
 
 def _protocol(result: GenerationResult) -> list[Block]:
