@@ -39,7 +39,9 @@ def test_down_is_a_strided_convolution(kernel, stride, fine, coarse):
 
 
 @shapes
-def test_up_is_a_transposed_convolution(kernel, stride, fine, coarse):
+@pytest.mark.parametrize("few", [0, 512])
+def test_up_is_a_transposed_convolution(kernel, stride, fine, coarse, few, monkeypatch):
+    monkeypatch.setattr(module, "FEW", few)
     y, w = drawn(3, 8, coarse), drawn(kernel, fine, coarse, seed=1)
     torch.testing.assert_close(up(y, w, stride=stride), plain_up(y, w, stride))
 

@@ -30,6 +30,12 @@ GATHERED = 1 << 21
 """Numbers of windows gathered at once (8 MiB): they stay in the cache between the gather and the product."""
 
 
+SPREAD = 12
+"""Coarse channels per fine one beyond which spreading products costs less than gathering windows."""
+FEW = 512
+"""Coarse samples below which putting the weights in order costs more than it saves."""
+
+
 def down(x: Tensor, weight: Tensor, *, stride: int) -> Tensor:
     """Return the convolution of ``x`` with ``weight`` at every ``stride``-th sample.
 
@@ -251,23 +257,26 @@ def _up(y: Tensor, weight: Tensor, stride: int) -> Tensor:
     after = (stride - 1 + left) // stride  # … and back
     blocks = before + 1 + after
     lead = stride * after - left
-    taps = F.pad(weight, (0, 0, 0, 0, lead, blocks * stride - kernel - lead))
-    taps = taps.view(blocks, stride * fine, coarse)
+    margin = (0, 0, lead, blocks * stride - kernel - lead)  # makes whole blocks of the taps
     items, time, _ = y.shape
     x = y.new_empty(items, time, stride * fine)
-    if coarse > 12 * fine:  # few fine channels: cheaper to spread products than to gather windows
-        matrix = taps.reshape(-1, coarse).T  # C, J S F
-        for start in range(0, items, at_once := max(1, GATHERED // (time * matrix.shape[1]))):
-            chunk = y[start : start + at_once]
-            products = (chunk.reshape(-1, coarse) @ matrix).view(len(chunk), time, blocks, stride * fine)
-            spread = products.new_zeros(len(chunk), time + blocks - 1, stride * fine)
+    if coarse > SPREAD * fine or items * time < FEW:
+        matrix = weight.reshape(-1, coarse).T  # C, K F
+        at_once = max(1, GATHERED // (time * blocks * stride * fine))
+        for start in range(0, items, at_once):
+            part = y[start : start + at_once]
+            products = (part.reshape(-1, coarse) @ matrix).view(-1, kernel, fine)
+            products = F.pad(products, margin).view(len(part), time, blocks, stride * fine)
+            spread = products.new_zeros(len(part), time + blocks - 1, stride * fine)
             for j in range(blocks):
                 spread[:, j : j + time] += products[:, :, j]
-            x[start : start + len(chunk)] = spread[:, after : after + time]
+            x[start : start + len(part)] = spread[:, after : after + time]
     else:
-        matrix = taps.flip(0).transpose(1, 2).reshape(blocks * coarse, stride * fine)  # J C, S F
-        for part, windows in _blocks(y, before, after):
-            torch.mm(windows, matrix, out=x[part].view(-1, stride * fine))
+        taps = F.pad(weight.transpose(1, 2), (0, 0, 0, 0, *margin[2:]))  # K.., C, F
+        taps = taps.view(blocks, stride, coarse, fine).flip(0).transpose(1, 2)
+        matrix = taps.reshape(blocks * coarse, stride * fine)  # J C, S F
+        for portion, windows in _blocks(y, before, after):
+            torch.mm(windows, matrix, out=x[portion].view(-1, stride * fine))
     return x.view(items, time * stride, fine)
 
 
