@@ -233,8 +233,9 @@ def test_domain_goes_both_ways(values):
 def test_labels_are_learned(values):
     made = trained(values | {"steps": 40, "learning_rate": 2e-3, "adversarial": 1.0})
     levels = {name: made.generate({"material": name}, seconds=3, seed=0).samples[0].std() for name in COLOURS}
-    if values is OURS:
-        assert levels["cork"] < levels["tile"] * 3
+    if values is OURS:  # the filters' part; a few steps of the networks alone do not get there
+        recorded = {e.material: e.signal.samples[0].std() for e in examples()}
+        assert all(0.6 < levels[name] / recorded[name] < 1.6 for name in COLOURS)
     assert len({round(float(level), 4) for level in levels.values()}) == 3
 
 
