@@ -32,7 +32,11 @@ def test_spatial_frequency_times_speed_is_what_is_felt(period, speed, contactor)
     felt = feel(ridges, contactor, steady(speed), start_mm=(0, 0), direction_deg=0)
     f, power = welch(felt.normal[2000:], RATE, nperseg=len(felt.normal) - 2000)
     expected = speed * round(PATCH_MM / period) / PATCH_MM
-    assert f[np.argmax(power)] == pytest.approx(expected, abs=1.5 * f[1])
+    harmonic = np.round(f / expected)
+    on_comb = (np.abs(f - harmonic * expected) <= 2 * f[1]) & (harmonic >= 1)
+    # A slow pen feels a fine grating twice per period as strongly as once, so the strongest line alone says nothing.
+    assert power[on_comb].sum() > 0.9 * power.sum()
+    assert power[on_comb & (harmonic == 1)].sum() > 0.25 * power.sum()
 
 
 @pytest.mark.parametrize("contactor", [FINGER, PEN])
