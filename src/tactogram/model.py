@@ -93,12 +93,16 @@ class Example:
         Its class.
     condition : mapping
         What else is known of it, under names from `CONDITIONS`.
+    photographs : sequence of Image
+        Photographs of the same surface that this part of the split may use, cut to the region it may use.
+        Decoded when asked for, so holding an example holds no picture.
     """
 
     id: str
     signal: Signal
     material: str | None = None
     condition: Condition = field(default_factory=dict)
+    photographs: Sequence[Image] = ()
 
 
 @dataclass(frozen=True)
