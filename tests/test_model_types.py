@@ -40,3 +40,12 @@ def test_a_kind_refuses_another_rate():
     kind.check(Signal(np.zeros((3, 4)), 330, "m/s^2"))
     with pytest.raises(ParameterError, match="signal must be 330 Hz.*got 1000 Hz"):
         kind.check(Signal(np.zeros((3, 4)), 1000, "m/s^2"))
+
+
+def test_a_kind_over_displacement_refuses_a_signal_over_time():
+    kind = SignalKind(40, "1", ("friction",), domain="displacement")
+    kind.check(Signal(np.zeros((1, 4)), 40, "1", ("friction",), "displacement"))
+    with pytest.raises(ParameterError, match="must be 40 samples per mm.*got 40 Hz"):
+        kind.check(Signal(np.zeros((1, 4)), 40, "1", ("friction",)))
+    with pytest.raises(ParameterError, match="domain must be 'time' or 'displacement'"):
+        SignalKind(40, "1", ("friction",), domain="space")

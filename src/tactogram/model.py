@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.signal import Image, Signal
+from tactogram.signal.signal import Domain
 
 CONDITIONS: Mapping[str, str] = {
     "material": "weight per material name, e.g. {'cork': 0.6, 'tile': 0.4}; a lone name is weight 1",
@@ -118,6 +119,8 @@ class SignalKind:
         The classes, sorted.
     simulated : bool
         Whether any of the training data was simulated.
+    domain : {"time", "displacement"}
+        What the signals run over; over displacement ``rate`` is in samples per mm.
     """
 
     rate: float
@@ -125,15 +128,22 @@ class SignalKind:
     axes: tuple[str, ...]
     materials: tuple[str, ...] = ()
     simulated: bool = False
+    domain: Domain = "time"
+
+    def __post_init__(self) -> None:
+        if self.domain not in ("time", "displacement"):
+            raise ParameterError(f"domain must be 'time' or 'displacement', got {self.domain!r}")
 
     def check(self, signal: Signal) -> None:
-        """Refuse a signal of another rate, unit or set of axes."""
-        got = (signal.rate, signal.unit, signal.axes)
-        if got != (self.rate, self.unit, self.axes):
-            raise ParameterError(
-                f"signal must be {self.rate:g} Hz, {self.unit}, axes {','.join(self.axes)}; "
-                f"got {signal.rate:g} Hz, {signal.unit}, axes {','.join(signal.axes)}"
-            )
+        """Refuse a signal of another rate, unit, set of axes or domain."""
+        got = (signal.rate, signal.unit, signal.axes, signal.domain)
+        if got != (self.rate, self.unit, self.axes, self.domain):
+            raise ParameterError(f"signal must be {_kind(self)}; got {_kind(signal)}")
+
+
+def _kind(signal: Signal | SignalKind) -> str:
+    per = "Hz" if signal.domain == "time" else "samples per mm"
+    return f"{signal.rate:g} {per}, {signal.unit}, axes {','.join(signal.axes)}"
 
 
 @runtime_checkable

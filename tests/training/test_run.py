@@ -66,6 +66,16 @@ def test_a_finished_run_has_weights_without_optimisers(run):
     assert (run.folder / "model.safetensors").stat().st_size < 1000
 
 
+def test_a_kind_keeps_its_domain_and_runs_from_before_it_are_over_time(run):
+    kind = SignalKind(40.0, "1", ("friction",), ("felt",), domain="displacement")
+    run.finish(Counter(), kind, {"model": "counter"})
+    assert run.kind() == kind
+    facts = run.read_json("model.json")
+    del facts["kind"]["domain"]
+    run.write_json("model.json", facts)
+    assert run.kind().domain == "time"
+
+
 def test_a_folder_without_a_run_is_refused(tmp_path):
     with pytest.raises(RunError, match="not a run"):
         Run.open(tmp_path)

@@ -201,7 +201,7 @@ def signal_kind(examples: Sequence[Example], *, simulated: bool | None = None) -
     if simulated is None:
         simulated = isinstance(examples, Examples) and examples.simulated
     materials = tuple(sorted({e.material for e in examples if e.material is not None}))
-    return SignalKind(first.rate, first.unit, first.axes, materials, simulated)
+    return SignalKind(first.rate, first.unit, first.axes, materials, simulated, first.domain)
 
 
 def random_windows(signal: Signal, count: int, length: int, rng: np.random.Generator) -> NDArray[np.float32]:
