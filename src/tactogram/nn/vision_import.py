@@ -1,0 +1,101 @@
+"""The one place where torchvision, and what imports it, is imported: the extra ``vision``.
+
+torchvision's compiled operators belong to one build of torch. Where the two do not match (a CUDA build of
+torchvision beside a CPU build of torch, the usual accident), ``import torchvision`` fails with "operator
+torchvision::nms does not exist", and so does everything that imports it. Networks, their weight files and the
+transforms need no compiled operator, so the two that are missed at import are declared and the import tried again;
+``torchvision.ops.nms`` and ``torchvision.io.read_image`` stay out of reach (pictures are read with Pillow).
+"""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from functools import cache
+from importlib import import_module
+from types import ModuleType
+
+import torch
+
+from tactogram.errors import MissingExtraError
+
+OPERATORS = ("nms", "qnms")
+"""What torchvision registers at import and cannot without its compiled library."""
+
+
+@cache
+def torchvision() -> ModuleType:
+    """Return torchvision, imported even where its compiled operators do not load.
+
+    Raises
+    ------
+    MissingExtraError
+        If it is not installed, or does not import for another reason; names the extra ``vision``.
+    """
+    try:
+        return _import("torchvision")
+    except ModuleNotFoundError as error:
+        raise _missing("torchvision", error) from error
+    except RuntimeError as error:
+        if "torchvision::nms" not in str(error):
+            raise _broken("torchvision", error) from error
+    for name in [name for name in sys.modules if name.partition(".")[0] == "torchvision"]:
+        del sys.modules[name]
+    _declare_operators()
+    try:
+        return _import("torchvision")
+    except (ImportError, RuntimeError) as error:
+        raise _broken("torchvision", error) from error
+
+
+def vision_module(name: str) -> ModuleType:
+    """Return the module ``name`` of a package of the extra ``vision``, torchvision having been seen to first.
+
+    Parameters
+    ----------
+    name : str
+        For example ``torchvision.models``, ``torchmetrics.image``, ``captum.attr``,
+        ``efficientnet_lite_pytorch``.
+
+    Raises
+    ------
+    MissingExtraError
+        If it is not installed, or does not import; names the extra ``vision``.
+    """
+    torchvision()
+    try:
+        return _import(name)
+    except ModuleNotFoundError as error:
+        raise _missing(name, error) from error
+    except (ImportError, RuntimeError) as error:
+        raise _broken(name, error) from error
+
+
+@cache
+def _declare_operators() -> torch.library.Library:
+    """Declare the operators that are missed; they exist as long as what is returned, hence the cache."""
+    library = torch.library.Library("torchvision", "FRAGMENT")  # type: ignore[no-untyped-call]
+    for name in OPERATORS:
+        schema = f"{name}(Tensor dets, Tensor scores, float iou_threshold) -> Tensor"
+        library.define(schema)  # type: ignore[no-untyped-call]
+    return library
+
+
+def _import(name: str) -> ModuleType:
+    with warnings.catch_warnings():
+        # Said where the library for JPEG and PNG is missing: pictures are not read with it.
+        warnings.filterwarnings("ignore", "Failed to load image Python extension", UserWarning)
+        return import_module(name)
+
+
+def _missing(name: str, error: ModuleNotFoundError) -> MissingExtraError:
+    return MissingExtraError(
+        f"photographs need {name}, and {error.name} is not installed: pip install 'tactogram[vision]'"
+    )
+
+
+def _broken(name: str, error: Exception) -> MissingExtraError:
+    return MissingExtraError(
+        f"{name} does not import ({type(error).__name__}: {str(error).partition(chr(10))[0]}): install the build "
+        "that matches torch, pip install 'tactogram[vision]'"
+    )
