@@ -122,13 +122,13 @@ class Recipe(BaseModel):
         return self.model_dump(mode="json") | {"config": config.model_dump(mode="json")}
 
 
-def parse_changes(assignments: Sequence[str]) -> dict[str, Any]:
+def parse_changes(assignments: Sequence[str], *, option: str = "--set") -> dict[str, Any]:
     """Return ``["prepare.rate=2000", …]`` as values by dotted key; a value is read as TOML, else as text."""
     changes = {}
     for text in assignments:
         key, sign, value = text.partition("=")
         if not (sign and key.strip()):
-            raise ParameterError(f"--set needs KEY=VALUE, got {text!r}")
+            raise ParameterError(f"{option} needs KEY=VALUE, got {text!r}")
         try:
             changes[key.strip()] = tomllib.loads(f"x = {value}")["x"]
         except tomllib.TOMLDecodeError:

@@ -58,8 +58,14 @@ def make_parser() -> argparse.ArgumentParser:
     add("run_folder", metavar="RUN")
     _models_option(add)
     add("--data", metavar="DIR", help="a data set to judge on (default: the run's own test part)")
-
     add("--unknown", action="store_true", help="add the materials that were left out of training")
+    add(
+        "--judging",
+        action="append",
+        metavar="KEY=VALUE",
+        default=[],
+        help="of a generator: steps, window_s, longest_s, most or seed of what it is judged with",
+    )
 
     add = verb("generate", verbs.generate)
     add("run_folder", metavar="RUN")

@@ -158,10 +158,14 @@ def crossval(a: Arguments) -> None:
 def evaluate(a: Arguments) -> None:
     """Judge a run on recordings that it was not trained on."""
     from tactogram.jobs.evaluate import evaluate
+    from tactogram.jobs.judge import Judging
     from tactogram.jobs.progress import shown
+    from tactogram.recipe import parse_changes
+    from tactogram.validation import validated
 
+    judging = validated(Judging, parse_changes(a.judging, option="--judging"), where="--judging")
     with shown() as progress:
-        result = evaluate(a.run_folder, data=a.data, unknown=a.unknown, progress=progress)
+        result = evaluate(a.run_folder, data=a.data, unknown=a.unknown, judging=judging, progress=progress)
     if "measures" in result:
         lines = [
             f"{measure}: " + ", ".join(f"{column} {text_of(value)}" for column, value in row.items())

@@ -20,22 +20,32 @@ from numpy.typing import NDArray
 
 from tactogram.datasets.examples import cores
 from tactogram.errors import ParameterError
+from tactogram.evaluation.generation_copies import memorised
 from tactogram.evaluation.generation_measures import (
     CLASSIFIER_MEASURES,
     EMBEDDING_MEASURES,
     MEMORY_MEASURES,
 )
+from tactogram.evaluation.generation_naming import recognised, transferred
 from tactogram.evaluation.measures import (
     SIGNAL_MEASURES,
     Fit,
     frechet_distance,
     linear_discriminant,
-    nearness,
     precision_recall_density_coverage,
     two_sample_accuracy,
 )
 from tactogram.evaluation.pieces import Cut, Pieces, plan_pieces
-from tactogram.evaluation.standing import CEILING, FLOOR, MODEL, NEAREST, GenerationResult
+from tactogram.evaluation.standing import (
+    CEILING,
+    FLOOR,
+    MODEL,
+    NEAREST,
+    OTHERS,
+    TEST,
+    GenerationResult,
+    Tables,
+)
 from tactogram.model import Classifier
 from tactogram.signal import Signal
 
@@ -43,15 +53,9 @@ T = TypeVar("T")
 Figures = Mapping[str, float | None]
 BySet = Mapping[str, Sequence[Signal]]
 """Signals by material."""
-Tables = dict[str, dict[str, dict[str, float | None]]]
-"""Measure -> material -> column -> value."""
 
-TEST, OTHERS = "test", "others"
-"""The recordings to judge by, and those of every material that was trained on: no columns of a table."""
 NEIGHBOURS = 5
 """k of precision, recall, density and coverage: Naeem et al. 2020."""
-SNIPPET_S = 0.5
-"""Length of what is looked for in the training data, one from the beginning of each piece, s."""
 
 
 class OnPart(Protocol):
@@ -127,15 +131,15 @@ def judge(
         points = _embedded(embed, cut, partial(on_part, "embed"))
         tables |= compared(_embedding_measures, points, on_part=partial(on_part, "compare embeddings"))
     if classifier is not None:
-        tables["recognised_accuracy"] = _recognised(classifier, cut)
+        tables["recognised_accuracy"] = recognised(classifier, cut)
     if len(test) < 2 or pieces.count < 2:
         notes.append("Trained and tested on generated left out: that needs two materials of two pieces each.")
     else:
         try:
-            tables |= _transferred(fit, cut)
+            tables |= transferred(fit, cut)
         except ParameterError as error:
             notes.append(f"Trained and tested on generated left out: {error}")
-    tables |= _memorised(cut, train, workers, partial(on_part, "look for copies"))
+    tables |= memorised(cut, train, workers, partial(on_part, "look for copies"))
     tables = {name: rows for name, rows in tables.items() if _known(rows)}
     known = {**EMBEDDING_MEASURES, **CLASSIFIER_MEASURES, **MEMORY_MEASURES}
     return GenerationResult(
@@ -262,101 +266,6 @@ def _told_apart(real: _Points, made: _Points) -> float:
         one_groups=numbers[0].tolist(),
         other_groups=numbers[1].tolist(),
     ).accuracy
-
-
-def _recognised(
-    classifier: Classifier, cut: Mapping[str, Mapping[str, Cut]]
-) -> dict[str, dict[str, float | None]]:
-    """Return the share of each set's pieces that ``classifier`` names rightly; the floor is the test pieces."""
-
-    def share(material: str, signals: Sequence[Signal]) -> float:
-        place = classifier.materials.index(material)
-        return float(np.mean([int(np.argmax(classifier.probabilities(s))) == place for s in signals]))
-
-    table: dict[str, dict[str, float | None]] = {}
-    for material in cut[TEST]:
-        table[material] = _guessing(len(cut[TEST]))
-        for column in cut:
-            if column not in (TEST, OTHERS):
-                tested = cut[TEST if column == FLOOR else column][material]
-                table[material][column] = share(material, tested.signals)
-    return table
-
-
-def _transferred(fit: Fit, cut: Mapping[str, Mapping[str, Cut]]) -> Tables:
-    """Return both ways of a classifier between a set and the real: trained on it, and tested on it."""
-
-    def trained(part: Mapping[str, Cut]) -> Callable[[Sequence[Signal]], Sequence[str]]:
-        signals = [signal for held in part.values() for signal in held.signals]
-        return fit(signals, [material for material, held in part.items() for _ in held.signals])
-
-    tables: Tables = {
-        name: {m: {} for m in cut[TEST]}
-        for name in ("tested_on_generated_accuracy", "trained_on_generated_accuracy")
-    }
-    on_real = trained(cut[FLOOR])
-    for column, part in cut.items():
-        if column in (TEST, OTHERS):
-            continue
-        on_it = on_real if column == FLOOR else trained(part)
-        for material, held in part.items():
-            asked = {
-                "tested_on_generated_accuracy": (on_real, cut[TEST][material] if column == FLOOR else held),
-                "trained_on_generated_accuracy": (on_it, cut[TEST][material]),
-            }
-            for name, (classify, tested) in asked.items():
-                answers = classify(tested.signals)
-                tables[name][material][column] = float(np.mean([answer == material for answer in answers]))
-    for table in tables.values():
-        for row in table.values():
-            row.update(_guessing(len(cut[TEST])))
-    return tables
-
-
-def _memorised(
-    cut: Mapping[str, Mapping[str, Cut]],
-    train: BySet,
-    workers: int | None,
-    on_part: Callable[[int, int], None],
-) -> Tables:
-    """Return how near each set comes to its training data, as `measures.memorisation` does.
-
-    The floor of the share is what new draws of the same kind reach by chance: the largest of n + 1 is the new one
-    once in n + 1 times.
-    """
-    columns = [name for name in cut if name not in (TEST, OTHERS, FLOOR)]
-    first = next(iter(cut[TEST].values())).signals[0]
-    length = min(round(SNIPPET_S * first.rate), len(first))
-    if length < 2:
-        return {}
-
-    def near(held: Cut, material: str) -> NDArray[np.float64]:
-        long = [signal for signal in train[material] if len(signal) >= length]
-        return nearness([s.cut(0, length) for s in held.signals], long, seconds=length / first.rate)
-
-    def rows(material: str) -> tuple[dict[str, float | None], dict[str, float | None]]:
-        unseen = near(cut[TEST][material], material)
-        found = {column: near(cut[column][material], material) for column in columns}
-        share = {column: float(np.mean(found[column] > unseen.max())) for column in columns}
-        median = {column: float(np.median(found[column])) for column in columns}
-        ends: dict[str, float | None] = {CEILING: 1.0, NEAREST: None}
-        return share | {FLOOR: 1 / (len(unseen) + 1)} | ends, median | {
-            FLOOR: float(np.median(unseen))
-        } | ends
-
-    tables: Tables = {name: {} for name in MEMORY_MEASURES}
-    materials = tuple(cut[TEST])
-    with ThreadPoolExecutor(workers or cores()) as pool:
-        for done, (material, both) in enumerate(zip(materials, pool.map(rows, materials), strict=True), 1):
-            for name, row in zip(MEMORY_MEASURES, both, strict=True):
-                tables[name][material] = row
-            on_part(done, len(materials))
-    return tables
-
-
-def _guessing(materials: int) -> dict[str, float | None]:
-    """Return the ceiling of an accuracy."""
-    return {CEILING: 1 / materials, NEAREST: None}
 
 
 def _answers(cut: Mapping[str, Mapping[str, Cut]]) -> dict[str, int]:

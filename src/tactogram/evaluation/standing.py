@@ -14,7 +14,12 @@ from tactogram.evaluation.measures import wilson
 MODEL, FLOOR, CEILING, NEAREST = "model", "floor", "ceiling", "nearest_other"
 """Columns of a row: the model, real against other real recordings, other materials (mean), the nearest of them."""
 
+TEST, OTHERS = "test", "others"
+"""The recordings to judge by, and those of every material that was trained on: no columns of a row."""
+
 Better = Literal["lower", "higher"]
+Tables = dict[str, dict[str, dict[str, float | None]]]
+"""Measure -> material -> column -> value."""
 Row = Mapping[str, float | None]
 Verdict = Literal["floor", "between", "beyond", "untold"]
 """At the floor or better; between floor and ceiling; beyond the ceiling; the measure does not tell."""

@@ -5,11 +5,12 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from pydantic import BaseModel, ConfigDict, Field
 from threadpoolctl import threadpool_limits
 
 from tactogram import models
@@ -39,27 +40,21 @@ SMALLEST_WINDOW = 8
 """Samples; the largest as in the quick recipe of stroke_cnn, the smallest what its poolings leave something of."""
 
 
-@dataclass(frozen=True)
-class Judging:
-    """How much is spent on judging.
+class Judging(BaseModel):
+    """How much is spent on judging."""
 
-    Parameters
-    ----------
-    steps : int
-        Of training the classifier whose embedding is used.
-    window_s : float
-        Its window, s, up to `LARGEST_WINDOW` samples.
-    longest_s, most : float, int
-        Pieces: see `plan_pieces`.
-    seed : int
-        Decides what is generated, and the classifier.
-    """
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
-    steps: int = 700
-    window_s: float = 0.2
-    longest_s: float = LONGEST_S
-    most: int = MOST_PIECES
-    seed: int = 0
+    steps: int = Field(default=700, gt=0)
+    """Of training the classifier whose embedding is used."""
+    window_s: float = Field(default=0.2, gt=0)
+    """Its window, s, up to `LARGEST_WINDOW` samples."""
+    longest_s: float = Field(default=LONGEST_S, gt=0)
+    """Longest pieces that are compared, s: see `plan_pieces`."""
+    most: int = Field(default=MOST_PIECES, gt=0)
+    """Pieces per material."""
+    seed: int = Field(default=0, ge=0)
+    """Decides what is generated, and the classifier."""
 
     def classifier_config(self, rate: float, shortest: int) -> dict[str, Any]:
         """Return the configuration of a small stroke_cnn for signals of ``rate`` with ``shortest`` samples."""
