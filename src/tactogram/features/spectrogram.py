@@ -120,8 +120,14 @@ class Spectrogram(Levels):
         -------
         tensor, shape (..., bin, frame), in ``low..high``
         """
-        s = self.stft(x)[..., : self.bins, :]
-        return self.value(s.abs() / self._gain(s)[: self.bins])
+        return self.value(self.amplitudes(self.stft(x)))
+
+    def amplitudes(self, s: Tensor) -> Tensor:
+        """Return the amplitudes (of a sinusoid, ``unit``) in a result of `stft`. Differentiable.
+
+        Complex (..., n_fft // 2 + 1, frame) -> (..., bin, frame): the bins that are kept.
+        """
+        return s[..., : self.bins, :].abs() / self._gain(s)[: self.bins]
 
     def magnitude(self, z: Tensor) -> Tensor:
         """Return the magnitude of `stft` that a picture stands for.
@@ -163,11 +169,17 @@ class Spectrogram(Levels):
         ParameterError
             If ``z`` is not finite or not a picture of ``length`` samples.
         """
-        magnitude = self.magnitude(z.detach())
+        return self._recovered(self.magnitude(z.detach()), length, seed)
+
+    def recover(self, amplitudes: Tensor, length: int | None = None, *, seed: int = 0) -> Tensor:
+        """Return samples of the `amplitudes` (..., n_fft // 2 + 1, frame), >= 0, in ``unit``; otherwise `decode`."""
+        return self._recovered(amplitudes.detach() * self._gain(amplitudes), length, seed)
+
+    def _recovered(self, magnitude: Tensor, length: int | None, seed: int) -> Tensor:
         return recover(
             magnitude,
             self.transform,
-            self.length(z.shape[-1]) if length is None else length,
+            self.length(magnitude.shape[-1]) if length is None else length,
             start=self.start,
             iteration=self.iteration,
             iterations=self.iterations,

@@ -1,0 +1,274 @@
+"""A recording <-> the square picture that an image network makes of touch, both directions in one object."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Literal
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+from tactogram.errors import ParameterError
+from tactogram.features.phase import Iteration, Start
+from tactogram.features.spectrogram import Spectrogram
+from tactogram.features.stft import Window
+from tactogram.signal.signal import Domain
+
+Resize = Literal["bilinear", "crop"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpectrogramPicture:
+    """A log-magnitude spectrogram as a picture of one channel in [-1, 1], and the way back.
+
+    The convention of Neshov et al. 2026 (Sec. 4.1, "Vibrotactile Data"): short-time Fourier transform with a
+    Hamming window of 512 and a hop of 128, 257 x 376 magnitudes of a recording of 4.8 s at 10 kHz; 256
+    consecutive frames of it; resized to 256 x 256; logarithm; [-1, 1]. ``picture.crop(samples, first)`` is that.
+
+    Parameters
+    ----------
+    rate : float
+        Samples per second (Hz), or per millimetre when ``domain`` is ``"displacement"``.
+    floor_db, ceiling_db : float, dB re 1 ``unit``
+        Amplitudes (of a sinusoid) that are -1 and 1. Fixed, never read from the data: the paper names none, and
+        with the extremes of each picture no level would come back.
+    unit : str
+        Unit of a sample, one of `tactogram.signal.UNITS`.
+    domain : {"time", "displacement"}
+    n_fft, hop : int, samples
+    window : str or (str, float)
+        Name for `scipy.signal.get_window`.
+    frames : int
+        Frames of a picture: 256 at 10 kHz are 3.28 s.
+    rows, columns : int
+        Size of the picture; row 0 is 0 Hz.
+    resize : {"bilinear", "crop"}
+        How ``n_fft // 2 + 1`` bins become rows. ``bilinear`` is the paper's "resized" (linear amplitudes, before
+        the logarithm); ``crop`` keeps the lowest ``rows`` bins as they are and loses the rest. Frames become
+        columns by ``bilinear`` interpolation, which changes nothing where there are as many.
+    start, iteration, iterations
+        How `signal` finds the phase; see `tactogram.features.recover`. The paper names Griffin-Lim.
+
+    Raises
+    ------
+    ParameterError
+        If a field is not what it should be.
+
+    Notes
+    -----
+    What is lost, each a test in ``tests/features/test_spectrogram_picture.py``:
+
+    * phase; `signal` finds one again;
+    * amplitudes at or below the floor, which come back as 0, and above the ceiling, which come back as it;
+    * by ``bilinear``, of 257 bins in 256 rows, one pattern per column: neighbouring bins up and down in turn
+      around the middle row. The least-norm inverse leaves it out, and gives back anything else. Where fewer rows
+      than that are asked for, all that is finer than a row;
+    * by ``crop``, of 257 bins in 256 rows, the bin at half the rate.
+
+    Levels are absolute: samples times 0.01 come back times 0.01 as long as they stay above the floor.
+    """
+
+    rate: float
+    floor_db: float
+    ceiling_db: float
+    unit: str = "m/s^2"
+    domain: Domain = "time"
+    n_fft: int = 512
+    hop: int = 128
+    window: Window = "hamming"
+    frames: int = 256
+    rows: int = 256
+    columns: int = 256
+    resize: Resize = "bilinear"
+    start: Start = "gradient"
+    iteration: Iteration = "admm+fast_griffin_lim"
+    iterations: int = 64
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "window", self.spectrogram.transform.window)
+        for name in ("frames", "rows", "columns"):
+            value = getattr(self, name)
+            if not (isinstance(value, int) and value >= 2):
+                raise ParameterError(f"{name} must be a whole number >= 2, got {value}")
+        if self.resize not in ("bilinear", "crop"):
+            raise ParameterError(f"resize must be 'bilinear' or 'crop', got {self.resize!r}")
+        if self.resize == "crop" and self.rows > self.bins:
+            raise ParameterError(f"rows must be <= {self.bins} bins with resize 'crop', got {self.rows}")
+
+    @cached_property
+    def spectrogram(self) -> Spectrogram:
+        """The spectrogram underneath: transform, levels and phase recovery."""
+        return Spectrogram(
+            rate=self.rate,
+            unit=self.unit,
+            domain=self.domain,
+            floor_db=self.floor_db,
+            ceil_db=self.ceiling_db,
+            n_fft=self.n_fft,
+            hop=self.hop,
+            window=self.window,
+            start=self.start,
+            iteration=self.iteration,
+            iterations=self.iterations,
+        )
+
+    @property
+    def bins(self) -> int:
+        """Number of frequency bins: ``n_fft // 2 + 1``."""
+        return self.n_fft // 2 + 1
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Shape of a picture: (1, rows, columns)."""
+        return (1, self.rows, self.columns)
+
+    @property
+    def length(self) -> int:
+        """Samples that `signal` gives: from the middle of the first frame to that of the last."""
+        return (self.frames - 1) * self.hop
+
+    def places(self, length: int) -> int:
+        """Return how many crops a recording of ``length`` samples holds: `crop` takes ``first`` below it.
+
+        Raises
+        ------
+        ParameterError
+            If the recording is shorter than a picture.
+        """
+        frames = self.spectrogram.frames(length)
+        if frames < self.frames:
+            per = "s" if self.domain == "time" else "mm"
+            raise ParameterError(
+                f"a picture of {self.frames} frames is {self.length / self.rate:.3g} {per} long, the recording "
+                f"{length / self.rate:.3g} {per} ({frames} frames): take fewer frames or a smaller hop"
+            )
+        return frames - self.frames + 1
+
+    def encode(self, samples: Tensor) -> Tensor:
+        """Return the picture of samples that are as long as one. Differentiable.
+
+        Parameters
+        ----------
+        samples : float32 or float64 tensor, shape (..., time), ``unit``
+            As many as have ``frames`` frames, e.g. `length`.
+
+        Returns
+        -------
+        tensor, shape (..., 1, rows, columns), in [-1, 1]
+        """
+        got = self.spectrogram.frames(samples.shape[-1])
+        if got != self.frames:
+            raise ParameterError(
+                f"{self.length} samples are a picture of {self.frames} frames, got {samples.shape[-1]} samples "
+                f"({got} frames); crop() cuts a longer recording"
+            )
+        return self.crop(samples, 0)
+
+    def crop(self, samples: Tensor, first: int) -> Tensor:
+        """Return the picture of frames ``first`` to ``first + frames`` of a recording's spectrogram.
+
+        Only the samples of those frames are looked at; what stands beside them counts as in the whole spectrogram.
+
+        Parameters
+        ----------
+        samples : float32 or float64 tensor, shape (..., time), ``unit``
+            The whole recording.
+        first : int
+            From 0 to below `places`.
+
+        Returns
+        -------
+        tensor, shape (..., 1, rows, columns), in [-1, 1]
+        """
+        if not 0 <= first < self.places(samples.shape[-1]):
+            raise ParameterError(
+                f"first frame must be in 0..{self.places(samples.shape[-1]) - 1}, got {first}"
+            )
+        margin = -(-self.n_fft // (2 * self.hop))  # frames whose windows still reach into the crop
+        begin = max(0, first - margin)
+        end = (first + self.frames - 1 + margin) * self.hop
+        s = self.spectrogram.stft(samples[..., begin * self.hop : end])  # ..., bin, frame
+        s = s[..., first - begin : first - begin + self.frames]
+        return self.picture(self.spectrogram.amplitudes(s))
+
+    def picture(self, amplitudes: Tensor) -> Tensor:
+        """Return amplitudes as a picture. Differentiable.
+
+        Parameters
+        ----------
+        amplitudes : float32 or float64 tensor, shape (..., n_fft // 2 + 1, frames), ``unit``, >= 0
+
+        Returns
+        -------
+        tensor, shape (..., 1, rows, columns), in [-1, 1]
+        """
+        if amplitudes.shape[-2:] != (self.bins, self.frames):
+            raise ParameterError(
+                f"amplitudes must be (..., {self.bins} bins, {self.frames} frames), got {tuple(amplitudes.shape)}"
+            )
+        resized = _matrix(self.bins, self.rows, self.resize).to(amplitudes) @ amplitudes  # ..., row, frame
+        if self.columns != self.frames:
+            resized = resized @ _matrix(self.frames, self.columns, "bilinear").to(amplitudes).mT
+        return self.spectrogram.value(resized).unsqueeze(-3)
+
+    def decode(self, pictures: Tensor) -> Tensor:
+        """Return the amplitudes that pictures stand for.
+
+        Parameters
+        ----------
+        pictures : float32 or float64 tensor, shape (..., 1, rows, columns), in [-1, 1]
+
+        Returns
+        -------
+        tensor, shape (..., n_fft // 2 + 1, frames), ``unit``, >= 0
+            Of a sinusoid, as `Spectrogram` has them.
+
+        Raises
+        ------
+        ParameterError
+            If it has another shape, or a value is not finite.
+        """
+        if pictures.dtype not in (torch.float32, torch.float64):
+            raise ParameterError(f"pictures must be float32 or float64, got {pictures.dtype}")
+        if pictures.shape[-3:] != self.shape:
+            raise ParameterError(f"pictures must be (..., {self.shape}), got {tuple(pictures.shape)}")
+        # The way back amplifies rounding where rows share bins: in double precision.
+        resized = self.spectrogram.amplitude(pictures.squeeze(-3).double())
+        spread = _inverse(self.bins, self.rows, self.resize).to(resized) @ resized
+        if self.columns != self.frames:
+            spread = spread @ _inverse(self.frames, self.columns, "bilinear").to(resized).mT
+        return spread.clamp_min(0).to(pictures.dtype)
+
+    def signal(self, pictures: Tensor, *, seed: int) -> Tensor:
+        """Return samples whose picture is near to each of ``pictures``. No gradient flows back.
+
+        Parameters
+        ----------
+        pictures : float32 or float64 tensor, shape (..., 1, rows, columns), in [-1, 1]
+        seed : int
+            Of the phase; the same seed gives the same samples, in a batch as alone.
+
+        Returns
+        -------
+        tensor, shape (..., time), `length` samples, ``unit``
+        """
+        return self.spectrogram.recover(self.decode(pictures.detach()), self.length, seed=seed)
+
+
+@lru_cache(maxsize=64)
+def _matrix(size: int, new_size: int, resize: Resize) -> Tensor:
+    """Return what resizes a column, float64, shape (new_size, size); its rows sum to 1, none is negative."""
+    eye = torch.eye(size, dtype=torch.float64)
+    if resize == "crop" or size == new_size:
+        return eye[:new_size]
+    resized = F.interpolate(eye[None, None], (new_size, size), mode="bilinear", antialias=True)
+    return resized[0, 0]
+
+
+@lru_cache(maxsize=64)
+def _inverse(size: int, new_size: int, resize: Resize) -> Tensor:
+    """Return the least-norm inverse of `_matrix`, float64, shape (size, new_size)."""
+    inverse: Tensor = torch.linalg.pinv(_matrix(size, new_size, resize))
+    return inverse
