@@ -20,7 +20,7 @@ from tactogram.model import (
 )
 from tactogram.models.replay.config import Config
 from tactogram.signal import Signal
-from tactogram.signal.joining import extend
+from tactogram.signal.concatenative import concatenated, excerpts
 from tactogram.training.seeds import child_rng
 
 if TYPE_CHECKING:
@@ -106,22 +106,21 @@ class ReplayLearner:
 
     def _keep(self, material: str, examples: Sequence[Example]) -> list[Kept]:
         """Return a stretch of each of ``examples``, or of as many, drawn, as a segment each leaves room for."""
-        rng = child_rng(self.seed, "keep", material)
         budget, segment = (
             max(1, round(s * self.kind.rate))
             for s in (self.config.seconds_per_material, self.config.segment_s)
         )
-        number = min(len(examples), max(1, budget // segment))
-        chosen = sorted(rng.permutation(len(examples))[:number], key=lambda i: len(examples[i].signal))
-        kept = []
-        for place, i in enumerate(chosen):  # what a short one leaves goes to the longer ones
-            signal = examples[i].signal
-            length = min(len(signal), max(2 * self._least + 1, budget // (number - place)))
-            start = int(rng.integers(len(signal) - length + 1))
-            budget -= length
-            condition = {name: _number(examples[i].condition.get(name)) for name in NAMES}
-            kept.append(Kept(examples[i].id, signal.cut(start, start + length), condition))
-        return kept
+        kept = excerpts(
+            [example.signal for example in examples],
+            budget,
+            segment=segment,
+            least=2 * self._least + 1,
+            rng=child_rng(self.seed, "keep", material),
+        )
+        return [
+            Kept(examples[i].id, cut, {name: _number(examples[i].condition.get(name)) for name in NAMES})
+            for i, cut in kept
+        ]
 
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
         """Return ``log_spectral_distance_db`` from unseen recordings to replayed ones of the same length."""
@@ -178,18 +177,14 @@ class ReplayLearner:
         return self._signal(np.float32(mixed))
 
     def _replayed(self, members: Sequence[Kept], seconds: float, seed: int, name: str) -> Signal:
-        share = np.array([len(k.signal) for k in members], dtype=np.float64)
-        share /= share.sum()
-        segment = max(1, round(self.config.segment_s * self.kind.rate))
-
-        def draw(number: int) -> Signal:
-            rng = child_rng(seed, "replay", name, number)
-            signal = members[int(rng.choice(len(members), p=share))].signal
-            length = min(segment, len(signal))
-            start = int(rng.integers(len(signal) - length + 1))
-            return signal.cut(start, start + length)
-
-        return extend(draw, seconds=seconds, overlap_s=self.config.overlap_s, search_s=self.config.search_s)
+        return concatenated(
+            [k.signal for k in members],
+            seconds=seconds,
+            segment=max(1, round(self.config.segment_s * self.kind.rate)),
+            overlap_s=self.config.overlap_s,
+            search_s=self.config.search_s,
+            rng=lambda number: child_rng(seed, "replay", name, number),
+        )
 
     def _nearest(self, name: str, condition: Condition) -> list[Kept]:
         """Return the recordings whose speed and force are nearest to what is asked for; all, if nothing is.
