@@ -1,0 +1,68 @@
+"""Losses of generators and discriminators that score patches at several scales.
+
+References
+----------
+- Goodfellow, I. et al. (2014). Generative adversarial nets. NeurIPS 27. Sec. 3: the non-saturating form.
+- Mao, X. et al. (2017). Least squares generative adversarial networks. ICCV.
+- Wang, T.-C. et al. (2018). High-resolution image synthesis … with conditional GANs. CVPR. Eq. 4.
+- Neshov, N. et al. (2026). Visual-to-tactile cross-modal generation … Sensors 26, 426. Sec. 3.1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+Kind = Literal["cross-entropy", "least-squares"]
+
+
+def adversarial_loss(scores: Sequence[Tensor], *, real: bool, kind: Kind = "cross-entropy") -> Tensor:
+    """Return how far scores are from saying ``real``, summed over the discriminators.
+
+    ``cross-entropy``: -log of the sigmoid of a score (real), or of that of its negative, mean over patches. A
+    generator that minimises it with ``real=True`` maximises log D(G) rather than minimising log(1 - D(G)): the
+    non-saturating form. ``least-squares``: (score - 1)^2, or score^2.
+
+    Parameters
+    ----------
+    scores : sequence of Tensor
+        One per discriminator, any shape: logits, or unbounded scores.
+
+    Returns
+    -------
+    Tensor, scalar
+    """
+    losses = []
+    for score in scores:
+        target = torch.ones_like(score) if real else torch.zeros_like(score)
+        if kind == "cross-entropy":
+            losses.append(F.binary_cross_entropy_with_logits(score, target))
+        else:
+            losses.append(F.mse_loss(score, target))
+    return torch.stack(losses).sum()
+
+
+def feature_matching_loss(made: Sequence[Sequence[Tensor]], real: Sequence[Sequence[Tensor]]) -> Tensor:
+    """Return the mean distance of a discriminator's features of made pictures from those of real ones.
+
+    ``1/N_D sum_k 1/(L+1) sum_l |D_k^(l)(real) - D_k^(l)(made)|_1``, the norm a mean over the features' values as in
+    pix2pixHD; over all layers but the last, which is the score. No gradient flows into the real ones.
+
+    Parameters
+    ----------
+    made, real : sequences of sequences of Tensor
+        As a `MultiScaleDiscriminator` gives them.
+
+    Returns
+    -------
+    Tensor, scalar
+    """
+    distances = [
+        torch.stack([F.l1_loss(a, b.detach()) for a, b in zip(ours[:-1], theirs[:-1], strict=True)]).mean()
+        for ours, theirs in zip(made, real, strict=True)
+    ]
+    return torch.stack(distances).mean()

