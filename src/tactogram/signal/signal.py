@@ -146,3 +146,12 @@ class Image:
         pixels = np.array(pixels)
         pixels.flags.writeable = False
         object.__setattr__(self, "pixels", pixels)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return self.pixels.shape[0], self.pixels.shape[1]
+
+    def cut(self, top: int = 0, left: int = 0, bottom: int | None = None, right: int | None = None) -> Image:
+        """Return rows ``top`` to ``bottom`` and columns ``left`` to ``right`` (exclusive), at the same scale."""
+        return replace(self, pixels=self.pixels[top:bottom, left:right])

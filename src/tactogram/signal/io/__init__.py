@@ -7,3 +7,7 @@ from tactogram.signal.io.files import read_file as read_file
 from tactogram.signal.io.files import read_metadata as read_metadata
 from tactogram.signal.io.files import read_signal as read_signal
 from tactogram.signal.io.files import write_signal as write_signal
+from tactogram.signal.io.picture import MOST_PIXELS as MOST_PIXELS
+from tactogram.signal.io.picture import PICTURE_FORMATS as PICTURE_FORMATS
+from tactogram.signal.io.picture import decode_image as decode_image
+from tactogram.signal.io.picture import read_image as read_image

@@ -1,0 +1,169 @@
+"""Photographs from files, as 8-bit sRGB: what is converted, what is refused, and how large one may be.
+
+What is done, in this order: the picture is turned as its EXIF tag says; 16-bit grey is scaled so that 65535
+becomes 255 (16-bit colour loses its low byte); transparent pixels are laid over white, as a page shows them;
+CMYK, Lab, YCbCr, palettes and grey become RGB. A colour profile inside the file is not applied. Of several
+pictures in one file the first is read.
+
+Refused, in one line: what is no picture or of none of `PICTURE_FORMATS`, truncated or damaged files, more than
+`MOST_PIXELS` (before anything of that size is unpacked), and pixels without an agreed white: floating point, and
+whole numbers beyond 16 bits.
+"""
+
+from __future__ import annotations
+
+import io
+import warnings
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image as Pillow
+from PIL import ImageOps, UnidentifiedImageError
+
+from tactogram.errors import DataError, ParameterError
+from tactogram.signal.signal import Image
+
+PICTURE_FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "PPM")
+"""Formats that are read. Others that Pillow knows run programs (EPS) or are no photographs."""
+
+MOST_PIXELS = 2**26
+"""8192 x 8192, 192 MiB unpacked: more than any camera's texture photo, far less than a decompression bomb."""
+
+EXIF_ORIENTATION = 0x0112
+
+
+def read_image(
+    path: Path | str, *, mm_per_pixel: float | None = None, width_mm: float | None = None
+) -> Image:
+    """Return the photograph in a file.
+
+    Parameters
+    ----------
+    path : Path
+        In one of `PICTURE_FORMATS`; what it is is read from its first bytes, not from its suffix.
+    mm_per_pixel, width_mm : float, optional
+        Its scale, either per pixel or for the whole width as it stands upright. At most one.
+
+    Returns
+    -------
+    Image
+        uint8 pixels, shape (row, column, 3), sRGB.
+
+    Raises
+    ------
+    DataError
+        One line that names the file; see the module.
+    ParameterError
+        If both scales are given, or one is not > 0.
+    """
+    return decode_image(picture_bytes(path), name=str(path), mm_per_pixel=mm_per_pixel, width_mm=width_mm)
+
+
+def decode_image(
+    data: bytes, *, name: str, mm_per_pixel: float | None = None, width_mm: float | None = None
+) -> Image:
+    """Return the photograph in ``data``, as `read_image` does; ``name`` is what errors call it."""
+    if mm_per_pixel is not None and width_mm is not None:
+        raise ParameterError("give mm_per_pixel or width_mm, got both")
+    if width_mm is not None and not 0 < width_mm < np.inf:
+        raise ParameterError(f"width_mm must be > 0, got {width_mm}")
+    try:
+        with _opened(data, name) as picture:
+            pixels = _pixels(ImageOps.exif_transpose(picture), name)
+    except DataError:
+        raise
+    except Exception as error:  # whatever a decoder trips over in a damaged file, the user needs its name
+        raise DataError(f"{name}: not a readable picture: {_line(error)}") from error
+    if width_mm is not None:
+        mm_per_pixel = width_mm / pixels.shape[1]
+    return Image(pixels, mm_per_pixel)
+
+
+def picture_size(data: bytes, *, name: str) -> tuple[int, int]:
+    """Return rows and columns of the upright picture in ``data``; only its header is read."""
+    try:
+        with _opened(data, name) as picture:
+            columns, rows = picture.size
+            turned = picture.getexif().get(EXIF_ORIENTATION, 1) in (5, 6, 7, 8)
+    except DataError:
+        raise
+    except Exception as error:  # see decode_image
+        raise DataError(f"{name}: not a readable picture: {_line(error)}") from error
+    return (columns, rows) if turned else (rows, columns)
+
+
+def picture_bytes(path: Path | str) -> bytes:
+    """Return the content of a picture file.
+
+    Raises
+    ------
+    DataError
+        If it cannot be read or is empty.
+    """
+    try:
+        data = Path(path).read_bytes()
+    except OSError as error:
+        raise DataError(f"{path}: not readable: {error.strerror}") from error
+    if not data:
+        raise DataError(f"{path}: not a readable picture: empty file")
+    return data
+
+
+def is_plain(data: bytes, *, name: str) -> bool:
+    """Say whether ``data`` needs no conversion but unpacking: upright 8-bit RGB or grey in PNG, JPEG or WebP."""
+    with _opened(data, name) as picture:
+        turned = picture.getexif().get(EXIF_ORIENTATION, 1) != 1
+        known = picture.format in ("PNG", "JPEG", "WEBP") and picture.mode in ("RGB", "L")
+    return known and not turned and "transparency" not in picture.info
+
+
+def _opened(data: bytes, name: str) -> Pillow.Image:
+    """Return the picture, of which only the header has been read, if it is of a size to be unpacked."""
+    try:
+        with warnings.catch_warnings():
+            # Pillow warns of large pictures; `MOST_PIXELS` refuses them.
+            warnings.simplefilter("ignore", Pillow.DecompressionBombWarning)
+            picture = Pillow.open(io.BytesIO(data), formats=PICTURE_FORMATS)
+    except UnidentifiedImageError as error:
+        raise DataError(
+            f"{name}: not a readable picture: expected one of {', '.join(PICTURE_FORMATS)}; save it as PNG or JPEG"
+        ) from error
+    except Pillow.DecompressionBombError as error:
+        raise DataError(f"{name}: {_too_large()}") from error
+    except Exception as error:  # see decode_image
+        raise DataError(f"{name}: not a readable picture: {_line(error)}") from error
+    columns, rows = picture.size
+    if rows * columns > MOST_PIXELS:
+        picture.close()
+        raise DataError(f"{name}: {_too_large()}, got {columns} x {rows}")
+    return picture
+
+
+def _pixels(picture: Pillow.Image, name: str) -> NDArray[np.uint8]:
+    """Return uint8 sRGB pixels, shape (row, column, 3)."""
+    mode = picture.mode
+    if mode.startswith("I"):
+        values = np.asarray(picture).astype(np.int64)
+        if values.min() < 0 or values.max() > 0xFFFF:
+            raise DataError(
+                f"{name}: pixels must have at most 16 bits, got {values.min()} to {values.max()}; save it as PNG"
+            )
+        # 65535 / 257 is 255. Pillow's own conversion would clip at 255 instead.
+        grey = ((values + 128) // 257).astype(np.uint8)
+        return np.repeat(grey[..., None], 3, axis=2)
+    if mode == "F":
+        raise DataError(f"{name}: floating-point pixels have no agreed white; save it with 8 or 16 bits")
+    if mode in ("RGBA", "LA", "PA", "RGBa", "La") or "transparency" in picture.info:
+        picture = picture.convert("RGBA")
+        page = Pillow.new("RGBA", picture.size, (255, 255, 255, 255))
+        picture = Pillow.alpha_composite(page, picture)
+    return np.asarray(picture.convert("RGB"), dtype=np.uint8)
+
+
+def _too_large() -> str:
+    return f"a picture must have at most {MOST_PIXELS} pixels (8192 x 8192); scale it down or cut it"
+
+
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
