@@ -18,8 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.datasets.labels import Label, label_of
+from tactogram.datasets.part_photographs import (
+    Photographs,
+    by_material,
+    cut_out,
+    materials_without_recordings,
+)
 from tactogram.datasets.recording import RecordingInfo
-from tactogram.datasets.splits import Segment
+from tactogram.datasets.splits import Region, Segment
 from tactogram.datasets.store import Store
 from tactogram.errors import ParameterError
 from tactogram.model import Example, SignalKind
@@ -42,6 +48,10 @@ class Examples(Sequence[Example]):
         Stream, axes, band and rate.
     label : str or callable
         What `Example.material` is; see `labels.Label`.
+    photographs : iterable of Region, optional
+        What this part may use of photographs: one part of `Split.photographs`. They become
+        `Example.photographs`, by material, and a recording's own image is cut to what is among them, or left out.
+        By default none is given, and a recording's own image is whole, as in splits of recordings alone.
     cache_dir : Path, optional
         Where prepared signals are kept for the next time. By default a folder that goes with this object.
 
@@ -58,8 +68,10 @@ class Examples(Sequence[Example]):
         prepare: Prepare,
         *,
         label: Label = "material",
+        photographs: Iterable[Region] | None = None,
         cache_dir: Path | None = None,
     ) -> None:
+        self._photographs = None if photographs is None else by_material(store, photographs)
         self.store, self.segments, self.prepare, self.label = store, tuple(segments), prepare, label
         self.infos: tuple[RecordingInfo, ...] = tuple(store.info(segment.id) for segment in self.segments)
         if cache_dir is None:
@@ -86,8 +98,23 @@ class Examples(Sequence[Example]):
             info.id,
             self._prepared(self.segments[place]),
             label_of(info, self.label),
-            _Condition(self.store, info),
+            _Condition(self.store, info, self._own(info)),
+            self.photographs_of(info.material),
         )
+
+    def photographs_of(self, material: str | None) -> Photographs:
+        """Return the photographs of a material that may be used here, decoded when asked for."""
+        if self._photographs is None or material is None:
+            return Photographs(self.store, ())
+        return Photographs(self.store, self._photographs.get(material, ()))
+
+    def _own(self, info: RecordingInfo) -> Region | None:
+        """Return what may be used of a recording's own photograph."""
+        key = self.store.image_id(info.id)
+        if key is None or self._photographs is None:
+            return None if key is None else Region(key)
+        among = (region for held in self._photographs.values() for region in held)
+        return next((region for region in among if region.key == key), None)
 
     @property
     def materials(self) -> tuple[str, ...]:
@@ -141,21 +168,47 @@ class Examples(Sequence[Example]):
         return Signal(mapped, held["rate"], held["unit"], tuple(held["axes"]), held["domain"])
 
 
+def require_photographs(examples: Sequence[Example]) -> None:
+    """Refuse ``examples`` of materials that have no photograph: for models that learn or work from one.
+
+    Raises
+    ------
+    ParameterError
+        One line that names the materials with recordings and no photograph, and, where a store is behind the
+        examples, those with photographs and no recording: a name spelt in two ways is among both.
+    """
+    if isinstance(examples, Examples):
+        lacking = {
+            info.material for info in examples.infos if not len(examples.photographs_of(info.material))
+        }
+        unused = materials_without_recordings(examples.store)
+    else:
+        lacking, unused = {e.material for e in examples if not len(e.photographs)}, ()
+    if not lacking:
+        return
+    names = sorted(name or "(no material)" for name in lacking)
+    also = f" (and no recording of {', '.join(unused)})" if unused else ""
+    raise ParameterError(
+        f"each material must have a photograph, got none of {', '.join(names)}{also}; add some to the data, or leave "
+        f"these out with --where 'material=!{'|'.join(names)}'"
+    )
+
+
 class _Condition(Mapping[str, Any]):
     """What is known of a recording, under the names of `CONDITIONS`; the photograph is read when asked for."""
 
-    def __init__(self, store: Store, info: RecordingInfo) -> None:
+    def __init__(self, store: Store, info: RecordingInfo, image: Region | None) -> None:
         self._store, self._id = store, info.id
         known: dict[str, Any] = {
             "speed_mm_s": info.speed_mm_s,
             "force_n": info.force_n,
             "words": dict(info.ratings) or None,
-            "image": store.image_id(info.id),
+            "image": image,
         }
         self._known = {name: value for name, value in known.items() if value is not None}
 
     def __getitem__(self, name: str) -> Any:
-        return self._store.photograph(self._known[name]) if name == "image" else self._known[name]
+        return cut_out(self._store, self._known[name]) if name == "image" else self._known[name]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._known)

@@ -7,6 +7,10 @@ A shard has one row per recording. What is known of a recording stands in plain 
 and stand in ``dataset.json``. Shards need not have the same columns: a recording with a further axis or
 stream starts another one (DuckDB: ``read_parquet('STORE/shard-*.parquet', union_by_name = true)``).
 
+Photographs stand once each in ``images-*.parquet`` (``key``, ``mm_per_pixel``, ``image``: an encoded picture). A row
+of a shard names its recording's own in ``image``; those that show a material, whichever its recordings, are listed
+in ``dataset.json`` under ``photographs``: source by key by material.
+
 Samples are uncompressed, PLAIN, and one page per column and row group, so that those of one recording lie
 side by side in the file and a window is read as a slice of it, however large the store is. Compression would
 cost that, and saves little on sensor noise.
@@ -17,7 +21,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -106,6 +110,8 @@ class Facts:
     ids: str
     duplicates: tuple[Mapping[str, str], ...] = ()
     skipped: tuple[Mapping[str, str], ...] = ()
+    photographs: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    """Of each material: where each photograph came from, by its key. Recordings' own are not among them."""
 
     @property
     def rows(self) -> int:
@@ -151,6 +157,8 @@ class Facts:
                 values[kind] = tuple(StoredFile(**entry) for entry in values[kind])
             for kind in ("duplicates", "skipped"):
                 values[kind] = tuple(values[kind])
+            # Stores of before materials had photographs do not say so.
+            values["photographs"] = {m: dict(held) for m, held in values.get("photographs", {}).items()}
             return cls(**{f.name: values[f.name] for f in fields(cls)})
         except (KeyError, TypeError, AttributeError) as error:
             raise DataError(f"{path} lacks or misspells {error}; import the data again") from error
@@ -212,16 +220,20 @@ def facts_hash(recording: Recording, image: str | None) -> bytes:
     return hashlib.sha256(text.encode()).hexdigest()[:16].encode()
 
 
-def store_hash(ids: np.ndarray) -> str:
+def store_hash(ids: np.ndarray, photographs: Mapping[str, Mapping[str, str]]) -> str:
     """Return the sha256 of what a store holds, whatever the order or number of shards.
 
     Parameters
     ----------
     ids : array of `ID_TABLE`, sorted by id
+    photographs : mapping
+        Those of `Facts`. Where there are none, the hash is that of the recordings alone.
     """
     digest = hashlib.sha256()
     digest.update(np.ascontiguousarray(ids["id"]).tobytes())
     digest.update(np.ascontiguousarray(ids["facts"]).tobytes())
+    for material, held in sorted(photographs.items()):
+        digest.update(f"\n{material}|{','.join(sorted(held))}".encode())
     return digest.hexdigest()
 
 

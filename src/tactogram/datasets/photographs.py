@@ -7,14 +7,10 @@ import io
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 from PIL import Image as Pillow
-from PIL import ImageOps
 
-from tactogram.errors import DataError
 from tactogram.signal import Image
-
-KEPT_FORMATS = ("PNG", "JPEG", "WEBP")
+from tactogram.signal.io.picture import decode_image, is_plain, picture_bytes
 
 
 @dataclass(frozen=True)
@@ -49,47 +45,24 @@ def encode(image: Image) -> bytes:
     return buffer.getvalue()
 
 
-def decode(
-    data: bytes, *, mm_per_pixel: float | None = None, width_mm: float | None = None, name: str
-) -> Image:
-    """Return the picture in ``data``, turned as its EXIF tag says, as RGB.
+def read_photograph(
+    path: Path, *, mm_per_pixel: float | None = None, width_mm: float | None = None
+) -> Photograph:
+    """Read a picture file; what needs no conversion stays as it is, anything else becomes PNG.
 
-    Parameters
-    ----------
-    data : bytes
-    mm_per_pixel, width_mm : float, optional
-        Its scale, either per pixel or for the whole width.
-    name : str
-        What to call it in errors.
+    See `tactogram.signal.io.read_image` for what is converted and what is refused.
 
     Raises
     ------
     DataError
         If it is not a picture.
     """
-    try:
-        with Pillow.open(io.BytesIO(data)) as picture:
-            pixels = np.asarray(ImageOps.exif_transpose(picture).convert("RGB"), dtype=np.uint8)
-    except (OSError, ValueError, SyntaxError, Pillow.DecompressionBombError) as error:
-        raise DataError(f"{name}: not a readable picture: {error}") from error
-    if width_mm is not None:
-        mm_per_pixel = width_mm / pixels.shape[1]
-    return Image(pixels, mm_per_pixel)
+    data = picture_bytes(path)
+    image = decode_image(data, name=str(path), mm_per_pixel=mm_per_pixel, width_mm=width_mm)
+    kept = data if is_plain(data, name=str(path)) else encode(image)
+    return Photograph(image_key(image), kept, image.mm_per_pixel)
 
 
-def read_photograph(path: Path, *, width_mm: float | None = None) -> Photograph:
-    """Read a picture file; PNG, JPEG and WebP stay as they are, anything else becomes PNG.
-
-    Raises
-    ------
-    DataError
-        If it is not a picture.
-    """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise DataError(f"{path}: not readable: {error.strerror}") from error
-    image = decode(data, width_mm=width_mm, name=str(path))
-    with Pillow.open(io.BytesIO(data)) as picture:
-        kept = picture.format in KEPT_FORMATS
-    return Photograph(image_key(image), data if kept else encode(image), image.mm_per_pixel)
+def photograph_of(image: Image) -> Photograph:
+    """Return ``image`` encoded."""
+    return Photograph(image_key(image), encode(image), image.mm_per_pixel)

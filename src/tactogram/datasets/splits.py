@@ -1,6 +1,6 @@
 """Splits that cannot leak: made by recording, session, subject, material or condition, and written down.
 
-A window, an augmentation or a weak pair is cut *after* the split, from the segments of one part.
+A window, an augmentation or a weak pair is cut *after* the split, from the segments and photographs of one part.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ import math
 import os
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from itertools import pairwise
+from dataclasses import asdict, dataclass, field
+from itertools import combinations, pairwise
 from pathlib import Path
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 from tactogram.errors import DataError, LeakError, ParameterError
 
@@ -50,6 +50,47 @@ class Segment:
 
 
 @dataclass(frozen=True)
+class Region:
+    """A photograph, or a rectangle of one.
+
+    Parameters
+    ----------
+    key : str
+        The photograph in its store.
+    top, left : int, pixels
+        Its first row and column.
+    bottom, right : int, pixels, optional
+        The row and the column after its last; None is the edge of the photograph.
+    """
+
+    key: str
+    top: int = 0
+    left: int = 0
+    bottom: int | None = None
+    right: int | None = None
+
+    def __post_init__(self) -> None:
+        for first, last, names in ((self.top, self.bottom, "rows"), (self.left, self.right, "columns")):
+            if first < 0 or (last is not None and last <= first):
+                raise ParameterError(f"{names} of a region must be 0 <= first < last, got {first} to {last}")
+
+    @property
+    def whole(self) -> bool:
+        """Whether it is all of the photograph."""
+        return (self.top, self.left, self.bottom, self.right) == (0, 0, None, None)
+
+    def distance(self, other: Region) -> float:
+        """Return how many pixels lie between two regions of one photograph; below 0 if they share some."""
+        rows = max(self.top - _end(other.bottom), other.top - _end(self.bottom))
+        columns = max(self.left - _end(other.right), other.left - _end(self.right))
+        return max(rows, columns)
+
+
+def _end(edge: int | None) -> float:
+    return math.inf if edge is None else edge
+
+
+@dataclass(frozen=True)
 class Split:
     """Which recordings, or parts of them, train, validate and test.
 
@@ -64,6 +105,15 @@ class Split:
         How far apart two parts of one recording have to lie to stand on two sides. 0 with whole recordings.
     groups : mapping from id to str
         The session, subject, material or condition of each recording, where ``by`` is one of these.
+    photographs : mapping from part to tuple of Region
+        Which photographs, or regions of them, each part may use; empty where photographs were not split.
+        Made by `split_photographs`.
+    photograph_gap : int, pixels
+        How far apart two parts' regions of one photograph have to lie.
+    by_region : tuple of str
+        Materials with too few photographs to hold one out: disjoint regions of theirs stand on different sides.
+    photograph_note : str
+        What a held-out photograph is in this split, for whoever reads its results.
     """
 
     train: tuple[Segment, ...]
@@ -73,6 +123,10 @@ class Split:
     seed: int | None = None
     gap_s: float = 0.0
     groups: Mapping[str, str] = field(default_factory=dict)
+    photographs: Mapping[str, tuple[Region, ...]] = field(default_factory=dict)
+    photograph_gap: int = 0
+    by_region: tuple[str, ...] = ()
+    photograph_note: str = ""
 
     def __post_init__(self) -> None:
         self.check()
@@ -82,13 +136,21 @@ class Split:
         """The three parts by name."""
         return {"train": self.train, "validation": self.validation, "test": self.test}
 
+    def as_dict(self) -> dict[str, Any]:
+        """Return its fields as plain values; those of photographs only where photographs were split."""
+        values = asdict(self)
+        if not self.photographs:
+            for name in ("photographs", "photograph_gap", "by_region", "photograph_note"):
+                del values[name]
+        return values
+
     def check(self) -> None:
         """Refuse a split in which anything stands on two sides.
 
         Raises
         ------
         LeakError
-            Naming the recording or the group, and the two parts.
+            Naming the recording, the group or the photograph, and the two parts.
         """
         side_of_group: dict[str, str] = {}
         by_recording: dict[str, list[tuple[float, float, str]]] = defaultdict(list)
@@ -101,6 +163,7 @@ class Split:
                     raise LeakError(f"{self.by} {group!r} is in {side_of_group[group]} and in {part}")
         for id, held in by_recording.items():
             self._check_recording(id, sorted(held))
+        self._check_photographs()
 
     def _check_recording(self, id: str, held: Sequence[tuple[float, float, str]]) -> None:
         """Refuse parts of one recording, sorted by their start, that touch on two sides."""
@@ -119,12 +182,40 @@ class Split:
                         f"got {start - end:.3g} s at {start:g} s"
                     )
 
+    def _check_photographs(self) -> None:
+        """Refuse regions of one photograph that touch on two sides."""
+        if unknown := sorted(self.photographs.keys() - self.parts.keys()):
+            raise ParameterError(f"photographs must be of {', '.join(self.parts)}, got {', '.join(unknown)}")
+        by_key: dict[str, list[tuple[str, Region]]] = defaultdict(list)
+        for part, regions in self.photographs.items():
+            for region in regions:
+                by_key[region.key].append((part, region))
+        for key, held in by_key.items():
+            for (part, region), (other, another) in combinations(held, 2):
+                if part != other and (distance := region.distance(another)) < self.photograph_gap:
+                    how = f"{distance:g} pixels apart" if distance >= 0 else "the same pixels"
+                    raise LeakError(
+                        f"photograph {key}: its regions in {part} and {other} must lie {self.photograph_gap} "
+                        f"pixels apart, got {how}"
+                    )
+
     def save(self, path: Path) -> None:
         """Write it as JSON, beside first and then renamed."""
         values = {"format": FORMAT, "version": VERSION, "by": self.by, "seed": self.seed, "gap_s": self.gap_s}
         segments = {part: [[s.id, s.start_s, s.stop_s] for s in held] for part, held in self.parts.items()}
+        values |= segments | {"groups": dict(self.groups)}
+        if self.photographs:
+            values["photographs"] = {
+                part: [[r.key, r.top, r.left, r.bottom, r.right] for r in held]
+                for part, held in self.photographs.items()
+            }
+            values |= {
+                "photograph_gap": self.photograph_gap,
+                "by_region": self.by_region,
+                "photograph_note": self.photograph_note,
+            }
         part = path.with_name(f"{path.name}.part-{os.getpid()}")
-        part.write_text(json.dumps(values | segments | {"groups": dict(self.groups)}, indent=0) + "\n")
+        part.write_text(json.dumps(values, indent=0) + "\n")
         part.replace(path)
 
     @classmethod
@@ -154,6 +245,14 @@ class Split:
                 seed=values["seed"],
                 gap_s=values["gap_s"],
                 groups=values["groups"],
+                # Splits of before photographs were split do not say so.
+                photographs={
+                    part: tuple(Region(*region) for region in held)
+                    for part, held in values.get("photographs", {}).items()
+                },
+                photograph_gap=values.get("photograph_gap", 0),
+                by_region=tuple(values.get("by_region", ())),
+                photograph_note=values.get("photograph_note", ""),
             )
-        except (KeyError, TypeError) as error:
+        except (KeyError, TypeError, AttributeError) as error:
             raise DataError(f"{path} lacks or misspells {error}") from error

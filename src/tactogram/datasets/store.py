@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
+from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from functools import cached_property
 from itertools import accumulate
 from pathlib import Path
+from threading import Lock
 from typing import Any, overload
 
 import numpy as np
@@ -26,10 +28,14 @@ from tactogram.datasets.layout import (
     row_info,
     store_hash,
 )
-from tactogram.datasets.photographs import Photograph, decode, image_key
+from tactogram.datasets.photographs import Photograph, image_key
 from tactogram.datasets.recording import Recording, RecordingInfo, content_id
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.signal import Image, Signal
+from tactogram.signal.io.picture import decode_image, picture_size
+
+DECODED_BYTES = 2**27
+"""Unpacked photographs that an open store keeps at hand: the same few are asked for again and again in training."""
 
 
 def open_store(path: Path | str) -> Store:
@@ -62,6 +68,8 @@ class Store:
         self._ends = list(accumulate(shard.rows for shard in self.facts.shards))
         self._shards: dict[int, _Shard] = {}
         self._pictures: dict[str, tuple[Path, int]] | None = None
+        self._decoded: OrderedDict[str, Image] = OrderedDict()
+        self._decoding = Lock()
         try:
             self._ids = np.load(path / self.facts.ids, mmap_mode="r", allow_pickle=False)
         except (OSError, ValueError) as error:
@@ -166,17 +174,52 @@ class Store:
         return shard.images[row]
 
     def photograph(self, key: str) -> Image:
-        """Return the photograph of this key."""
+        """Return the photograph of this key; the last few asked for are kept unpacked."""
+        with self._decoding:
+            if key in self._decoded:
+                self._decoded.move_to_end(key)
+                return self._decoded[key]
+        found, name = self._encoded(key)
+        image = decode_image(found["image"], mm_per_pixel=found["mm_per_pixel"], name=name)
+        with self._decoding:
+            self._decoded[key] = image
+            held = sum(kept.pixels.nbytes for kept in self._decoded.values())
+            while held > DECODED_BYTES:
+                held -= self._decoded.popitem(last=False)[1].pixels.nbytes
+        return image
+
+    def photograph_size(self, key: str) -> tuple[int, int]:
+        """Return rows and columns of the photograph of this key; it is not unpacked."""
+        found, name = self._encoded(key)
+        return picture_size(found["image"], name=name)
+
+    def photograph_keys(self) -> tuple[str, ...]:
+        """Return the keys of all photographs."""
+        return tuple(self._photographs())
+
+    def photographs_of(self, material: str) -> tuple[str, ...]:
+        """Return the keys of all photographs of a material, sorted: its own and those of its recordings."""
+        return self.photographs_by_material.get(material, ())
+
+    @cached_property
+    def photographs_by_material(self) -> Mapping[str, tuple[str, ...]]:
+        """The keys of all photographs of each material that has any, sorted: its own and those of its recordings."""
+        keys: dict[str, set[str]] = {material: set(held) for material, held in self.facts.photographs.items()}
+        for number in range(len(self.facts.shards)):
+            shard = self._shard(number)
+            for info, key in zip(shard.infos, shard.images, strict=True):
+                if info.material is not None and key is not None:
+                    keys.setdefault(info.material, set()).add(key)
+        return {material: tuple(sorted(held)) for material, held in sorted(keys.items())}
+
+    def _encoded(self, key: str) -> tuple[dict[str, Any], str]:
+        """Return the row of a photograph, and what to call it in errors."""
         if key not in self._photographs():
             raise DataError(f"{self.path}: photograph {key} is missing; import the data again")
         path, row = self._photographs()[key]
         # Written as one row group per photograph.
         [found] = pq.ParquetFile(path).read_row_group(row).to_pylist()
-        return decode(found["image"], mm_per_pixel=found["mm_per_pixel"], name=f"{path}, row {row}")
-
-    def photograph_keys(self) -> tuple[str, ...]:
-        """Return the keys of all photographs."""
-        return tuple(self._photographs())
+        return found, f"{path}, row {row}"
 
     def _photographs(self) -> dict[str, tuple[Path, int]]:
         if self._pictures is None:
@@ -347,11 +390,13 @@ def problems(store: Store, *, progress: Callable[[int, int], None] | None = None
             found.append(f"{path}: missing; import the data again")
         elif path.stat().st_size != stored.bytes or file_hash(path) != stored.sha256:
             found.append(f"{path}: changed since it was written (sha256 differs); import the data again")
-    if store_hash(store._ids) != store.sha256 or len(store._ids) != len(store):
-        found.append(f"{store.path / store.facts.ids}: is not the list of ids that was written")
+    if store_hash(store._ids, store.facts.photographs) != store.sha256 or len(store._ids) != len(store):
+        found.append(
+            f"{store.path / store.facts.ids}: is not the list of ids, or of photographs, that was written"
+        )
     if found:
         return found
-    pictures = set()
+    pictures: set[str | None] = {key for held in store.facts.photographs.values() for key in held}
     for done, info in enumerate(store.index, 1):
         try:
             streams = {name: store.signal(info.id, name) for name in store.streams_of(info.id)}

@@ -30,11 +30,11 @@ from tactogram.datasets.layout import (
     schema,
     store_hash,
 )
-from tactogram.datasets.photographs import Photograph, encode, image_key
+from tactogram.datasets.photographs import Photograph, image_key, photograph_of
 from tactogram.datasets.recording import Recording, content_id
 from tactogram.datasets.store import Store, open_store
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal import Signal
+from tactogram.signal import Image, Signal
 
 GROUP_BYTES, GROUP_ROWS = 2**25, 1024
 """A row group is written when it holds this much: what the writer keeps in memory."""
@@ -54,6 +54,7 @@ def create_store(
     licence: str,
     source: str = "",
     simulated: bool = False,
+    photographs: Iterable[tuple[str, Image]] = (),
 ) -> Store:
     """Write ``recordings`` to a new store and open it. It appears complete, or not at all.
 
@@ -68,6 +69,8 @@ def create_store(
         What it is called, what may be done with it, where it comes from.
     simulated : bool
         Whether a formula made it; also true if any recording says so.
+    photographs : iterable of (str, Image)
+        Materials and what they look like, besides the recordings' own images; any number of each.
 
     Raises
     ------
@@ -80,12 +83,16 @@ def create_store(
     with new_store(path, name=name, licence=licence, source=source, simulated=simulated) as writer:
         for recording in recordings:
             writer.add(recording)
+        for material, image in photographs:
+            writer.add_photograph(image, material)
         writer.publish(path)
     return open_store(path)
 
 
-def add_recordings(store: Store, recordings: Iterable[Recording]) -> Store:
-    """Put further recordings into ``store`` and open it anew.
+def add_recordings(
+    store: Store, recordings: Iterable[Recording], *, photographs: Iterable[tuple[str, Image]] = ()
+) -> Store:
+    """Put further recordings, and photographs of materials, into ``store`` and open it anew.
 
     They go to new shards; ``dataset.json`` is replaced last and at once. What is there already is left out.
 
@@ -97,6 +104,8 @@ def add_recordings(store: Store, recordings: Iterable[Recording]) -> Store:
     with StoreWriter(store.path, store.facts, store) as writer:
         for recording in recordings:
             writer.add(recording)
+        for material, image in photographs:
+            writer.add_photograph(image, material)
         if writer.added:
             writer.finish()
     return open_store(store.path)
@@ -149,6 +158,7 @@ class StoreWriter:
         self.streams: dict[str, StreamFacts] = dict(facts.streams)
         self.duplicates = list(facts.duplicates)
         self.skipped = list(facts.skipped)
+        self.photographs = {material: dict(held) for material, held in facts.photographs.items()}
         self._store = store
         self._ids: list[tuple[bytes, bytes, int, int]] = []
         self._seen: dict[str, tuple[str | None, str]] = {}
@@ -234,6 +244,40 @@ class StoreWriter:
             self._close_shard()
         return True
 
+    def add_photograph(self, photograph: Photograph | Image, material: str, *, source: str = "") -> bool:
+        """Take a photograph of a material that is not of one recording; False if it was there already.
+
+        Parameters
+        ----------
+        photograph : Photograph or Image
+        material : str
+            What it shows. There need be no recording of it.
+        source : str
+            Where it came from, as a path relative to the imported folder.
+
+        Raises
+        ------
+        DataError
+            If the material has no name, or the same picture is said to show another one.
+        """
+        if not material:
+            raise DataError(f"{source or 'a photograph'}: must name the material it shows, got none")
+        if isinstance(photograph, Image):
+            photograph = photograph_of(photograph)
+        key = photograph.key
+        for other, held in self.photographs.items():
+            if key in held and other != material:
+                raise DataError(
+                    f"{source or key}: the same picture as {held[key] or key}, but called {material!r} here and "
+                    f"{other!r} there; leave one out"
+                )
+        if key in self.photographs.get(material, {}):
+            return False
+        self._write_picture(photograph)
+        self.photographs.setdefault(material, {})[key] = source
+        self.added += 1
+        return True
+
     def finish(self) -> Facts:
         """Close all files and write ``dataset.json``, which makes the folder a store."""
         self._close_shard()
@@ -247,7 +291,7 @@ class StoreWriter:
         if self._store is not None:
             ids = np.concatenate([self._store._ids, ids])
         ids.sort(order="id")
-        sha256 = store_hash(ids)
+        sha256 = store_hash(ids, self.photographs)
         ids_file = f"ids-{sha256[:16]}.npy"
         self._save_ids(ids, self.folder / ids_file)
         facts = replace(
@@ -260,6 +304,7 @@ class StoreWriter:
             ids=ids_file,
             duplicates=tuple(self.duplicates),
             skipped=tuple(self.skipped),
+            photographs=self.photographs,
         )
         if self._store is not None and Facts.load(self.folder) != self.facts:
             raise DataError(f"{self.folder} was changed by another process; open it again and repeat")
@@ -300,23 +345,26 @@ class StoreWriter:
 
     def _keep_picture(self, recording: Recording, photograph: Photograph | None) -> str | None:
         if recording.image is not None:
-            key, scale = image_key(recording.image), recording.image.mm_per_pixel
-        elif photograph is not None:
-            key, scale = photograph.key, photograph.mm_per_pixel
-        else:
+            key = image_key(recording.image)
+            if key in self._pictures:
+                return key
+            photograph = photograph_of(recording.image)
+        if photograph is None:
             return None
-        if key in self._pictures:
-            return key
+        self._write_picture(photograph)
+        return photograph.key
+
+    def _write_picture(self, photograph: Photograph) -> None:
+        if photograph.key in self._pictures:
+            return
         if self._image_file is None:
             columns = {"key": pa.string(), "mm_per_pixel": pa.float64(), "image": pa.binary()}
             self._picture_path = self._new_file("images", len(self._images))
             self._image_file = _parquet(self._picture_path, pa.schema(columns))
-        data = encode(recording.image) if recording.image is not None else photograph.data  # type: ignore[union-attr]
-        row = {"key": key, "mm_per_pixel": scale, "image": data}
+        row = {"key": photograph.key, "mm_per_pixel": photograph.mm_per_pixel, "image": photograph.data}
         self._image_file.write_table(pa.Table.from_pylist([row], schema=self._image_file.schema))
-        self._pictures.add(key)
+        self._pictures.add(photograph.key)
         self._new_pictures += 1
-        return key
 
     def _write_group(self) -> None:
         if not self._rows:
