@@ -5,7 +5,7 @@ import pytest
 from tactogram.errors import RunError
 from tactogram.jobs import demo as module
 from tactogram.jobs.demo import demo
-from tactogram.jobs.judge import Judging
+from tactogram.jobs.judges import Judging
 
 
 def test_the_whole_chain_leaves_a_report(tmp_path, monkeypatch):

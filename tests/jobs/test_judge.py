@@ -10,7 +10,8 @@ from tactogram.errors import ParameterError, RunError
 from tactogram.evaluation.generation_measures import TITLES
 from tactogram.jobs import training
 from tactogram.jobs.evaluate import evaluate
-from tactogram.jobs.judge import JUDGES, Judging, judge_generator
+from tactogram.jobs.judge import judge_generator
+from tactogram.jobs.judges import JUDGES, Judging
 from tactogram.jobs.training import load_run, train
 from tactogram.signal import Signal
 

@@ -158,7 +158,7 @@ def crossval(a: Arguments) -> None:
 def evaluate(a: Arguments) -> None:
     """Judge a run on recordings that it was not trained on."""
     from tactogram.jobs.evaluate import evaluate
-    from tactogram.jobs.judge import Judging
+    from tactogram.jobs.judges import Judging
     from tactogram.jobs.progress import shown
     from tactogram.recipe import parse_changes
     from tactogram.validation import validated

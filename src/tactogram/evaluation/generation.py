@@ -71,6 +71,7 @@ def judge(
     *,
     train: BySet,
     test: BySet,
+    floor: BySet | None = None,
     pieces: Pieces | None = None,
     embed: Callable[[Signal], NDArray[np.floating]] | None = None,
     classifier: Classifier | None = None,
@@ -91,6 +92,9 @@ def judge(
     train, test : mapping material -> signals
         Recordings: what was trained on, and what was not; of one rate, unit and set of axes. Materials of
         ``train`` that are not in ``test`` are only others to compare with.
+    floor : mapping material -> signals, optional
+        Recordings of materials of ``test`` that were not trained on at all, to stand where the training part of a
+        known material does. What asks for a known material has no figure for them.
     pieces : Pieces, optional
         By default what `plan_pieces` says.
     embed : callable, optional
@@ -115,9 +119,10 @@ def judge(
     ParameterError
         If a set lacks a material or signal, or signals differ in kind.
     """
-    _check(sets, train, test)
-    pieces = plan_pieces(train, test) if pieces is None else pieces
-    every = {**sets, FLOOR: train, TEST: test}
+    beside = {**train, **(floor or {})}
+    _check(sets, beside, test)
+    pieces = plan_pieces(beside, test) if pieces is None else pieces
+    every = {**sets, FLOOR: beside, TEST: test}
     once = {
         id(part): {material: pieces.cut(part[material]) for material in sorted(test)}
         for part in every.values()

@@ -28,7 +28,7 @@ def memorised(
     """Return how near each set comes to its training data, as `measures.memorisation` does.
 
     The floor of the share is what new draws of the same kind reach by chance: the largest of n + 1 is the new one
-    once in n + 1 times.
+    once in n + 1 times. None for a material that was not trained on.
     """
     columns = [name for name in cut if name not in (TEST, OTHERS, FLOOR)]
     first = next(iter(cut[TEST].values())).signals[0]
@@ -41,6 +41,9 @@ def memorised(
         return nearness([s.cut(0, length) for s in held.signals], long, seconds=length / first.rate)
 
     def rows(material: str) -> tuple[dict[str, float | None], dict[str, float | None]]:
+        if material not in train:
+            unknown: dict[str, float | None] = dict.fromkeys((*columns, FLOOR, CEILING, NEAREST))
+            return unknown, dict(unknown)
         unseen = near(cut[TEST][material], material)
         found = {column: near(cut[column][material], material) for column in columns}
         share = {column: float(np.mean(found[column] > unseen.max())) for column in columns}

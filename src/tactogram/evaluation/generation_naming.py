@@ -16,19 +16,25 @@ from tactogram.signal import Signal
 def recognised(
     classifier: Classifier, cut: Mapping[str, Mapping[str, Cut]]
 ) -> dict[str, dict[str, float | None]]:
-    """Return the share of each set's pieces that ``classifier`` names rightly; the floor is the test pieces."""
+    """Return the share of each set's pieces that ``classifier`` names rightly; the floor is the test pieces.
+
+    None for materials that it does not know.
+    """
 
     def share(material: str, signals: Sequence[Signal]) -> float:
         place = classifier.materials.index(material)
         return float(np.mean([int(np.argmax(classifier.probabilities(s))) == place for s in signals]))
 
+    columns = [column for column in cut if column not in (TEST, OTHERS)]
     table: dict[str, dict[str, float | None]] = {}
     for material in cut[TEST]:
+        if material not in classifier.materials:
+            table[material] = dict.fromkeys((*columns, CEILING, NEAREST))
+            continue
         table[material] = _guessing(len(cut[TEST]))
-        for column in cut:
-            if column not in (TEST, OTHERS):
-                tested = cut[TEST if column == FLOOR else column][material]
-                table[material][column] = share(material, tested.signals)
+        for column in columns:
+            tested = cut[TEST if column == FLOOR else column][material]
+            table[material][column] = share(material, tested.signals)
     return table
 
 

@@ -13,7 +13,7 @@ from tactogram.errors import RunError
 from tactogram.evaluation.figures import confusion_figure, photos_figure, signal_figure
 from tactogram.evaluation.report import Block, Picture, Section, Sound, Table, Text, write_report
 from tactogram.jobs.evaluate import evaluate, judged
-from tactogram.jobs.judge import Judging
+from tactogram.jobs.judges import Judging
 from tactogram.jobs.mixing import mix_ladder
 from tactogram.jobs.progress import Progress, silent
 from tactogram.jobs.search import search

@@ -13,7 +13,8 @@ from tactogram.errors import LeakError, ParameterError, RunError
 from tactogram.evaluation.classification import ClassificationResult, judge_classifier
 from tactogram.evaluation.figures import confusion_figure, losses_figure
 from tactogram.evaluation.report import Picture, Section, Table, Text, write_report
-from tactogram.jobs.judge import Judging, judge_generator
+from tactogram.jobs.judge import judge_generator
+from tactogram.jobs.judges import Judging
 from tactogram.jobs.progress import Progress, silent
 from tactogram.jobs.search import SurfaceIndex, calibration_text
 from tactogram.jobs.training import LoadedRun, load_run, test_part
