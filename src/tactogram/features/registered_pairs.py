@@ -1,0 +1,319 @@
+"""Windows of a photograph, each with the stretch of friction that lies under it: cut when asked for, never written out.
+
+**The mapping.** A recording over displacement whose photograph has a scale is *registered*: column 0 of the
+photograph is where the displacement is 0, and the finger moved to the right along its middle row. The window of
+columns ``left`` to ``left + pixels`` covers ``left * mm_per_pixel`` to ``(left + pixels) * mm_per_pixel`` of the
+friction, which is brought to ``samples`` samples: as published 1024 pixels and 1280 samples, 1.25 samples per pixel.
+A stretch begins at the nearest sample (within 0.4 pixels).
+
+Where there is no registration (no scale, or signals over time) a window is paired with any stretch of the same length
+of its own recording: such a pair says what kind of friction goes with what kind of picture, no more.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from PIL import Image as Pillow
+from torch import Tensor
+
+from tactogram.errors import ParameterError
+from tactogram.model import Example
+from tactogram.signal import Image, Signal
+from tactogram.signal.resampling import resample
+
+Protocol = Literal["examples", "window-split", "region-split"]
+"""What keeps training and test apart.
+
+``examples``: nothing here; the split of the recordings (or of the materials) that these examples come from.
+``window-split``: overlapping windows of one photograph, drawn at random, as published. **It leaks**: nearly every
+test window has training windows one step beside it.
+``region-split``: windows that lie wholly in stretches of the photograph, and of the friction, that do not overlap.
+"""
+Part = Literal["train", "validation", "test"]
+PARTS: tuple[Part, ...] = get_args(Part)
+
+HELD = 8
+"""Photographs that are kept decoded: so many are drawn from at a time, and memory does not grow with the data."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhotoWindows:
+    """How windows are cut and kept apart; defaults are FrictGAN's (Sec. 4).
+
+    Parameters
+    ----------
+    pixels : int
+        Side of a window.
+    samples : int
+        Length of the signal that goes with it.
+    offset : int, pixels
+        From one window to the next: "with the offset of two pixels".
+    most : int, optional
+        Windows taken of a photograph, from the left: "the previous 600"; None takes all. (2362 pixels hold 670; the
+        paper counts 669.)
+    protocol : str
+        See `Protocol`.
+    shares : three floats
+        Parts that train, validate and test, of the windows (``window-split``: 400/100/100) or of the width.
+    grey : bool
+        Whether a window has one channel (ITU-R 601 luma) instead of three.
+    seed : int
+        Decides which windows are in which part.
+    """
+
+    pixels: int = 1024
+    samples: int = 1280
+    offset: int = 2
+    most: int | None = 600
+    protocol: Protocol = "window-split"
+    shares: tuple[float, float, float] = (400 / 600, 100 / 600, 100 / 600)
+    grey: bool = False
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if min(self.pixels, self.samples, self.offset) < 1 or (self.most is not None and self.most < 1):
+            raise ParameterError("pixels, samples, offset and most must be at least 1")
+        if self.protocol not in get_args(Protocol):
+            raise ParameterError(
+                f"protocol must be one of {', '.join(get_args(Protocol))}, got {self.protocol!r}"
+            )
+        if len(self.shares) != 3 or min(self.shares) < 0 or abs(sum(self.shares) - 1) > 1e-6:
+            raise ParameterError(f"shares must be three numbers >= 0 that add up to 1, got {self.shares}")
+
+    @property
+    def channels(self) -> int:
+        """1 or 3."""
+        return 1 if self.grey else 3
+
+    def lefts(self, width: int, part: Part | None) -> NDArray[np.int64]:
+        """Return the first columns of the windows of ``part`` (None: of all) in ``width`` usable columns, sorted.
+
+        Raises
+        ------
+        ParameterError
+            If ``width``, or under ``region-split`` the part of it, holds no window.
+        """
+        first, last = 0, width
+        if self.protocol == "region-split" and part is not None:
+            first, last = _stretch(width, self.shares, PARTS.index(part))
+        if last - first < self.pixels:
+            raise ParameterError(
+                f"{last - first} usable columns of a photograph of {width} hold no window of {self.pixels}: "
+                "lower config.pixels (and n_fft, hop in proportion), or change config.shares"
+            )
+        lefts = np.arange(first, last - self.pixels + 1, self.offset)[: self.most]
+        if self.protocol != "window-split" or part is None:
+            return lefts
+        order = np.random.default_rng(self.seed).permutation(len(lefts))
+        begin, end = _stretch(len(lefts), self.shares, PARTS.index(part))
+        return np.sort(lefts[order[begin:end]])
+
+    def window(self, image: Image, left: int) -> NDArray[np.uint8]:
+        """Return a window about the middle row, uint8, shape (pixels, pixels, channel).
+
+        Raises
+        ------
+        ParameterError
+            If the photograph does not hold it.
+        """
+        rows, columns = image.pixels.shape[:2]
+        if rows < self.pixels or columns < left + self.pixels:
+            raise ParameterError(
+                f"a photograph of {columns} x {rows} pixels holds no window of {self.pixels} at column {left}; "
+                "take a larger photograph or a model of smaller windows"
+            )
+        top = (rows - self.pixels) // 2
+        cut = image.pixels[top : top + self.pixels, left : left + self.pixels]
+        if self.grey:
+            cut = np.asarray(Pillow.fromarray(cut).convert("L"))[..., None]
+        return cut
+
+    def tensor(self, windows: Sequence[NDArray[np.uint8]]) -> Tensor:
+        """Return windows as a network sees them, float32, shape (window, channel, pixels, pixels), -1..1."""
+        stacked = torch.from_numpy(np.stack(windows)).permute(0, 3, 1, 2)  # B, C, H, W
+        return stacked.float().div_(127.5).sub_(1)
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionBatch:
+    """Some pairs.
+
+    Parameters
+    ----------
+    photo : float32 tensor, shape (pair, channel, pixels, pixels), -1..1
+    friction : float32 tensor, shape (pair, axis, samples), in the signals' unit
+    places : int64 array, shape (pair, 2)
+        Number of the example, and first column of the window.
+    """
+
+    photo: Tensor
+    friction: Tensor
+    places: NDArray[np.int64]
+
+
+class RegisteredPairs:
+    """The pairs that ``examples`` hold.
+
+    Parameters
+    ----------
+    examples : sequence of Example
+        Each with its photograph as condition ``image``, or with `Example.photographs`.
+    windows : PhotoWindows
+    part : {"train", "validation", "test"}, optional
+        Which of the windows; None takes all.
+    mm_per_pixel : float, optional
+        Scale that photographs are brought to; by default that of the first one that has a scale.
+
+    Raises
+    ------
+    ParameterError
+        If an example has no photograph, or one that holds no window.
+    """
+
+    def __init__(
+        self,
+        examples: Sequence[Example],
+        windows: PhotoWindows,
+        *,
+        part: Part | None = None,
+        mm_per_pixel: float | None = None,
+    ) -> None:
+        if not examples:
+            raise ParameterError("there are no examples to pair with photographs")
+        self.examples, self.windows, self.part = examples, windows, part
+        self.mm_per_pixel = mm_per_pixel
+        self._photos: OrderedDict[int, Image] = OrderedDict()
+        self._signals: OrderedDict[int, Signal] = OrderedDict()
+        self.registered: list[bool] = []
+        self._lefts: list[NDArray[np.int64]] = []
+        for number in range(len(examples)):
+            image, signal = self._photo(number), examples[number].signal
+            if self.mm_per_pixel is None and image.mm_per_pixel is not None:
+                self.mm_per_pixel = image.mm_per_pixel
+            known = signal.domain == "displacement" and image.mm_per_pixel is not None
+            self.registered.append(known)
+            width = image.pixels.shape[1]
+            if known:
+                width = min(width, int(len(self._signal(number)) * windows.pixels / windows.samples))
+            elif len(signal) < windows.samples:
+                raise ParameterError(
+                    f"recording {examples[number].id} has {len(signal)} samples, a pair needs {windows.samples}; "
+                    "lower config.hop and config.n_fft, or leave it out"
+                )
+            self._lefts.append(windows.lefts(width, part))
+        self._ends = np.cumsum([len(lefts) for lefts in self._lefts])
+
+    def __len__(self) -> int:
+        """Return the number of windows."""
+        return int(self._ends[-1])
+
+    def of(self, number: int) -> range:
+        """Return the places of the windows of example ``number``."""
+        return range(int(self._ends[number]) - len(self._lefts[number]), int(self._ends[number]))
+
+    def order(self, seed: int) -> Iterator[int]:
+        """Yield every place once per epoch, for ever; at random among `HELD` photographs at a time."""
+        epoch = 0
+        while True:
+            random = np.random.default_rng([seed, epoch])
+            numbers = random.permutation(len(self.examples))
+            for first in range(0, len(numbers), HELD):
+                places = np.concatenate([self.of(int(n)) for n in numbers[first : first + HELD]])
+                yield from random.permutation(places).tolist()
+            epoch += 1
+
+    def batch(self, places: Sequence[int], *, seed: int = 0) -> FrictionBatch:
+        """Return the pairs at ``places``; ``seed`` draws the stretches of what is not registered."""
+        photos, frictions, found = [], [], []
+        for place in places:
+            number = int(np.searchsorted(self._ends, place, side="right"))
+            left = int(self._lefts[number][place - self.of(number).start])
+            photos.append(self.windows.window(self._photo(number), left))
+            frictions.append(self._friction(number, left, np.random.default_rng([seed, place])))
+            found.append((number, left))
+        friction = torch.from_numpy(np.stack(frictions))
+        return FrictionBatch(self.windows.tensor(photos), friction, np.array(found, np.int64).reshape(-1, 2))
+
+    def _friction(self, number: int, left: int, random: np.random.Generator) -> NDArray[np.float32]:
+        count = self.windows.samples
+        signal = self._signal(number)
+        if self.registered[number]:
+            start = min(round(left * count / self.windows.pixels), len(signal) - count)
+        else:
+            first, last = 0, len(signal)
+            if self.windows.protocol == "region-split" and self.part is not None:
+                first, last = _stretch(len(signal), self.windows.shares, PARTS.index(self.part))
+            if last - first < count:
+                raise ParameterError(
+                    f"recording {self.examples[number].id}: {last - first} samples of its {self.part} part hold no "
+                    f"stretch of {count}; change config.shares"
+                )
+            start = int(random.integers(first, last - count + 1))
+        return signal.samples[:, start : start + count]
+
+    def _signal(self, number: int) -> Signal:
+        """Return an example's signal at the rate of the pairs."""
+        image = self._photo(number)
+        signal = self.examples[number].signal
+        if signal.domain != "displacement" or image.mm_per_pixel is None:
+            return signal
+        if number not in self._signals:
+            rate = self.windows.samples / (self.windows.pixels * image.mm_per_pixel)
+            self._signals[number] = resample(signal, rate)
+            if len(self._signals) > HELD:
+                self._signals.popitem(last=False)
+        return self._signals[number]
+
+    def _photo(self, number: int) -> Image:
+        """Return an example's photograph at the common scale; the last few stay decoded."""
+        if number in self._photos:
+            self._photos.move_to_end(number)
+            return self._photos[number]
+        image = photograph_of(self.examples[number])
+        if self.mm_per_pixel is not None:
+            image = scaled(image, self.mm_per_pixel)
+        self._photos[number] = image
+        if len(self._photos) > HELD:
+            self._photos.popitem(last=False)
+        return image
+
+
+def photograph_of(example: Example) -> Image:
+    """Return the photograph that an example was recorded with, else the first of its surface.
+
+    Raises
+    ------
+    ParameterError
+        If it has none.
+    """
+    image = example.condition.get("image")
+    if image is None and len(example.photographs):
+        image = example.photographs[0]
+    if not isinstance(image, Image):
+        raise ParameterError(
+            f"recording {example.id} has no photograph; add one when importing, or leave it out with --where"
+        )
+    return image
+
+
+def scaled(image: Image, mm_per_pixel: float) -> Image:
+    """Return a photograph at another scale, resized by area where it shrinks; one without a scale as it is."""
+    if image.mm_per_pixel is None or abs(image.mm_per_pixel / mm_per_pixel - 1) < 1e-3:
+        return image
+    rows, columns = (max(1, round(n * image.mm_per_pixel / mm_per_pixel)) for n in image.pixels.shape[:2])
+    smaller = image.mm_per_pixel < mm_per_pixel
+    how = Pillow.Resampling.BOX if smaller else Pillow.Resampling.BICUBIC
+    return Image(np.asarray(Pillow.fromarray(image.pixels).resize((columns, rows), how)), mm_per_pixel)
+
+
+def _stretch(count: int, shares: Sequence[float], part: int) -> tuple[int, int]:
+    """Return where a part of ``count`` things in a row begins and ends."""
+    edges = np.round(np.cumsum((0.0, *shares)) * count).astype(int)
+    return int(edges[part]), int(edges[part + 1])

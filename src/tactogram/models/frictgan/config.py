@@ -1,0 +1,150 @@
+"""Every number of FrictGAN, with where it is published; what the paper leaves open says so."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from tactogram.features.amplitude_spectrogram import AmplitudeSpectrogram
+from tactogram.features.registered_pairs import PhotoWindows, Protocol
+from tactogram.models.frictgan.sizes import check
+
+Positive = Annotated[int, Field(gt=0)]
+
+
+class Config(BaseModel):
+    """FrictGAN; the defaults are the paper's.
+
+    "Code" is the authors' first public repository, "later code" their second (of the paper's successor); they depart
+    from the paper and from each other, see README.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    # -- pairs
+    pixels: Positive = 1024
+    """Sec. 4: "1024x1024 sliding window"."""
+    offset: Positive = 2
+    """Sec. 4: "the offset of two pixels"."""
+    windows: Positive | None = 600
+    """Sec. 4: "the previous 600 pairs" of each photograph; None takes all."""
+    protocol: Protocol = "window-split"
+    """Sec. 4: 100 + 100 "randomly selected" of overlapping windows, which leaks; the other two are ours."""
+    shares: tuple[float, float, float] = (400 / 600, 100 / 600, 100 / 600)
+    """Sec. 4: 2000, 500, 500 pairs of five fabrics."""
+    grey: bool = False
+    """Sec. 3.1: 1024 x 1024 x 3; the later code has one channel."""
+    # -- spectrogram
+    n_fft: int = Field(default=512, ge=4)
+    """Sec. 4: "512-hamming window"."""
+    hop: Positive = 128
+    """Sec. 4: "128-hop size"."""
+    frames: int = Field(default=11, ge=4)
+    """Sec. 3.1: 257 x 11."""
+    nonnegative: bool = True
+    """Whether signals are >= 0, as friction coefficients are. The code takes the absolute value of what comes out."""
+    iterations: int = Field(default=32, ge=0)
+    """Of Griffin-Lim; open in the paper; the code has librosa's default."""
+    scale: Literal["none", "bins"] = "none"
+    """What magnitudes are divided by inside the networks: nothing (as the code's files have it; open in the paper), or
+    (ours) each frequency's mean over the training part, so that the mean level, some hundred times the ripple, does not
+    drown it in the L1 distance."""
+    # -- generator
+    channels: tuple[Positive, ...] = (32, 64, 128, 256, 512, 512, 512)
+    """Encoder; open in the paper; the code's."""
+    strides: tuple[Positive, ...] = (2, 2, 2, 2, 2, 4, 4)
+    """Encoder; open in the paper; the code's."""
+    up_strides: tuple[Literal[2, 4], ...] = (4, 4, 2, 2, 2)
+    """Decoder, along frequency; the last ones also along displacement, see `networks.sizes`. Open in the paper."""
+    wide: int = Field(default=2, ge=0)
+    """How many of the last decoder layers double the number of frames as well. Open in the paper."""
+    latent: int = Field(default=128, ge=0)
+    """Sec. 3.1: "a 128-dimensional latent vector"; 0 leaves the bottleneck a map (code)."""
+    noise: int = Field(default=50, ge=0)
+    """Sec. 3.1: "a random 50-dimensional noise vector"; 0 leaves it out (code)."""
+    dropout: float = Field(default=0.5, ge=0, lt=1)
+    """Share; open in the paper; the code's."""
+    encoder_dropout: int = Field(default=3, ge=0)
+    """Sec. 3.1: "in the last three layers of the encoder"."""
+    decoder_dropout: int = Field(default=0, ge=0)
+    """First decoder layers with dropout; the later code has three there and none in the encoder."""
+    match: Literal["crop", "pool"] = "crop"
+    """How a square map of the photograph is brought to the size of one of the spectrogram: its middle (Sec. 3.1:
+    "cropped texture image"; the code crops in the skip connections too), or (ours) means over areas, which keep all of
+    the photograph and its left-to-right order."""
+    first_norm: bool = True
+    """Whether the first layers of generator and critic are normalised: "each layer" (Sec. 3.1); not so in the code."""
+    # -- critic
+    critic_channels: tuple[Positive, Positive, Positive, Positive] = (64, 128, 256, 512)
+    """PatchGAN (Sec. 3.1): 257 x 11 x 4 to 30 x 1; channels are the code's, and pix2pix's."""
+    leak: float = 0.2
+    """Of LeakyReLU; open in the paper; the code's."""
+    # -- training
+    loss: Literal["wasserstein", "cross-entropy"] = "wasserstein"
+    """Eq. (2); both repositories have the sigmoid cross-entropy, with weights clipped all the same."""
+    l1: float = Field(default=100.0, ge=0)
+    """Sec. 3.2: lambda."""
+    adversarial: float = Field(default=1.0, ge=0)
+    """Eq. (3): 1; 0 leaves the critic out (ours, to see what it does)."""
+    clip: float = Field(default=0.01, gt=0)
+    """Largest weight of the critic; open in the paper; WGAN's (Arjovsky et al. 2017, Algorithm 1) and the code's."""
+    critic_updates: Positive = 5
+    """Per generator update; open in the paper; that of WGAN and the code."""
+    learning_rate: float = Field(default=5e-5, gt=0)
+    """Sec. 4, RMSprop."""
+    critic_learning_rate: float | None = Field(default=None, gt=0)
+    """None is ``learning_rate``, as in Sec. 4."""
+    batch_size: int = Field(default=2, ge=2)
+    """Sec. 4."""
+    epochs: int = Field(default=400, gt=0)
+    """Open in the paper; the code's."""
+    steps: int | None = Field(default=None, gt=0)
+    """Generator updates; None follows from ``epochs``."""
+    # -- use
+    playback_rate: float = Field(default=4000.0, gt=0)
+    """Rate in Hz of a signal played at a speed; ours."""
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        if len(self.channels) != len(self.strides):
+            raise ValueError("channels and strides must be equally many")
+        if len(self.up_strides) > len(self.strides):
+            raise ValueError("up_strides must not be more than strides: each has a skip connection")
+        if self.pixels % math.prod(self.strides):
+            raise ValueError(
+                f"pixels must be a multiple of the product of strides, {math.prod(self.strides)}"
+            )
+        if self.noise and not self.latent:
+            raise ValueError("noise joins the latent vector: latent must be > 0, or noise 0")
+        self.spectrogram(), self.photo_windows()  # refuse what they cannot be
+        check(self)
+        return self
+
+    @property
+    def bins(self) -> int:
+        """Rows of a spectrogram."""
+        return self.n_fft // 2 + 1
+
+    def spectrogram(self) -> AmplitudeSpectrogram:
+        """Return the spectrogram of a window."""
+        return AmplitudeSpectrogram(
+            n_fft=self.n_fft,
+            hop=self.hop,
+            frames=self.frames,
+            nonnegative=self.nonnegative,
+            iterations=self.iterations,
+        )
+
+    def photo_windows(self) -> PhotoWindows:
+        """Return how windows are cut."""
+        return PhotoWindows(
+            pixels=self.pixels,
+            samples=(self.frames - 1) * self.hop,
+            offset=self.offset,
+            most=self.windows,
+            protocol=self.protocol,
+            shares=self.shares,
+            grey=self.grey,
+        )

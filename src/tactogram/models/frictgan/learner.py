@@ -1,0 +1,355 @@
+"""Training in the paper's order; friction from photographs, over displacement or played at a finger's speed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+import torch
+import torch.nn.functional as F
+from torch import Tensor, nn
+
+from tactogram.errors import ParameterError
+from tactogram.features.registered_pairs import FrictionBatch, Part, RegisteredPairs, scaled
+from tactogram.model import Condition, Example, SignalKind, Stage, check_condition
+from tactogram.models.frictgan.config import Config
+from tactogram.models.frictgan.journey import journey, spliced
+from tactogram.models.frictgan.networks import Critic, Generator
+from tactogram.signal import Image, Signal
+from tactogram.signal.displacement import played
+from tactogram.signal.resampling import resample
+from tactogram.training.seeds import child_generator, child_rng, torch_seeded
+
+MEASURED = 512
+"""Windows that the scale of the magnitudes is measured on, at most."""
+JUDGED = 64
+"""Windows that `validate` looks at, at most."""
+AT_ONCE = 4
+"""Windows of a long signal that are made together."""
+
+
+class FrictGANLearner:
+    """The generator and the critic of FrictGAN, Sec. 3, with their optimisers.
+
+    Parameters
+    ----------
+    config : Config
+    kind : SignalKind
+        Rate, unit, axes and domain of the training signals. A photograph gives one spectrogram per axis.
+    seed : int
+        Decides the initial weights.
+    device : str or torch.device
+    """
+
+    def __init__(
+        self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
+    ) -> None:
+        self.config, self.kind = config, kind
+        self.device = torch.device(device)
+        self.windows, self.spectrogram = config.photo_windows(), config.spectrogram()
+        self.scale = torch.ones(len(kind.axes), config.bins, 1)
+        self.mm_per_pixel: float | None = None
+        self.seen: Sequence[Example] = ()
+        with torch_seeded(seed, "weights"):
+            generator, critic = (net(config, axes=len(kind.axes)) for net in (Generator, Critic))
+        self.generator: Any = generator.to(self.device)
+        self.critic: Any = critic.to(self.device)
+        rates = (config.learning_rate, config.critic_learning_rate or config.learning_rate)
+        self.optimisers: list[Any] = [  # Sec. 4; alpha and eps as TensorFlow's, which the authors used
+            torch.optim.RMSprop(network.parameters(), lr=rate, alpha=0.9, eps=1e-7)
+            for network, rate in zip((generator, critic), rates, strict=True)
+        ]
+        self.backward: Callable[[Tensor], None] = Tensor.backward
+
+    def setup(self, fabric: Any) -> None:
+        self.generator, self.optimisers[0] = fabric.setup(self.generator, self.optimisers[0])
+        self.critic, self.optimisers[1] = fabric.setup(self.critic, self.optimisers[1])
+        self.backward = fabric.backward
+        self.device = fabric.device
+
+    # -- training ----------------------------------------------------------------------------------------
+
+    def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
+        pairs = self.pairs(examples)
+        steps = self.config.steps or self.config.epochs * math.ceil(len(pairs) / self.config.batch_size)
+        return Stage("fit", 1), Stage("train", steps)
+
+    def pairs(self, examples: Sequence[Example], part: Part | None = "train") -> RegisteredPairs:
+        """Return the pairs of ``part`` that ``examples`` hold; under protocol ``examples`` all are of every part."""
+        for example in examples:
+            self.kind.check(example.signal)
+            mean = float(example.signal.samples.mean())
+            if self.config.nonnegative and mean <= 0:
+                raise ParameterError(
+                    f"recording {example.id} has a mean of {mean:.3g}, a coefficient of friction is never below 0: "
+                    "take its friction with --set prepare.stream=friction, or --set "
+                    "config.nonnegative=false"
+                )
+        if self.config.protocol == "examples":
+            part = None
+        return RegisteredPairs(examples, self.windows, part=part, mm_per_pixel=self.mm_per_pixel)
+
+    def batches(
+        self, stage: Stage, examples: Sequence[Example], *, seed: int, start: int = 0
+    ) -> Iterator[Any]:
+        if stage.name == "fit":
+            yield (examples,)
+            return
+        pairs = self.pairs(examples)
+        count = self.config.batch_size * (self.config.critic_updates if self.config.adversarial else 1)
+        for number, places in enumerate(grouped(pairs.order(seed), count, skip=start), start=start):
+            batch = pairs.batch(places, seed=number)
+            yield batch.photo, batch.friction
+
+    def step(self, stage: Stage, batch: Any) -> dict[str, float]:
+        if stage.name == "fit":
+            return self._fit(batch[0])
+        photos, frictions = (part.to(self.device) for part in batch)
+        real = self._inside(frictions)
+        self.generator.train(), self.critic.train()
+        figures: dict[str, Tensor] = {}
+        size = self.config.batch_size
+        for first in range(0, len(photos), size):
+            part = slice(first, first + size)
+            if self.config.adversarial:
+                figures |= self._update_critic(photos[part], real[part])
+        figures |= self._update_generator(photos[part], real[part])
+        return {name: float(value) for name, value in figures.items()}
+
+    def _update_critic(self, photo: Tensor, real: Tensor) -> dict[str, Tensor]:
+        """Arjovsky et al. 2017, Algorithm 1, lines 3 to 7; or the code's cross-entropy, clipped all the same."""
+        with torch.no_grad():
+            made = self._make(photo)
+        scores = self.critic(photo, real).float(), self.critic(photo, made).float()
+        if self.config.loss == "wasserstein":
+            loss = scores[1].mean() - scores[0].mean()  # eq. (2)
+            figures = {"wasserstein": -loss.detach()}
+        else:
+            loss = _cross_entropy(scores[0], 1.0) + _cross_entropy(scores[1], 0.0)
+            figures = {"critic_loss": loss.detach()}
+        self._descend(1, loss)
+        with torch.no_grad():
+            for weight in self.critic.parameters():
+                weight.clamp_(-self.config.clip, self.config.clip)
+        return figures
+
+    def _update_generator(self, photo: Tensor, real: Tensor) -> dict[str, Tensor]:
+        """Algorithm 1, lines 9 to 11, with the L1 distance of eq. (3)."""
+        made = self._make(photo)
+        distance = (made - real).abs().mean()
+        loss, figures = self.config.l1 * distance, {"l1": distance.detach()}
+        if self.config.adversarial:
+            with _fixed(self.critic):
+                score = self.critic(photo, made).float()
+            verdict = -score.mean() if self.config.loss == "wasserstein" else _cross_entropy(score, 1.0)
+            loss = loss + self.config.adversarial * verdict
+            figures["adversarial"] = verdict.detach()
+        self._descend(0, loss)
+        return figures
+
+    def _make(self, photo: Tensor) -> Tensor:
+        """Return spectrograms, inside the networks' scale, with noise of torch's own generator."""
+        noise = torch.randn(len(photo), self.config.noise).to(photo) if self.config.noise else None
+        made: Tensor = self.generator(photo, noise).float()
+        return made
+
+    def _descend(self, which: int, loss: Tensor) -> None:
+        self.optimisers[which].zero_grad()
+        self.backward(loss)
+        self.optimisers[which].step()
+
+    def _fit(self, examples: Sequence[Example]) -> dict[str, float]:
+        """Keep the scale of the photographs, and measure that of the magnitudes."""
+        pairs, self.seen = self.pairs(examples), examples
+        self.mm_per_pixel = pairs.mm_per_pixel
+        figures = {"pairs": float(len(pairs)), "registered_share": float(np.mean(pairs.registered))}
+        if self.config.scale == "bins":
+            places = np.unique(np.linspace(0, len(pairs) - 1, MEASURED).astype(int)).tolist()
+            total = torch.zeros_like(self.scale)
+            for first in range(0, len(places), 32):
+                batch = pairs.batch(places[first : first + 32])
+                total += self.spectrogram.encode(batch.friction).mean(-1, keepdim=True).sum(0)
+            self.scale = (total / len(places)).clamp_min(1e-6)
+        return figures
+
+    def _inside(self, friction: Tensor) -> Tensor:
+        return self.spectrogram.encode(friction) / self.scale.to(friction.device)
+
+    # -- judging -----------------------------------------------------------------------------------------
+
+    def validate(self, examples: Sequence[Example]) -> dict[str, float]:
+        """Return ``l1`` of unseen windows inside the networks' scale, and ``mse`` of friction as the paper has it.
+
+        Both signals of the ``mse`` come out of the same phase recovery, as in the authors' code.
+        """
+        if not examples and self.config.protocol != "examples":
+            examples = self.seen  # other windows of the photographs that were trained on
+        if not examples:
+            return {}
+        part: Part | None = "validation" if self.config.shares[1] else "test"
+        pairs = self.pairs(examples, part)
+        places = np.unique(np.linspace(0, len(pairs) - 1, JUDGED).astype(int)).tolist()
+        made, real = self.spectra(pairs.batch(places))
+        scale = self.scale
+        squared = (self.spectrogram.decode(made) - self.spectrogram.decode(real)).square().mean()
+        return {"l1": float(((made - real) / scale).abs().mean()), "mse": float(squared)}
+
+    @torch.inference_mode()
+    def spectra(self, batch: FrictionBatch, *, seed: int = 0) -> tuple[Tensor, Tensor]:
+        """Return generated and recorded magnitudes of some pairs, each float32, (pair, axis, bin, frame)."""
+        made = []
+        for first in range(0, len(batch.photo), AT_ONCE):
+            photo = batch.photo[first : first + AT_ONCE]
+            noise = torch.stack([self._noise(seed, first + k) for k in range(len(photo))])
+            made.append(self._magnitude(photo, noise))
+        return torch.cat(made), self.spectrogram.encode(batch.friction)
+
+    @torch.inference_mode()
+    def _magnitude(self, photo: Tensor, noise: Tensor) -> Tensor:
+        network = _bare(self.generator).eval()
+        made: Tensor = network(photo.to(self.device), noise.to(self.device) if self.config.noise else None)
+        return made.float().cpu() * self.scale
+
+    def _noise(self, seed: int, number: int) -> Tensor:
+        return torch.randn(self.config.noise, generator=child_generator(seed, "noise", number))
+
+    # -- state -------------------------------------------------------------------------------------------
+
+    def state(self) -> dict[str, Any]:
+        return {
+            "scale": self.scale,
+            "mm_per_pixel": self.mm_per_pixel,
+            "generator": self.generator.state_dict(),
+            "critic": self.critic.state_dict(),
+            "optimisers": [optimiser.state_dict() for optimiser in self.optimisers],
+        }
+
+    def load_state(self, state: Mapping[str, Any]) -> None:
+        self.scale = torch.as_tensor(state["scale"])
+        given = state["mm_per_pixel"]
+        self.mm_per_pixel = None if given is None else float(given)
+        self.generator.load_state_dict(state["generator"])
+        self.critic.load_state_dict(state["critic"])
+        for optimiser, values in zip(self.optimisers, state.get("optimisers", ()), strict=False):
+            optimiser.load_state_dict(values)
+
+    # -- use ---------------------------------------------------------------------------------------------
+
+    def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
+        """Return what a finger meets that moves over a photograph from its left edge, along its middle.
+
+        If the training signals were over displacement, so is this one, as long as one window. With ``speed_mm_s`` it is
+        played at that speed, over time, and may last any number of ``seconds``: the finger turns round at the
+        photograph's edges. ``seconds`` without a speed is refused, since a displacement has none. If the training
+        signals were over time, ``seconds`` is the length and there is no speed to choose.
+        """
+        check_condition(condition, needs=("image",), takes=("speed_mm_s", "latent"))
+        speed = condition.get("speed_mm_s")
+        over_displacement = self.kind.domain == "displacement"
+        if speed is not None and not over_displacement:
+            raise ParameterError(
+                "speed_mm_s: this run's signals are over time, at the speeds of its recordings; leave it out"
+            )
+        if speed is not None and not (np.isfinite(speed) and speed > 0):
+            raise ParameterError(f"speed_mm_s must be > 0, got {speed}")
+        if seconds is not None and over_displacement and speed is None:
+            raise ParameterError(
+                "seconds of a signal over displacement need a speed: give speed_mm_s, or leave them out"
+            )
+        image = condition["image"]
+        if not isinstance(image, Image):
+            raise ParameterError(f"image must be a photograph (Image), got {type(image).__name__}")
+        if self.mm_per_pixel is not None:
+            image = scaled(image, self.mm_per_pixel)
+        rate = self._rate(image)
+        travel = (
+            rate if not over_displacement or speed is None else rate * speed
+        )  # samples per s, or as the domain is
+        count = self.windows.samples if seconds is None else max(1, round(seconds * travel))
+        samples = self._along(image, count + 1, self._latent(condition), seed)
+        signal = Signal(samples, rate, self.kind.unit, self.kind.axes, self.kind.domain)
+        if speed is not None:
+            signal = played(signal, float(speed), self.config.playback_rate)
+            wanted = count / travel if seconds is None else seconds
+            return signal.cut(0, max(1, round(wanted * signal.rate)))
+        return self._nonnegative(resample(signal.cut(0, count), self.kind.rate))
+
+    def _rate(self, image: Image) -> float:
+        """Return the rate of what the network gives: samples per mm where photographs are registered."""
+        if self.kind.domain == "time" or self.mm_per_pixel is None:
+            return self.kind.rate
+        return self.windows.samples / (self.windows.pixels * self.mm_per_pixel)
+
+    def _along(self, image: Image, count: int, latent: Tensor | None, seed: int) -> np.ndarray:
+        """Return at least ``count`` samples, float32, (axis, time): one phase recovery for all windows."""
+        half = (self.config.frames - 1) // 2
+        number = max(0, math.ceil((count - self.windows.samples) / (half * self.config.hop)))
+        places = journey(
+            image.pixels.shape[1], self.windows.pixels, half / (self.config.frames - 1), number + 1
+        )
+        made = []
+        for first in range(0, len(places), AT_ONCE):
+            some = places[first : first + AT_ONCE]
+            cut = [self.windows.window(image, left)[:, :: -1 if back else 1] for left, back in some]
+            noise = [self._noise(seed, first + k) for k in range(len(some))]
+            if first == 0 and latent is not None:
+                noise[0] = latent
+            made.append(self._magnitude(self.windows.tensor(cut), torch.stack(noise)))
+        long = spliced(torch.cat(made), half)
+        spectrogram = self.config.model_copy(update={"frames": long.shape[-1]}).spectrogram()
+        recovered = spectrogram.decode(long, seed=int(child_rng(seed, "phase").integers(2**31)))
+        return np.asarray(recovered.numpy())
+
+    def _nonnegative(self, signal: Signal) -> Signal:
+        """Return the signal without what resampling put below 0."""
+        if not self.config.nonnegative:
+            return signal
+        return signal.with_samples(np.maximum(signal.samples, 0))
+
+    def _latent(self, condition: Condition) -> Tensor | None:
+        given = condition.get("latent")
+        if given is None:
+            return None
+        latent = np.asarray(given, np.float32)
+        if latent.shape != (self.config.noise,) or not np.isfinite(latent).all() or not self.config.noise:
+            raise ParameterError(
+                f"latent must be {self.config.noise} finite numbers, as drawn from N(0, 1), got shape {latent.shape}"
+            )
+        return torch.from_numpy(latent)
+
+
+def grouped(places: Iterator[int], count: int, *, skip: int = 0) -> Iterator[list[int]]:
+    """Yield ``places``, ``count`` at a time, without the first ``skip`` groups."""
+    for _ in range(skip * count):
+        next(places)
+    while True:
+        yield [next(places) for _ in range(count)]
+
+
+def build(
+    config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
+) -> FrictGANLearner:
+    """Return an untrained model for signals of ``kind``."""
+    return FrictGANLearner(config, kind, seed=seed, device=device)
+
+
+def _cross_entropy(scores: Tensor, target: float) -> Tensor:
+    return F.binary_cross_entropy_with_logits(scores, torch.full_like(scores, target))
+
+
+def _bare(network: Any) -> Any:
+    """Return a network without Fabric around it."""
+    return getattr(network, "module", network)
+
+
+@contextmanager
+def _fixed(network: nn.Module) -> Iterator[None]:
+    """Leave the gradients of the weights of ``network`` away."""
+    network.requires_grad_(False)
+    try:
+        yield
+    finally:
+        network.requires_grad_(True)

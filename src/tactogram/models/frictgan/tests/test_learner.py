@@ -1,0 +1,220 @@
+import numpy as np
+import pytest
+import torch
+from scipy.ndimage import gaussian_filter
+
+from tactogram.errors import ParameterError
+from tactogram.model import Example, SignalKind
+from tactogram.models.frictgan import Config
+from tactogram.models.frictgan.learner import FrictGANLearner
+from tactogram.models.frictgan.networks import Critic
+from tactogram.signal import Image, Signal
+from tactogram.training.checkpoint import load_state, save_state
+from tactogram.training.loop import fit
+from tactogram.training.seeds import torch_seeded
+
+MM_PER_PIXEL = 0.1
+RATE = 20.0
+KIND = SignalKind(RATE, "1", ("along",), ("coarse", "fine"), True, "displacement")
+PERIOD_MM = {"coarse": 1.6, "fine": 0.5}
+LEVEL = {"coarse": 0.6, "fine": 0.3}
+
+
+def fabric(name, seed):
+    """Simulated: ribs that are seen and felt, at the same places."""
+    random = np.random.default_rng(seed)
+    columns = np.arange(128) * MM_PER_PIXEL
+    phase = 2 * np.pi * random.random()
+    seen = 128 + 80 * np.sin(2 * np.pi * columns / PERIOD_MM[name] + phase)
+    noise = gaussian_filter(random.standard_normal((64, 128, 3)), (1, 1, 0))
+    pixels = np.clip(seen[None, :, None] + 10 * noise, 0, 255).astype(np.uint8)
+    x = np.arange(round(12.8 * RATE)) / RATE
+    felt = LEVEL[name] * (1 + 0.2 * np.sin(2 * np.pi * x / PERIOD_MM[name] + phase))
+    signal = Signal(felt, RATE, "1", ("along",), "displacement")
+    return Example(f"{name}-{seed}", signal, name, {"image": Image(pixels, MM_PER_PIXEL)})
+
+
+EXAMPLES = [fabric(name, seed) for name in PERIOD_MM for seed in range(2)]
+
+
+def config(**changes):
+    values = {
+        "pixels": 32, "offset": 4, "windows": None, "protocol": "region-split", "shares": (0.5, 0.25, 0.25),
+        "n_fft": 64, "hop": 16, "frames": 9, "scale": "bins", "channels": (8, 8, 16), "strides": (2, 2, 4),
+        "up_strides": (4, 2, 2), "wide": 1, "latent": 8, "noise": 4, "match": "pool", "critic_channels": (8, 8, 8, 8),
+        "critic_updates": 2, "batch_size": 4, "steps": 3, "dropout": 0.0, "learning_rate": 2e-3,
+    }  # fmt: skip
+    return Config(**{**values, **changes})
+
+
+def learner(seed=0, **changes):
+    return FrictGANLearner(config(**changes), KIND, seed=seed)
+
+
+def trained(**changes):
+    made = learner(**changes)
+    fit(made, EXAMPLES, seed=0)
+    return made
+
+
+@pytest.fixture(scope="module")
+def model():
+    return trained()
+
+
+def test_gives_friction_over_displacement(model):
+    signal = model.generate(EXAMPLES[0].condition, seed=1)
+    KIND.check(signal)
+    assert signal.length_mm == pytest.approx(32 * MM_PER_PIXEL, abs=1 / RATE)
+    assert signal.samples.min() >= 0
+    again = model.generate(EXAMPLES[0].condition, seed=1)
+    np.testing.assert_array_equal(signal.samples, again.samples)
+    assert not np.array_equal(signal.samples, model.generate(EXAMPLES[0].condition, seed=2).samples)
+
+
+@pytest.mark.parametrize("speed", [5.0, 20.0, 80.0])
+def test_played_at_a_speed_it_lasts_as_long_as_asked(model, speed):
+    asked = {**EXAMPLES[0].condition, "speed_mm_s": speed}
+    signal = model.generate(asked, seconds=0.75, seed=1)
+    assert (signal.domain, signal.rate, len(signal)) == ("time", 4000.0, 3000)
+    assert signal.samples.min() > -1e-3
+    own = model.generate(asked, seed=1)
+    assert own.seconds == pytest.approx(32 * MM_PER_PIXEL / speed, abs=1e-3)
+
+
+def test_a_photograph_of_another_scale_is_brought_to_that_of_training(model):
+    image = EXAMPLES[0].condition["image"]
+    twice = Image(np.repeat(np.repeat(image.pixels, 2, 0), 2, 1), MM_PER_PIXEL / 2)
+    np.testing.assert_allclose(
+        model.generate({"image": twice}, seed=1).samples,
+        model.generate({"image": image}, seed=1).samples,
+        atol=1e-5,
+    )
+
+
+def test_a_latent_is_the_noise(model):
+    image = EXAMPLES[0].condition["image"]
+    one, other = (
+        model.generate({"image": image, "latent": np.full(4, z)}, seed=1).samples for z in (0.0, 3.0)
+    )
+    assert not np.array_equal(one, other)
+    with pytest.raises(ParameterError, match="latent must be 4 finite numbers"):
+        model.generate({"image": image, "latent": np.zeros(5)}, seed=1)
+
+
+@pytest.mark.parametrize(
+    ("change", "seconds", "message"),
+    [
+        ({}, 1.0, "need a speed"),
+        ({"speed_mm_s": 0.0}, None, "speed_mm_s must be > 0"),
+        ({"image": "felt.png"}, None, "must be a photograph"),
+        ({"image": Image(np.zeros((20, 200, 3), np.uint8))}, None, "holds no window of 32"),
+        ({"image": None}, None, "'image' is needed"),
+        ({"force_n": 1.0}, None, "not one this model takes"),
+    ],
+)
+def test_refused(model, change, seconds, message):
+    with pytest.raises(ParameterError, match=message):
+        model.generate({**EXAMPLES[0].condition, **change}, seconds=seconds, seed=0)
+
+
+def test_signals_below_zero_are_refused_with_what_to_do():
+    image = EXAMPLES[0].condition["image"]
+    vibration = Signal(np.sin(np.arange(256)) - 0.1, RATE, "1", ("along",), "displacement")
+    with pytest.raises(ParameterError, match=r"config\.nonnegative=false"):
+        learner().stages([Example("a", vibration, "coarse", {"image": image})])
+
+
+def test_epochs_are_passes_over_the_training_windows():
+    made = learner(steps=None, epochs=3)
+    assert len(made.pairs(EXAMPLES)) == 4 * 9  # 64 columns hold windows at 0, 4, …, 32
+    assert made.stages(EXAMPLES)[-1].steps == 3 * 9
+
+
+def test_critic_loss_is_equation_2_and_weights_are_clipped():
+    made = learner(clip=0.01)
+    made.step(made.stages(EXAMPLES)[0], (EXAMPLES,))
+    batch = made.pairs(EXAMPLES).batch(range(4))
+    real = made._inside(batch.friction)
+    critic = Critic(made.config)
+    critic.load_state_dict(made.critic.state_dict())
+    with torch_seeded(0), torch.no_grad():
+        fake = made._make(batch.photo)
+        expected = critic(batch.photo, real).mean() - critic(batch.photo, fake).mean()
+    with torch_seeded(0):
+        made.generator.load_state_dict(learner().generator.state_dict())
+        found = made._update_critic(batch.photo, real)["wasserstein"]
+    assert float(found) == pytest.approx(float(expected), abs=1e-4)
+    assert max(float(w.detach().abs().max()) for w in made.critic.parameters()) <= 0.01
+
+
+def test_generator_loss_is_equation_3_with_lambda_100():
+    made = learner()
+    made.step(made.stages(EXAMPLES)[0], (EXAMPLES,))
+    batch = made.pairs(EXAMPLES).batch(range(4))
+    real, losses = made._inside(batch.friction), []
+    made.backward = losses.append  # looks at the loss, changes nothing
+    made.optimisers[0].step = lambda: None
+    with torch_seeded(0):
+        figures = made._update_generator(batch.photo, real)
+    assert losses[0].item() == pytest.approx(
+        100 * figures["l1"].item() + figures["adversarial"].item(), rel=1e-5
+    )
+
+
+def test_cross_entropy_of_the_authors_code():
+    made = learner(loss="cross-entropy", latent=0, noise=0, first_norm=False)
+    fit(made, EXAMPLES, seed=0)
+    batch = made.pairs(EXAMPLES).batch(range(4))
+    figures = made._update_critic(batch.photo, made._inside(batch.friction))
+    assert figures["critic_loss"] == pytest.approx(
+        2 * np.log(2), abs=0.1
+    )  # weights of at most 0.01 cannot tell yet
+
+
+def test_learns_which_fabric_has_which_level_and_ripple():
+    made = trained(steps=150, adversarial=0.0, noise=0, batch_size=8, learning_rate=5e-4)
+    levels = {e.id: float(made.generate(e.condition, seed=0).samples.mean()) for e in EXAMPLES}
+    assert levels["coarse-0"] == pytest.approx(0.6, abs=0.1)
+    assert levels["fine-0"] == pytest.approx(0.3, abs=0.08)
+    for part in ("train", "test"):
+        pairs = made.pairs(EXAMPLES, part)
+        spectra, real = made.spectra(pairs.batch([pairs.of(0)[0], pairs.of(2)[0]]))
+        peaks = 5 + spectra[:, 0, 5:].mean(-1).argmax(-1)
+        np.testing.assert_allclose(peaks, 5 + real[:, 0, 5:].mean(-1).argmax(-1), atol=1)
+
+
+def test_state_comes_back(model, tmp_path):
+    save_state(tmp_path / "model.safetensors", model.state())
+    other = learner(seed=3)
+    other.load_state(load_state(tmp_path / "model.safetensors")[0])
+    condition = EXAMPLES[1].condition
+    np.testing.assert_array_equal(
+        other.generate(condition, seed=1).samples, model.generate(condition, seed=1).samples
+    )
+
+
+def test_judges_other_windows_where_no_recording_is_kept_apart(model):
+    assert set(model.validate(())) == {"l1", "mse"}
+    assert learner(protocol="examples").validate(()) == {}
+
+
+def test_one_photograph_gives_one_spectrogram_per_axis():
+    kind = SignalKind(500.0, "m/s^2", ("x", "y", "z"), ("a",))
+    signal = Signal(np.random.default_rng(0).standard_normal((3, 600)), 500.0, "m/s^2")
+    made = FrictGANLearner(config(nonnegative=False, protocol="examples"), kind, seed=0)
+    example = Example("a", signal, "a", {"image": EXAMPLES[0].condition["image"]})
+    fit(made, [example], seed=0)
+    given = made.generate(example.condition, seconds=1.1, seed=0)
+    kind.check(given)
+    assert len(given) == 550
+    with pytest.raises(ParameterError, match="over time, at the speeds"):
+        made.generate({**example.condition, "speed_mm_s": 30.0}, seed=0)
+
+
+def test_eval_does_not_depend_on_what_stands_beside(model):
+    pairs = model.pairs(EXAMPLES)
+    with torch.no_grad():
+        together = model._magnitude(pairs.batch([0, 5]).photo, torch.zeros(2, 4))
+        alone = model._magnitude(pairs.batch([5]).photo, torch.zeros(1, 4))
+    torch.testing.assert_close(together[1:], alone, rtol=1e-4, atol=1e-5)

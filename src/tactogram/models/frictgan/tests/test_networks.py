@@ -1,0 +1,119 @@
+import numpy as np
+import pytest
+import torch
+from pydantic import ValidationError
+from torch import nn
+
+from tactogram.models.frictgan import Config
+from tactogram.models.frictgan.journey import journey, spliced
+from tactogram.models.frictgan.networks import Critic, Generator, SameConv, match
+from tactogram.models.frictgan.sizes import critic_size, decoder_sizes, encoder_sizes
+
+PAPER = Config()
+
+
+def shapes(network, *inputs):
+    """The shape of what each layer gives, at the published size, without computing it."""
+    found = []
+    for layer in network.modules():
+        if isinstance(layer, nn.Conv2d | nn.ConvTranspose2d | nn.Linear):
+            layer.register_forward_hook(lambda module, given, out: found.append(tuple(out.shape[1:])))
+    with torch.no_grad():
+        network(*inputs)
+    return found
+
+
+@pytest.fixture(scope="module")
+def published():
+    with torch.device("meta"):
+        return Generator(PAPER), Critic(PAPER)
+
+
+def test_generator_of_the_paper_layer_by_layer(published):
+    photo, noise = torch.empty(2, 3, 1024, 1024, device="meta"), torch.empty(2, 50, device="meta")
+    assert shapes(published[0], photo, noise) == [
+        (32, 512, 512), (64, 256, 256), (128, 128, 128), (256, 64, 64), (512, 32, 32), (512, 8, 8), (512, 2, 2),
+        (128,), (4608,),
+        (512, 9, 3), (256, 33, 3), (128, 65, 3), (64, 129, 6), (32, 257, 11), (1, 257, 11),
+    ]  # fmt: skip
+    assert published[0].spread.in_features == 128 + 50
+
+
+def test_critic_of_the_paper_layer_by_layer(published):
+    photo = torch.empty(2, 3, 1024, 1024, device="meta")
+    spectrogram = torch.empty(2, 1, 257, 11, device="meta")
+    assert published[1].layers[0].in_channels == 4
+    assert shapes(published[1], photo, spectrogram) == [
+        (64, 129, 6), (128, 65, 3), (256, 33, 3), (512, 31, 2), (1, 30, 1),
+    ]  # fmt: skip
+    assert critic_size((257, 11)) == (30, 1)
+
+
+def test_parameter_counts(published):
+    assert sum(p.numel() for p in published[0].parameters()) == 19_677_249
+    assert sum(p.numel() for p in published[1].parameters()) == 3_291_009
+
+
+def test_dropout_is_in_the_last_three_layers_of_the_encoder(published):
+    shares = [m.p for m in published[0].encoder.modules() if isinstance(m, nn.Dropout)]
+    assert shares == [0, 0, 0, 0, 0.5, 0.5, 0.5]
+    assert all(m.p == 0 for m in published[0].decoder.modules() if isinstance(m, nn.Dropout))
+
+
+def test_sizes_are_those_in_the_docstrings():
+    assert encoder_sizes(PAPER) == [512, 256, 128, 64, 32, 8, 2]
+    assert decoder_sizes(PAPER) == [(3, 3), (9, 3), (33, 3), (65, 3), (129, 6), (257, 11)]
+
+
+def test_same_padding_is_tensorflows():
+    """Of 5 samples with kernel 4 and stride 2 three outputs: one zero before, two after."""
+    layer = SameConv(1, 1, 4, (2, 2), bias=False)
+    nn.init.ones_(layer.weight)
+    row = torch.zeros(1, 1, 5, 5)
+    row[0, 0, 0] = torch.tensor([1.0, 10, 100, 1000, 10000])
+    with torch.no_grad():
+        np.testing.assert_allclose(layer(row)[0, 0, 0], [111.0, 11110.0, 11000.0])
+
+
+def test_a_photograph_is_cropped_to_its_middle_or_pooled():
+    x = torch.arange(64.0).view(1, 1, 8, 8)
+    torch.testing.assert_close(match(x, (4, 2), "crop"), x[:, :, 2:6, 3:5])
+    torch.testing.assert_close(match(x, (2, 4), "pool")[0, 0, 0, 0], x[0, 0, :4, :2].mean())
+
+
+def test_output_is_never_negative():
+    small = Config(pixels=32, n_fft=64, hop=16, frames=9, channels=(4, 4, 4), strides=(2, 2, 4), up_strides=(4, 2, 2),
+                   match="pool", wide=1)  # fmt: skip
+    made = Generator(small)(torch.randn(3, 3, 32, 32), torch.randn(3, 50))
+    assert made.shape == (3, 1, 33, 9)
+    assert float(made.detach().min()) >= 0
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"pixels": 1000}, "multiple of the product of strides"),
+        ({"latent": 0}, "noise joins the latent vector"),
+        ({"n_fft": 32, "hop": 8}, "n_fft must be at least 64"),
+        ({"pixels": 256, "strides": (2, 2, 2, 2, 2, 2, 2)}, "cannot be cropped"),
+        ({"channels": (8, 8)}, "equally many"),
+        ({"shares": (0.5, 0.2, 0.1)}, "add up to 1"),
+    ],
+)
+def test_what_does_not_fit_together_is_refused(values, message):
+    with pytest.raises((ValidationError, ValueError), match=message):
+        Config(**values)
+
+
+def test_a_finger_turns_round_at_the_edges():
+    assert journey(100, 40, 0.5, 8) == [
+        (0, False), (20, False), (40, False), (60, False), (40, True), (20, True), (0, False), (20, False),
+    ]  # fmt: skip
+    assert journey(40, 40, 0.5, 3) == [(0, False)] * 3
+
+
+def test_splicing_keeps_what_all_windows_agree_on():
+    whole = torch.rand(1, 5, 3 * 4 + 9)
+    windows = torch.stack([whole[..., 4 * k : 4 * k + 9] for k in range(4)])
+    torch.testing.assert_close(spliced(windows, 4), whole)
+    assert spliced(windows[:1], 4).shape == (1, 5, 9)
