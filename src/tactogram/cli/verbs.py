@@ -182,13 +182,24 @@ def generate(a: Arguments) -> None:
 
     from tactogram.jobs.generate import generate_files, parse_mix
 
-    material = {a.material: 1.0} if a.material else parse_mix(a.mix)
+    material = {a.material: 1.0} if a.material else parse_mix(a.mix) if a.mix else None
     condition = {"material": material, "speed_mm_s": a.speed, "force_n": a.force}
     condition = {name: value for name, value in condition.items() if value is not None}
     written = generate_files(
-        a.run_folder, condition, Path(a.out), seconds=a.seconds, seed=a.seed, count=a.count
+        a.run_folder,
+        condition,
+        Path(a.out),
+        seconds=a.seconds,
+        seed=a.seed,
+        count=a.count,
+        photograph=a.image,
     )
-    print_result(a, {"files": written}, "\n".join(row["file"] for row in written))
+    seen = written[0]
+    lines = [row["file"] for row in written]
+    if "taken_for" in seen:
+        sure = f", confidence {seen['confidence']:.2f}" if "confidence" in seen else ""
+        lines.append(f"photograph taken for {seen['taken_for']}{sure}")
+    print_result(a, {"files": written}, "\n".join(lines))
 
 
 def mix(a: Arguments) -> None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tactogram.datasets import Examples, Segment, Split, Store, label_of, open_store
+from tactogram.datasets import Examples, Segment, Split, label_of, open_store, whole_photographs
 from tactogram.errors import LeakError, ParameterError, RunError
 from tactogram.evaluation.classification import ClassificationResult, judge_classifier
 from tactogram.evaluation.figures import confusion_figure, losses_figure
@@ -17,7 +18,7 @@ from tactogram.jobs.judge import judge_generator
 from tactogram.jobs.judges import Judging
 from tactogram.jobs.progress import Progress, silent
 from tactogram.jobs.search import SurfaceIndex, calibration_text
-from tactogram.jobs.training import LoadedRun, load_run, test_part
+from tactogram.jobs.training import LoadedRun, load_run, part_examples, test_part
 from tactogram.model import Example
 
 
@@ -79,8 +80,8 @@ def judged(
     progress: Progress = silent,
 ) -> tuple[dict[str, Any], list[Section]]:
     """Return the figures of `evaluate` and the sections of its report, without writing either."""
-    store, segments, described = _what(loaded, data, unknown)
-    examples = Examples(store, segments, loaded.as_trained, label=loaded.run.data["label"])
+    examples, described = _what(loaded, data, unknown)
+    store = examples.store
     figures: dict[str, Any] = {
         "model": loaded.facts.name,
         "run": loaded.run.data["run_id"],
@@ -93,6 +94,8 @@ def judged(
     }
     known = [example for example in examples if example.material in loaded.kind.materials]
     others = [example for example in examples if example.material not in loaded.kind.materials]
+    if "image" in loaded.facts.needs and "material" not in loaded.facts.needs:
+        known, others = [*known, *others], []  # it can be asked for a surface that it never met
     if not known:
         raise ParameterError(
             f"{store.name}: no recording of a material that the run knows ({', '.join(loaded.kind.materials)})"
@@ -108,8 +111,9 @@ def judged(
     return figures | results, sections
 
 
-def _what(loaded: LoadedRun, data: Path | str | None, unknown: bool) -> tuple[Store, Sequence[Segment], str]:
-    """Return the store and the parts of it to judge on, and a phrase that says which."""
+def _what(loaded: LoadedRun, data: Path | str | None, unknown: bool) -> tuple[Examples, str]:
+    """Return what to judge on, and a phrase that says what it is."""
+    label = loaded.run.data["label"]
     if data is None:
         store, split = test_part(loaded.run)
         if not split.test:
@@ -117,22 +121,33 @@ def _what(loaded: LoadedRun, data: Path | str | None, unknown: bool) -> tuple[St
         left_out = tuple(
             Segment(info.id)
             for info in store.index
-            if unknown and label_of(info, loaded.run.data["label"]) not in loaded.kind.materials
+            if unknown and label_of(info, label) not in loaded.kind.materials
         )
         described = f"{len(split.test)} recordings kept apart by {split.by}"
-        return store, (*split.test, *left_out), described
+        if split.photographs:
+            described += f"; {split.photograph_note}"
+        parts = replace(split, test=(*split.test, *left_out)) if left_out else split
+        return part_examples(store, parts, "test", loaded.as_trained, label=label), described
     if unknown:
         raise ParameterError("--unknown goes by what was left out of the run's own data; leave --data away")
     store = open_store(data)
     split = Split.load(loaded.run.folder / "split.json")
     trained = {segment.id for segment in (*split.train, *split.validation)}
-    both = sorted(trained & {info.id for info in store.index})
-    if both:
-        raise LeakError(
-            f"{data}: {len(both)} of its {len(store)} recordings were trained on (first: {both[0]}); "
-            "evaluate on others, or without --data on the run's own test part"
-        )
-    return store, [Segment(info.id) for info in store.index], f"all {len(store)} recordings"
+    seen = {region.key for part in ("train", "validation") for region in split.photographs.get(part, ())}
+    every = whole_photographs(store) if split.photographs else ()
+    for what, both in (
+        (f"of its {len(store)} recordings", sorted(trained & {info.id for info in store.index})),
+        (f"of its {len(every)} photographs", sorted(seen & {region.key for region in every})),
+    ):
+        if both:
+            raise LeakError(
+                f"{data}: {len(both)} {what} were trained on (first: {both[0]}); "
+                "evaluate on others, or without --data on the run's own test part"
+            )
+    segments = [Segment(info.id) for info in store.index]
+    photographs = every if split.photographs else None
+    examples = Examples(store, segments, loaded.as_trained, label=label, photographs=photographs)
+    return examples, f"all {len(store)} recordings"
 
 
 def _trained_on(loaded: LoadedRun) -> Examples:
@@ -144,7 +159,7 @@ def _trained_on(loaded: LoadedRun) -> Examples:
             f"{loaded.run.folder}: a generator is judged beside the recordings it was trained on, and they are not "
             f"at {loaded.run.data.get('path')} any more: put them back"
         ) from error
-    return Examples(store, split.train, loaded.as_trained, label=loaded.run.data["label"])
+    return part_examples(store, split, "train", loaded.as_trained, label=loaded.run.data["label"])
 
 
 def _judge_classifier(

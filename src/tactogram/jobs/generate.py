@@ -9,8 +9,8 @@ from typing import Any
 from tactogram.errors import ParameterError
 from tactogram.jobs.training import LoadedRun, load_run
 from tactogram.model import Condition, Generator
-from tactogram.signal import Signal
-from tactogram.signal.io import write_signal
+from tactogram.signal import Image, Signal
+from tactogram.signal.io import read_image, write_signal
 from tactogram.training.seeds import child_seed
 
 LONGEST_S = 3600.0
@@ -67,24 +67,41 @@ def generate_files(
     seconds: float | None = None,
     seed: int = 0,
     count: int = 1,
+    photograph: Path | str | None = None,
 ) -> list[dict[str, Any]]:
     """Write ``count`` signals to ``out``, numbered ``NAME-1.wav`` and so on where there are several.
 
     What they are, and whether the model was trained on simulated data, is written into the files.
 
+    Parameters
+    ----------
+    run, condition, seconds, seed, count
+        As for `generate`.
+    out : Path
+    photograph : path, optional
+        A picture file, for models that go by one; its name is written into the files.
+
     Returns
     -------
     list of dict
         ``file``, ``seconds``, ``rate_hz``, ``unit``, ``axes``, ``simulated`` (whether what it learned from
-        was), ``rms`` per file.
+        was), ``rms`` per file; over displacement ``length_mm`` and ``rate_per_mm`` instead of seconds and Hz. Where
+        the model names the surface in a photograph: ``taken_for`` and, if it gives one, ``confidence``.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    seen: dict[str, Any] = {}
+    if photograph is not None:
+        image = read_image(photograph)
+        condition = {**condition, "image": image}
+        seen = _taken_for(loaded.model, image)
     metadata = {
         "generated_by": f"tactogram {loaded.facts.name}",
         "run": loaded.run.data["run_id"],
         "seed": seed,
         "simulated": loaded.kind.simulated,
-        **{name: value for name, value in condition.items() if value is not None},
+        **{name: value for name, value in condition.items() if value is not None and name != "image"},
+        **({} if photograph is None else {"photograph": Path(photograph).name}),
+        **seen,
     }
     written = []
     for number, signal in enumerate(
@@ -92,18 +109,31 @@ def generate_files(
     ):
         file = out if count == 1 else out.with_name(f"{out.stem}-{number}{out.suffix}")
         write_signal(file, signal, metadata={**metadata, "number": number})
+        extent = (
+            {"seconds": signal.seconds, "rate_hz": signal.rate}
+            if signal.domain == "time"
+            else {"length_mm": signal.seconds, "rate_per_mm": signal.rate}
+        )
         written.append(
             {
                 "file": str(file),
-                "seconds": signal.seconds,
-                "rate_hz": signal.rate,
+                **extent,
                 "unit": signal.unit,
                 "axes": list(signal.axes),
                 "simulated": loaded.kind.simulated,
                 "rms": float((signal.samples.astype(float) ** 2).mean() ** 0.5),
+                **seen,
             }
         )
     return written
+
+
+def _taken_for(model: Any, image: Image) -> dict[str, Any]:
+    """Return which known surface a model takes a photograph for, where it says so."""
+    if hasattr(model, "label_of"):
+        label = model.label_of(image)
+        return {"taken_for": label.material, "confidence": round(float(label.confidence), 4)}
+    return {"taken_for": model.material_of(image)} if hasattr(model, "material_of") else {}
 
 
 def parse_mix(text: str) -> dict[str, float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -20,9 +20,11 @@ from tactogram.datasets import (
     Store,
     label_of,
     open_store,
+    require_photographs,
     signal_kind,
     split_fractions,
     split_last,
+    split_photographs,
 )
 from tactogram.datasets.splits import By
 from tactogram.errors import ParameterError, RunError
@@ -139,8 +141,10 @@ def train(
     chosen = Recipe.load(facts.recipe(recipe), changes=changes)
     index = select(store.index, where)
     parts = make_split(index, split=split, by=by, seed=chosen.seed, label=label)
+    if "image" in facts.needs:
+        parts = split_photographs(store, parts, seed=chosen.seed)
     config = facts.config(chosen.config)
-    resolved = chosen.resolved(config) | {"split": asdict(parts), "label": label}
+    resolved = chosen.resolved(config) | {"split": parts.as_dict(), "label": label}
     identity = run_id(resolved, store.sha256)
     folder = Path(out) if out else Path("runs") / f"{model}-{Path(recipe).stem}-{identity}"
     fabric = make_fabric(chosen.training, accelerator=accelerator, devices=devices)
@@ -148,7 +152,9 @@ def train(
     run = _found(folder, identity, resume) if first else Run(folder)
     if first and run.finished:
         return run
-    examples = Examples(store, parts.train, chosen.prepare, label=label)
+    examples = part_examples(store, parts, "train", chosen.prepare, label=label)
+    if "image" in facts.needs:
+        require_photographs(examples)
     examples.prepare_all(progress=partial(progress, "prepare"))
     kind = signal_kind(examples, simulated=store.simulated)
     learner = facts.build(config, kind, seed=chosen.seed)
@@ -162,7 +168,7 @@ def train(
     start = run.restore(learner) if resume else Position()
     run_training(learner, examples, chosen, run=run, start=start, rank=fabric.global_rank, progress=progress)
     if first:
-        validation = Examples(store, parts.validation, chosen.prepare, label=label)
+        validation = part_examples(store, parts, "validation", chosen.prepare, label=label)
         if isinstance(learner, Classifier) and hasattr(learner, "embed"):
             from tactogram.jobs.search import index_run
 
@@ -221,6 +227,12 @@ def make_split(index: Sequence[RecordingInfo], *, split: str, by: By, seed: int,
     if split:
         raise ParameterError(f"--split must be last=N or all, got {split!r}")
     return split_fractions(index, by=by, test=TEST_SHARE, validation=VALIDATION_SHARE, seed=seed)
+
+
+def part_examples(store: Store, split: Split, part: str, prepare: Prepare, *, label: Label) -> Examples:
+    """Return one part of ``split``, with the photographs it may use where they were split too."""
+    photographs = split.photographs.get(part, ()) if split.photographs else None
+    return Examples(store, split.parts[part], prepare, label=label, photographs=photographs)
 
 
 def labelled(index: Sequence[RecordingInfo], label: Label) -> list[RecordingInfo]:
@@ -292,6 +304,10 @@ def _begin(run: Run, recipe: Recipe, identity: str, store: Store, split: Split, 
         "label": label,
         "split": {"by": split.by, **{part: len(held) for part, held in split.parts.items()}},
     }
+    if split.photographs:
+        data["photographs"] = {part: len(held) for part, held in split.photographs.items()} | {
+            "note": split.photograph_note
+        }
     run.folder.mkdir(parents=True, exist_ok=True)
     # Before the recipe, which makes it a run: a kill leaves a run with its split, or none.
     split.save(run.folder / "split.json")
