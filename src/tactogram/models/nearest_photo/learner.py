@@ -125,7 +125,8 @@ class NearestPhotoLearner:
         right: list[float] = []
         distances: list[float] = []
         for number, example in enumerate(examples):
-            right.extend(self.material_of(image) == example.material for image in example.photographs)
+            if example.material in self.materials:
+                right.extend(self.material_of(image) == example.material for image in example.photographs)
             if len(example.photographs) and example.signal.seconds >= SHORTEST_JUDGED_S:
                 made = self.generate(
                     {"image": example.photographs[0]}, seconds=example.signal.seconds, seed=number
