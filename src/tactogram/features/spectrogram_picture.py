@@ -63,8 +63,8 @@ class SpectrogramPicture:
     * phase; `signal` finds one again;
     * amplitudes at or below the floor, which come back as 0, and above the ceiling, which come back as it;
     * by ``bilinear``, of 257 bins in 256 rows, one pattern per column: neighbouring bins up and down in turn
-      around the middle row. The least-norm inverse leaves it out, and gives back anything else. Where fewer rows
-      than that are asked for, all that is finer than a row;
+      around the middle row. The way back takes the smoothest column that fits, and is right in all else. Where
+      fewer rows than that are asked for, all that is finer than a row is lost;
     * by ``crop``, of 257 bins in 256 rows, the bin at half the rate.
 
     Levels are absolute: samples times 0.01 come back times 0.01 as long as they stay above the floor.
@@ -186,12 +186,15 @@ class SpectrogramPicture:
             raise ParameterError(
                 f"first frame must be in 0..{self.places(samples.shape[-1]) - 1}, got {first}"
             )
-        margin = -(-self.n_fft // (2 * self.hop))  # frames whose windows still reach into the crop
-        begin = max(0, first - margin)
-        end = (first + self.frames - 1 + margin) * self.hop
-        s = self.spectrogram.stft(samples[..., begin * self.hop : end])  # ..., bin, frame
-        s = s[..., first - begin : first - begin + self.frames]
+        start, stop = self.span(first)
+        first -= start // self.hop
+        s = self.spectrogram.stft(samples[..., start:stop])[..., first : first + self.frames]
         return self.picture(self.spectrogram.amplitudes(s))
+
+    def span(self, first: int) -> tuple[int, int]:
+        """Return the samples, from and to, that `crop` looks at; it begins at a whole frame."""
+        margin = -(-self.n_fft // (2 * self.hop))  # frames whose windows still reach into the crop
+        return max(0, first - margin) * self.hop, (first + self.frames - 1 + margin) * self.hop
 
     def picture(self, amplitudes: Tensor) -> Tensor:
         """Return amplitudes as a picture. Differentiable.
@@ -269,6 +272,21 @@ def _matrix(size: int, new_size: int, resize: Resize) -> Tensor:
 
 @lru_cache(maxsize=64)
 def _inverse(size: int, new_size: int, resize: Resize) -> Tensor:
-    """Return the least-norm inverse of `_matrix`, float64, shape (size, new_size)."""
-    inverse: Tensor = torch.linalg.pinv(_matrix(size, new_size, resize))
+    """Return a matrix that undoes `_matrix`, float64, shape (size, new_size).
+
+    Of all columns that resize to the one given: with ``crop`` the one that is 0 where nothing was kept, with
+    ``bilinear`` the smoothest, of least summed squared difference between neighbours. Where there are more rows
+    than bins only one column may fit; it is found by least squares.
+    """
+    matrix = _matrix(size, new_size, resize)
+    inverse: Tensor
+    if resize == "crop" or new_size >= size:
+        inverse = torch.linalg.pinv(matrix)
+    else:
+        difference = torch.diff(torch.eye(size, dtype=torch.float64), dim=0)
+        rough = difference.mT @ difference + 1e-7 * torch.eye(
+            size, dtype=torch.float64
+        )  # or a constant is free
+        spread = torch.linalg.solve(rough, matrix.mT)  # size, new_size
+        inverse = torch.linalg.solve((matrix @ spread).mT, spread.mT).mT
     return inverse

@@ -1,0 +1,113 @@
+"""How much of what is tested on was trained on: the leak of a pairing protocol, measured."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.features.photo_pairs import WeakPairs
+
+
+@dataclass(frozen=True)
+class PairLeak:
+    """Shares of the crops that are tested on, 0..1; all are 0 where nothing leaks.
+
+    Parameters
+    ----------
+    protocol : str
+    photo_crops, picture_crops : int
+        How many different crops of photographs, and of recordings, are tested on.
+    photo_known : float
+        Share of the crops of photographs whose photograph is trained on, wherever in it.
+    photo_overlaps : float
+        Share that has a pixel in common with a crop that is trained on.
+    photo_same : float
+        Share that is itself trained on.
+    recording_known, recording_overlaps, recording_same : float
+        The same of crops of recordings: recording, frame, crop.
+    """
+
+    protocol: str
+    photo_crops: int
+    picture_crops: int
+    photo_known: float
+    photo_overlaps: float
+    photo_same: float
+    recording_known: float
+    recording_overlaps: float
+    recording_same: float
+
+    @property
+    def leaks(self) -> bool:
+        """Whether a pixel or a frame is on both sides. Regions of one photograph may be."""
+        return self.photo_overlaps > 0 or self.recording_overlaps > 0
+
+
+def pair_leak(train: WeakPairs, test: WeakPairs) -> PairLeak:
+    """Return what of ``test`` was seen in ``train``. Nothing is decoded.
+
+    Parameters
+    ----------
+    train, test : WeakPairs
+        Of one protocol.
+    """
+    photo = _shares(_photo_boxes(train), _photo_boxes(test))
+    recording = _shares(_recording_boxes(train), _recording_boxes(test))
+    return PairLeak(test.protocol, photo[0], recording[0], *photo[1:], *recording[1:])
+
+
+Boxes = Mapping[str, NDArray[np.int64]]
+"""By source, the crops of it, shape (crop, edge): top, left, bottom, right; or start, stop."""
+
+
+def _photo_boxes(pairs: WeakPairs) -> Boxes:
+    def boxes() -> Iterable[tuple[str, tuple[int, ...]]]:
+        for crop in np.unique(pairs.pairs[:, 0]):
+            source = pairs.photo_sources[crop // pairs.crops.per_photo]
+            top, left = pairs.photo_place(int(crop))
+            top, left = top + source.top, left + source.left
+            yield source.key, (top, left, top + pairs.crops.crop, left + pairs.crops.crop)
+
+    return _by_source(boxes())
+
+
+def _recording_boxes(pairs: WeakPairs) -> Boxes:
+    def boxes() -> Iterable[tuple[str, tuple[int, ...]]]:
+        hop, frames = pairs.picture.hop, pairs.picture.frames
+        for crop in np.unique(pairs.pairs[:, 1]):
+            source = pairs.recording_sources[crop // pairs.crops.per_recording]
+            start = source.start + pairs.picture_place(int(crop)) * hop
+            yield source.id, (start, start + frames * hop)
+
+    return _by_source(boxes())
+
+
+def _by_source(boxes: Iterable[tuple[str, tuple[int, ...]]]) -> Boxes:
+    found: dict[str, list[tuple[int, ...]]] = defaultdict(list)
+    for key, box in boxes:
+        found[key].append(box)
+    return {key: np.array(held, np.int64) for key, held in found.items()}
+
+
+def _shares(train: Boxes, test: Boxes) -> tuple[int, float, float, float]:
+    """Return the number of crops in ``test``, and the shares that are known, overlap and are the same."""
+    count = known = overlap = same = 0
+    for key, boxes in test.items():
+        count += len(boxes)
+        if key in train:
+            known += len(boxes)
+            a, b = boxes[:, None], train[key][None]  # test crop, train crop, edge
+            half = boxes.shape[1] // 2
+            before = (a[..., :half] < b[..., half:]) & (b[..., :half] < a[..., half:])
+            overlap += _any(np.all(before, axis=2))
+            same += _any(np.all(a == b, axis=2))
+    return count, known / count, overlap / count, same / count
+
+
+def _any(found: NDArray[np.bool_]) -> int:
+    """Return how many test crops have a training crop; shape (test crop, train crop)."""
+    return int(np.count_nonzero(np.any(found, axis=1)))

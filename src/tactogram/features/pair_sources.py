@@ -1,0 +1,137 @@
+"""What weak pairs are made of: photographs and recordings, known by name and size, read when asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.datasets.examples import Examples, require_photographs
+from tactogram.datasets.part_photographs import Photographs
+from tactogram.datasets.photographs import image_key
+from tactogram.errors import ParameterError
+from tactogram.features.photo_crops import PhotoCrops
+from tactogram.features.spectrogram_picture import SpectrogramPicture
+from tactogram.model import Example
+from tactogram.signal import Image
+
+Box = tuple[int, int, int, int]
+"""Top, left, rows and columns, pixels."""
+
+
+@dataclass(frozen=True)
+class PhotoSource:
+    """A photograph, or the region of it that a part of a split may use.
+
+    Parameters
+    ----------
+    key : str
+        The same for every region of a photograph.
+    top, left, rows, columns : int, pixels
+        The region.
+    material : str
+    photographs : sequence of Image
+    place : int
+        It is ``photographs[place]``.
+    """
+
+    key: str
+    top: int
+    left: int
+    rows: int
+    columns: int
+    material: str
+    photographs: Sequence[Image] = field(repr=False, compare=False)
+    place: int = field(repr=False, compare=False)
+
+    def image(self) -> Image:
+        """Return its pixels, decoded now."""
+        return self.photographs[self.place]
+
+
+@dataclass(frozen=True)
+class RecordingSource:
+    """A recording, or the piece of one that a part of a split may use.
+
+    Parameters
+    ----------
+    id : str
+        The same for every piece of a recording.
+    start, length : int, samples
+        The piece.
+    material : str
+    examples : sequence of Example
+    example : int
+        It is ``examples[example].signal``.
+    """
+
+    id: str
+    start: int
+    length: int
+    material: str
+    examples: Sequence[Example] = field(repr=False, compare=False)
+    example: int = field(repr=False, compare=False)
+
+    def samples(self) -> NDArray[np.float32]:
+        """Return its samples, float32, shape (time,), read now."""
+        samples: NDArray[np.float32] = self.examples[self.example].signal.samples[0]
+        return samples
+
+
+def sources(
+    parts: Sequence[Sequence[Example]], picture: SpectrogramPicture, crops: PhotoCrops
+) -> tuple[tuple[PhotoSource, ...], tuple[RecordingSource, ...]]:
+    """Return the photographs and recordings of examples, each once, in the order they come.
+
+    Raises
+    ------
+    ParameterError
+        If a material has no photograph, an example no material or several axes, a signal is not of the picture's
+        rate, unit and domain, or anything is too small to be cut.
+    """
+    photos: dict[tuple[str, Box], PhotoSource] = {}
+    recordings = []
+    for examples in parts:
+        require_photographs(examples)
+        for number, example in enumerate(examples):
+            if example.material is None:
+                raise ParameterError(
+                    f"recording {example.id} has no material, which is what pairs are made by"
+                )
+            signal = example.signal
+            if len(signal.axes) != 1:
+                raise ParameterError(
+                    f"a picture is of one axis, got {','.join(signal.axes)}: --set prepare.axes=['{signal.axes[-1]}']"
+                )
+            picture.spectrogram.check_signal(signal)
+            picture.places(len(signal))
+            start = _start(examples, number, signal.rate)
+            recordings.append(
+                RecordingSource(example.id, start, len(signal), example.material, examples, number)
+            )
+            for place, (key, box) in enumerate(_boxes(example.photographs)):
+                if (key, box) not in photos:
+                    crops.check(*box[2:])
+                    photos[key, box] = PhotoSource(key, *box, example.material, example.photographs, place)
+    return tuple(photos.values()), tuple(recordings)
+
+
+def _boxes(photographs: Sequence[Image]) -> Iterator[tuple[str, Box]]:
+    """Yield key and place of each photograph or region; nothing is decoded where a store is behind it."""
+    if isinstance(photographs, Photographs):
+        for region in photographs.regions:
+            rows, columns = photographs.store.photograph_size(region.key)
+            bottom = rows if region.bottom is None else min(region.bottom, rows)
+            right = columns if region.right is None else min(region.right, columns)
+            yield region.key, (region.top, region.left, bottom - region.top, right - region.left)
+    else:
+        for image in photographs:
+            rows, columns = image.pixels.shape[:2]
+            yield image_key(image), (0, 0, rows, columns)
+
+
+def _start(examples: Sequence[Example], number: int, rate: float) -> int:
+    """Return where an example begins in its recording, samples; 0 where examples do not say so."""
+    return round(examples.segments[number].start_s * rate) if isinstance(examples, Examples) else 0

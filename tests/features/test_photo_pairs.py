@@ -1,0 +1,256 @@
+"""Weak pairs: what is cut, what is paired with what, and what each protocol leaks."""
+
+from dataclasses import replace
+from itertools import islice
+
+import numpy as np
+import pytest
+import torch
+
+from tactogram.errors import ParameterError
+from tactogram.features.pair_leak import pair_leak
+from tactogram.features.photo_crops import PhotoCrops, to_network
+from tactogram.features.photo_pairs import weak_pairs
+from tactogram.features.spectrogram_picture import SpectrogramPicture
+from tactogram.model import Example
+from tactogram.signal import Image, Signal
+
+PICTURE = SpectrogramPicture(
+    rate=1000.0, floor_db=-80.0, ceiling_db=20.0, n_fft=32, hop=8, frames=16, rows=16, columns=16
+)
+CROPS = PhotoCrops(crop=24, size=16, per_photo=10, per_recording=10, repeats=3)
+MATERIALS = ("cork", "felt", "tile")
+
+
+class Counted(list):
+    """Photographs that count how often they are asked for."""
+
+    asked = 0
+
+    def __getitem__(self, place):
+        Counted.asked += 1
+        return super().__getitem__(place)
+
+
+def photo(seed, rows=40, columns=48):
+    return Image(np.random.default_rng(seed).integers(0, 256, (rows, columns, 3), np.uint8))
+
+
+def part(seed, materials=MATERIALS, photos=3, recordings=4, length=400):
+    """Return examples of a part of a split: its own photographs and recordings of each material."""
+    random = np.random.default_rng(seed)
+    examples = []
+    for m, material in enumerate(materials):
+        pictures = Counted(photo((seed, m, k)) for k in range(photos))
+        for k in range(recordings):
+            samples = (1 + m) * random.standard_normal(length)
+            examples.append(
+                Example(
+                    f"{seed}-{material}-{k}",
+                    Signal(samples, 1000.0, "m/s^2"),
+                    material,
+                    photographs=pictures,
+                )
+            )
+    return examples
+
+
+PARTS = {"train": part(1), "validation": part(2, photos=1, recordings=2), "test": part(3, photos=1)}
+
+
+def pairs(examples=PARTS["train"], crops=CROPS, **options):
+    return weak_pairs(examples, PICTURE, crops, seed=5, **options)
+
+
+def test_a_batch_is_what_a_network_takes():
+    batch = pairs().batch([0, 100, 359])
+    assert batch.photo.shape == (3, 1, 16, 16)
+    assert batch.picture.shape == (3, 1, 16, 16)
+    assert batch.photo.dtype == batch.picture.dtype == torch.float32
+    assert batch.photo.abs().max() <= 1
+    assert batch.picture.abs().max() <= 1
+    assert len(batch) == 3
+    assert batch.label.tolist() == [0, 0, 2]
+
+
+def test_the_counts_are_the_papers():
+    """Ten photographs and ten recordings of a material: 100 crops of each, 1000 pairs (Sec. 4.1)."""
+    examples = part(0, photos=10, recordings=10)
+    crops = replace(CROPS, repeats=10)
+    whole = weak_pairs(examples, PICTURE, crops, seed=0)
+    assert len(whole) == 3 * 1000
+    for protocol in ("crop-split", "pair-then-split"):
+        counts = [
+            len(weak_pairs({"all": examples}, PICTURE, crops, seed=0, protocol=protocol, part=p))
+            for p in ("train", "validation", "test")
+        ]
+        assert counts == [3 * 800, 3 * 100, 3 * 100]
+
+
+def test_a_pair_is_of_one_material():
+    made = pairs()
+    photo, recording = made.pairs.T // 10
+    for p, r in zip(photo, recording, strict=True):
+        assert made.photo_sources[p].material == made.recording_sources[r].material
+    assert made.materials == MATERIALS
+    assert np.bincount(made.labels).tolist() == [3 * 40] * 3
+
+
+def test_every_crop_is_paired_in_every_repeat():
+    made = pairs()  # 30 crops of photographs and 40 of recordings per material, three times
+    photos, recordings = (
+        np.bincount(column, minlength=n) for column, n in zip(made.pairs.T, (90, 120), strict=True)
+    )
+    assert (recordings == 3).all()
+    assert photos.min() >= 3
+    assert photos.max() <= 6
+    assert len(np.unique(made.pairs[:40], axis=0)) == 40
+
+
+def test_the_picture_of_a_pair_is_that_of_its_recording():
+    made = pairs()
+    batch = made.batch([7])
+    crop = int(made.pairs[7, 1])
+    example = next(e for e in PARTS["train"] if e.id == batch.ids[0])
+    samples = torch.tensor(example.signal.samples[0])
+    torch.testing.assert_close(batch.picture[0], PICTURE.crop(samples, made.picture_place(crop)))
+
+
+def test_the_photo_of_a_pair_is_a_crop_of_its_photograph():
+    plain = replace(CROPS, flips=False, brightness=0.0, contrast=0.0, size=24, grayscale=False)
+    made = pairs(crops=plain)
+    crop = int(made.pairs[11, 0])
+    source = made.photo_sources[crop // 10]
+    top, left = made.photo_place(crop)
+    expected = source.image().pixels[top : top + 24, left : left + 24].transpose(2, 0, 1)
+    torch.testing.assert_close(made.batch([11]).photo[0], to_network(np.ascontiguousarray(expected)))
+
+
+def test_a_pair_is_the_same_however_it_is_asked_for():
+    one, other = pairs(), pairs(cache_mib=0)
+    many = one.batch(np.arange(50))
+    for place in (0, 13, 49):
+        alone = other.batch([place])
+        assert torch.equal(alone.photo[0], many.photo[place])
+        assert torch.equal(alone.picture[0], many.picture[place])
+        assert alone.ids[0] == many.ids[place]
+
+
+def test_a_batch_depends_on_seed_and_number_alone():
+    made = pairs()
+    straight = [batch.picture for batch in islice(made.batches(32), 14)]  # beyond one epoch of 360
+    later = [batch.picture for batch in islice(pairs().batches(32, start=9), 5)]
+    threaded = [batch.picture for batch in islice(pairs().batches(32, start=9, workers=2), 5)]
+    for a, b, c in zip(straight[9:], later, threaded, strict=True):
+        assert torch.equal(a, b)
+        assert torch.equal(a, c)
+    assert not torch.equal(made.batch(made.places(0, 32)).picture, made.batch(made.places(1, 32)).picture)
+    other = weak_pairs(PARTS["train"], PICTURE, CROPS, seed=6)
+    assert not np.array_equal(made.places(0, 32), other.places(0, 32))
+
+
+@pytest.mark.parametrize("size", [1, 7, 360, 500, 1000])
+def test_an_epoch_has_every_pair_once(size):
+    made = pairs()
+    order = np.concatenate([made.places(number, size) for number in range(-(-720 // size))])[:720]
+    for epoch in (order[:360], order[360:]):
+        assert sorted(epoch) == list(range(360))
+    assert not np.array_equal(order[:360], order[360:])
+
+
+def test_nothing_is_decoded_before_it_is_asked_for_and_kept_afterwards():
+    Counted.asked = 0
+    made = pairs()
+    assert Counted.asked == 0
+    made.batch([0, 1])
+    asked = Counted.asked
+    assert asked <= 2
+    made.batch([0, 1])
+    assert Counted.asked == asked
+
+
+def test_no_more_is_kept_than_allowed():
+    made = pairs(cache_mib=0.01)  # 10 KiB: ten pictures of 1 KiB or so
+    made.batch(np.arange(len(made)))
+    assert sum(array.nbytes for array in made._kept._arrays.values()) <= 0.01 * 2**20
+
+
+def test_one_photograph_of_many_recordings_is_one_source():
+    assert len(pairs().photo_sources) == 9
+    assert len(pairs().recording_sources) == 12
+
+
+def test_source_split_leaks_nothing():
+    train, test = pairs(), pairs(PARTS["test"])
+    leak = pair_leak(train, test)
+    assert leak.photo_crops == 30
+    assert leak.picture_crops == 120
+    assert (leak.photo_known, leak.photo_overlaps, leak.photo_same) == (0, 0, 0)
+    assert (leak.recording_known, leak.recording_overlaps, leak.recording_same) == (0, 0, 0)
+    assert not leak.leaks
+    assert train.leaks == ""
+
+
+def test_crop_split_leaks_siblings_and_no_crop():
+    train, test = (pairs(PARTS, protocol="crop-split", part=p) for p in ("train", "test"))
+    leak = pair_leak(train, test)
+    assert leak.photo_known > 0.9
+    assert leak.photo_overlaps > 0.9  # 24 of 40 x 48: any two crops overlap, or nearly
+    assert leak.recording_known > 0.9
+    assert leak.recording_overlaps > 0.5
+    crops = [set(np.unique(made.pairs[:, 0])) for made in (train, test)]
+    assert not crops[0] & crops[1]
+    assert leak.leaks
+    assert "overlap" in train.leaks
+
+
+def test_pair_then_split_leaks_the_crops_themselves():
+    made = {p: pairs(PARTS, protocol="pair-then-split", part=p) for p in ("train", "validation", "test")}
+    leak = pair_leak(made["train"], made["test"])
+    assert leak.photo_same > 0.8
+    assert leak.recording_same > 0.8
+    # The pairs themselves are split: together they are all pairs, once.
+    together = np.concatenate([m.pairs for m in made.values()])
+    assert len(together) == sum(len(m) for m in made.values())
+    assert sorted(map(tuple, together)) == sorted(map(tuple, weak_pairs(PARTS, PICTURE, CROPS, seed=5).pairs))
+
+
+def test_a_leak_is_counted_by_hand():
+    """Crops of one recording whose frames overlap by one, touch, and are apart."""
+    train, test = pairs(PARTS["train"][:1]), pairs(PARTS["train"][:1])
+    train.pairs, test.pairs = train.pairs[:1], np.array([[0, 0], [0, 1], [0, 2]])
+    train.picture_place = lambda crop: 0
+    test.picture_place = lambda crop: (15, 16, 30)[crop]
+    leak = pair_leak(train, test)
+    assert leak.picture_crops == 3
+    assert leak.recording_known == 1
+    assert leak.recording_overlaps == pytest.approx(1 / 3)
+    assert leak.recording_same == 0
+
+
+def test_a_material_that_is_not_known_has_the_label_minus_one():
+    made = pairs(PARTS["test"], materials=("felt", "oak"))
+    assert set(made.batch(np.arange(len(made))).label.tolist()) == {0, -1}
+    assert made.materials == ("felt", "oak")
+
+
+def test_bad_input_is_one_line():
+    with pytest.raises(ParameterError, match=r"protocol must be one of source-split, crop-split"):
+        pairs(protocol="random")
+    with pytest.raises(ParameterError, match=r"crop-split leaks .*needs the examples of all parts"):
+        pairs(protocol="crop-split")
+    with pytest.raises(ParameterError, match=r"part must be one of"):
+        pairs(part="all")
+    with pytest.raises(ParameterError, match=r"of 40 x 48 pixels is smaller than the crop of 64"):
+        pairs(crops=replace(CROPS, crop=64))
+    with pytest.raises(ParameterError, match=r"recording 0.05 s"):
+        pairs(part(1, length=50))
+    with pytest.raises(ParameterError, match=r"must have a photograph.*felt"):
+        pairs([e if e.material != "felt" else replace(e, photographs=()) for e in PARTS["train"]])
+    with pytest.raises(ParameterError, match=r"one axis, got x,y,z"):
+        pairs([replace(e, signal=Signal(np.zeros((3, 400)), 1000.0, "m/s^2")) for e in PARTS["train"]])
+    with pytest.raises(ParameterError, match=r"rate 1000, got 500"):
+        pairs([replace(e, signal=replace(e.signal, rate=500.0)) for e in PARTS["train"]])
+    few = replace(CROPS, per_photo=1, per_recording=1)
+    with pytest.raises(ParameterError, match=r"leaves nothing of cork for validation"):
+        pairs({"all": part(1, photos=1, recordings=1)}, crops=few, protocol="crop-split", part="validation")

@@ -1,0 +1,221 @@
+"""Every promise of `SpectrogramPicture`, at the published size and at a small one."""
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import signal as scipy_signal
+
+from tactogram.errors import ParameterError, UnitError
+from tactogram.features.spectrogram_picture import SpectrogramPicture
+from tactogram.signal import Signal
+
+PAPER = SpectrogramPicture(rate=10_000.0, floor_db=-100.0, ceiling_db=20.0)
+EXACT = SpectrogramPicture(rate=10_000.0, floor_db=-100.0, ceiling_db=20.0, resize="crop")
+SMALL = SpectrogramPicture(
+    rate=2000.0, floor_db=-100.0, ceiling_db=20.0, n_fft=128, hop=32, frames=64, rows=64, columns=64
+)
+
+
+def noise(length, seed=0):
+    return torch.from_numpy(np.random.default_rng(seed).standard_normal(length))
+
+
+def amplitudes(picture, samples, first=0):
+    whole = picture.spectrogram.amplitudes(picture.spectrogram.stft(samples))
+    return whole[..., first : first + picture.frames]
+
+
+def test_a_recording_of_the_paper_has_257_x_376_magnitudes_and_121_crops_of_256_x_256():
+    samples = noise(48_000)
+    assert PAPER.spectrogram.stft(samples).shape == (257, 376)
+    assert PAPER.places(48_000) == 376 - 256 + 1
+    assert PAPER.crop(samples, 120).shape == (1, 256, 256)
+    assert PAPER.length / PAPER.rate == pytest.approx(3.28, abs=0.02)  # Sec. 4.1
+
+
+def test_the_window_is_the_papers():
+    x = noise(48_000).numpy()
+    _, _, s = scipy_signal.stft(
+        x, nperseg=512, noverlap=512 - 128, window=scipy_signal.get_window("hamming", 512), boundary="zeros"
+    )  # scipy divides by the sum of the window
+    ours = amplitudes(PAPER, torch.from_numpy(x), 10)
+    np.testing.assert_allclose(ours[1:-1], 2 * np.abs(s[1:-1, 10:266]), rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("first", [0, 1, 2, 3, 60, 119, 120])
+def test_a_crop_is_that_of_the_whole_spectrogram(first):
+    samples = noise(48_000)
+    torch.testing.assert_close(
+        PAPER.crop(samples, first), PAPER.picture(amplitudes(PAPER, samples, first)), rtol=0, atol=1e-12
+    )
+    start, stop = PAPER.span(first)
+    torch.testing.assert_close(
+        PAPER.crop(samples[start:stop], first - start // PAPER.hop), PAPER.crop(samples, first)
+    )
+
+
+def test_encode_is_the_crop_of_samples_of_that_length():
+    samples = noise(SMALL.length)
+    torch.testing.assert_close(SMALL.encode(samples), SMALL.crop(samples, 0))
+    with pytest.raises(ParameterError, match=r"2016 samples are a picture of 64 frames, got 4000 samples"):
+        SMALL.encode(noise(4000))
+
+
+def test_resizing_comes_before_the_logarithm_as_in_the_paper():
+    a = amplitudes(PAPER, noise(48_000))
+    rows = torch.nn.functional.interpolate(
+        a[None, None], (256, 256), mode="bilinear", antialias=True, align_corners=False
+    )[0]
+    expected = (20 * torch.log10(rows) + 100) / 120 * 2 - 1
+    torch.testing.assert_close(PAPER.picture(a), expected)
+
+
+@pytest.mark.parametrize("picture", [PAPER, EXACT, SMALL])
+def test_a_picture_comes_back_from_the_amplitudes_it_stands_for(picture):
+    z = picture.crop(noise(48_000, 3), 5)
+    error = (picture.picture(picture.decode(z)) - z).abs()
+    # A few amplitudes of the least-norm inverse are below 0 and come back as 0.
+    assert error.mean() < 1e-5
+    assert error.quantile(0.9999) < 1e-6
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_with_crop_any_picture_comes_back_exactly(seed):
+    values = np.random.default_rng(seed).uniform(-1, 1, SMALL.shape)
+    exact = SpectrogramPicture(
+        rate=2000.0,
+        floor_db=-90.0,
+        ceiling_db=10.0,
+        n_fft=128,
+        hop=32,
+        frames=64,
+        rows=64,
+        columns=64,
+        resize="crop",
+    )
+    z = torch.from_numpy(values)
+    torch.testing.assert_close(exact.picture(exact.decode(z)), z, rtol=0, atol=1e-12)
+
+
+def test_crop_loses_the_bin_at_half_the_rate_and_nothing_else():
+    a = amplitudes(EXACT, noise(48_000))
+    back = EXACT.decode(EXACT.picture(a))
+    torch.testing.assert_close(back[:256], a[:256])
+    assert not back[256].any()
+
+
+def test_bilinear_loses_one_pattern_that_alternates_around_the_middle():
+    a = amplitudes(PAPER, noise(48_000)) + 1  # so that no amplitude of the inverse is below 0
+    lost = a - PAPER.decode(PAPER.picture(a))
+    patterns, weights, _ = torch.linalg.svd(lost, full_matrices=False)
+    assert weights[1] < 1e-5 * weights[0]
+    pattern = patterns[:, 0]
+    assert (pattern[100:157].sign() == -pattern[101:158].sign()).all()
+    assert pattern[116:141].square().sum() > 0.95
+    # White noise: about 1 in 257 of the energy is along it.
+    plain = amplitudes(PAPER, noise(48_000))
+    left = plain - PAPER.decode(PAPER.picture(plain))
+    assert left.square().sum() / plain.square().sum() < 1 / 257
+
+
+@pytest.mark.parametrize("picture", [PAPER, EXACT, SMALL])
+def test_level_is_kept(picture):
+    z = picture.crop(noise(48_000, 1), 0)
+    quiet = picture.crop(0.01 * noise(48_000, 1), 0)
+    heard = quiet > -1  # where nothing fell below the floor
+    assert heard.double().mean() > 0.999
+    torch.testing.assert_close((z - quiet)[heard], torch.full_like(z, 40 / 120 * 2)[heard], rtol=0, atol=1e-9)
+    back, loud = picture.decode(quiet), picture.decode(z)
+    # As much as the few amplitudes below the floor, 1e-5, spread.
+    assert (back - 0.01 * loud).abs().max() < 1e-4
+    assert (back - 0.01 * loud).norm() < 1e-3 * back.norm()
+
+
+def test_below_the_floor_is_lost_and_above_the_ceiling_is_the_ceiling():
+    a = torch.full((65, 64), 1.0, dtype=torch.float64)
+    a[:20], a[40:] = 1e-6, 1e3  # -120 dB and 60 dB
+    back = EXACT_SMALL.decode(EXACT_SMALL.picture(a))[:64]
+    assert not back[:20].any()
+    torch.testing.assert_close(back[20:40], a[20:40])
+    torch.testing.assert_close(back[40:], torch.full_like(back[40:], 10.0))
+
+
+def test_a_sinusoid_of_one_unit_reads_0_db():
+    t = torch.arange(SMALL.length, dtype=torch.float64) / SMALL.rate
+    z = EXACT_SMALL.encode(torch.sin(2 * torch.pi * 500.0 * t))  # bin 32
+    assert z[0, 32, 32].item() == pytest.approx((0 + 100) / 120 * 2 - 1, abs=1e-6)
+
+
+EXACT_SMALL = SpectrogramPicture(
+    rate=2000.0,
+    floor_db=-100.0,
+    ceiling_db=20.0,
+    n_fft=128,
+    hop=32,
+    frames=64,
+    rows=64,
+    columns=64,
+    resize="crop",
+)
+
+
+@pytest.mark.parametrize("picture", [EXACT_SMALL, SMALL])
+def test_the_signal_has_the_spectrum_and_level_of_the_picture(picture):
+    t = torch.arange(picture.length, dtype=torch.float64) / picture.rate
+    x = 0.03 * (torch.sin(2 * torch.pi * 203.0 * t) + 0.3 * torch.sin(2 * torch.pi * 611.0 * t))
+    y = picture.signal(picture.encode(x), seed=1)
+    assert y.shape == x.shape
+    f = [20 * np.log10(np.sqrt(scipy_signal.welch(v.numpy(), 2000.0, nperseg=256)[1])) for v in (x, y)]
+    loud = f[0] > f[0].max() - 30
+    assert np.abs(f[0] - f[1])[loud].max() < 1.5
+    assert y.std() == pytest.approx(float(x.std()), rel=0.1)
+
+
+def test_the_seed_decides_and_a_batch_is_item_by_item():
+    z = torch.stack([SMALL.crop(noise(4000, k).float(), 3) for k in range(3)])
+    together = SMALL.signal(z, seed=4)
+    assert together.shape == (3, SMALL.length)
+    for item, alone in zip(together, z, strict=True):
+        torch.testing.assert_close(SMALL.signal(alone, seed=4), item, rtol=1e-3, atol=1e-4)
+    torch.testing.assert_close(SMALL.decode(z)[1], SMALL.decode(z[1]))
+
+
+def test_another_size_of_picture_from_the_published_transform():
+    coarse = SpectrogramPicture(rate=10_000.0, floor_db=-100.0, ceiling_db=20.0, rows=64, columns=64)
+    a = torch.full((257, 256), 0.5, dtype=torch.float64)
+    torch.testing.assert_close(coarse.decode(coarse.picture(a)), a)  # what is no finer than a row comes back
+    z = coarse.crop(noise(48_000), 0)
+    assert z.shape == (1, 64, 64)
+    assert (coarse.picture(coarse.decode(z)) - z).abs().mean() < 1e-4
+
+
+def test_float32_is_as_good():
+    x = noise(48_000)
+    torch.testing.assert_close(PAPER.crop(x.float(), 9).double(), PAPER.crop(x, 9), rtol=0, atol=1e-4)
+    assert PAPER.decode(PAPER.crop(x.float(), 9)).dtype == torch.float32
+
+
+def test_a_gradient_comes_through():
+    x = noise(SMALL.length).requires_grad_()
+    SMALL.encode(x).sum().backward()
+    assert torch.isfinite(x.grad).all()
+    assert x.grad.abs().sum() > 0
+
+
+def test_bad_input_is_one_line():
+    with pytest.raises(ParameterError, match=r"picture of 64 frames is 1.01 s long, the recording 0.5 s"):
+        SMALL.crop(noise(1000), 0)
+    with pytest.raises(ParameterError, match=r"first frame must be in 0..62, got 63"):
+        SMALL.crop(noise(4000), 63)
+    with pytest.raises(ParameterError, match=r"must be \(\.\.\., \(1, 64, 64\)\), got \(64, 64\)"):
+        SMALL.decode(torch.zeros(64, 64))
+    with pytest.raises(ParameterError, match="finite"):
+        SMALL.decode(torch.full((1, 64, 64), float("nan")))
+    with pytest.raises(ParameterError, match="rows must be <= 65 bins"):
+        SpectrogramPicture(rate=1.0, floor_db=0.0, ceiling_db=1.0, n_fft=128, hop=32, rows=66, resize="crop")
+    with pytest.raises(ParameterError, match="frames must be a whole number >= 2"):
+        SpectrogramPicture(rate=1.0, floor_db=0.0, ceiling_db=1.0, frames=1)
+    with pytest.raises(UnitError, match="m/s"):
+        SMALL.spectrogram.check_signal(Signal(np.zeros(9), 2000.0, "N"))
