@@ -4,11 +4,19 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from tactogram.datasets import Recording, Store, add_recordings, open_store
+from tactogram.datasets import (
+    Recording,
+    Store,
+    add_recordings,
+    materials_without_photographs,
+    materials_without_recordings,
+    open_store,
+)
 from tactogram.datasets.importing import import_dataset, importers
 from tactogram.datasets.store import problems
 from tactogram.errors import ParameterError
@@ -40,6 +48,7 @@ def import_store(
     path: Path | str,
     out: Path | str,
     *,
+    options: Mapping[str, Any] | None = None,
     skip_bad: bool = False,
     workers: int | None = None,
     progress: Progress = silent,
@@ -49,7 +58,9 @@ def import_store(
     def show(done: int, total: int) -> None:
         progress("reading", done, total)
 
-    return import_dataset(set_name, Path(path), Path(out), skip_bad=skip_bad, workers=workers, progress=show)
+    return import_dataset(
+        set_name, Path(path), Path(out), options=options, skip_bad=skip_bad, workers=workers, progress=show
+    )
 
 
 def store_info(path: Path | str) -> dict[str, Any]:
@@ -60,8 +71,9 @@ def store_info(path: Path | str) -> dict[str, Any]:
     dict
         ``name``, ``licence``, ``source``, ``simulated``, ``sha256``, ``recordings``, ``bytes``, ``streams``
         (unit, domain, axes, rates, recordings and total seconds or mm by name), ``materials`` (recordings by
-        name), and the numbers of different ``contactors``, ``sessions``, ``subjects``, ``images``; ``duplicates``
-        and ``skipped`` as lists.
+        name), and the numbers of different ``contactors``, ``sessions``, ``subjects``, ``images``; ``photographs``
+        (of each material that has any, by name), ``without_photographs`` and ``without_recordings`` (materials that
+        have only the other), ``duplicates`` and ``skipped`` as lists.
     """
     store = open_store(path)
     facts = store.facts
@@ -80,6 +92,9 @@ def store_info(path: Path | str) -> dict[str, Any]:
         "sessions": len({info.session for info in store.index} - {None}),
         "subjects": len({info.subject for info in store.index} - {None}),
         "images": len(store.photograph_keys()),
+        "photographs": {name: len(keys) for name, keys in store.photographs_by_material.items()},
+        "without_photographs": list(materials_without_photographs(store)),
+        "without_recordings": list(materials_without_recordings(store)),
         "duplicates": [dict(entry) for entry in facts.duplicates],
         "skipped": [dict(entry) for entry in facts.skipped],
     }

@@ -131,8 +131,11 @@ def generate_files(
 def _taken_for(model: Any, image: Image) -> dict[str, Any]:
     """Return which known surface a model takes a photograph for, where it says so."""
     if hasattr(model, "label_of"):
-        label = model.label_of(image)
-        return {"taken_for": label.material, "confidence": round(float(label.confidence), 4)}
+        try:
+            material, confidence = model.label_of(image)
+        except ParameterError:  # a variant without a label
+            return {}
+        return {"taken_for": material, "confidence": round(float(confidence), 4)}
     return {"taken_for": model.material_of(image)} if hasattr(model, "material_of") else {}
 
 

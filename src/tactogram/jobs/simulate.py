@@ -12,7 +12,7 @@ from typing import Any
 
 from tactogram.datasets import Recording, create_store
 from tactogram.datasets.examples import cores
-from tactogram.datasets.simulate import Task, make, tasks
+from tactogram.datasets.simulate import Task, make, surface_photographs, tasks
 from tactogram.errors import ParameterError
 from tactogram.jobs.progress import Progress, silent
 
@@ -25,6 +25,7 @@ def simulate_to_store(
     per_class: int | None = None,
     seconds: float | None = None,
     rate: float | None = None,
+    photographs: int = 0,
     workers: int | None = None,
     progress: Progress = silent,
 ) -> dict[str, Any]:
@@ -35,22 +36,28 @@ def simulate_to_store(
     set_name, seed, per_class, seconds, rate : see `tactogram.datasets.simulate.simulate`
     out : path
         Must not exist.
+    photographs : int, 0 to 9
+        Of each surface, at places that do not overlap, for learning from photographs; the recordings then have none
+        of their own. With 0 every recording has the one of its surface.
     workers : int, optional
         Processes; by default one per core. The recordings are the same for any number.
 
     Returns
     -------
     dict
-        ``store``, ``recordings``, ``materials``, ``sha256``, ``simulated`` (true).
+        ``store``, ``recordings``, ``photographs``, ``materials``, ``sha256``, ``simulated`` (true).
     """
     if workers is not None and workers < 1:
         raise ParameterError(f"workers must be at least 1, got {workers}")
-    given = {"per-class": per_class, "seconds": seconds, "rate": rate}
+    shown = surface_photographs(set_name, photographs)
+    given = {"per-class": per_class, "seconds": seconds, "rate": rate, "photographs": photographs or None}
     command = " ".join(
         [f"tactogram data simulate {set_name} --seed {seed}"]
         + [f"--{name} {value:g}" for name, value in given.items() if value is not None]
     )
-    todo = tasks(set_name, seed=seed, per_class=per_class, seconds=seconds, rate=rate)
+    todo = tasks(
+        set_name, seed=seed, per_class=per_class, seconds=seconds, rate=rate, own_images=not photographs
+    )
     store = create_store(
         Path(out),
         _made(todo, workers or cores(), progress),
@@ -58,10 +65,12 @@ def simulate_to_store(
         licence="CC0-1.0",
         source=command,
         simulated=True,
+        photographs=shown,
     )
     return {
         "store": str(out),
         "recordings": len(store),
+        "photographs": len(store.photograph_keys()),
         "materials": len({info.material for info in store.index}),
         "sha256": store.sha256,
         "simulated": True,

@@ -159,6 +159,9 @@ def train(
     kind = signal_kind(examples, simulated=store.simulated)
     learner = facts.build(config, kind, seed=chosen.seed)
     learner.setup(fabric)
+    validation = part_examples(store, parts, "validation", chosen.prepare, label=label)
+    if hasattr(learner, "watch"):  # chooses its weights by what it is not trained on
+        learner.watch(validation)
     learner.stages(examples)  # refuses what it cannot learn from, before anything is written
     if first and not resume:
         # Defaults included, so that the run stays what it is when they change. TOML has no null.
@@ -168,7 +171,6 @@ def train(
     start = run.restore(learner) if resume else Position()
     run_training(learner, examples, chosen, run=run, start=start, rank=fabric.global_rank, progress=progress)
     if first:
-        validation = part_examples(store, parts, "validation", chosen.prepare, label=label)
         if isinstance(learner, Classifier) and hasattr(learner, "embed"):
             from tactogram.jobs.search import index_run
 
