@@ -4,4 +4,5 @@ from tactogram.datasets.simulate.sets import Task as Task
 from tactogram.datasets.simulate.sets import make as make
 from tactogram.datasets.simulate.sets import simulate as simulate
 from tactogram.datasets.simulate.sets import simulated_sets as simulated_sets
+from tactogram.datasets.simulate.sets import surface_photographs as surface_photographs
 from tactogram.datasets.simulate.sets import tasks as tasks

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zlib
+from collections.abc import Iterator
 from functools import cache
 
 import numpy as np
@@ -10,11 +11,14 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from tactogram.datasets.simulate.surfaces import MM_PER_PIXEL, Surface, height_field, power_law
+from tactogram.errors import ParameterError
 from tactogram.signal import Image
 
 PIXELS = 256
 POOL = 3
 """Cells of the height field per pixel and direction: a pixel is the mean of so many squared."""
+ACROSS, TILE_PIXELS = 3, 224
+"""A patch holds so many photographs each way that share no ground, of so many pixels a side."""
 AZIMUTH_DEG, ELEVATION_DEG = 225.0, 40.0
 """Where the lamp stands: upper left, low enough for relief to show."""
 AMBIENT = 0.3
@@ -34,7 +38,44 @@ def photograph(surface: Surface) -> Image:
     Image
         256 x 256 pixels of 0.15 mm: the first 38.4 mm of the height field, x to the right and y downwards.
     """
-    heights = height_field(surface)[: PIXELS * POOL, : PIXELS * POOL].astype(np.float64)
+    return render(surface, rows=PIXELS, columns=PIXELS, pool=POOL)
+
+
+def photographs(surface: Surface, count: int) -> Iterator[Image]:
+    """Yield photographs of ``count`` places of the surface that do not overlap, as `photograph` takes them.
+
+    Parameters
+    ----------
+    surface : Surface
+    count : int, 0 to 9
+
+    Yields
+    ------
+    Image
+        224 x 224 pixels of 0.15 mm. That of `photograph` overlaps some of them: use one or the other.
+
+    Raises
+    ------
+    ParameterError
+        If the patch has no room for so many.
+    """
+    if not 0 <= count <= ACROSS**2:
+        raise ParameterError(f"a simulated surface has room for 0 to {ACROSS**2} photographs, got {count}")
+    if count == 0:
+        return
+    side = ACROSS * TILE_PIXELS
+    whole = render(surface, rows=side, columns=side, pool=POOL)
+    for place in range(count):
+        top, left = (TILE_PIXELS * n for n in divmod(place, ACROSS))
+        yield whole.cut(top, left, top + TILE_PIXELS, left + TILE_PIXELS)
+
+
+def render(surface: Surface, *, rows: int, columns: int, pool: int) -> Image:
+    """Return the first ``rows`` x ``columns`` pixels of a surface, each the mean of ``pool`` x ``pool`` cells.
+
+    As `photograph`, but of any size and not kept.
+    """
+    heights = height_field(surface)[: rows * pool, : columns * pool].astype(np.float64)
     dy, dx = np.gradient(heights, MM_PER_PIXEL)
     normal = np.stack([-dx, -dy, np.ones_like(dx)])
     normal /= np.sqrt((normal**2).sum(0))
@@ -49,8 +90,8 @@ def photograph(surface: Surface) -> Image:
     light = open_sky * (AMBIENT + (1 - AMBIENT) * lambert)
     linear = _albedo(surface, heights) * light[..., None]
     linear += surface.look.gloss * (open_sky * shine)[..., None]
-    pooled = linear.reshape(PIXELS, POOL, PIXELS, POOL, 3).mean((1, 3))
-    return Image(_srgb(pooled), mm_per_pixel=POOL * MM_PER_PIXEL)
+    pooled = linear.reshape(rows, pool, columns, pool, 3).mean((1, 3))
+    return Image(_srgb(pooled), mm_per_pixel=pool * MM_PER_PIXEL)
 
 
 def _albedo(surface: Surface, heights: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -60,7 +101,7 @@ def _albedo(surface: Surface, heights: NDArray[np.float64]) -> NDArray[np.float6
     height = np.clip((heights - low) / max(high - low, 1e-9), 0, 1)[..., None]
     top, hollow = np.array(look.colour), np.array(look.hollow or look.colour)
     rng = np.random.default_rng(zlib.crc32(f"{surface.name} photograph".encode()))
-    spots = power_law(rng, 0.6, 1 / look.grain_mm, 6.0, look.streak)[: len(heights), : len(heights)]
+    spots = power_law(rng, 0.6, 1 / look.grain_mm, 6.0, look.streak)[: heights.shape[0], : heights.shape[1]]
     shade = np.exp(look.mottle * np.clip(spots, -3, 3))
     return np.asarray((hollow + (top - hollow) * height) * shade[..., None])
 

@@ -10,13 +10,14 @@ import numpy as np
 
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.simulate.contact import CONTACTORS, Felt, feel
+from tactogram.datasets.simulate.fabrics import FABRICS, fabric
 from tactogram.datasets.simulate.materials import STROKING_9, STROKING_30
-from tactogram.datasets.simulate.photo import photograph
+from tactogram.datasets.simulate.photo import photograph, photographs
 from tactogram.datasets.simulate.sensor import AXES, Sensor, sense, wired, wireless
 from tactogram.datasets.simulate.stroke import Stroke, slow_noise, stroke
 from tactogram.datasets.simulate.surfaces import PATCH_MM, Surface
 from tactogram.errors import ParameterError
-from tactogram.signal import Signal
+from tactogram.signal import Image, Signal
 from tactogram.signal.filters import resample
 
 INTERNAL_RATE = 8000.0
@@ -39,6 +40,8 @@ class SimulatedSet:
     per_class: int
     sensor: Sensor
     back_and_forth: bool
+    registered: bool = False
+    """Whether it is friction over displacement on the photograph, as `fabrics` makes it, instead of vibration."""
 
 
 SETS: Mapping[str, SimulatedSet] = {
@@ -51,6 +54,11 @@ SETS: Mapping[str, SimulatedSet] = {
         "simulated: nine surfaces rubbed by a finger in one direction, 4,000 samples of 3 axes at 1 kHz by wire "
         "(layout of Saga et al., Sec. III-B)",
         STROKING_9, ("finger",), (100.0,), 4.0, 20, wired(), False,
+    ),
+    "fabrics": SimulatedSet(
+        "simulated: six fabrics, four pieces each, friction of a finger over 102.4 mm, 40 samples per mm, registered "
+        "to a photograph of 2048 x 1024 pixels (layout of HapTex as Cai et al. 2020 use it)",
+        FABRICS, ("finger",), (25.0,), PATCH_MM / 25.0, 4, wired(), False, True,
     ),
 }  # fmt: skip
 
@@ -67,6 +75,8 @@ class Task:
     take: int
     seconds: float
     rate: float
+    own_image: bool = True
+    """Whether it brings the one photograph of its surface; not where the set has several of each."""
 
 
 def simulated_sets() -> dict[str, str]:
@@ -113,11 +123,10 @@ def tasks(
     per_class: int | None = None,
     seconds: float | None = None,
     rate: float | None = None,
+    own_images: bool = True,
 ) -> list[Task]:
-    """Return the recordings that `simulate` yields, not yet made."""
-    if set_name not in SETS:
-        raise ParameterError(f"simulated set must be one of {', '.join(SETS)}, got {set_name!r}")
-    facts = SETS[set_name]
+    """Return the recordings that `simulate` yields, not yet made; with ``own_images`` each has its surface's."""
+    facts = _set(set_name)
     takes = facts.per_class if per_class is None else per_class
     length = facts.seconds if seconds is None else seconds
     hertz = facts.sensor.rate if rate is None else rate
@@ -130,7 +139,7 @@ def tasks(
     if seed < 0:
         raise ParameterError(f"seed must be >= 0, got {seed}")
     return [
-        Task(set_name, seed, surface, contactor, speed, take, length, hertz)
+        Task(set_name, seed, surface, contactor, speed, take, length, hertz, own_images)
         for surface in range(len(facts.surfaces))
         for contactor in facts.contactors
         for speed in facts.speeds_mm_s
@@ -138,9 +147,44 @@ def tasks(
     ]
 
 
+def surface_photographs(set_name: str, count: int) -> Iterator[tuple[str, Image]]:
+    """Return ``count`` photographs of each surface of a set, of places that do not overlap, with its name.
+
+    They go into a store whose recordings were made without images of their own (``own_images=False``).
+
+    Raises
+    ------
+    ParameterError
+        For an unknown set, one whose recordings are registered to photographs of their own, or more photographs
+        than a surface has room for (9).
+    """
+    facts = _set(set_name)
+    if count and facts.registered:
+        raise ParameterError(
+            f"each recording of {set_name} has a photograph of its own; leave photographs at 0"
+        )
+    return ((surface.name, image) for surface in facts.surfaces for image in photographs(surface, count))
+
+
+def _set(set_name: str) -> SimulatedSet:
+    if set_name not in SETS:
+        raise ParameterError(f"simulated set must be one of {', '.join(SETS)}, got {set_name!r}")
+    return SETS[set_name]
+
+
 def make(task: Task) -> Recording:
     """Return one simulated recording; it depends on ``task`` alone."""
     facts = SETS[task.set_name]
+    if facts.registered:
+        return fabric(
+            facts.surfaces[task.surface],
+            piece=task.take,
+            seed=task.seed,
+            speed_mm_s=task.speed_mm_s,
+            seconds=task.seconds,
+            rate=task.rate,
+            set_name=task.set_name,
+        )
     surface, contactor = facts.surfaces[task.surface], CONTACTORS[task.contactor]
     source = f"{task.set_name}/{surface.name}-{contactor.name}-{task.speed_mm_s:g}/{task.take}"
     rng = np.random.default_rng(np.random.SeedSequence([task.seed, zlib.crc32(source.encode())]))
@@ -172,7 +216,7 @@ def make(task: Task) -> Recording:
     acceleration, lost = sense(np.stack([felt.along, felt.across, felt.normal]), rate, angles, sensor, rng)
     return Recording(
         streams={"acceleration": acceleration} | _others(felt, moved, direction, sensor),
-        image=photograph(surface),
+        image=photograph(surface) if task.own_image else None,
         material=surface.name,
         speed_mm_s=task.speed_mm_s,
         force_n=round(float(force), 3),

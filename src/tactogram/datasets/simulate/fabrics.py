@@ -1,0 +1,181 @@
+"""Simulated fabrics: friction over displacement, and the photograph that it is registered to.
+
+The layout is that of HapTex (Jiao et al. 2019), as FrictGAN uses it: a finger moves along the middle of what is
+photographed, and every place of the friction is a place of the picture. The fabrics are formulas with names of fabrics,
+not measurements.
+"""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import rfft2
+
+from tactogram.datasets.recording import Recording
+from tactogram.datasets.simulate.contact import FINGER, Felt, feel, transmission
+from tactogram.datasets.simulate.photo import render
+from tactogram.datasets.simulate.stroke import Stroke, stroke
+from tactogram.datasets.simulate.surfaces import (
+    MM_PER_PIXEL,
+    PATCH_MM,
+    SIZE,
+    Grating,
+    Look,
+    Particles,
+    Roughness,
+    Surface,
+    Weave,
+    frequencies,
+    height_field,
+    inverse,
+)
+from tactogram.errors import ParameterError
+from tactogram.signal import Signal
+from tactogram.signal.displacement import over_displacement
+from tactogram.signal.filters import resample
+
+ROWS = SIZE // 2
+"""Of a photograph: half as high as it is wide, 51.2 mm; a pixel is a cell of the height field."""
+LEAD_MM = 6.0
+"""What the finger moves before and after what is photographed, while it speeds up and slows down."""
+INTERNAL_RATE = 8000.0
+
+FABRICS = (
+    Surface(
+        "sim-linen", (Weave(1.1, 0.10), Roughness(0.014, 1.4, 0.1, 5)),
+        0.38, 1.1, stiffness_n_m=3500, loss=0.5, look=Look((0.52, 0.46, 0.34), (0.20, 0.16, 0.10), 0.05, 1.0),
+    ),
+    Surface(
+        "sim-denim", (Grating(1.7, 0.16, 45, 1.2), Weave(0.8, 0.04), Roughness(0.012, 1.5, 0.2, 5)),
+        0.52, 1.15, stiffness_n_m=4500, loss=0.4, look=Look((0.13, 0.18, 0.36), (0.05, 0.06, 0.14), 0.08, 1.0),
+    ),
+    Surface(
+        "sim-corduroy", (Grating(3.2, 0.45, 0, 0.8, 0.3), Roughness(0.025, 1.2, 0.3, 6)),
+        0.70, 1.1, stiffness_n_m=2500, loss=0.6, look=Look((0.34, 0.22, 0.10), (0.08, 0.05, 0.02), 0.12, 1.5),
+    ),
+    Surface(
+        "sim-terry", (Particles(0.5, 0.9, 0.45, 0.6), Roughness(0.030, 1.2, 0.3, 6)),
+        0.85, 1.1, stiffness_n_m=1800, loss=0.7, look=Look((0.60, 0.55, 0.52), (0.24, 0.20, 0.20), 0.10, 1.0),
+    ),
+    Surface(
+        "sim-satin", (Roughness(0.0045, 1.8, 0.1, 4, 8.0), Grating(0.6, 0.012, 90)),
+        0.22, 1.2, stiffness_n_m=3500, loss=0.4, look=Look((0.50, 0.10, 0.16), (0.40, 0.07, 0.12), 0.02, 6.0, 8.0, 0.1),
+    ),
+    Surface(
+        "sim-knit", (Grating(2.3, 0.22, 0, 1.0, 0.2), Grating(1.5, 0.14, 90, 1.0), Roughness(0.020, 1.3, 0.2, 6)),
+        0.60, 1.1, stiffness_n_m=2000, loss=0.6, look=Look((0.20, 0.40, 0.30), (0.06, 0.14, 0.10), 0.08, 1.2),
+    ),
+)  # fmt: skip
+
+
+def fabric(
+    surface: Surface,
+    *,
+    piece: int,
+    seed: int,
+    speed_mm_s: float,
+    seconds: float,
+    rate: float,
+    set_name: str,
+) -> Recording:
+    """Return a simulated stroke over one piece of a fabric, and its photograph.
+
+    Parameters
+    ----------
+    surface : Surface
+    piece : int
+        Number of the piece: its irregularities are its own, its weave and its material those of all.
+    seed : int
+    speed_mm_s, seconds : float
+        How fast, and for how long over what is photographed: their product is the length, at most `PATCH_MM`.
+    rate : float, Hz
+        Friction has ``rate / speed_mm_s`` samples per mm.
+    set_name : str
+
+    Raises
+    ------
+    ParameterError
+        If the length is not on the patch.
+    """
+    length = speed_mm_s * seconds
+    if not 1 <= length <= PATCH_MM + 1e-6:
+        raise ParameterError(
+            f"a simulated fabric is {PATCH_MM:g} mm long, {seconds:g} s at {speed_mm_s:g} mm/s are {length:g} mm; "
+            f"give at most {PATCH_MM / speed_mm_s:g} seconds"
+        )
+    source = f"{set_name}/{surface.name}/{piece}"
+    rng = np.random.default_rng(np.random.SeedSequence([seed, zlib.crc32(source.encode())]))
+    cut = replace(surface, name=f"{surface.name} piece {piece} of {seed}")
+    force = FINGER.force_n * float(np.exp(0.1 * rng.standard_normal()))
+    moved = _guided(rng, speed_mm_s, length, force)
+    start = (-LEAD_MM, ROWS / 2 * MM_PER_PIXEL)
+    felt = feel(cut, FINGER, moved, start_mm=start, direction_deg=0)
+    # What a force plate under the fabric measures: the slopes that the finger climbs pull at it as friction does.
+    ratio = felt.friction_n / np.maximum(felt.force_n, 0.1 * felt.force_n.mean()) + _slope(cut, start, felt)
+    over_time = Signal(np.maximum(ratio, 0), moved.rate, "1", ("along",))
+    place = resample(Signal(felt.place_m.astype(np.float32), moved.rate, "m", ("along",)), 200.0)
+    # The finger's own place, not the hand's: skin gives way before it slides.
+    speed = place.with_samples(np.gradient(place.samples[0].astype(float)) * place.rate, unit="m/s")
+    per_mm = rate / speed_mm_s
+    travelled = over_displacement(over_time, speed, rate=per_mm, standstill=0.05)
+    first = round((LEAD_MM - 1e3 * float(felt.place_m[_first_moving(speed, moved.rate)])) * per_mm)
+    friction = travelled.cut(first, first + round(length * per_mm))
+    columns = min(SIZE, round(length / MM_PER_PIXEL))
+    return Recording(
+        streams={"friction": friction.with_samples(np.maximum(friction.samples, 0))},
+        image=render(cut, rows=ROWS, columns=columns, pool=1),
+        material=surface.name,
+        speed_mm_s=speed_mm_s,
+        force_n=round(force, 3),
+        direction_deg=0.0,
+        contactor=FINGER.name,
+        session=f"piece-{piece}",
+        subject="simulated",
+        labels={"recording": str(piece)},
+        source=source,
+        history=(
+            f"simulated set {set_name}, seed {seed}",
+            f"contact at {moved.rate:g} Hz: height field, resonant contact, LuGre friction",
+            f"friction over displacement, {per_mm:g} samples per mm; registered to the photograph: displacement 0 "
+            "is its left edge, the finger moved to the right along its middle row",
+        ),
+        simulated=True,
+    )
+
+
+def _guided(rng: np.random.Generator, speed_mm_s: float, length_mm: float, force_n: float) -> Stroke:
+    """Return a stroke on a straight rail, from rest to rest, over ``length_mm`` and `LEAD_MM` on both sides."""
+    turn = 0.15
+    seconds = (length_mm + 2 * LEAD_MM) / speed_mm_s + turn
+    moved = stroke(
+        rng,
+        seconds=seconds,
+        rate=INTERNAL_RATE,
+        speed_mm_s=speed_mm_s,
+        force_n=force_n,
+        back_and_forth=False,
+        unsteadiness=0.03,
+    )
+    return replace(moved, sideways_mm=np.zeros_like(moved.sideways_mm))
+
+
+def _slope(surface: Surface, start_mm: tuple[float, float], felt: Felt) -> NDArray[np.float64]:
+    """Return the slope of what the finger feels of the heights, where it is, float64, shape (time,)."""
+    ky, kx = frequencies()
+    passed = rfft2(height_field(surface)) * transmission(FINGER, np.hypot(ky, kx))
+    row = inverse(passed * 2j * np.pi * kx)[round(start_mm[1] / MM_PER_PIXEL) % SIZE]
+    given_way = surface.stiffness_n_m / (surface.stiffness_n_m + FINGER.stiffness_n_m)
+    place = start_mm[0] + 1e3 * felt.place_m
+    at = np.arange(SIZE) * MM_PER_PIXEL
+    return np.asarray(given_way * np.interp(place, at, row, period=PATCH_MM))
+
+
+def _first_moving(speed: Signal, rate: float) -> int:
+    """Return the sample, at ``rate``, where travel begins: as `over_displacement` has it."""
+    v = np.abs(speed.samples[0].astype(float))
+    median = float(np.median(v[v > 0.01 * v.max()]))
+    at = np.interp(np.arange(round(len(v) * rate / speed.rate)) / rate, np.arange(len(v)) / speed.rate, v)
+    return int(np.argmax(at >= 0.05 * median))
