@@ -1,0 +1,276 @@
+"""The published sizes layer by layer, and what the model promises beyond tests/test_models.py."""
+
+import math
+
+import numpy as np
+import pytest
+import torch
+from torch import nn
+
+from tactogram import models
+from tactogram.errors import DataError, ParameterError
+from tactogram.model import Example, SignalKind
+from tactogram.models.visual_tactile_gan.config import Config
+from tactogram.models.visual_tactile_gan.networks import discriminator, generator
+from tactogram.nn.label_predictor import LabelPredictor, PredictorConfig, PredictorTraining
+from tactogram.nn.trunks import Trunk
+from tactogram.recipe import Recipe
+from tactogram.signal import Image, Signal
+from tactogram.training.loop import fit
+
+TABLE_1 = [
+    ("down.0", (64, 128, 128), 1024),
+    ("down.1", (128, 64, 64), 131_072), ("down_norms.0", (128, 64, 64), 256),
+    ("down.2", (256, 32, 32), 524_288), ("down_norms.1", (256, 32, 32), 512),
+    ("down.3", (512, 16, 16), 2_097_152), ("down_norms.2", (512, 16, 16), 1024),
+    ("down.4", (512, 8, 8), 4_194_304), ("down_norms.3", (512, 8, 8), 1024),
+    ("down.5", (512, 4, 4), 4_194_304), ("down_norms.4", (512, 4, 4), 1024),
+    ("down.6", (512, 2, 2), 4_194_304), ("down_norms.5", (512, 2, 2), 1024),
+    ("down.7", (512, 1, 1), 4_194_304), ("bottleneck", (512, 1, 1), 10_240),
+    ("up.0", (512, 2, 2), 4_194_304), ("up_norms.0", (512, 2, 2), 1024),
+    ("up.1", (512, 4, 4), 8_388_608), ("up_norms.1", (512, 4, 4), 1024),
+    ("up.2", (512, 8, 8), 8_388_608), ("up_norms.2", (512, 8, 8), 1024),
+    ("up.3", (512, 16, 16), 8_388_608), ("up_norms.3", (512, 16, 16), 1024),
+    ("up.4", (256, 32, 32), 4_194_304), ("up_norms.4", (256, 32, 32), 512),
+    ("up.5", (128, 64, 64), 1_048_576), ("up_norms.5", (128, 64, 64), 256),
+    ("up.6", (64, 128, 128), 262_144), ("up_norms.6", (64, 128, 128), 128),
+    ("up.7", (1, 256, 256), 2049),
+]  # fmt: skip
+
+TABLE_2 = [
+    [("convs.0", (64, 129, 129), 2112),
+     ("convs.1", (128, 65, 65), 131_200), ("norms.0", (128, 65, 65), 256),
+     ("convs.2", (256, 33, 33), 524_544), ("norms.1", (256, 33, 33), 512),
+     ("convs.3", (512, 34, 34), 2_097_664), ("norms.2", (512, 34, 34), 1024),
+     ("score", (1, 35, 35), 8193)],
+    [("convs.0", (64, 65, 65), 2112),
+     ("convs.1", (128, 33, 33), 131_200), ("norms.0", (128, 33, 33), 256),
+     ("convs.2", (256, 17, 17), 524_544), ("norms.1", (256, 17, 17), 512),
+     ("convs.3", (512, 18, 18), 2_097_664), ("norms.2", (512, 18, 18), 1024),
+     ("score", (1, 19, 19), 8193)],
+    [("convs.0", (64, 33, 33), 2112),
+     ("convs.1", (128, 17, 17), 131_200), ("norms.0", (128, 17, 17), 256),
+     ("convs.2", (256, 9, 9), 524_544), ("norms.1", (256, 9, 9), 512),
+     ("convs.3", (512, 10, 10), 2_097_664), ("norms.2", (512, 10, 10), 1024),
+     ("score", (1, 11, 11), 8193)],
+]  # fmt: skip
+
+
+def layers(network, *given):
+    """(name, shape of what comes out, parameters) of each layer, in the order they are called."""
+    seen = []
+
+    def note(name):
+        def hook(module, args, out):
+            seen.append((name, tuple(out.shape[1:]), sum(p.numel() for p in module.parameters())))
+
+        return hook
+
+    kinds = nn.Conv2d | nn.ConvTranspose2d | nn.BatchNorm2d
+    for name, module in network.named_modules():
+        if (isinstance(module, kinds) and "bottleneck" not in name) or name == "bottleneck":
+            module.register_forward_hook(note(name))
+    network(*given)
+    return seen
+
+
+def test_generator_is_table_1():
+    with torch.device("meta"):
+        network = generator(Config(), 9)
+        seen = layers(network, torch.empty(2, 1, 256, 256), torch.empty(2, 9))
+    assert seen == TABLE_1
+    assert sum(p.numel() for p in network.parameters()) == 54_418_049
+
+
+def test_discriminators_are_table_2():
+    with torch.device("meta"):
+        network = discriminator(Config())
+        seen = layers(network, torch.empty(2, 2, 256, 256))
+    expected = [
+        (f"discriminators.{k}.{name}", *rest) for k, table in enumerate(TABLE_2) for name, *rest in table
+    ]
+    assert seen == expected
+    assert sum(p.numel() for p in network.parameters()) == 8_296_515
+
+
+def test_label_predictor_has_the_published_head():
+    try:
+        with torch.device("meta"):
+            network = LabelPredictor(PredictorConfig(), 9)
+    except ImportError as error:
+        pytest.skip(str(error))
+    assert [tuple(p.shape) for p in network.head.parameters()] == [
+        (256, 1920), (256,), (256,), (256,), (9, 256), (9,)
+    ]  # fmt: skip
+    assert network.head[2].negative_slope == 0.01
+    assert not any(p.requires_grad for p in network.trunk.parameters())
+    assert all(p.requires_grad for p in network.head.parameters())
+    assert not network.train().trunk.network.training  # frozen: its batch norms as well
+
+
+def test_absent_weights_are_one_line_that_says_where_they_go(tmp_path, monkeypatch):
+    monkeypatch.setattr(torch.hub, "get_dir", lambda: str(tmp_path))
+    try:
+        trunk = Trunk("densenet201")
+    except ImportError as error:
+        pytest.skip(str(error))
+    with pytest.raises(DataError, match="put torchvision's densenet201-.*pth into") as error:
+        trunk.load()
+    assert "\n" not in str(error.value)
+    (tmp_path / "bad.pth").write_bytes(b"no weights")
+    with pytest.raises(DataError, match="not a readable file of weights"):
+        Trunk("densenet201", str(tmp_path / "bad.pth")).load()
+    with pytest.raises(DataError, match="no weights of densenet201 there"):
+        Trunk("densenet201", str(tmp_path / "none.pth")).load()
+
+
+def test_weights_of_torchvisions_own_file_are_loaded_old_names_and_all(tmp_path):
+    try:
+        trunk = Trunk("densenet201")
+    except ImportError as error:
+        pytest.skip(str(error))
+    state = {f"features.{name}": value for name, value in trunk.network.state_dict().items()}
+    state = {
+        name.replace(".norm1.", ".norm.1.").replace(".conv2.", ".conv.2."): v for name, v in state.items()
+    }
+    assert any(".norm.1." in name for name in state)
+    changed = next(iter(state))
+    state[changed] = torch.full_like(state[changed], 0.5)
+    torch.save(
+        state | {"classifier.weight": torch.zeros(1), "classifier.bias": torch.zeros(1)}, tmp_path / "w.pth"
+    )
+    other = Trunk("densenet201", str(tmp_path / "w.pth"))
+    other.load()
+    assert bool((next(iter(other.network.state_dict().values())) == 0.5).all())
+
+
+def test_learning_rate_of_the_predictor_halves_every_five_epochs():
+    training = PredictorTraining(PredictorConfig(trunk="own", hidden=4), 2, device=torch.device("cpu"))
+    batch = (torch.rand(4, 1, 16, 16), torch.eye(2)[[0, 1, 0, 1]])
+    rates = {}
+    for epoch in (0, 4, 5, 9, 10, 29):
+        training.step((epoch * 7, *batch), epoch_steps=7, unseen=None)
+        rates[epoch] = training.optimiser.param_groups[0]["lr"]
+    assert rates == {0: 2e-4, 4: 2e-4, 5: 1e-4, 9: 1e-4, 10: 5e-5, 29: 2e-4 / 32}
+
+
+# -- trained in seconds -------------------------------------------------------------------------------------
+
+KIND = SignalKind(1000.0, "m/s^2", ("z",), ("coarse", "fine"), simulated=True)
+
+
+def example(material, seed):
+    """Simulated: a coarse surface is dark, hums low and strongly; a fine one is bright, high and weak."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(800) / 1000
+    hum = np.sin(2 * np.pi * (60 if material == "coarse" else 400) * time + rng.uniform(0, 6))
+    signal = Signal(np.float32((1 if material == "coarse" else 0.05) * hum), 1000, "m/s^2")
+    dark = 60 if material == "coarse" else 190
+    pixels = np.clip(rng.normal(dark, 20, (24, 24, 1)), 0, 255).astype(np.uint8).repeat(3, 2)
+    return Example(f"{material}{seed}", signal, material, photographs=(Image(pixels),))
+
+
+TRAINING = [example(name, seed) for name in KIND.materials for seed in range(4)]
+UNSEEN = [example(name, seed) for name in KIND.materials for seed in (10, 11)]
+
+
+def learner(**changes):
+    facts = models.find("visual_tactile_gan")
+    recipe = Recipe.load(facts.recipe("tiny"), changes={f"config.{k}": v for k, v in changes.items()})
+    return facts.build(facts.config(recipe.config), KIND, seed=0)
+
+
+@pytest.fixture(scope="module")
+def trained():
+    made = learner(
+        **{"predictor.epochs": 12, "predictor.learning_rate": 0.01, "steps": 250, "learning_rate": 4e-3}
+    )
+    made.watch(UNSEEN)
+    fit(made, TRAINING, seed=0)
+    return made
+
+
+def photo(material):
+    return next(e.photographs[0] for e in UNSEEN if e.material == material)
+
+
+def test_names_unseen_photographs_and_says_how_surely(trained):
+    for name in KIND.materials:
+        label, sure = trained.label_of(photo(name))
+        assert label == name
+        assert 0.5 < sure <= 1
+
+
+def test_two_surfaces_sound_apart_and_two_seeds_of_one_do_not(trained):
+    def spectrum(name, seed):
+        x = trained.generate({"image": photo(name)}, seed=seed).samples[0]
+        pieces = np.abs(np.fft.rfft(x[: len(x) // 32 * 32].reshape(-1, 32))).mean(0)
+        return 20 * np.log10(pieces + 1e-4)
+
+    within = np.abs(spectrum("coarse", 0) - spectrum("coarse", 1)).mean()
+    between = np.abs(spectrum("coarse", 0) - spectrum("fine", 0)).mean()
+    assert between > 3 * within
+    strong, weak = (trained.generate({"image": photo(name)}, seed=0).samples.std() for name in KIND.materials)
+    assert strong > 3 * weak  # the level is that of the training data
+
+
+def test_length_is_the_training_datas_or_as_asked(trained):
+    assert trained.generate({"image": photo("fine")}, seed=0).seconds == pytest.approx(0.8)
+    assert len(trained.generate({"image": photo("fine")}, seconds=1.7, seed=0)) == 1700
+
+
+def test_given_material_replaces_the_predicted_label(trained):
+    image = photo("fine")
+    own = trained.generate({"image": image}, seed=0).samples
+    np.testing.assert_array_equal(trained.generate({"image": image, "material": "fine"}, seed=0).samples, own)
+    assert not np.array_equal(trained.generate({"image": image, "material": "coarse"}, seed=0).samples, own)
+
+
+def test_weights_kept_are_the_best_on_what_is_watched(trained):
+    judged = trained.validate(UNSEEN)["row_statistics_unseen"]
+    assert judged == pytest.approx(trained.gan.best)
+    assert trained.state()["gan"]["chosen_by"] == "row_statistics"
+    assert trained.state()["trunk"] == "own"
+
+
+def test_without_anything_to_watch_the_last_weights_stay_and_it_says_so():
+    made = learner()
+    fit(made, TRAINING, seed=0)
+    assert made.state()["gan"]["chosen_by"] == "last step"
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"conditional": False},
+        {"l1": 0.0},
+        {"feature_matching": 0.0},
+        {"discriminators": 1},
+        {"label": "true"},
+    ],
+)
+def test_ablations_and_variant_train(changes):
+    made, seen = learner(**changes), []
+    fit(made, TRAINING, seed=0, on_step=lambda place, stage, losses: seen.append((stage.name, losses)))
+    assert all(math.isfinite(value) for _, losses in seen for value in losses.values())
+    assert ("label predictor" in dict(seen)) == changes.get("conditional", True)
+
+
+def test_without_cbn_nothing_is_named_and_no_material_taken():
+    made = learner(conditional=False)
+    with pytest.raises(ParameterError, match="names nothing"):
+        made.label_of(photo("fine"))
+    with pytest.raises(ParameterError, match="takes no material"):
+        made.generate({"image": photo("fine"), "material": "fine"}, seed=0)
+
+
+def test_small_photographs_missing_ones_and_several_axes_are_one_line_each(trained):
+    small = Image(np.zeros((10, 30, 3), np.uint8))
+    with pytest.raises(ParameterError, match="10 x 30 pixels is smaller than the crop of 16"):
+        trained.generate({"image": small}, seed=0)
+    bare = [Example(e.id, e.signal, e.material) for e in TRAINING]
+    with pytest.raises(ParameterError, match="no recording has a photograph"):
+        learner().stages(bare)
+    facts = models.find("visual_tactile_gan")
+    with pytest.raises(ParameterError, match="prepare.axes=\\['z'\\]"):
+        facts.build(facts.config(), SignalKind(1000.0, "m/s^2", ("x", "y", "z"), ("a",)), seed=0)

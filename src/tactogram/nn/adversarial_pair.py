@@ -1,0 +1,149 @@
+"""A generator and its discriminator, with what their training needs: optimisers, schedule, choice of weights."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from copy import deepcopy
+from typing import Any
+
+import torch
+from torch import Tensor, nn
+
+from tactogram.features.photo_pairs import WeakPairs
+from tactogram.nn.photo_translation import row_statistics_distance
+
+JUDGED = 256
+"""Pairs of the validation part that weights are chosen by, at most."""
+
+
+class AdversarialPair:
+    """Generator and discriminator, each with Adam; the generator's best weights where there is something to go by.
+
+    Parameters
+    ----------
+    generator, discriminator : nn.Module
+    learning_rate : float
+        Of both.
+    betas : tuple of float
+    device : torch.device
+    constant : float
+        Share of the training after which the learning rate falls linearly, to 0 at its end. 1 leaves it as it is.
+    """
+
+    def __init__(
+        self,
+        generator: nn.Module,
+        discriminator: nn.Module,
+        *,
+        learning_rate: float,
+        betas: tuple[float, float],
+        device: torch.device,
+        constant: float = 1.0,
+    ) -> None:
+        self.generator: Any = generator.to(device)
+        self.discriminator: Any = discriminator.to(device)
+        self.learning_rate, self.constant, self.device = learning_rate, constant, device
+        self.optimisers: list[Any] = [
+            torch.optim.Adam(network.parameters(), lr=learning_rate, betas=betas)
+            for network in (generator, discriminator)
+        ]
+        self.backward: Callable[[Tensor], None] = Tensor.backward
+        self.autocast: Callable[[], AbstractContextManager[Any]] = nullcontext
+        self.distance, self.chosen_by = row_statistics_distance, "row_statistics"
+        self.best, self.best_weights = float("inf"), dict[str, Tensor]()
+
+    def setup(self, fabric: Any) -> None:
+        """Hand networks and optimisers to Lightning Fabric."""
+        self.generator, self.optimisers[0] = fabric.setup(self.generator, self.optimisers[0])
+        self.discriminator, self.optimisers[1] = fabric.setup(self.discriminator, self.optimisers[1])
+        self.backward, self.autocast, self.device = fabric.backward, fabric.autocast, fabric.device
+
+    @property
+    def bare_generator(self) -> nn.Module:
+        """The generator without Fabric around it."""
+        network: nn.Module = getattr(self.generator, "module", self.generator)
+        return network
+
+    def train(self, done: float) -> None:
+        """Set both networks to training, and the learning rates to those when a share ``done`` of it is."""
+        falling = 1 - max(0.0, done - self.constant) / (1 - self.constant) if self.constant < 1 else 1.0
+        for network, optimiser in zip((self.generator, self.discriminator), self.optimisers, strict=True):
+            network.train()
+            for group in optimiser.param_groups:
+                group["lr"] = self.learning_rate * falling
+
+    def descend_generator(self, loss: Tensor) -> None:
+        """Update the generator."""
+        self._descend(0, loss)
+
+    def descend_discriminator(self, loss: Tensor) -> None:
+        """Update the discriminator."""
+        self._descend(1, loss)
+
+    def _descend(self, which: int, loss: Tensor) -> None:
+        self.optimisers[which].zero_grad()
+        self.backward(loss)
+        self.optimisers[which].step()
+
+    @contextmanager
+    def fixed_discriminator(self) -> Iterator[None]:
+        """Leave the gradients of the discriminator's weights away: the generator's loss needs none."""
+        self.discriminator.requires_grad_(False)
+        try:
+            yield
+        finally:
+            self.discriminator.requires_grad_(True)
+
+    # -- choice of weights ---------------------------------------------------------------------------------
+
+    def judge(self, make: Callable[[Tensor], Tensor], pairs: WeakPairs) -> float:
+        """Return the mean distance of what ``make`` makes of unseen photographs from their pairs' pictures."""
+        count = min(len(pairs), JUDGED)
+        places = torch.linspace(0, len(pairs) - 1, count).round().long().numpy()
+        total = 0.0
+        for begin in range(0, count, 32):
+            batch = pairs.batch(places[begin : begin + 32])
+            made = make(batch.photo).float().cpu()
+            total += self.distance(made, batch.picture).item() * len(made)
+        return total / count
+
+    def choose(self, make: Callable[[Tensor], Tensor], pairs: WeakPairs | None) -> dict[str, float]:
+        """Keep the generator's weights if they are the best so far on ``pairs``; return the figure."""
+        if pairs is None:
+            return {}
+        figure = self.judge(make, pairs)
+        if figure <= self.best:
+            self.best, self.best_weights = figure, deepcopy(self.bare_generator.state_dict())
+        return {f"{self.chosen_by}_unseen": figure}
+
+    def settle(self) -> None:
+        """Go on with the best weights that were kept, if any were."""
+        if self.best_weights:
+            self.bare_generator.load_state_dict(self.best_weights)
+            self.best_weights = {}
+
+    # -- state -------------------------------------------------------------------------------------------
+
+    def state(self) -> dict[str, Any]:
+        """Return weights and what the choice of them stands at; the optimisers are in `optimiser_state`."""
+        return {
+            "generator": self.bare_generator.state_dict(),
+            "discriminator": getattr(self.discriminator, "module", self.discriminator).state_dict(),
+            "chosen_by": self.chosen_by if self.best < float("inf") else "last step",
+            "best": None if self.best == float("inf") else self.best,
+            "best_weights": dict(self.best_weights),
+        }
+
+    def optimiser_state(self) -> list[Any]:
+        """Return the state of both optimisers."""
+        return [optimiser.state_dict() for optimiser in self.optimisers]
+
+    def load_state(self, state: Mapping[str, Any], optimisers: list[Any] | None = None) -> None:
+        """Go on from `state` and `optimiser_state`."""
+        self.bare_generator.load_state_dict(state["generator"])
+        self.discriminator.load_state_dict(state["discriminator"])
+        self.best = float("inf") if state["best"] is None else state["best"]
+        self.best_weights = dict(state["best_weights"])
+        for optimiser, kept in zip(self.optimisers, optimisers or (), strict=False):
+            optimiser.load_state_dict(kept)

@@ -1,0 +1,195 @@
+"""The classifier of photographs whose word, or whose features, a generator goes by; with its training.
+
+References
+----------
+- Neshov, N. et al. (2026). Visual-to-tactile cross-modal generation … Sensors 26, 426. Sec. 3.1 ("Label
+  Predictor") and 3.2.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from copy import deepcopy
+from typing import Annotated, Any
+
+import numpy as np
+import torch
+import torch.nn.functional as F
+from pydantic import BaseModel, ConfigDict, Field
+from torch import Tensor, nn
+
+from tactogram.features.photo_pairs import WeakPairs, rng_of
+from tactogram.nn.photo_augmentation import erased, mixed, moved
+from tactogram.nn.photo_translation import photo_crops, photos_of, shuffled
+from tactogram.nn.trunks import Trunk, TrunkName
+
+Beta = Annotated[float, Field(ge=0, lt=1)]
+
+
+class PredictorConfig(BaseModel):
+    """Numbers of the label predictor, with their place in the paper."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    trunk: TrunkName = "densenet201"
+    """Sec. 3.1, "DenseNet-201 backbone", frozen. ``efficientnet_lite0`` brings its weights in a package; ``own`` is
+    a small network that is trained along, not frozen."""
+    trunk_weights: str = ""
+    """File of the trunk's weights; empty looks where the package or torchvision keeps them."""
+    hidden: int = Field(default=256, gt=0)
+    """Sec. 3.1, "from 1920 to 256"."""
+    leak: float = Field(default=0.01, ge=0, lt=1)
+    """Sec. 3.1, "default negative slope of 0.01"."""
+    batch_size: int = Field(default=64, gt=1)
+    """Sec. 3.2."""
+    epochs: int = Field(default=30, gt=0)
+    """Sec. 3.2."""
+    halve_every: int = Field(default=5, gt=0)
+    """Epochs after which the learning rate is halved. Sec. 3.2."""
+    learning_rate: float = Field(default=2e-4, gt=0, allow_inf_nan=False)
+    """Sec. 3.2, "the same parameters as … for the cGAN training"."""
+    betas: tuple[Beta, Beta] = (0.5, 0.999)
+    """Sec. 3.2, likewise."""
+    scale: float = Field(default=1.5, ge=1, allow_inf_nan=False)
+    """Photographs are scaled by 1 to this much, then cropped. Sec. 3.1, "[1, 1.5]"."""
+    rotation_deg: float = Field(default=30.0, ge=0, le=180)
+    """Sec. 3.1 names a random rotation; how far is assumed."""
+    erasing: float = Field(default=0.5, ge=0, le=1)
+    """Share of photographs with a part erased. Sec. 3.1 names it; torchvision's default is assumed."""
+    mixup: float = Field(default=0.2, ge=0, allow_inf_nan=False)
+    """alpha of Beta(alpha, alpha). Sec. 3.1 names it; within Zhang et al.'s 0.1 to 0.4, assumed."""
+
+
+class LabelPredictor(nn.Module):
+    """Trunk, mean over places, dense layer, batch normalisation, LeakyReLU, dense layer to the classes."""
+
+    def __init__(self, config: PredictorConfig, classes: int) -> None:
+        super().__init__()
+        self.trunk = Trunk(config.trunk, config.trunk_weights)
+        self.head = nn.Sequential(
+            nn.Linear(self.trunk.features, config.hidden),
+            nn.BatchNorm1d(config.hidden),
+            nn.LeakyReLU(config.leak),
+            nn.Linear(config.hidden, classes),
+        )
+
+    def forward(self, photo: Tensor) -> Tensor:
+        """Return logits, shape (batch, class), of photographs (batch, channel, row, column) in -1 to 1."""
+        features = self.trunk(photo)  # B, F
+        logits: Tensor = self.head(features)  # B, C
+        return logits
+
+
+class PredictorTraining:
+    """The predictor with its optimiser: cross-entropy, Adam, a learning rate that is halved every few epochs.
+
+    The weights kept are those that name most photographs rightly that were not trained on, where there are any
+    to judge by; of equally good ones the later.
+
+    Parameters
+    ----------
+    config : PredictorConfig
+    classes : int
+    device : torch.device
+    """
+
+    def __init__(self, config: PredictorConfig, classes: int, *, device: torch.device) -> None:
+        self.config, self.classes, self.device = config, classes, device
+        network = LabelPredictor(config, classes)
+        self.network: Any = network.to(device)
+        learned = [p for p in network.parameters() if p.requires_grad]
+        self.optimiser: Any = torch.optim.Adam(learned, lr=config.learning_rate, betas=config.betas)
+        self.backward: Callable[[Tensor], None] = Tensor.backward
+        self.best, self.best_weights = -1.0, dict[str, Tensor]()
+
+    @property
+    def bare(self) -> LabelPredictor:
+        """The network without Fabric around it."""
+        network: LabelPredictor = getattr(self.network, "module", self.network)
+        return network
+
+    def setup(self, fabric: Any) -> None:
+        """Hand network and optimiser to Lightning Fabric."""
+        self.network, self.optimiser = fabric.setup(self.network, self.optimiser)
+        self.backward, self.device = fabric.backward, fabric.device
+
+    def steps_per_epoch(self, pairs: WeakPairs) -> int:
+        """Return the batches that hold each crop of a photograph about once."""
+        return math.ceil(len(photo_crops(pairs)) / self.config.batch_size)
+
+    def batches(self, pairs: WeakPairs, *, seed: int, start: int = 0) -> Iterator[tuple[int, Tensor, Tensor]]:
+        """Yield number, photographs (batch, channel, row, column) and labels (batch, class), augmented."""
+        config, crops = self.config, photo_crops(pairs)
+        step = start
+        while True:
+            rng = rng_of(seed, "augmentation", step)
+            drawn = crops[shuffled(len(crops), config.batch_size, step, seed=seed)]
+            photo, places = photos_of(pairs, drawn)
+            photo = moved(photo, scale=config.scale, rotation_deg=config.rotation_deg, rng=rng)
+            photo = erased(photo, share=config.erasing, rng=rng)
+            label = F.one_hot(places, self.classes).float()
+            photo, label = mixed(photo, label, alpha=config.mixup, rng=rng)
+            yield step, photo, label
+            step += 1
+
+    def step(
+        self, batch: tuple[int, Tensor, Tensor], *, epoch_steps: int, unseen: WeakPairs | None
+    ) -> dict[str, float]:
+        """Update the head (and an own trunk) once; at the end of an epoch keep the better weights."""
+        number, photo, label = batch
+        halved = number // epoch_steps // self.config.halve_every
+        for group in self.optimiser.param_groups:
+            group["lr"] = self.config.learning_rate * 0.5**halved
+        self.network.train()
+        loss = F.cross_entropy(self.network(photo.to(self.device)), label.to(self.device))
+        self.optimiser.zero_grad()
+        self.backward(loss)
+        self.optimiser.step()
+        figures = {"label_loss": loss.item()}
+        if unseen is not None and (number + 1) % epoch_steps == 0:
+            figures["label_accuracy_unseen"] = accuracy = self.accuracy(unseen)
+            if accuracy >= self.best:
+                learned = self.bare.state_dict()
+                if self.bare.trunk.frozen:
+                    learned = {name: value for name, value in learned.items() if name.startswith("head.")}
+                self.best, self.best_weights = accuracy, deepcopy(learned)
+        return figures
+
+    def settle(self) -> None:
+        """Go on with the best weights that were kept, if any were."""
+        if self.best_weights:
+            self.bare.load_state_dict(self.best_weights, strict=False)
+            self.best_weights = {}
+
+    @torch.inference_mode()
+    def probabilities(self, photo: Tensor, *, at_once: int = 32) -> Tensor:
+        """Return the probability of each class for each photograph, shape (batch, class)."""
+        network = self.bare.eval()
+        parts = [network(part.to(self.device)).float().softmax(1) for part in torch.split(photo, at_once)]
+        return torch.cat(parts).clone()
+
+    def accuracy(self, pairs: WeakPairs) -> float:
+        """Return the share of the photographs' crops that are named rightly; of known materials only."""
+        right = []
+        for part in np.array_split(photo_crops(pairs), max(1, len(photo_crops(pairs)) // 64)):
+            photo, places = photos_of(pairs, part)
+            named = self.probabilities(photo).argmax(1).cpu()
+            right.append((named == places)[places >= 0])
+        joined = torch.cat(right).float()
+        return joined.mean().item() if len(joined) else 0.0
+
+    def state(self) -> dict[str, Any]:
+        """Return the weights and how far the choice of them is."""
+        return {
+            "network": self.bare.state_dict(),
+            "loaded": self.bare.trunk.loaded,
+            "best": self.best,
+            "best_weights": dict(self.best_weights),
+        }
+
+    def load_state(self, state: Mapping[str, Any]) -> None:
+        """Go on from `state`."""
+        self.bare.load_state_dict(state["network"])
+        self.bare.trunk.loaded = state["loaded"]
+        self.best, self.best_weights = state["best"], dict(state["best_weights"])
