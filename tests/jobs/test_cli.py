@@ -2,10 +2,12 @@ import json
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from tactogram.cli import main
-from tactogram.signal.io import write_signal
+from tactogram.signal import Signal
+from tactogram.signal.io import read_signal, write_signal
 
 
 def test_help_names_every_verb(capsys):
@@ -127,6 +129,28 @@ def test_a_table_is_converted_by_its_columns(tmp_path, capsys):
     assert main(["convert", str(tmp_path / "t.csv"), str(tmp_path / "t.wav"), *options, "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     assert (facts["rate_hz"], facts["unit"], facts["axes"], facts["samples"]) == (50.0, "m/s^2", ["ay"], 100)
+
+
+def test_a_signal_over_displacement_is_played_at_a_speed(tmp_path, capsys):
+    ridges = Signal(
+        np.sin(2 * np.pi * 2 * np.arange(400) / 10)[None], 10.0, "1", ("friction",), "displacement"
+    )
+    write_signal(tmp_path / "x.npz", ridges)
+    for speed in (25.0, 50.0, 100.0):
+        argv = [
+            "convert",
+            str(tmp_path / "x.npz"),
+            str(tmp_path / "y.npz"),
+            "--play-at",
+            f"{speed:g}",
+            "--resample",
+        ]
+        assert main([*argv, "2000", "--json"]) == 0
+        facts = json.loads(capsys.readouterr().out)
+        assert (facts["rate_hz"], facts["samples"]) == (2000.0, round(40 / speed * 2000))
+        x = read_signal(tmp_path / "y.npz").samples[0]
+        peak = np.argmax(np.abs(np.fft.rfft(x * np.hanning(len(x))))) * 2000 / len(x)
+        assert peak == pytest.approx(2 * speed, abs=speed / 40)
 
 
 def test_a_model_from_another_folder_is_found_by_every_verb(tmp_path, monkeypatch, capsys):

@@ -121,6 +121,7 @@ def make_parser() -> argparse.ArgumentParser:
     add("--time", metavar="COLUMN", help="the table's column of time stamps")
     add("--sheet", help="the sheet of an .xlsx file")
     add("--full-scale", type=float, metavar="X", help="what integer full scale means, in the unit")
+    add("--play-at", type=float, metavar="MM_S", help="speed at which a signal over displacement is met")
     add("--resample", type=float, metavar="HZ", help="rate of B")
     add("--subtype", help="sample format of B, e.g. PCM_16, PCM_24, FLOAT")
 

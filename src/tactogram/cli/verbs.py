@@ -267,6 +267,7 @@ def convert(a: Arguments) -> None:
         time=a.time,
         sheet=a.sheet,
         full_scale=a.full_scale,
+        play_at=a.play_at,
         resample_to=a.resample,
         subtype=a.subtype,
     )

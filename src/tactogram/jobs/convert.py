@@ -7,6 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from tactogram.signal.displacement import played
 from tactogram.signal.io import read_file, write_signal
 from tactogram.signal.resampling import resample
 
@@ -22,6 +23,7 @@ def convert(
     time: str | None = None,
     sheet: str | None = None,
     full_scale: float | None = None,
+    play_at: float | None = None,
     resample_to: float | None = None,
     subtype: str | None = None,
 ) -> dict[str, Any]:
@@ -34,6 +36,8 @@ def convert(
         once all is written, and may be ``source``.
     unit, rate, axes, columns, time, sheet, full_scale : optional
         What ``source`` does not say, as in `read_signal`.
+    play_at : float, mm/s, optional
+        Speed of a finger that moves over a signal over displacement: ``target`` is what it meets, over time.
     resample_to : float, Hz, optional
         Rate of ``target``; by default that of the signal.
     subtype : str, optional
@@ -65,7 +69,10 @@ def convert(
     timing = None if file.timing is None else asdict(file.timing)
     if timing is not None:
         metadata["timing"] = timing
-    if resample_to is not None:
+    if play_at is not None:
+        signal = played(signal, play_at, resample_to or signal.rate * play_at)
+        metadata["played_at_mm_s"] = play_at
+    elif resample_to is not None:
         signal = resample(signal, resample_to)
     write_signal(target, signal, metadata=metadata, subtype=subtype)
     return {

@@ -32,6 +32,7 @@ from tactogram.jobs.progress import Progress, silent
 from tactogram.jobs.training import LoadedRun
 from tactogram.model import Example, Generator
 from tactogram.signal import Signal
+from tactogram.signal.filters import resample
 from tactogram.training.seeds import child_seed
 
 
@@ -76,7 +77,8 @@ def judge_generator(
     pieces = plan_pieces(beside, test, longest_s=judging.longest_s, most=judging.most)
     if loaded.kind.domain != "time":
         notes.append(f"Signals over displacement were judged as met at {JUDGED_SPEED_MM_S:g} mm/s.")
-    if felt_kind(loaded.kind).rate < in_time(loaded.kind).rate:
+    rate = felt_kind(loaded.kind).rate
+    if rate < in_time(loaded.kind).rate:
         notes.append(f"Everything was judged at {FELT_RATE:g} Hz, which holds what is felt.")
     bench = Bench(loaded, train, judging, progress)
     classifier = classifier_of(bench, pieces, notes)
@@ -84,7 +86,7 @@ def judge_generator(
     generators = _generators(loaded, bench)
     for name, (facts, generator) in generators.items():
         same = [other for other in sets if generators[other][1] is generator]
-        asking = _Asking(name, facts, generator, generators.get(NEAREST_PHOTO), judging.seed, notes)
+        asking = _Asking(name, facts, generator, generators.get(NEAREST_PHOTO), rate, judging.seed, notes)
         sets[name] = sets[same[0]] if same else _generated(asking, known, beside, pieces, progress)
     with threadpool_limits(1):
         result = judge(
@@ -149,6 +151,7 @@ class _Asking:
     facts: models.ModelFacts
     generator: Any
     nearest: tuple[models.ModelFacts, Any] | None
+    rate: float
     seed: int
     notes: list[str]
 
@@ -156,9 +159,6 @@ class _Asking:
         """Return signal ``number`` for the conditions of ``example``; of its surface alone where they are unknown."""
         condition = self._condition(example, number)
         seed = child_seed(self.seed, "judge", str(example.material), number)
-        kind = getattr(self.generator, "kind", None)
-        if kind is not None and kind.domain != "time":
-            seconds *= JUDGED_SPEED_MM_S  # the length of a signal over displacement is in mm
         try:
             signal = self.generator.generate(condition, seconds=seconds, seed=seed)
         except ParameterError:
@@ -171,7 +171,8 @@ class _Asking:
             )
         if not isinstance(signal, Signal):
             raise ParameterError(f"{self.name} generates images, not signals")
-        return felt(signal)
+        made = felt(signal)
+        return made if made.rate == self.rate else resample(made, self.rate)
 
     def _condition(self, example: Example, number: int) -> dict[str, Any]:
         given = {name: example.condition.get(name) for name in ("speed_mm_s", "force_n")}
@@ -191,6 +192,9 @@ class _Asking:
                 self._note(
                     f"{self.name} does not know every material: it was asked for the one whose photograph is nearest."
                 )
+        kind = getattr(self.generator, "kind", None)
+        if kind is not None and kind.domain != "time":
+            given["speed_mm_s"] = JUDGED_SPEED_MM_S
         return given
 
     def _note(self, text: str) -> None:
