@@ -1,7 +1,9 @@
 """A plain folder: one folder per material with signal files in it, and a table of what else is known.
 
-``MATERIAL/*.{wav,flac,csv,tsv,npz,xlsx}``, also deeper; the first folder names the material. A picture in a material's
-folder, if it is the only one there, is the photograph of all its recordings.
+``MATERIAL/*.{wav,flac,csv,tsv,npz,xlsx}``, also deeper; the first folder names the material. A picture beside a
+recording and of its name (``MATERIAL/take1.jpg``, ``take1.wav``) is that recording's photograph. Of the others in a
+material's folder, also deeper, the only one is the photograph of all its recordings that have none; several are
+photographs of the material. A folder may hold photographs alone.
 
 An optional ``recordings.csv`` has a column ``file`` (relative path) and any of ``material``, ``speed_mm_s``,
 ``force_n``, ``direction_deg``, ``contactor``, ``session``, ``subject``, ``image`` (relative path),
@@ -16,11 +18,12 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from tactogram.datasets.importer import Item
+from tactogram.datasets.importer import Item, Picture
+from tactogram.datasets.photographs import PICTURES
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError
 from tactogram.signal.io import read_file
@@ -30,12 +33,12 @@ TITLE = "a plain folder of recordings"
 LICENCE = "not stated"
 DESCRIPTION = (
     "MATERIAL/*.{wav,flac,csv,tsv,npz,xlsx}, with an optional recordings.csv: file, material, speed_mm_s, force_n, "
-    "direction_deg, contactor, session, subject, image, unit, rate, axes, stream, rating_WORD, and labels."
+    "direction_deg, contactor, session, subject, image, unit, rate, axes, stream, rating_WORD, and labels. Pictures in "
+    "MATERIAL/ are its photographs, or a recording's own if called like it."
 )
 
 TABLE = "recordings.csv"
 SUFFIXES = (".wav", ".flac", ".csv", ".tsv", ".npz", ".xlsx")
-PICTURES = (".jpg", ".jpeg", ".png", ".webp", ".bmp", ".tif", ".tiff")
 NUMBERS = ("speed_mm_s", "force_n", "direction_deg")
 TEXTS = ("contactor", "session", "subject")
 READING = ("unit", "rate", "axes", "stream", "image", "image_width_mm", "material", "file")
@@ -52,16 +55,8 @@ STREAM_OF_UNIT = {
 def find(folder: Path) -> list[Item]:
     """Return an item per signal file."""
     rows = _table(folder / TABLE)
-    pictures: dict[Path, list[Path]] = {}
-    signals: dict[str, Path] = {}
-    for path in sorted(folder.rglob("*"), key=_natural):
-        relative = path.relative_to(folder)
-        if not path.is_file() or any(part.startswith(".") for part in relative.parts):
-            continue
-        if path.suffix.lower() in PICTURES:
-            pictures.setdefault(path.parent, []).append(path)
-        elif path.suffix.lower() in SUFFIXES and relative.as_posix() != TABLE:
-            signals[relative.as_posix()] = path
+    signals = _signals(folder)
+    own, general = _pictures(folder, signals)
     missing = sorted(rows.keys() - signals.keys())
     if missing:
         raise DataError(
@@ -74,10 +69,34 @@ def find(folder: Path) -> list[Item]:
         info["material"] = info.get("material") or top
         if not info["material"]:
             raise DataError(f"{name}: must stand in a folder named after its material, or have it in {TABLE}")
-        own = pictures.get(folder / top, []) if top else []
-        image = folder / info["image"] if info.get("image") else own[0] if len(own) == 1 else None
+        shown = general.get(top, [])
+        only = shown[0] if len(shown) == 1 else None
+        image = folder / info["image"] if info.get("image") else own.get(name, only)
         items.append(Item(name, (path,), info, image, info.pop("image_width_mm", None)))
     return items
+
+
+def photographs(folder: Path) -> list[Picture]:
+    """Return the pictures of materials that have several, or no recording."""
+    rows = _table(folder / TABLE)
+    signals = _signals(folder)
+    _, general = _pictures(folder, signals)
+    named = {folder / row["image"] for row in rows.values() if row.get("image")}
+    recorded: dict[str, set[str]] = {}
+    for name in signals:
+        top = name.split("/")[0]
+        recorded.setdefault(top, set()).add(rows.get(name, {}).get("material") or top)
+    found = []
+    for top, paths in general.items():
+        materials = recorded.get(top, {top})
+        if len(materials) == 1 and (len(paths) > 1 or top not in recorded):
+            [material] = materials
+            found += [
+                Picture(path.relative_to(folder).as_posix(), path, material)
+                for path in paths
+                if path not in named
+            ]
+    return found
 
 
 def read(item: Item) -> list[Recording]:
@@ -105,6 +124,35 @@ def read(item: Item) -> list[Recording]:
             **known,
         )
     ]
+
+
+def _files(folder: Path, suffixes: Iterable[str]) -> dict[str, Path]:
+    """Return the files below ``folder`` that are not hidden, by relative path, numbers as numbers."""
+    found = {path.relative_to(folder): path for path in sorted(folder.rglob("*"), key=_natural)}
+    return {
+        relative.as_posix(): path
+        for relative, path in found.items()
+        if path.suffix.lower() in suffixes
+        and path.is_file()
+        and not any(part.startswith(".") for part in relative.parts)
+    }
+
+
+def _signals(folder: Path) -> dict[str, Path]:
+    return {name: path for name, path in _files(folder, SUFFIXES).items() if name != TABLE}
+
+
+def _pictures(folder: Path, signals: Mapping[str, Path]) -> tuple[dict[str, Path], dict[str, list[Path]]]:
+    """Return the picture of each recording that is called like it, and the others of each material's folder."""
+    stems = {path.with_suffix(""): name for name, path in signals.items()}
+    own: dict[str, Path] = {}
+    general: dict[str, list[Path]] = {}
+    for name, path in _files(folder, PICTURES).items():
+        if path.with_suffix("") in stems:
+            own[stems[path.with_suffix("")]] = path
+        elif "/" in name:
+            general.setdefault(name.split("/")[0], []).append(path)
+    return own, general
 
 
 def _table(path: Path) -> dict[str, dict[str, Any]]:

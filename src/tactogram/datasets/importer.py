@@ -6,8 +6,11 @@ An importer is a module of this package, found by looking and registered nowhere
   to what units, and which parts were checked on real files), all ``str``;
 - ``find(folder: Path) -> list[Item]``: a cheap look at names and tables, in an order that stays;
   it opens no signal;
+- where it has options, they are keyword-only parameters of ``find``, each with its default;
 - ``read(item: Item) -> list[Recording]``: the recordings of one item. It runs in another process, so that
-  all cores read; what it raises as a `TactogramError` is told with the item's name.
+  all cores read; what it raises as a `TactogramError` is told with the item's name;
+- where there are any, ``photographs(folder: Path) -> list[Picture]``: photographs that belong to a material, not to
+  one recording. The import opens them, one at a time.
 
 ``LICENCE`` says what the source states; where it states none, ``"not stated"``.
 """
@@ -46,6 +49,27 @@ class Item:
     info: Mapping[str, Any] = field(default_factory=dict)
     image: Path | None = None
     image_width_mm: float | None = None
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A photograph of a material.
+
+    Parameters
+    ----------
+    name : str
+        Path relative to the imported folder, with ``/``.
+    path : Path
+    material : str
+        What it shows; there need be no recording of it.
+    width_mm : float, optional
+        How many mm of surface its width shows.
+    """
+
+    name: str
+    path: Path
+    material: str
+    width_mm: float | None = None
 
 
 class Importer(Protocol):

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import inspect
 import pkgutil
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import closing
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Self
 
 import tactogram.datasets
-from tactogram.datasets.importer import Importer, Item
+from tactogram.datasets.importer import Importer, Item, Picture
 from tactogram.datasets.photographs import Photograph, read_photograph
 from tactogram.datasets.reading import read_all
 from tactogram.datasets.recording import Recording
@@ -18,7 +19,7 @@ from tactogram.datasets.store import Store, open_store
 from tactogram.datasets.writing import StoreWriter, clear_stale_parts, new_store
 from tactogram.errors import DataError, ParameterError, TactogramError
 
-__all__ = ["Importer", "Item", "import_dataset", "importers"]
+__all__ = ["Importer", "Item", "Picture", "import_dataset", "importers"]
 
 
 def importers() -> dict[str, Importer]:
@@ -37,6 +38,7 @@ def import_dataset(
     path: Path,
     out: Path,
     *,
+    options: Mapping[str, Any] | None = None,
     skip_bad: bool = False,
     workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -51,6 +53,8 @@ def import_dataset(
         ``NAME`` of an importer.
     path, out : Path
         Folder to read, folder to make.
+    options : mapping, optional
+        What the importer lets one choose, such as the sampling rate where the files do not say it.
     skip_bad : bool
         Report files that cannot be read and go on; otherwise the first one stops the import.
     workers : int, optional
@@ -61,14 +65,15 @@ def import_dataset(
     Returns
     -------
     dict
-        ``set``, ``path``, ``out``, ``unchanged``, ``recordings``, ``sha256``, ``simulated``, ``licence``, and
+        ``set``, ``path``, ``out``, ``unchanged``, ``recordings``, ``photographs`` (of materials and of recordings),
+        ``sha256``, ``simulated``, ``licence``, and
         lists of dicts ``duplicates`` (``id``, ``kept``, ``dropped``) and ``skipped`` (``source``, ``reason``),
         and ``stale_parts`` (what another, killed import may have left and nobody could tell).
 
     Raises
     ------
     ParameterError
-        If there is no such importer.
+        If there is no such importer, or it has no such option.
     DataError
         Naming the file that cannot be read, or if ``out`` holds something else.
     """
@@ -78,12 +83,15 @@ def import_dataset(
     importer, path, out = known[set_name], Path(path), Path(out)
     if not path.is_dir():
         raise DataError(f"{path} must be a folder that holds the data set")
-    items = importer.find(path)
+    items = importer.find(path, **_options(importer, options or {}))
     if not items:
         raise DataError(f"{path}: nothing to import as {set_name!r}; {importer.TITLE} was not found there")
+    pictures: list[Picture] = getattr(importer, "photographs", lambda _: [])(path)
     stale = clear_stale_parts(out)
     module: str = importer.__name__  # type: ignore[attr-defined]
-    readings = read_all(module, items, workers, progress)
+    total = len(items) + len(pictures)
+    shown = progress or (lambda done, total: None)
+    readings = read_all(module, items, workers, lambda done, _: shown(done, total))
     take: _Comparison | StoreWriter
     if out.exists():
         take = _Comparison(open_store(out), path)
@@ -115,6 +123,15 @@ def import_dataset(
                     raise
                 except TactogramError as error:
                     bad(item.name, str(error))
+        for done, picture in enumerate(pictures, len(items) + 1):
+            try:
+                photograph = read_photograph(picture.path, width_mm=picture.width_mm)
+                take.add_photograph(photograph, picture.material, source=picture.name)
+            except _DifferentError:
+                raise
+            except TactogramError as error:
+                bad(picture.name, str(error))
+            shown(done, total)
         if isinstance(take, StoreWriter):
             take.skipped.extend(skipped)
             take.publish(out)
@@ -127,6 +144,7 @@ def import_dataset(
         "out": str(out),
         "unchanged": isinstance(take, _Comparison),
         "recordings": len(store),
+        "photographs": len(store.photograph_keys()),
         "sha256": store.sha256,
         "simulated": store.simulated,
         "licence": store.licence,
@@ -134,6 +152,18 @@ def import_dataset(
         "skipped": skipped,
         "stale_parts": [str(part) for part in stale],
     }
+
+
+def _options(importer: Importer, options: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return ``options`` if the importer has them: they are the keyword-only parameters of its ``find``."""
+    parameters = inspect.signature(importer.find).parameters.values()
+    known = [p.name for p in parameters if p.kind is p.KEYWORD_ONLY]
+    for name in options:
+        if name not in known:
+            raise ParameterError(
+                f"options of {importer.NAME} must be among {', '.join(known) or 'none'}, got {name!r}"
+            )
+    return options
 
 
 class _DifferentError(DataError):
@@ -147,6 +177,7 @@ class _Comparison:
         self.store, self.path = store, path
         self.duplicates: list[dict[str, str]] = []
         self._seen: dict[str, str] = {}
+        self._shown: set[tuple[str, str]] = set()
 
     def __enter__(self) -> Self:
         return self
@@ -164,7 +195,17 @@ class _Comparison:
         self._seen[recording.id] = where
         return True
 
+    def add_photograph(self, photograph: Photograph, material: str, *, source: str = "") -> bool:
+        new = (material, photograph.key) not in self._shown
+        self._shown.add((material, photograph.key))
+        if photograph.key not in self.store.facts.photographs.get(material, {}):
+            raise self._different(f"{source} is another or new")
+        return new
+
     def finish(self) -> None:
+        there = sum(len(held) for held in self.store.facts.photographs.values())
+        if len(self._shown) != there:
+            raise self._different(f"{len(self._shown)} photographs of materials here, {there} there")
         if len(self._seen) != len(self.store):
             raise self._different(f"{len(self._seen)} recordings here, {len(self.store)} there")
 

@@ -1,4 +1,4 @@
-"""LMT-108 surface materials: sound and acceleration of a tool stroked freely over a surface.
+"""LMT-108 surface materials: sound and acceleration of a tool stroked freely over a surface, and photographs.
 
 M. Strese, C. Schuwerk, A. Iepure, E. Steinbach, "Multimodal Feature-Based Surface Material Classification",
 IEEE Transactions on Haptics 10(2), 2017.
@@ -8,8 +8,13 @@ there is one, else from file names: ``G1RhombAluminumMesh_Sound_Movement_train1.
 accelerations ``G1RhombAluminumMesh_Movement_X_train1.txt``, one number per line, one file per axis, 10 kHz.
 Sound and acceleration of one stroke become one recording.
 
+Photographs are ``ImageScans/NoFlash/Training/G1RhombAluminumMesh_Image_1_train1.jpg``, ten per material and part, of
+320 x 480 pixels without a scale; those in a folder ``Flash`` are left out, as in the visual-tactile GAN (Sec. 4.1).
+They belong to their material, not to a stroke: which place was photographed and which was stroked is unknown.
+
 Sound (44.1 kHz FLAC with ``index.csv``, and WAV by name) was checked on real files. **No real acceleration file
-was at hand**: that they are in m/s^2 is our assumption, which ``history`` repeats. Sound is of a microphone, full
+was at hand**: that they are in m/s^2 is our assumption, which ``history`` repeats. **No real photograph was at hand**:
+folder and file names are those that public code for this set opens. Sound is of a microphone, full
 scale 1: band-limit it to 20-1000 Hz before treating it as vibration, and call it what it is.
 """
 
@@ -24,7 +29,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.datasets.importer import Item
+from tactogram.datasets.importer import Item, Picture
+from tactogram.datasets.photographs import PICTURES
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError
 from tactogram.signal import Signal
@@ -36,13 +42,32 @@ LICENCE = "not stated"
 DESCRIPTION = (
     "index.csv, or files named G1Material_Sound_Movement_train1.flac|wav (sound, full scale) and "
     "G1Material_Movement_X_train1.txt (acceleration, taken as m/s^2, 10 kHz). Sound checked on real files, "
-    "acceleration not."
+    "acceleration not; ImageScans/NoFlash/**/G1Material_Image_1_train1.jpg (photographs of materials), not checked "
+    "either."
 )
 
 ACCELERATION_RATE = 10_000.0
 
+NINE_MATERIALS = (
+    "G1SquaredAluminumMesh",
+    "G2GraniteTypeVeneziano",
+    "G3AluminumPlate",
+    "G4Bamboo",
+    "G5SolidRubberPlateVersion1",
+    "G6Carpet",
+    "G7FineFoamVersion1",
+    "G8Cardboard",
+    "G9Jeans",
+)
+"""One material of each group, as in the visual-tactile GAN (Sec. 4.1), which follows TactGAN. It names no versions: of
+"Solid Rubber Plate" and "Fine Foam" there are two each, of which the first is taken here."""
+
+WHERE_NINE = {"material": "|".join(NINE_MATERIALS)}
+"""The same as a choice of recordings (``--where``)."""
+
 _SOUND = re.compile(r"(G\d+)(.+)_Sound_Movement_([A-Za-z]*)(\d+)\.(?:flac|wav)", re.IGNORECASE)
 _AXIS = re.compile(r"(G\d+)(.+)_Movement_([XYZ])_([A-Za-z]*)(\d+)\.txt", re.IGNORECASE)
+_IMAGE = re.compile(r"(G\d+)(.+?)_Image(?:_\d+)?_([A-Za-z]*)(\d+)", re.IGNORECASE)
 
 
 def find(folder: Path) -> list[Item]:
@@ -68,6 +93,21 @@ def find(folder: Path) -> list[Item]:
             paths += [_sibling(stroke[there], there, kind) for kind in "XYZ"]
         items.append(Item(paths[0].relative_to(folder).as_posix(), tuple(paths), stroke))
     return items
+
+
+def photographs(folder: Path) -> list[Picture]:
+    """Return the photographs taken without flash."""
+    found = []
+    for path in folder.rglob("*_Image_*"):
+        named = _IMAGE.fullmatch(path.stem)
+        relative = path.relative_to(folder)
+        flash = any(part.lower() == "flash" for part in relative.parts)
+        if named and not flash and path.suffix.lower() in PICTURES:
+            group, material, part, number = named.groups()
+            name = group.upper() + material
+            place = (int(group[1:]), name, part.lower(), int(number))
+            found.append((place, Picture(relative.as_posix(), path, name)))
+    return [picture for _, picture in sorted(found, key=lambda f: (f[0], f[1].name))]
 
 
 def read(item: Item) -> list[Recording]:

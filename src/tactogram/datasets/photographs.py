@@ -12,6 +12,9 @@ from PIL import Image as Pillow
 from tactogram.signal import Image
 from tactogram.signal.io.picture import decode_image, is_plain, picture_bytes
 
+PICTURES = (".jpg", ".jpeg", ".png", ".webp", ".bmp", ".tif", ".tiff")
+"""Suffixes of files that are looked at as photographs."""
+
 
 @dataclass(frozen=True)
 class Photograph:

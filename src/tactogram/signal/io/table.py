@@ -16,6 +16,7 @@ from tactogram.signal.io.columns import Columns, choose, in_units
 from tactogram.signal.io.content import Content
 from tactogram.signal.io.description import Description, decode
 from tactogram.signal.signal import Signal
+from tactogram.signal.units import split_heading
 
 COMMENTS = ("#", "%")
 _SNIFFED_ROWS = 50
@@ -40,26 +41,7 @@ def read(
     DataError
         Naming the line, counted from 1, and the column.
     """
-    text = _text(path)
-    lines = text.split("\n")
-    comments = [line[1:].strip() for line in lines if line.startswith(COMMENTS)]
-    kept = [
-        n for n, line in enumerate(lines, 1) if line and not line.isspace() and not line.startswith(COMMENTS)
-    ]
-    rows = [lines[n - 1] for n in kept]
-    if not rows:
-        raise DataError(f"{path}: no rows")
-    separator = "\t" if path.suffix.lower() == ".tsv" else _separator(rows)
-    headings = _cells(rows[0], separator)
-    if all(_is_number(cell) for cell in headings):
-        headings = _commented(comments, len(headings), separator) or [
-            str(i + 1) for i in range(len(headings))
-        ]
-    else:
-        kept, rows = kept[1:], rows[1:]
-    if not rows:
-        raise DataError(f"{path}: no rows below the heading")
-    rows, headings = _without_last_separator(rows, headings, separator)
+    headings, rows, kept, comments, separator = _rows(path)
     descriptions = [found for line in comments[:3] if (found := decode(line, str(path)))]
     description = descriptions[0] if descriptions else None
     chosen = choose(
@@ -85,6 +67,11 @@ def read(
     )
 
 
+def headings(path: Path) -> list[str]:
+    """Return the names of the columns of a text table, units left out; ``"1"``, ``"2"``, … where it has no heading."""
+    return [split_heading(name)[0] for name in _rows(path)[0]]
+
+
 def describe(path: Path) -> Description | None:
     """Return the description in the first lines, if there is one."""
     for line in _text(path, 1 << 20).split("\n")[:3]:
@@ -107,6 +94,31 @@ def heading(signal: Signal) -> list[str]:
     """Return the heading of a table of ``signal``: what and its unit."""
     first = "time [s]" if signal.domain == "time" else "position [mm]"
     return [first, *(f"{name} [{signal.unit}]" for name in signal.axes)]
+
+
+def _rows(path: Path) -> tuple[list[str], list[str], list[int], list[str], str]:
+    """Return headings, the rows below them and their line numbers, comments, and what separates cells."""
+    text = _text(path)
+    lines = text.split("\n")
+    comments = [line[1:].strip() for line in lines if line.startswith(COMMENTS)]
+    kept = [
+        n for n, line in enumerate(lines, 1) if line and not line.isspace() and not line.startswith(COMMENTS)
+    ]
+    rows = [lines[n - 1] for n in kept]
+    if not rows:
+        raise DataError(f"{path}: no rows")
+    separator = "\t" if path.suffix.lower() == ".tsv" else _separator(rows)
+    headings = _cells(rows[0], separator)
+    if all(_is_number(cell) for cell in headings):
+        headings = _commented(comments, len(headings), separator) or [
+            str(i + 1) for i in range(len(headings))
+        ]
+    else:
+        kept, rows = kept[1:], rows[1:]
+    if not rows:
+        raise DataError(f"{path}: no rows below the heading")
+    rows, headings = _without_last_separator(rows, headings, separator)
+    return headings, rows, kept, comments, separator
 
 
 def _text(path: Path, length: int = -1) -> str:

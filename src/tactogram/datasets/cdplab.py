@@ -1,0 +1,98 @@
+"""CdpLab friction set: copper, fabric, paper and wood stroked, and a photograph of each.
+
+Read from ``xlsx/NAME.xlsx`` (columns ``speed``, ``force``, ``accel``, ``friction``; about 19,000 rows) and
+``images/NAME.png`` (1200 x 1200). Checked on real files.
+
+What to know before using it
+- **Sampling rate and units are not stated.** 1 kHz, mm/s, N and m/s^2 are guesses from the ranges (speeds of 130-320,
+  forces of 0.6-4.3, friction of 0.01-1.0); the first two are options of the import. ``history`` repeats them.
+- One recording per material: whatever differs between two recordings differs between materials too, and nothing can be
+  held out but stretches of one recording.
+- The speed never falls below 130, so that friction over displacement is the plain integral of the speed. How the
+  surface moved is not stated; at these speeds 19 s are 3-5 m, so that the same ground was passed again and again.
+- Photographs have no scale and are not registered: which place of it was felt when is unknown.
+- Acceleration and friction may not be aligned.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from tactogram.datasets.importer import Item
+from tactogram.datasets.recording import Recording
+from tactogram.errors import DataError, ParameterError
+from tactogram.signal import Signal
+from tactogram.signal.displacement import over_displacement
+from tactogram.signal.io import worksheet
+from tactogram.signal.units import parse_unit
+
+NAME = "cdplab"
+TITLE = "CdpLab friction: copper, fabric, paper and wood"
+LICENCE = "not stated"
+DESCRIPTION = (
+    "xlsx/NAME.xlsx and images/NAME.png: friction over displacement, and friction_time, speed, force and acceleration "
+    "over time. Options: rate (Hz, guessed 1000), speed_unit (guessed mm/s), per_mm (samples of friction over "
+    "displacement). Checked on real files."
+)
+
+COLUMNS = ("speed", "force", "accel", "friction")
+RATE = 1000.0
+SPEED_UNIT = "mm/s"
+PER_MM = 6.0
+"""Samples per mm, the same of all materials, and not fewer than any was recorded with at its mean speed."""
+
+
+def find(
+    folder: Path, *, rate: float = RATE, speed_unit: str = SPEED_UNIT, per_mm: float = PER_MM
+) -> list[Item]:
+    """Return an item per worksheet."""
+    for name, value in (("rate", rate), ("per_mm", per_mm)):
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < np.inf:
+            raise ParameterError(f"{name} must be a number > 0, got {value!r}")
+    if parse_unit(str(speed_unit))[0] != "m/s":
+        raise ParameterError(f"speed_unit must be one of a speed, such as mm/s, got {speed_unit!r}")
+    paths = sorted((folder / "xlsx").glob("*.xlsx"))
+    if not paths:
+        raise DataError(f"{folder}: no xlsx/NAME.xlsx found there")
+    info = {"rate": float(rate), "speed_unit": str(speed_unit), "per_mm": float(per_mm)}
+    images = {path: folder / "images" / f"{path.stem}.png" for path in paths}
+    return [
+        Item(path.relative_to(folder).as_posix(), (path,), info, image if image.is_file() else None)
+        for path, image in images.items()
+    ]
+
+
+def read(item: Item) -> list[Recording]:
+    """Return the one recording of a material."""
+    [path] = item.paths
+    rate, speed_unit = item.info["rate"], item.info["speed_unit"]
+    content = worksheet.read(path, columns=COLUMNS)
+    speed, force, acceleration, friction = np.asarray(content.samples, np.float64)
+    if not np.isfinite(content.samples).all():
+        row = int(np.argwhere(~np.isfinite(content.samples))[0, 1])
+        raise DataError(f"{path}: {content.place(0, row)}: every column must be finite there")
+    over_time = Signal(friction, rate, "1", ("along",))
+    velocity = Signal(speed * parse_unit(speed_unit)[1], rate, "m/s", ("along",))
+    return [
+        Recording(
+            streams={
+                "friction": over_displacement(over_time, velocity, rate=item.info["per_mm"]),
+                "friction_time": over_time,
+                "speed": velocity,
+                "force": Signal(force, rate, "N"),
+                "acceleration": Signal(acceleration, rate, "m/s^2", ("along",)),
+            },
+            material=path.stem,
+            speed_mm_s=round(1e3 * float(velocity.samples.mean()), 1),
+            force_n=round(float(force.mean()), 3),
+            labels={"recording": "1"},
+            source=item.name,
+            history=(
+                f"rate of {rate:g} Hz taken, none is stated",
+                f"speed taken in {speed_unit}, force in N, acceleration in m/s^2: no unit is stated",
+                f"friction over displacement by integrating the speed, {item.info['per_mm']:g} samples per mm",
+            ),
+        )
+    ]
