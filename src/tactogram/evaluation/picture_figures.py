@@ -1,0 +1,209 @@
+"""Figures of pictures of touch: real beside generated, where the generator looks, and the worst cases."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from textwrap import fill
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from torch import Tensor
+
+from tactogram.errors import ParameterError
+from tactogram.evaluation.figures import unit_text
+from tactogram.features.spectrogram_picture import SpectrogramPicture
+
+COLOURS = "magma"
+"""As all spectrograms of this project; the paper's are in jet, which has edges where the data has none."""
+
+
+@dataclass(frozen=True, eq=False)
+class PictureCase:
+    """A photo, what is felt there, and what was generated from it.
+
+    Parameters
+    ----------
+    title : str
+        For example the material.
+    photo : float tensor, shape (channel, row, column), in [-1, 1]
+    pictures : mapping from str to float tensor, shape (1, row, column), in [-1, 1]
+        By what they are: ``{"real": …, "generated": …}``.
+    attention : mapping from str to float tensor, shape (row, column), 0..1
+        Maps to lay over some of ``pictures``, by their names.
+    note : str
+        A line under the title, e.g. the error.
+    """
+
+    title: str
+    photo: Tensor
+    pictures: Mapping[str, Tensor]
+    attention: Mapping[str, Tensor] | None = None
+    note: str = ""
+
+
+def pictures_figure(cases: Sequence[PictureCase], picture: SpectrogramPicture, *, title: str = "") -> Figure:
+    """Draw a row per case: photo, then its pictures, then the attention maps, as in Figures 3 to 5 of the paper.
+
+    One scale of levels for all, in dB re 1 unit: the level is seen too. Attention is laid over its picture in jet, as
+    published.
+
+    Parameters
+    ----------
+    cases : sequence of PictureCase
+        With pictures of the same names.
+    picture : SpectrogramPicture
+    title : str
+
+    Raises
+    ------
+    ParameterError
+        If there is none, or names differ.
+    """
+    if not cases:
+        raise ParameterError("at least one case is needed, got none")
+    names, maps = list(cases[0].pictures), list(cases[0].attention or {})
+    for case in cases:
+        if list(case.pictures) != names or list(case.attention or {}) != maps:
+            raise ParameterError(
+                f"all cases must have pictures {', '.join(names)}, got those of {case.title}"
+            )
+    columns = 1 + len(names) + len(maps)
+    figure = Figure(figsize=(1.5 + 1.6 * columns, 0.7 + 1.6 * len(cases)), layout="constrained")
+    grid = figure.subplots(len(cases), columns, squeeze=False)
+    for row, case in zip(grid, cases, strict=True):
+        _photo(row[0], case)
+        for place, name in zip(row[1:], names, strict=False):
+            mesh = _picture(place, case.pictures[name], picture)
+        for place, name in zip(row[1 + len(names) :], maps, strict=True):
+            _picture(place, case.pictures[name], picture, grey=True)
+            _overlay(place, case.attention, name, picture)
+    for place, name in zip(grid[0], ["photo", *names, *(f"attention, {name}" for name in maps)], strict=True):
+        place.set_title(name, fontsize=8)
+    for place in grid[:-1].flat:
+        place.set_xticklabels([])
+    for place in grid[:, 2:].flat:
+        place.set_yticklabels([])
+    for place in grid[-1, 1:]:
+        place.set_xlabel("time, s" if picture.domain == "time" else "displacement, mm", fontsize=7)
+    for place in grid[:, 1]:
+        place.set_ylabel("Hz" if picture.domain == "time" else "1/mm", fontsize=7)
+    figure.colorbar(mesh, ax=grid[:, -1], fraction=0.08, pad=0.02, label=f"dB re 1 {unit_text(picture.unit)}")
+    if title:
+        figure.suptitle(title, fontsize=10)
+    return figure
+
+
+def worst_cases(
+    errors: Sequence[float] | NDArray[np.float64], materials: Sequence[str], *, count: int = 3
+) -> list[int]:
+    """Return the places of the ``count`` largest errors, the largest first, one per material.
+
+    Measured, not picked: Figure 5 of the paper shows "the most challenging" cases of three classes.
+
+    Parameters
+    ----------
+    errors : float array, shape (case,)
+        Any distance of a pair, e.g. LPIPS or L1; finite.
+    materials : sequence of str
+        Of each case.
+    count : int
+        At most so many materials.
+
+    Raises
+    ------
+    ParameterError
+        If there are not as many errors as materials, or one is not finite.
+    """
+    values = np.asarray(errors, np.float64)
+    if values.shape != (len(materials),) or not np.isfinite(values).all():
+        raise ParameterError(
+            f"errors must be finite and as many as cases ({len(materials)}), got {values.shape}"
+        )
+    worst: dict[str, int] = {}
+    for place in np.argsort(-values, kind="stable"):
+        worst.setdefault(materials[place], int(place))
+    return list(worst.values())[:count]
+
+
+def failures_figure(
+    cases: Sequence[PictureCase],
+    errors: Sequence[float],
+    picture: SpectrogramPicture,
+    *,
+    measure: str,
+    count: int = 3,
+) -> Figure:
+    """Draw the cases with the largest error, one per material, with its number and its rank; see `worst_cases`.
+
+    Parameters
+    ----------
+    cases : sequence of PictureCase
+        All that were measured; ``title`` is the material.
+    errors : sequence of float
+        Of each case.
+    picture : SpectrogramPicture
+    measure : str
+        What the errors are of, for the title.
+    count : int
+    """
+    chosen = worst_cases(errors, [case.title for case in cases], count=count)
+    median = float(np.median(np.asarray(errors, np.float64)))
+    shown = [_noted(cases[place], f"{errors[place]:.3g} (median {median:.3g})") for place in chosen]
+    return pictures_figure(shown, picture, title=f"Largest {measure} of {len(cases)} cases, one per material")
+
+
+def _noted(case: PictureCase, note: str) -> PictureCase:
+    return PictureCase(case.title, case.photo, case.pictures, case.attention, note)
+
+
+def _photo(place: Axes, case: PictureCase) -> None:
+    pixels = ((case.photo.detach().cpu().numpy() + 1) / 2).clip(0, 1)
+    if len(pixels) == 1:
+        place.imshow(pixels[0], cmap="gray", vmin=0, vmax=1)
+    else:
+        place.imshow(pixels.transpose(1, 2, 0))
+    place.set(xticks=[], yticks=[])
+    place.set_ylabel("\n".join([fill(case.title, 18), case.note]).strip(), fontsize=7)
+
+
+def _picture(place: Axes, one: Tensor, picture: SpectrogramPicture, *, grey: bool = False) -> Any:
+    share = (one.detach().cpu().numpy()[0] + 1) / 2
+    place.tick_params(labelsize=6, length=2)
+    return place.imshow(
+        picture.floor_db + (picture.ceiling_db - picture.floor_db) * share,
+        origin="lower",
+        aspect="auto",
+        cmap="gray" if grey else COLOURS,
+        vmin=picture.floor_db,
+        vmax=picture.ceiling_db,
+        extent=_extent(picture),
+    )
+
+
+def _overlay(
+    place: Axes, attention: Mapping[str, Tensor] | None, name: str, picture: SpectrogramPicture
+) -> None:
+    if attention is not None:
+        place.imshow(
+            attention[name].detach().cpu().numpy(),
+            origin="lower",
+            aspect="auto",
+            cmap="jet",
+            vmin=0,
+            vmax=1,
+            alpha=0.5,
+            extent=_extent(picture),
+        )
+
+
+def _extent(picture: SpectrogramPicture) -> tuple[float, float, float, float]:
+    top = (
+        picture.rate / 2
+        if picture.resize == "bilinear"
+        else picture.rate * (picture.rows - 1) / picture.n_fft
+    )
+    return (0.0, picture.length / picture.rate, 0.0, top)

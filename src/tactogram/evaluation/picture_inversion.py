@@ -1,0 +1,139 @@
+"""From pictures back to vibration, and whose the loss is: the network's, or the inversion's.
+
+Neshov et al. 2026 leave it unevaluated ("beyond the scope", Sec. 2) and name it a limitation (Sec. 5).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from tactogram.errors import ParameterError
+from tactogram.evaluation.measures import SIGNAL_MEASURES
+from tactogram.features.spectrogram_picture import SpectrogramPicture
+from tactogram.signal import Signal
+
+
+@dataclass(frozen=True)
+class Loss:
+    """One measure's distances from real signals; in its unit, lower is better.
+
+    Parameters
+    ----------
+    floor : float or None
+        Of other real signals of the same material: nothing can be asked to be nearer. None where there are none.
+    inversion : float
+        Of the same signals made to pictures and back: what phase, floor, ceiling and resizing cost.
+    total : float
+        Of the signals of generated pictures.
+    """
+
+    floor: float | None
+    inversion: float
+    total: float
+
+    @property
+    def network(self) -> float:
+        """What generated pictures add: ``total - inversion``. Below 0 where the inversion's errors are made good."""
+        return self.total - self.inversion
+
+    @property
+    def share_of_inversion(self) -> float | None:
+        """``inversion / total``, at most 1; None where nothing was lost."""
+        return min(1.0, self.inversion / self.total) if self.total > 0 else None
+
+
+def invert(pictures: Tensor, picture: SpectrogramPicture, *, seed: int, axis: str = "z") -> list[Signal]:
+    """Return the signal of each picture.
+
+    Parameters
+    ----------
+    pictures : float tensor, shape (picture, 1, rows, columns), in [-1, 1]
+    picture : SpectrogramPicture
+    seed : int
+        Of the phase.
+    axis : str
+        What the signals' axis is called.
+    """
+    samples = picture.signal(pictures, seed=seed).cpu().numpy()
+    return [Signal(one, picture.rate, picture.unit, (axis,), picture.domain) for one in samples]
+
+
+def inversion_loss(
+    real: Sequence[Signal],
+    made: Tensor,
+    picture: SpectrogramPicture,
+    *,
+    others: Sequence[Signal] = (),
+    seed: int,
+) -> dict[str, Loss]:
+    """Return the loss of one material by each measure of `SIGNAL_MEASURES`: all blind to phase.
+
+    Parameters
+    ----------
+    real : sequence of Signal
+        One axis each; their first ``picture.length`` samples count.
+    made : float tensor, shape (picture, 1, rows, columns), in [-1, 1]
+        Generated for that material.
+    picture : SpectrogramPicture
+    others : sequence of Signal
+        Other real signals of the material, for the floor; cut alike.
+    seed : int
+        Of the phase.
+
+    Returns
+    -------
+    dict from str to Loss
+        Measures that are not defined for one axis are left out.
+
+    Raises
+    ------
+    ParameterError
+        If a signal has several axes, is shorter than a picture, or of another kind than the picture.
+    """
+    real = [_cut(signal, picture) for signal in real]
+    others = [_cut(signal, picture) for signal in others]
+    if not real or not len(made):
+        raise ParameterError(
+            f"at least one signal and one picture are needed, got {len(real)} and {len(made)}"
+        )
+    axis = real[0].axes[0]
+    encoded = picture.encode(torch.from_numpy(np.stack([signal.samples[0] for signal in real])))
+    back = invert(encoded, picture, seed=seed, axis=axis)
+    generated = invert(made, picture, seed=seed, axis=axis)
+    losses = {}
+    for name, measure in SIGNAL_MEASURES.items():
+        inversion, total = measure.function(real, back), measure.function(real, generated)
+        if inversion is not None and total is not None:
+            losses[name] = Loss(measure.function(real, others) if others else None, inversion, total)
+    return losses
+
+
+def mean_loss(losses: Sequence[Mapping[str, Loss]]) -> dict[str, Loss]:
+    """Return the mean over materials of each measure that all of them have; the floor where all have one."""
+    if not losses:
+        raise ParameterError("at least one material is needed, got none")
+    found = {}
+    for name in losses[0]:
+        if all(name in one for one in losses):
+            held = [one[name] for one in losses]
+            floors = [one.floor for one in held if one.floor is not None]
+            found[name] = Loss(
+                float(np.mean(floors)) if len(floors) == len(held) else None,
+                float(np.mean([one.inversion for one in held])),
+                float(np.mean([one.total for one in held])),
+            )
+    return found
+
+
+def _cut(signal: Signal, picture: SpectrogramPicture) -> Signal:
+    picture.spectrogram.check_signal(signal)
+    if len(signal.axes) != 1:
+        raise ParameterError(f"a picture is of one axis, got {','.join(signal.axes)}")
+    if len(signal) < picture.length:
+        raise ParameterError(f"signals must have {picture.length} samples, got {len(signal)}")
+    return signal.cut(0, picture.length)

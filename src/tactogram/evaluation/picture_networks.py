@@ -1,0 +1,216 @@
+"""Distances of pictures in networks that know photographs: LPIPS, FID, and our own in a small trunk.
+
+**The protocol**, one for all of them: pictures of one channel in [-1, 1]; resized to 256 x 256 (bilinear) where they
+are of another size; grey stands for red, green and blue alike (no colour map). LPIPS (Zhang et al. 2018) takes that;
+FID (Heusel et al. 2017) takes it rounded to 8 bits. Published figures on tactile spectrograms name no protocol, and
+a colour map alone changes them: compare only figures of one.
+
+LPIPS and the Inception network of FID are torchmetrics' and torch-fidelity's. Their weights are read from a local
+file or torch's cache; what cannot be had is said, never replaced. `TrunkDistance` needs no file, bears its own name,
+and is neither.
+
+References
+----------
+- Zhang, R. et al. (2018). The unreasonable effectiveness of deep features as a perceptual metric. CVPR.
+- Heusel, M. et al. (2017). GANs trained by a two time-scale update rule converge to a local Nash equilibrium. NeurIPS.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+import torch.nn.functional as F
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from tactogram.errors import DataError, ParameterError
+from tactogram.evaluation.measures.embedding import frechet_distance
+from tactogram.nn.trunks import Trunk
+from tactogram.nn.vision_import import torchvision, vision_module
+from tactogram.nn.weight_files import read_weights, weight_file
+
+SIZE = 256
+"""Rows and columns that pictures are judged at: the paper's."""
+BATCH = 32
+PROTOCOL = (
+    f"pictures of one channel in [-1, 1], bilinear to {SIZE} x {SIZE}, grey as red, green and blue; LPIPS: AlexNet, "
+    "torchmetrics' linear heads; FID: 8 bits, Inception of torch-fidelity, 2048 features"
+)
+INCEPTION_URL = "weights-inception-2015-12-05-6726825d.pth"
+"""What torch-fidelity calls the file that FID is defined by."""
+
+
+class Lpips:
+    """LPIPS with AlexNet.
+
+    Parameters
+    ----------
+    weights : path, optional
+        torchvision's AlexNet file; by default in torch's cache.
+    random : bool
+        Weights from seed 0 in place of the trained ones: for tests. **What comes out means nothing.**
+
+    Raises
+    ------
+    MissingExtraError
+        If the extra ``vision`` is not installed.
+    DataError
+        If the weights are not here or not of AlexNet; one line.
+    """
+
+    def __init__(self, weights: Path | str = "", *, random: bool = False) -> None:
+        models = torchvision().models
+        with torch.random.fork_rng(devices=()):
+            torch.manual_seed(0)
+            self._network: nn.Module = vision_module("torchmetrics.functional.image.lpips")._NoTrainLpips(
+                net="alex", pnet_rand=True
+            )
+        if not random:
+            file = weight_file(
+                weights, models.AlexNet_Weights.DEFAULT.url, of="AlexNet (LPIPS)", option="alexnet"
+            )
+            state = read_weights(file)
+            # torchmetrics cuts AlexNet's features into five slices and keeps the number of each layer.
+            own = self._network.net.state_dict()
+            names = {name: f"features.{name.partition('.')[2]}" for name in own}
+            _load(self._network.net, {name: state.get(old) for name, old in names.items()}, file, "AlexNet")
+
+    def __call__(self, real: Tensor, made: Tensor) -> Tensor:
+        """Return the distance of each pair, shape (pair,), >= 0; lower is better.
+
+        Parameters
+        ----------
+        real, made : float tensor, shape (pair, 1, rows, columns), in [-1, 1]
+        """
+        check_pictures(real, made, paired=True)
+        found = []
+        with torch.no_grad():
+            for a, b in zip(_batches(real), _batches(made), strict=True):
+                found.append(self._network.to(a.device)(a, b).flatten())
+        return torch.cat(found)
+
+
+class Fid:
+    """FID with torch-fidelity's Inception network, which it is defined by.
+
+    Parameters
+    ----------
+    weights : path, optional
+        torch-fidelity's file; by default in torch's cache.
+    random : bool
+        As in `Lpips`: what comes out means nothing.
+
+    Raises
+    ------
+    MissingExtraError, DataError
+        As in `Lpips`.
+    """
+
+    def __init__(self, weights: Path | str = "", *, random: bool = False) -> None:
+        library = vision_module("torchmetrics.image.fid").NoTrainInceptionV3
+        state = None
+        if not random:
+            file = weight_file(weights, INCEPTION_URL, of="Inception (FID)", option="inception")
+            state = read_weights(file)
+
+        class Inception(library):  # type: ignore[valid-type,misc]
+            """The library reads its file with pickle, which could run code: ours is read by `read_weights`."""
+
+            def load_state_dict(self, _: Mapping[str, Any], **options: Any) -> Any:
+                if state is not None:
+                    _load(super(), state, file, "torch-fidelity's Inception", **options)
+
+        with tempfile.TemporaryDirectory() as folder, torch.random.fork_rng(devices=()):
+            torch.manual_seed(0)
+            empty = Path(folder) / "empty.pth"
+            torch.save({}, empty)
+            self._network: nn.Module = Inception("inception-v3-compat", ["2048"], str(empty))
+
+    def features(self, pictures: Tensor) -> NDArray[np.float64]:
+        """Return 2048 features of each picture, float64, shape (picture, 2048)."""
+        check_pictures(pictures)
+        found = []
+        with torch.no_grad():
+            for batch in _batches(pictures):
+                eight_bit = ((batch + 1) * 127.5).round().clamp(0, 255).to(torch.uint8)
+                found.append(self._network.to(batch.device)(eight_bit).double().cpu())
+        return torch.cat(found).numpy()
+
+    def __call__(self, real: Tensor, made: Tensor) -> float:
+        """Return the distance of two sets, >= 0; lower is better. Biased upwards by few pictures.
+
+        Parameters
+        ----------
+        real, made : float tensor, shape (picture, 1, rows, columns), in [-1, 1]
+            At least 2 each.
+        """
+        return frechet_distance(self.features(real), self.features(made))
+
+
+class TrunkDistance:
+    """Distances in EfficientNet-Lite0, whose weights come inside a package. Neither LPIPS nor FID.
+
+    Raises
+    ------
+    MissingExtraError
+        If the extra ``vision`` is not installed.
+    """
+
+    def __init__(self) -> None:
+        self._trunk = Trunk("efficientnet_lite0")
+        self._trunk.load()
+
+    def paired(self, real: Tensor, made: Tensor) -> Tensor:
+        """Return 1 less the cosine of the last maps at each place, mean over places, shape (pair,); 0 to 2."""
+        check_pictures(real, made, paired=True)
+        found = []
+        with torch.no_grad():
+            for a, b in zip(_batches(real), _batches(made), strict=True):
+                trunk = self._trunk.to(a.device)
+                found.append(1 - F.cosine_similarity(trunk.maps(a), trunk.maps(b)).mean((1, 2)))
+        return torch.cat(found)
+
+    def frechet(self, real: Tensor, made: Tensor) -> float:
+        """Return the Fréchet distance of two sets in the 1280 features, >= 0."""
+        check_pictures(real)
+        check_pictures(made)
+        return frechet_distance(self._features(real), self._features(made))
+
+    def _features(self, pictures: Tensor) -> NDArray[np.float64]:
+        with torch.no_grad():
+            found = [self._trunk.to(batch.device)(batch).double().cpu() for batch in _batches(pictures)]
+        return torch.cat(found).numpy()
+
+
+def check_pictures(*sets: Tensor, paired: bool = False) -> None:
+    """Refuse what is not (picture, 1, rows, columns) in [-1, 1], or, ``paired``, not as many of one size."""
+    for pictures in sets:
+        if pictures.ndim != 4 or pictures.shape[1] != 1 or not len(pictures):
+            raise ParameterError(f"pictures must be (picture, 1, rows, columns), got {tuple(pictures.shape)}")
+        if not bool((pictures.abs() <= 1 + 1e-6).all()):
+            raise ParameterError("pictures must be finite and in -1..1, got a value that is not")
+    if paired and len({pictures.shape for pictures in sets}) > 1:
+        shapes = " and ".join(str(tuple(pictures.shape)) for pictures in sets)
+        raise ParameterError(f"pairs need as many pictures of one size, got {shapes}")
+
+
+def _batches(pictures: Tensor) -> Iterator[Tensor]:
+    """Yield pictures as the protocol has them, float32, shape (at most `BATCH`, 3, SIZE, SIZE)."""
+    for start in range(0, len(pictures), BATCH):
+        batch = pictures[start : start + BATCH].float()
+        if batch.shape[-2:] != (SIZE, SIZE):  # the same size would be left as it is, but slowly
+            batch = F.interpolate(batch, (SIZE, SIZE), mode="bilinear", antialias=True)
+        yield batch.clamp(-1, 1).expand(-1, 3, -1, -1)
+
+
+def _load(network: Any, state: Mapping[str, Tensor | None], file: Path, name: str, **options: Any) -> None:
+    try:
+        network.load_state_dict(state, **options)
+    except (RuntimeError, AttributeError) as error:
+        line = " ".join(str(error).split())
+        raise DataError(f"{file}: not weights of {name}: {line[:120]}") from error
