@@ -39,8 +39,9 @@ test window has training windows one step beside it.
 Part = Literal["train", "validation", "test"]
 PARTS: tuple[Part, ...] = get_args(Part)
 
-HELD = 8
-"""Photographs that are kept decoded: so many are drawn from at a time, and memory does not grow with the data."""
+HELD_BYTES = 256 * 1024 * 1024
+"""Of photographs that are kept decoded, the strips that windows are cut from: as many as fit in are drawn from at a
+time (some 35 as published), and memory does not grow with the data."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -189,6 +190,8 @@ class RegisteredPairs:
             raise ParameterError("there are no examples to pair with photographs")
         self.examples, self.windows, self.part = examples, windows, part
         self.mm_per_pixel = mm_per_pixel
+        self.held = len(examples)
+        """Photographs that are kept decoded."""
         self._photos: OrderedDict[int, Image] = OrderedDict()
         self._signals: OrderedDict[int, Signal] = OrderedDict()
         self.registered: list[bool] = []
@@ -199,7 +202,13 @@ class RegisteredPairs:
                 self.mm_per_pixel = image.mm_per_pixel
             known = signal.domain == "displacement" and image.mm_per_pixel is not None
             self.registered.append(known)
-            width = image.pixels.shape[1]
+            rows, width = image.pixels.shape[:2]
+            if rows < windows.pixels:
+                raise ParameterError(
+                    f"recording {examples[number].id}: a photograph of {width} x {rows} pixels holds no window of "
+                    f"{windows.pixels}; lower config.pixels (and n_fft, hop in proportion)"
+                )
+            self.held = min(self.held, max(1, HELD_BYTES // image.pixels.nbytes))
             if known:
                 width = min(width, int(len(self._signal(number)) * windows.pixels / windows.samples))
             elif len(signal) < windows.samples:
@@ -219,13 +228,13 @@ class RegisteredPairs:
         return range(int(self._ends[number]) - len(self._lefts[number]), int(self._ends[number]))
 
     def order(self, seed: int) -> Iterator[int]:
-        """Yield every place once per epoch, for ever; at random among `HELD` photographs at a time."""
+        """Yield every place once per epoch, for ever; at random among `held` photographs at a time."""
         epoch = 0
         while True:
             random = np.random.default_rng([seed, epoch])
             numbers = random.permutation(len(self.examples))
-            for first in range(0, len(numbers), HELD):
-                places = np.concatenate([self.of(int(n)) for n in numbers[first : first + HELD]])
+            for first in range(0, len(numbers), self.held):
+                places = np.concatenate([self.of(int(n)) for n in numbers[first : first + self.held]])
                 yield from random.permutation(places).tolist()
             epoch += 1
 
@@ -267,20 +276,23 @@ class RegisteredPairs:
         if number not in self._signals:
             rate = self.windows.samples / (self.windows.pixels * image.mm_per_pixel)
             self._signals[number] = resample(signal, rate)
-            if len(self._signals) > HELD:
+            if len(self._signals) > self.held:
                 self._signals.popitem(last=False)
         return self._signals[number]
 
     def _photo(self, number: int) -> Image:
-        """Return an example's photograph at the common scale; the last few stay decoded."""
+        """Return the strip of an example's photograph that windows are cut from, at the common scale."""
         if number in self._photos:
             self._photos.move_to_end(number)
             return self._photos[number]
         image = photograph_of(self.examples[number])
         if self.mm_per_pixel is not None:
             image = scaled(image, self.mm_per_pixel)
+        rows, size = image.pixels.shape[0], self.windows.pixels
+        if rows > size:
+            image = image.cut((rows - size) // 2, 0, (rows - size) // 2 + size)
         self._photos[number] = image
-        if len(self._photos) > HELD:
+        if len(self._photos) > self.held:
             self._photos.popitem(last=False)
         return image
 

@@ -1,0 +1,139 @@
+"""How near generated friction is to recorded friction: the paper's squared error per fabric, and blind to phase.
+
+**The squared error says little.** Griffin-Lim finds a phase, not the recording's: two ripples of one spectrum and
+independent phases differ by the sum of their variances, twice that of a flat line at the right level. So the flat line
+stands beside it (``mse_flat``), and so do distances that are blind to phase, with what two sets of recorded windows of
+the same fabric (``floor``) and of different fabrics (``ceiling``) have.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from tactogram.errors import ParameterError
+from tactogram.evaluation.measures import log_spectral_distance
+from tactogram.features.registered_pairs import FrictionBatch, Part
+from tactogram.model import Example
+from tactogram.models.frictgan.learner import FrictGANLearner
+from tactogram.signal import Signal
+
+WINDOWS = 32
+"""Windows of each fabric that are judged, at most, evenly spread."""
+PLAYED_S = 0.5
+"""A window is played so fast that it lasts so long, s: then 10 to 1000 Hz are 5 to 500 cycles per window."""
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Of one fabric, over windows of the part that is judged.
+
+    Parameters
+    ----------
+    windows : int
+    mse : float
+        Mean squared error of generated friction beside recorded, both out of the same Griffin-Lim, as in the
+        authors' code.
+    mse_recording : float
+        The same beside the recording itself.
+    mse_flat : float
+        That of a flat line at each window's own recorded level, beside the recording.
+    level_error : float
+        Mean absolute difference of the mean coefficients.
+    ripple_ratio : float
+        Standard deviation of generated windows, as a share of the recorded ones'.
+    distance_db, floor_db, ceiling_db : float
+        `log_spectral_distance` from recorded windows to generated ones, to other recorded ones, to another fabric's.
+    """
+
+    windows: int
+    mse: float
+    mse_recording: float
+    mse_flat: float
+    level_error: float
+    ripple_ratio: float
+    distance_db: float
+    floor_db: float
+    ceiling_db: float
+
+
+def judge(
+    learner: FrictGANLearner, examples: Sequence[Example], *, part: Part | None = "test", seed: int = 0
+) -> dict[str, Figures]:
+    """Return figures per fabric (`Example.material`).
+
+    Parameters
+    ----------
+    learner : FrictGANLearner
+        Trained.
+    examples : sequence of Example
+        Under the protocol ``examples``, those that were kept apart; else those that were trained on, of which other
+        windows are judged.
+    part : {"train", "validation", "test"}, optional
+        Which windows; None takes all.
+    seed : int
+        Of noise and phases.
+
+    Raises
+    ------
+    ParameterError
+        If there are fewer than two fabrics, or a fabric has fewer than four windows.
+    """
+    pairs = learner.pairs(examples, part)
+    fabrics: dict[str, list[int]] = {}
+    for number, example in enumerate(examples):
+        fabrics.setdefault(str(example.material), []).extend(pairs.of(number))
+    if len(fabrics) < 2 or min(len(places) for places in fabrics.values()) < 4:
+        raise ParameterError("judging needs at least two fabrics of at least four windows each")
+    recorded: dict[str, Tensor] = {}
+    made: dict[str, tuple[Tensor, Tensor]] = {}
+    for name, places in fabrics.items():
+        spread = np.unique(np.linspace(0, len(places) - 1, WINDOWS).astype(int))
+        batch: FrictionBatch = pairs.batch([places[i] for i in spread])
+        generated, real = learner.spectra(batch, seed=seed)
+        spectrogram = learner.spectrogram
+        recorded[name] = batch.friction
+        made[name] = spectrogram.decode(generated, seed=seed), spectrogram.decode(real, seed=seed)
+    names = list(recorded)
+    figures = {}
+    for place, name in enumerate(names):
+        real, (ours, same) = recorded[name], made[name]
+        other = recorded[names[(place + 1) % len(names)]]
+        figures[name] = Figures(
+            windows=len(real),
+            mse=_mean((ours - same).square()),
+            mse_recording=_mean((ours - real).square()),
+            mse_flat=_mean((real - real.mean(-1, keepdim=True)).square()),
+            level_error=_mean((ours.mean(-1) - real.mean(-1)).abs()),
+            ripple_ratio=_mean(ours.std(-1)) / max(_mean(real.std(-1)), 1e-12),
+            distance_db=_distance(real, ours),
+            floor_db=_distance(real[::2], real[1::2]),
+            ceiling_db=_distance(real, other),
+        )
+    return figures
+
+
+def summary(figures: Mapping[str, Figures]) -> dict[str, float]:
+    """Return the mean of every figure over fabrics, and ``mse_sum``, which the paper calls the average."""
+    every = [asdict(each) for each in figures.values()]
+    means = {name: float(np.mean([each[name] for each in every])) for name in every[0]}
+    return means | {"mse_sum": float(sum(each["mse"] for each in every))}
+
+
+def _distance(one: Tensor, other: Tensor) -> float:
+    return log_spectral_distance(_played(one), _played(other))
+
+
+def _played(windows: Tensor) -> list[Signal]:
+    """Return windows as signals over time that last `PLAYED_S`."""
+    rate = windows.shape[-1] / PLAYED_S
+    axes = tuple(str(axis) for axis in range(windows.shape[1]))
+    return [Signal(window, rate, "1", axes) for window in windows.numpy()]
+
+
+def _mean(values: Tensor) -> float:
+    return float(values.to(torch.float64).mean())
