@@ -1,5 +1,6 @@
 """Photographs of materials: stored once, split without leaks, decoded only when asked for."""
 
+import hashlib
 import json
 from itertools import combinations
 
@@ -15,6 +16,7 @@ from tactogram.datasets import (
     Segment,
     Split,
     add_recordings,
+    contiguous_blocks,
     create_store,
     materials_without_photographs,
     materials_without_recordings,
@@ -138,7 +140,11 @@ def test_a_store_of_before_photographs_opens(tmp_path):
     path.write_text(json.dumps(values))
     old = open_store(tmp_path / "s")
     assert old.photographs_of("cork") == ()
-    assert old.sha256 == store.sha256
+    ids = np.load(tmp_path / "s" / old.facts.ids)
+    # As it was computed before: ids, then facts, and nothing else.
+    assert (
+        old.sha256 == store.sha256 == hashlib.sha256(ids["id"].tobytes() + ids["facts"].tobytes()).hexdigest()
+    )
     assert problems(old) == []
 
 
@@ -289,6 +295,19 @@ def test_a_shared_photograph_is_cut_for_the_recordings_that_name_it(tmp_path):
         for example in examples(store, split, part):
             expected = shared.pixels[region.top : region.bottom, region.left : region.right]
             np.testing.assert_array_equal(example.condition["image"].pixels, expected)
+
+
+def test_blocks_of_one_long_recording_have_regions_of_its_photograph(tmp_path):
+    friction = Signal(np.random.default_rng(0).random(1000), 5.0, "1", domain="displacement")
+    take = Recording(streams={"friction": friction}, material="wood", image=picture(3))
+    store = create_store(tmp_path / "s", [take], name="t", licence="CC0-1.0")
+    [plain, *_] = contiguous_blocks(store.index, {take.id: friction.length_mm}, blocks=4, gap_s=10.0)
+    split = split_photographs(store, plain, seed=0, smallest=16)
+    assert split.by_region == ("wood",)
+    [test] = examples(store, split, "test")
+    np.testing.assert_array_equal(test.signal.samples, friction.cut(0, 250).samples)
+    [train] = examples(store, split, "train")
+    assert train.photographs.regions[0].distance(test.photographs.regions[0]) == 16
 
 
 def test_an_image_that_another_part_may_use_is_no_condition(tmp_path):

@@ -71,7 +71,9 @@ class Examples(Sequence[Example]):
         photographs: Iterable[Region] | None = None,
         cache_dir: Path | None = None,
     ) -> None:
-        self._photographs = None if photographs is None else by_material(store, photographs)
+        regions = None if photographs is None else tuple(photographs)
+        self._photographs = None if regions is None else by_material(store, regions)
+        self._region_of = {region.key: region for region in reversed(regions or ())}
         self.store, self.segments, self.prepare, self.label = store, tuple(segments), prepare, label
         self.infos: tuple[RecordingInfo, ...] = tuple(store.info(segment.id) for segment in self.segments)
         if cache_dir is None:
@@ -111,10 +113,9 @@ class Examples(Sequence[Example]):
     def _own(self, info: RecordingInfo) -> Region | None:
         """Return what may be used of a recording's own photograph."""
         key = self.store.image_id(info.id)
-        if key is None or self._photographs is None:
-            return None if key is None else Region(key)
-        among = (region for held in self._photographs.values() for region in held)
-        return next((region for region in among if region.key == key), None)
+        if key is None:
+            return None
+        return Region(key) if self._photographs is None else self._region_of.get(key)
 
     @property
     def materials(self) -> tuple[str, ...]:

@@ -33,9 +33,9 @@ class Segment:
     id : str
         The recording.
     start_s : float, s
-        Where it begins.
+        Where it begins; in mm for a stream over displacement.
     stop_s : float, s, optional
-        Where it ends; None is the end of the recording.
+        Where it ends, likewise; None is the end of the recording.
     """
 
     id: str

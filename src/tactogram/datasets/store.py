@@ -189,7 +189,7 @@ class Store:
         return image
 
     def photograph_size(self, key: str) -> tuple[int, int]:
-        """Return rows and columns of the photograph of this key; it is not unpacked."""
+        """Return rows and columns of the photograph of this key, without keeping it."""
         found, name = self._encoded(key)
         return picture_size(found["image"], name=name)
 

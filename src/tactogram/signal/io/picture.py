@@ -81,7 +81,7 @@ def decode_image(
 
 
 def picture_size(data: bytes, *, name: str) -> tuple[int, int]:
-    """Return rows and columns of the upright picture in ``data``; only its header is read."""
+    """Return rows and columns of the upright picture in ``data``; a JPEG is not unpacked for it."""
     try:
         with _opened(data, name) as picture:
             columns, rows = picture.size
