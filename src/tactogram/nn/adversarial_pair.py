@@ -50,7 +50,8 @@ class AdversarialPair:
         ]
         self.backward: Callable[[Tensor], None] = Tensor.backward
         self.autocast: Callable[[], AbstractContextManager[Any]] = nullcontext
-        self.distance, self.chosen_by = row_statistics_distance, "row_statistics"
+        self.chosen_by = "row_statistics"
+        self.distance: Callable[[Tensor, Tensor], Tensor] = row_statistics_distance
         self.best, self.best_weights = float("inf"), dict[str, Tensor]()
 
     def setup(self, fabric: Any) -> None:
@@ -123,6 +124,11 @@ class AdversarialPair:
             self.bare_generator.load_state_dict(self.best_weights)
             self.best_weights = {}
 
+    @property
+    def chosen(self) -> str:
+        """What the weights were chosen by; ``last step`` where there was nothing to choose by."""
+        return self.chosen_by if self.best < float("inf") else "last step"
+
     # -- state -------------------------------------------------------------------------------------------
 
     def state(self) -> dict[str, Any]:
@@ -130,7 +136,7 @@ class AdversarialPair:
         return {
             "generator": self.bare_generator.state_dict(),
             "discriminator": getattr(self.discriminator, "module", self.discriminator).state_dict(),
-            "chosen_by": self.chosen_by if self.best < float("inf") else "last step",
+            "chosen_by": self.chosen,
             "best": None if self.best == float("inf") else self.best,
             "best_weights": dict(self.best_weights),
         }
@@ -144,6 +150,8 @@ class AdversarialPair:
         self.bare_generator.load_state_dict(state["generator"])
         self.discriminator.load_state_dict(state["discriminator"])
         self.best = float("inf") if state["best"] is None else state["best"]
+        if state["best"] is not None:
+            self.chosen_by = state["chosen_by"]
         self.best_weights = dict(state["best_weights"])
         for optimiser, kept in zip(self.optimisers, optimisers or (), strict=False):
             optimiser.load_state_dict(kept)

@@ -16,6 +16,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from tactogram.evaluation.picture_choice import Choice
 from tactogram.nn.label_predictor import PredictorConfig
 from tactogram.nn.photo_translation import PairConfig
 
@@ -72,3 +73,8 @@ class Config(BaseModel):
     choose_every: int | None = Field(default=None, gt=0)
     """Steps between judgements on the validation part; None: once per epoch. Sec. 3.2, "monitored … during
     training"."""
+    choose_by: Choice = "lpips"
+    """What weights are chosen by. Sec. 3.2, LPIPS; where its weights are not at hand, and for short trainings,
+    ``row_statistics``. The run's state says which it was."""
+    lpips_weights: str = ""
+    """File of AlexNet's weights; empty looks into torch's cache."""

@@ -10,6 +10,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from tactogram.errors import ParameterError
+from tactogram.evaluation.picture_choice import picture_choice
 from tactogram.model import Condition, Example, SignalKind, Stage, check_condition, material_weights
 from tactogram.models.visual_tactile_gan.config import Config
 from tactogram.models.visual_tactile_gan.networks import discriminator, generator
@@ -18,11 +19,9 @@ from tactogram.nn.adversarial_pair import AdversarialPair
 from tactogram.nn.label_predictor import PredictorTraining
 from tactogram.nn.patch_discriminator import scores
 from tactogram.nn.photo_translation import PhotoTranslation
+from tactogram.nn.picture_training import PictureTraining
 from tactogram.signal import Image, Signal
 from tactogram.training.seeds import torch_seeded
-
-VIEWS = 5
-"""Crops of a photograph whose mean names it."""
 
 
 class VisualTactileLearner:
@@ -43,88 +42,56 @@ class VisualTactileLearner:
     ) -> None:
         self.config, self.kind, self.materials = config, kind, kind.materials
         self.ends = PhotoTranslation(config.pairs, kind, seed=seed)
-        self.device = torch.device(device)
         with torch_seeded(seed, "weights"):
             self.gan = AdversarialPair(
                 generator(config, len(kind.materials)),
                 discriminator(config),
                 learning_rate=config.learning_rate,
                 betas=config.betas,
-                device=self.device,
+                device=torch.device(device),
                 constant=config.constant,
             )
-        with torch_seeded(seed, "predictor"):
-            self.predictor = (
-                PredictorTraining(config.predictor, len(kind.materials), device=self.device)
-                if config.conditional
-                else None
-            )
+        self.predictor: PredictorTraining | None = None
+        if config.conditional:
+            with torch_seeded(seed, "predictor"):
+                self.predictor = PredictorTraining(
+                    config.predictor, len(kind.materials), device=torch.device(device)
+                )
+        self.training = PictureTraining(
+            self.ends,
+            self.gan,
+            batch_size=config.batch_size,
+            epochs=config.epochs,
+            steps=config.steps,
+            choose_every=config.choose_every,
+            predictor=self.predictor,
+        )
         self.labels: dict[int, Tensor] = {}
-        self.watched: Sequence[Example] = ()
 
     def setup(self, fabric: Any) -> None:
-        self.gan.setup(fabric)
-        if self.predictor:
-            self.predictor.setup(fabric)
-        self.device = fabric.device
+        self.training.setup(fabric)
 
     def watch(self, examples: Sequence[Example]) -> None:
-        """Choose weights by ``examples``, which are not trained on: by accuracy, then by distance of pictures."""
-        self.watched = examples
+        """Choose weights by ``examples``, which are not trained on."""
+        self.training.watch(examples, *picture_choice(self.config.choose_by, self.config.lpips_weights))
 
     # -- training ----------------------------------------------------------------------------------------
 
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
-        self.ends.check(examples)
-        pairs = self.ends.pairs(examples)
-        steps = self.config.steps or self.config.epochs * self._epoch(examples)
-        if self.predictor is None:
-            return Stage("fit", 1), Stage("gan", steps)
-        self.predictor.bare.trunk.load()
-        labels = self.config.predictor.epochs * self.predictor.steps_per_epoch(pairs)
-        return Stage("fit", 1), Stage("label predictor", labels), Stage("gan", steps)
-
-    def _epoch(self, examples: Sequence[Example]) -> int:
-        return -(-len(self.ends.pairs(examples)) // self.config.batch_size)
+        return self.training.stages(examples)
 
     def batches(
         self, stage: Stage, examples: Sequence[Example], *, seed: int, start: int = 0
     ) -> Iterator[Any]:
-        if stage.name == "fit":
-            yield examples
-        elif stage.name == "label predictor" and self.predictor:
-            yield from self.predictor.batches(self.ends.pairs(examples), seed=seed, start=start)
-        else:
-            every = self.config.choose_every or self._epoch(examples)
-            for batch in self.ends.batches(examples, size=self.config.batch_size, seed=seed, start=start):
-                yield *batch, every
+        return self.training.batches(stage, examples, seed=seed, start=start)
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
-        if stage.name == "fit":
-            return self.ends.fit(batch)
-        number, last = batch[0], batch[0] + 1 == stage.steps
-        if stage.name == "label predictor" and self.predictor:
-            figures = self.predictor.step(
-                batch,
-                epoch_steps=stage.steps // self.config.predictor.epochs,
-                unseen=self.ends.unseen(self.watched),
-            )
-            if last:
-                self.predictor.settle()
-            return figures
-        _, photo, picture, true, crops, every = batch
-        self.gan.train(number / stage.steps)
-        label = self._training_label(photo, true, crops)
-        figures = self._update(photo.to(self.device), picture.to(self.device), label)
-        if last or (number + 1) % every == 0:
-            figures |= self.gan.choose(self._make_by_photo, self.ends.unseen(self.watched))
-        if last:
-            self.gan.settle()
-        return figures
+        return self.training.step(stage, batch, self._update, self._make_by_photo)
 
-    def _update(self, photo: Tensor, picture: Tensor, label: Tensor) -> dict[str, float]:
+    def _update(self, photo: Tensor, picture: Tensor, true: Tensor, crops: Tensor) -> dict[str, float]:
         """Both networks once; as in pix2pixHD, both losses are of the weights before either's update."""
         config = self.config
+        label = self._training_label(photo, true, crops)  # B, classes
         made = self.gan.generator(photo, label)  # B, 1, R, C
         real = self.gan.discriminator(torch.cat((photo, picture), 1))
         fake = self.gan.discriminator(torch.cat((photo, made.detach()), 1))
@@ -142,12 +109,12 @@ class VisualTactileLearner:
     def _training_label(self, photo: Tensor, true: Tensor, crops: Tensor) -> Tensor:
         """Return labels, shape (batch, class): what the predictor says of each crop, once for all, or the truth."""
         if self.predictor is None or self.config.label == "true":
-            return F.one_hot(true, len(self.materials)).float().to(self.device)
+            return F.one_hot(true, len(self.materials)).float().to(photo)
         new = [place for place, crop in enumerate(crops.tolist()) if crop not in self.labels]
         if new:
             for place, label in zip(new, self._predicted(photo[new]), strict=True):
                 self.labels[int(crops[place])] = label
-        return torch.stack([self.labels[crop] for crop in crops.tolist()]).to(self.device)
+        return torch.stack([self.labels[crop] for crop in crops.tolist()])
 
     def _predicted(self, photo: Tensor) -> Tensor:
         """Return the predictor's word on each photograph, one-hot, shape (batch, class)."""
@@ -157,41 +124,14 @@ class VisualTactileLearner:
         return F.one_hot(named, len(self.materials)).float()
 
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
-        """Return how often unseen photographs are named rightly, and how far their pictures are from real ones."""
-        pairs = self.ends.unseen(examples)
-        if pairs is None:
-            return {}
-        figures = {f"{self.gan.chosen_by}_unseen": self.gan.judge(self._make_by_photo, pairs)}
-        if self.predictor:
-            figures["label_accuracy_unseen"] = self.predictor.accuracy(pairs)
-        return figures
+        return self.training.validate(examples, self._make_by_photo)
 
     def state(self) -> dict[str, Any]:
-        return {
-            "materials": list(self.materials),
-            "ends": self.ends.state(),
-            "gan": self.gan.state(),
-            "trunk": self.config.predictor.trunk if self.predictor else None,
-            "predictor": self.predictor.state() if self.predictor else None,
-            "optimisers": {
-                "gan": self.gan.optimiser_state(),
-                "predictor": self.predictor.optimiser.state_dict() if self.predictor else None,
-            },
-        }
+        return self.training.state()
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        if tuple(state["materials"]) != self.materials:
-            raise ParameterError(
-                f"state is of {', '.join(state['materials'])}; expected {', '.join(self.materials)}"
-            )
-        optimisers = state.get("optimisers") or {}
-        self.ends.load_state(state["ends"])
-        self.gan.load_state(state["gan"], optimisers.get("gan"))
+        self.training.load_state(state)
         self.labels = {}
-        if self.predictor:
-            self.predictor.load_state(state["predictor"])
-            if optimisers.get("predictor"):
-                self.predictor.optimiser.load_state_dict(optimisers["predictor"])
 
     # -- use ---------------------------------------------------------------------------------------------
 
@@ -217,25 +157,19 @@ class VisualTactileLearner:
         ParameterError
             If the run has no label predictor, or the photograph is smaller than a crop.
         """
-        if self.predictor is None:
-            raise ParameterError(
-                "a run without conditional batch norm has no label predictor: it names nothing"
-            )
-        views = torch.cat([self.ends.photo({"image": image}, number, seed=0) for number in range(VIEWS)])
-        mean = self.predictor.probabilities(views).mean(0)
-        place = int(mean.argmax())
-        return self.materials[place], mean[place].item()
+        probabilities = self.training.named(image)
+        place = int(probabilities.argmax())
+        return self.materials[place], probabilities[place].item()
 
     def _label(self, condition: Condition) -> Tensor:
         """Return what conditions the generator, shape (1, class)."""
+        if self.predictor is None:
+            if condition.get("material") is not None:
+                raise ParameterError("a run without conditional batch norm takes no material: leave it out")
+            return torch.zeros(1, len(self.materials))
         if condition.get("material") is None:
-            if self.predictor is None:
-                return torch.zeros(1, len(self.materials))
-            weights = material_weights({"material": self.label_of(condition["image"])[0]}, self.materials)
-        elif self.predictor is None:
-            raise ParameterError("a run without conditional batch norm takes no material: leave it out")
-        else:
-            weights = material_weights(condition, self.materials)
+            condition = {"material": self.label_of(condition["image"])[0]}
+        weights = material_weights(condition, self.materials)
         return torch.from_numpy(weights / weights.sum()).float()[None]
 
     def _make_by_photo(self, photo: Tensor) -> Tensor:
@@ -244,7 +178,8 @@ class VisualTactileLearner:
     @torch.inference_mode()
     def _make(self, photo: Tensor, label: Tensor) -> Tensor:
         """Return pictures, shape (batch, 1, row, column), of photographs of that shape."""
-        made: Tensor = self.gan.bare_generator.eval()(photo.to(self.device), label.to(self.device))
+        device = self.gan.device
+        made: Tensor = self.gan.bare_generator.eval()(photo.to(device), label.to(device))
         return made
 
 
