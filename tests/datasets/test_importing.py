@@ -56,7 +56,7 @@ def left_in(folder, source):
 
 def test_every_importer_says_what_it_is():
     found = importers()
-    assert set(found) >= {"folder", "lmt108", "cluster", "biotac_slide", "vibviz", "hatt"}
+    assert set(found) >= {"folder", "lmt108", "cluster", "biotac_slide", "vibviz", "hatt", "haptex", "cdplab"}
     for name, importer in found.items():
         assert name == importer.NAME
         assert importer.TITLE
@@ -211,7 +211,7 @@ def test_the_same_samples_in_two_files_are_one_recording_and_it_is_said(source, 
 
 
 def test_unknown_sets_and_places_are_refused(source, tmp_path):
-    with pytest.raises(ParameterError, match="must be one of biotac_slide, cluster"):
+    with pytest.raises(ParameterError, match="must be one of biotac_slide, cdplab, cluster"):
         import_dataset("lmt", source, tmp_path / "s")
     with pytest.raises(DataError, match="must be a folder"):
         import_dataset("biotac_slide", tmp_path / "nowhere", tmp_path / "s")
