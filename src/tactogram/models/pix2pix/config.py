@@ -1,0 +1,53 @@
+"""Every number of Isola et al. 2017, with its place; pairs and course of training are those of Neshov et al. 2026."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from tactogram.evaluation.picture_choice import Choice
+from tactogram.nn.photo_translation import PairConfig
+
+Beta = Annotated[float, Field(ge=0, lt=1)]
+Count = Annotated[int, Field(gt=0)]
+
+
+class Config(BaseModel):
+    """Defaults are the papers'."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    pairs: PairConfig = PairConfig()
+    """Neshov et al., Sec. 4.1: the same for all models that are compared there."""
+    widths: tuple[Count, ...] = Field(default=(64, 128, 256, 512, 512, 512, 512, 512), min_length=2)
+    """Channels after each stage of the encoder. Sec. 6.1.1, "C64-C128-C256-C512-C512-C512-C512-C512"."""
+    dropout: int = Field(default=3, ge=0)
+    """Stages of the decoder with dropout of 50 %. Sec. 6.1.1, "CD512-CD512-CD512-…"."""
+    layers: int = Field(default=3, gt=0)
+    """Convolutions of stride 2 in the discriminator: patches of 70 x 70. Sec. 6.1.2."""
+    width: int = Field(default=64, gt=0)
+    """Channels after the discriminator's first convolution. Sec. 6.1.2, "C64-C128-C256-C512"."""
+    gain: float = Field(default=0.02, gt=0, allow_inf_nan=False)
+    """Standard deviation of the initial weights. Sec. 6.2."""
+    l1: float = Field(default=100.0, ge=0, allow_inf_nan=False)
+    """Weight of the L1 loss. Sec. 4.2, lambda = 100."""
+    batch_size: int = Field(default=32, gt=1)
+    """Neshov et al., Sec. 3.2. Isola et al. take 1 to 10 (Sec. 6.2)."""
+    learning_rate: float = Field(default=2e-4, gt=0, allow_inf_nan=False)
+    """Of Adam. Sec. 3.3."""
+    betas: tuple[Beta, Beta] = (0.5, 0.999)
+    """Of Adam. Sec. 3.3."""
+    epochs: int = Field(default=200, gt=0)
+    """Sec. 6.2, and Neshov et al."""
+    constant: float = Field(default=0.5, ge=0, le=1)
+    """Share of the training before the learning rate falls linearly to 0. The authors' PyTorch code, and
+    Neshov et al."""
+    steps: int | None = Field(default=None, gt=0)
+    """Steps in place of ``epochs``. Ours."""
+    choose_every: int | None = Field(default=None, gt=0)
+    """Steps between judgements on the validation part; None: once per epoch. Neshov et al., Sec. 3.2."""
+    choose_by: Choice = "lpips"
+    """What weights are chosen by; ``row_statistics`` where LPIPS's weights are not at hand."""
+    lpips_weights: str = ""
+    """File of AlexNet's weights; empty looks into torch's cache."""

@@ -1,0 +1,77 @@
+"""Generator and discriminators of Wang et al. 2018, Sec. 9."""
+
+from __future__ import annotations
+
+from torch import Tensor, nn
+
+from tactogram.errors import ParameterError
+from tactogram.models.pix2pixhd.config import Config
+from tactogram.nn.initial_weights import normal_
+from tactogram.nn.patch_discriminator import MultiScaleDiscriminator
+
+
+class GlobalGenerator(nn.Module):
+    """Convolution, ``downsamplings`` of stride 2, residual blocks, and back; instance normalisation throughout."""
+
+    def __init__(self, config: Config) -> None:
+        super().__init__()
+        width, self.scale = config.generator_width, 2**config.downsamplings
+        layers: list[nn.Module] = [nn.ReflectionPad2d(3), nn.Conv2d(1, width, 7), *_normalised(width)]
+        for _ in range(config.downsamplings):
+            layers += [nn.Conv2d(width, 2 * width, 3, stride=2, padding=1), *_normalised(2 * width)]
+            width *= 2
+        layers += [ResidualBlock(width) for _ in range(config.blocks)]
+        for _ in range(config.downsamplings):
+            layers.append(nn.ConvTranspose2d(width, width // 2, 3, stride=2, padding=1, output_padding=1))
+            layers += _normalised(width // 2)
+            width //= 2
+        self.layers = nn.Sequential(*layers, nn.ReflectionPad2d(3), nn.Conv2d(width, 1, 7), nn.Tanh())
+
+    def forward(self, photo: Tensor) -> Tensor:
+        """Return pictures, (batch, 1, row, column) in -1 to 1, of photographs of that shape."""
+        if (
+            photo.shape[-2] % self.scale
+            or photo.shape[-1] % self.scale
+            or min(photo.shape[-2:]) < 2 * self.scale
+        ):
+            raise ParameterError(
+                f"rows and columns must be multiples of {self.scale}, two at least, got {tuple(photo.shape[-2:])}"
+            )
+        made: Tensor = self.layers(photo)
+        return made
+
+
+class ResidualBlock(nn.Module):
+    """Two convolutions of 3 x 3 beside the identity."""
+
+    def __init__(self, width: int) -> None:
+        super().__init__()
+        self.layers = nn.Sequential(
+            nn.ReflectionPad2d(1), nn.Conv2d(width, width, 3), *_normalised(width),
+            nn.ReflectionPad2d(1), nn.Conv2d(width, width, 3), nn.InstanceNorm2d(width),
+        )  # fmt: skip
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Return ``x`` and what the layers make of it, summed."""
+        added: Tensor = x + self.layers(x)
+        return added
+
+
+def generator(config: Config) -> GlobalGenerator:
+    """Return the global generator: (batch, 1, 256, 256) to (batch, 1024, 16, 16) and back."""
+    network = GlobalGenerator(config)
+    normal_(network, config.gain)
+    return network
+
+
+def discriminator(config: Config) -> MultiScaleDiscriminator:
+    """Return the PatchGANs, each at half the resolution of the last."""
+    network = MultiScaleDiscriminator(
+        count=config.discriminators, into=2, layers=config.layers, width=config.width, norm="instance"
+    )
+    normal_(network, config.gain)
+    return network
+
+
+def _normalised(width: int) -> list[nn.Module]:
+    return [nn.InstanceNorm2d(width), nn.ReLU()]
