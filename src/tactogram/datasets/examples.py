@@ -10,6 +10,7 @@ import tempfile
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, overload
@@ -153,7 +154,7 @@ class Examples(Sequence[Example]):
     def _prepared(self, segment: Segment) -> Signal:
         stream = self.prepare.stream_of(self.store.streams_of(segment.id))
         facts = {
-            "version": version("tactogram"),
+            "version": _version(),
             "segment": [segment.id, segment.start_s, segment.stop_s, stream],
             "prepare": self.prepare.model_dump(mode="json"),
         }
@@ -299,6 +300,12 @@ def cores() -> int:
     """Return how many cores this process may use."""
     available = getattr(os, "sched_getaffinity", None)
     return len(available(0)) if available else os.cpu_count() or 1
+
+
+@cache
+def _version() -> str:
+    """Return the version of this package; looking it up reads a file each time."""
+    return version("tactogram")
 
 
 def _cut(store: Store, segment: Segment, stream: str) -> Signal:
