@@ -161,6 +161,14 @@ def _data_verbs(subparsers: Any) -> None:
     add("path", metavar="PATH")
     add("--out", required=True, metavar="DIR")
     add("--skip-bad", action="store_true", help="report broken files and go on without them")
+    add(
+        "--set",
+        dest="options",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="what the files do not say, e.g. rate=1000",
+    )
     add("--workers", type=int, help="processes (default: all cores)")
     add = verb("simulate", verbs.data_simulate)
     add("set", metavar="SET")
@@ -169,6 +177,7 @@ def _data_verbs(subparsers: Any) -> None:
     add("--per-class", type=int, metavar="N", help="recordings per class")
     add("--rate", type=float, metavar="HZ")
     add("--seconds", type=float, help="length of a recording")
+    add("--photographs", type=int, metavar="N", help="of each surface, up to 9 places (default: one picture)")
     add("--workers", type=int, help="processes (default: all cores)")
     for name, function in (("info", verbs.data_info), ("check", verbs.data_check)):
         verb(name, function)("path", metavar="DIR")

@@ -50,9 +50,19 @@ def data_import(a: Arguments) -> None:
     """Import a data set into a store."""
     from tactogram.jobs.data import import_store
     from tactogram.jobs.progress import shown
+    from tactogram.recipe import parse_changes
 
+    options = parse_changes(a.options)
     with shown() as progress:
-        report = import_store(a.set, a.path, a.out, skip_bad=a.skip_bad, workers=a.workers, progress=progress)
+        report = import_store(
+            a.set,
+            a.path,
+            a.out,
+            options=options,
+            skip_bad=a.skip_bad,
+            workers=a.workers,
+            progress=progress,
+        )
     print_result(a, report, lines_of(report))
 
 
@@ -62,6 +72,8 @@ def data_simulate(a: Arguments) -> None:
     from tactogram.jobs.simulate import simulate_to_store
 
     options = {"per_class": a.per_class, "rate": a.rate, "seconds": a.seconds, "workers": a.workers}
+    if a.photographs is not None:
+        options["photographs"] = a.photographs
     with shown() as progress:
         report = simulate_to_store(a.set, a.out, seed=a.seed, progress=progress, **options)
     print_result(a, report, lines_of(report))

@@ -16,6 +16,7 @@ from tactogram.evaluation.figures import confusion_figure, losses_figure
 from tactogram.evaluation.report import Picture, Section, Table, Text, write_report
 from tactogram.jobs.judge import judge_generator
 from tactogram.jobs.judges import Judging
+from tactogram.jobs.pictures import judged_pictures, makes_pictures
 from tactogram.jobs.progress import Progress, silent
 from tactogram.jobs.search import SurfaceIndex, calibration_text
 from tactogram.jobs.training import LoadedRun, load_run, part_examples, test_part
@@ -104,6 +105,9 @@ def judged(
         train = _trained_on(loaded)
         result, sections = judge_generator(loaded, known, train, judging=judging, progress=progress)
         results = result.as_dict()
+        if data is None and makes_pictures(loaded):
+            results["pictures"], more = judged_pictures(loaded, progress=progress)
+            sections += more
     else:
         results, sections = _judge_classifier(loaded, known, others, progress)
     if metrics := [m for m in loaded.run.metrics() if "loss" in m]:

@@ -1,0 +1,116 @@
+"""Cells of the tables of Neshov et al. 2026: one training each, finished ones read again, and how they are compared."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from statistics import mean, stdev
+from typing import Any
+
+from scipy.stats import ttest_rel
+
+from tactogram.datasets import Store, open_store
+from tactogram.errors import DataError
+from tactogram.training.run import write_text
+
+MEASURES = (
+    "lpips",
+    "fid",
+    "efficientnet_lite0_distance",
+    "efficientnet_lite0_frechet_distance",
+    "log_spectral_distance_db",
+    "level_difference_db",
+    "l1",
+)
+"""What is shown of a cell, lower is better in all; those whose networks are not at hand are left out."""
+SIMULATED = "stroking9"
+"""What is simulated where no data is given."""
+
+
+def data_of(jobs: Any, folder: Path, data: str) -> Store:
+    """Return the store at ``data``, or simulated surfaces, made once."""
+    if data:
+        return open_store(data)
+    made = folder / "data"
+    try:
+        return open_store(made)
+    except DataError:
+        jobs.simulate(SIMULATED, made, seed=0)
+        return open_store(made)
+
+
+def cell(
+    jobs: Any,
+    folder: Path,
+    store: Store,
+    name: str,
+    *,
+    model: str,
+    recipe: str,
+    changes: Mapping[str, Any],
+    seed: int,
+) -> dict[str, Any]:
+    """Return the figures of one training, from ``cells/NAME-SEED.json`` where it is finished.
+
+    The seed decides weights, crops and the split, so cells of one seed have one split: they are paired.
+
+    Returns
+    -------
+    dict
+        ``validation`` (what the weights were chosen by, not on the test part), ``values`` (`MEASURES`, test part),
+        ``missing`` (why a measure is not there), ``pictures`` (how many).
+    """
+    kept = folder / "cells" / f"{name}-{seed}.json"
+    facts = {
+        "model": model,
+        "recipe": recipe,
+        "changes": dict(changes),
+        "seed": seed,
+        "data_sha256": store.sha256,
+    }
+    if kept.is_file():
+        found: dict[str, Any] = json.loads(kept.read_text(encoding="utf-8"))
+        if found["asked"] == facts:
+            return found
+    run = folder / "runs" / f"{name}-{seed}"
+    trained = jobs.train(
+        model,
+        store.path,
+        recipe=recipe,
+        changes={**changes, "seed": seed},
+        out=run,
+        resume=(run / "recipe.toml").exists(),
+    )
+    found = {"asked": facts, "validation": trained.read_json("model.json").get("validation", {})}
+    found |= jobs.judge_pictures(run)
+    kept.parent.mkdir(parents=True, exist_ok=True)
+    write_text(kept, json.dumps(found, indent=1) + "\n")
+    return found
+
+
+def shown(cells: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return the measures that every cell has."""
+    return [name for name in MEASURES if all(name in found["values"] for found in cells)]
+
+
+def spread(values: Sequence[float]) -> dict[str, Any]:
+    """Return mean, standard deviation (None of one) and the values."""
+    return {
+        "mean": mean(values),
+        "sd": stdev(values) if len(values) > 1 else None,
+        "values": list(values),
+    }
+
+
+def against(proposed: Sequence[float], other: Sequence[float]) -> float | None:
+    """Return p of a two-sided paired t-test (Sec. 4.3), None below three pairs or where nothing differs."""
+    if len(proposed) < 3 or all(a == b for a, b in zip(proposed, other, strict=True)):
+        return None
+    return float(ttest_rel(proposed, other).pvalue)
+
+
+def text_of(found: Mapping[str, Any], *, digits: int = 4) -> str:
+    """Return mean ± sd as the paper prints it."""
+    sd = "" if found["sd"] is None else f" ± {found['sd']:.{digits}f}"
+    return f"{found['mean']:.{digits}f}{sd}"

@@ -1,0 +1,120 @@
+"""Neshov et al. 2026, Table 4: the proposed model beside pix2pix, pix2pixHD, Residue-Fusion GAN and its own ablations.
+
+Every method has the same pairs, split and number of steps; seeds are paired, and each is held against the proposed by
+a two-sided paired t-test, as in Sec. 4.3. p is as it comes: with seven comparisons one in seven below 0.05 says little.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from tactogram.experiments._picture_cells import against, cell, data_of, shown, spread, text_of
+
+PROPOSED = "proposed"
+METHODS: dict[str, tuple[str, dict[str, Any]]] = {
+    "pix2pix": ("pix2pix", {}),
+    "pix2pixHD": ("pix2pixhd", {}),
+    "Residue-Fusion GAN": ("residue_fusion_gan", {}),
+    "without CBN": ("visual_tactile_gan", {"config.conditional": False}),
+    "without L1": ("visual_tactile_gan", {"config.l1": 0.0}),
+    "without FM": ("visual_tactile_gan", {"config.feature_matching": 0.0}),
+    "one discriminator": ("visual_tactile_gan", {"config.discriminators": 1}),
+    PROPOSED: ("visual_tactile_gan", {}),
+}
+"""Model, and what differs from its recipe."""
+PUBLISHED = {
+    "pix2pix": ((0.3513, 0.0089), (52.23, 2.01)),
+    "pix2pixHD": ((0.3345, 0.0105), (43.60, 1.88)),
+    "Residue-Fusion GAN": ((0.3198, 0.0075), (40.76, 1.83)),
+    "without CBN": ((0.3439, 0.0093), (45.42, 2.10)),
+    "without L1": ((0.3278, 0.0087), (41.67, 2.14)),
+    "without FM": ((0.3247, 0.0068), (41.29, 1.98)),
+    "one discriminator": ((0.3458, 0.0080), (47.60, 1.91)),
+    PROPOSED: ((0.3113, 0.0087), (38.77, 1.92)),
+}
+"""LPIPS and FID, mean and sd of 10 runs: nine materials of LMT-108, acceleration."""
+
+
+def run(jobs: Any, folder: Path, *, paper: bool, data: str = "", trainings: int = 3) -> dict[str, Any]:
+    """Return every method's figures and how they stand to the proposed model's.
+
+    Parameters
+    ----------
+    jobs, folder, paper
+        As of every experiment.
+    data : str
+        A store with photographs; by default simulated surfaces.
+    trainings : int
+        Seeds of each method; the paper has 10.
+    """
+    store = data_of(jobs, folder, data)
+    cells = {
+        name: [
+            cell(
+                jobs,
+                folder,
+                store,
+                name.lower().replace(" ", "-"),
+                model=model,
+                recipe="paper" if paper else "bench",
+                changes=changes,
+                seed=seed,
+            )
+            for seed in range(trainings)
+        ]
+        for name, (model, changes) in METHODS.items()
+    }
+    measures = shown([found for row in cells.values() for found in row])
+    values = {
+        name: {measure: [found["values"][measure] for found in row] for measure in measures}
+        for name, row in cells.items()
+    }
+    rows: dict[str, dict[str, Any]] = {
+        name: {
+            "test": {measure: spread(row[measure]) for measure in measures},
+            "p": {
+                measure: None if name == PROPOSED else against(values[PROPOSED][measure], row[measure])
+                for measure in measures
+            },
+            "published_lpips": PUBLISHED[name][0],
+            "published_fid": PUBLISHED[name][1],
+        }
+        for name, row in values.items()
+    }
+    result = {
+        "table": 4,
+        "simulated": store.simulated,
+        "data": store.name,
+        "data_sha256": store.sha256,
+        "trainings": trainings,
+        "missing": cells[PROPOSED][0]["missing"],
+        "best": {
+            measure: min(rows, key=lambda name: rows[name]["test"][measure]["mean"]) for measure in measures
+        },
+        "methods": rows,
+    }
+    return result | {"text": _text(result)}
+
+
+def _text(result: dict[str, Any]) -> str:
+    rows = result["methods"]
+    measures = list(rows[PROPOSED]["test"])
+    kind = "simulated strokes" if result["simulated"] else "recordings"
+    lines = [
+        f"Table 4 on {result['data']} ({kind}), {result['trainings']} trainings, mean ± sd [p against proposed]; "
+        "published: real accelerations of LMT-108, 10 trainings",
+        f"{'':20}{'published LPIPS':>18}{'published FID':>16}"
+        + "".join(f"{name:>{max(len(name), 24) + 2}}" for name in measures),
+    ]
+    for name, row in rows.items():
+        line = f"{name:20}" + "{:>18}{:>16}".format(
+            "{:.4f} ± {:.4f}".format(*row["published_lpips"]), "{:.2f} ± {:.2f}".format(*row["published_fid"])
+        )
+        for measure in measures:
+            p = row["p"][measure]
+            text = text_of(row["test"][measure], digits=3) + ("" if p is None else f" [{p:.2g}]")
+            line += f"{text:>{max(len(measure), 24) + 2}}"
+        lines.append(line)
+    lines += [f"{name}: {why}" for name, why in result["missing"].items()]
+    return "\n".join(lines)
