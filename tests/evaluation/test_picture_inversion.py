@@ -7,6 +7,8 @@ from tactogram.evaluation.measures import log_spectral_distance
 from tactogram.evaluation.picture_inversion import Loss, inversion_loss, invert, mean_loss
 from tactogram.features.spectrogram_picture import SpectrogramPicture
 from tactogram.signal import Signal
+from tactogram.signal.filters import bandpass, resample
+from tactogram.signal.io import read_signal
 
 PICTURE = SpectrogramPicture(
     rate=1000.0,
@@ -69,6 +71,18 @@ def test_the_mean_is_over_materials():
     assert mean == {"a": Loss(None, 3.0, 6.0)}
     assert mean["a"].network == 3
     assert mean["a"].share_of_inversion == 0.5
+
+
+@pytest.mark.real_data
+def test_of_a_real_recording_inversion_loses_less_than_two_takes_differ(real_data):
+    """Microphone sound of a tool on a surface, 20 to 1000 Hz, at the published size."""
+    files = sorted((real_data("lmt108_sound") / "flac").glob("*Bamboo*"))[:4]
+    takes = [resample(bandpass(read_signal(file), 20, 1000), 10_000.0) for file in files]
+    picture = SpectrogramPicture(rate=10_000.0, unit=takes[0].unit, floor_db=-140.0, ceiling_db=-20.0)
+    pictures = [picture.crop(torch.tensor(take.samples[0]), 60) for take in takes[2:]]
+    losses = inversion_loss(takes[:2], torch.stack(pictures), picture, others=takes[2:], seed=0)
+    for name in ("log_spectral_distance_db", "weighted_log_spectral_distance_db", "level_difference_db"):
+        assert losses[name].inversion < 0.6 * losses[name].floor
 
 
 def test_bad_input_is_one_line():

@@ -7,7 +7,8 @@ A pair is a crop of a photograph and a crop of a recording of the same material 
   pairs of a part are of that part's alone.
 * ``crop-split`` (our reading of the paper, which says that images and spectrograms do not overlap between subsets):
   the crops of all photographs and of all recordings are split 80/10/10 in each material, then paired. No crop is
-  in two parts, but sibling crops of one photograph or recording are.
+  in two parts, but sibling crops of one photograph or recording are, and at the published sizes any two of those
+  overlap (they lie at most 224 of 256 pixels, or 120 of 256 frames, apart).
 * ``pair-then-split``: all crops are paired, then the pairs are split 80/10/10. The same crops are in every part.
 
 `pair_leak` measures what each leaks.
