@@ -4,7 +4,7 @@ Photographs of 320 x 480 pixels (PNG) and recordings of 4.8 s at 10 kHz, both si
 are 256 x 256 grey and 256 x 256 log magnitudes, batches of 32. The plain form is a `Dataset` that opens, crops, flips,
 jitters and greys with Pillow and torchvision's transforms, takes `torch.stft` of the whole recording, crops and resizes
 it, in a `DataLoader`; it holds nothing between items. Ours is measured while everything is made for the first time,
-once finished crops are kept, and with nothing kept. `of a step`: pairs that are fed per pair that the published
+once finished crops are kept, and with nothing kept. `over a step`: pairs that are fed per pair that the published
 generator's forward and backward pass alone eats (a whole step eats fewer). Memory is that of a process of its own
 after three epochs' worth of random batches, less what it was before, with 64 MiB of crops allowed.
 """
@@ -60,7 +60,7 @@ def run() -> list[dict[str, Any]]:
             ("ours, nothing kept, 2 threads", rate(loader(store, cache_mib=0.0), 2, 20)),
         ]
         rows = [
-            {"what": what, "pairs/s": fed, "over plain": fed / slowest, "of a step": fed / eaten}
+            {"what": what, "pairs/s": fed, "over plain": fed / slowest, "over a step": fed / eaten}
             for what, fed in (*plain, *ours)
         ]
         rows.append({"what": "the generator's forward and backward pass", "pairs/s": eaten})
