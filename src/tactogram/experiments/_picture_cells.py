@@ -12,6 +12,7 @@ from scipy.stats import ttest_rel
 
 from tactogram.datasets import Store, open_store
 from tactogram.errors import DataError
+from tactogram.recipe import Prepare
 from tactogram.training.run import write_text
 
 MEASURES = (
@@ -26,6 +27,8 @@ MEASURES = (
 """What is shown of a cell, lower is better in all; those whose networks are not at hand are left out."""
 SIMULATED = "stroking9"
 """What is simulated where no data is given."""
+PHOTOGRAPHS = 9
+"""Of each simulated surface: non-overlapping places."""
 
 
 def data_of(jobs: Any, folder: Path, data: str) -> Store:
@@ -36,8 +39,17 @@ def data_of(jobs: Any, folder: Path, data: str) -> Store:
     try:
         return open_store(made)
     except DataError:
-        jobs.simulate(SIMULATED, made, seed=0)
+        jobs.simulate(SIMULATED, made, seed=0, photographs=PHOTOGRAPHS)
         return open_store(made)
+
+
+def axis_of(store: Store) -> dict[str, Any]:
+    """Return what takes one axis of recordings that have several: z, or the last (Sec. 4.1)."""
+    name = Prepare().stream_of(tuple(store.streams))
+    axes = store.streams[name].axes
+    if len(axes) < 2:
+        return {}
+    return {"prepare.axes": ["z" if "z" in axes else axes[-1]]}
 
 
 def cell(
@@ -62,10 +74,11 @@ def cell(
         ``missing`` (why a measure is not there), ``pictures`` (how many).
     """
     kept = folder / "cells" / f"{name}-{seed}.json"
+    changes = {**axis_of(store), **changes}
     facts = {
         "model": model,
         "recipe": recipe,
-        "changes": dict(changes),
+        "changes": changes,
         "seed": seed,
         "data_sha256": store.sha256,
     }
@@ -78,7 +91,7 @@ def cell(
         model,
         store.path,
         recipe=recipe,
-        changes={**changes, "seed": seed},
+        changes=changes | {"seed": seed},
         out=run,
         resume=(run / "recipe.toml").exists(),
     )
