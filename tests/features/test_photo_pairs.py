@@ -161,7 +161,7 @@ def test_an_epoch_has_every_pair_once(size):
 def test_nothing_is_decoded_before_it_is_asked_for_and_kept_afterwards():
     Counted.asked = 0
     made = pairs()
-    assert Counted.asked == 0
+    assert Counted.asked == 0  # a list is gone through, not asked by place
     made.batch([0, 1])
     asked = Counted.asked
     assert asked <= 2
@@ -173,6 +173,20 @@ def test_no_more_is_kept_than_allowed():
     made = pairs(cache_mib=0.01)  # 10 KiB: ten pictures of 1 KiB or so
     made.batch(np.arange(len(made)))
     assert sum(array.nbytes for array in made._kept._arrays.values()) <= 0.01 * 2**20
+
+
+def test_photographs_that_recordings_share_are_looked_at_once():
+    class Looked(list):
+        times = 0
+
+        def __iter__(self):
+            Looked.times += 1
+            return super().__iter__()
+
+    shown = Looked([photo(1)])
+    many = [replace(example, photographs=shown) for example in part(1, materials=("cork",), recordings=50)]
+    assert len(pairs(many).photo_sources) == 1
+    assert Looked.times == 1
 
 
 def test_one_photograph_of_many_recordings_is_one_source():

@@ -93,6 +93,8 @@ def sources(
     """
     photos: dict[tuple[str, Box], PhotoSource] = {}
     recordings = []
+    # Many recordings of a material share its photographs, which are looked at once.
+    looked_at: dict[object, Sequence[Image]] = {}
     for examples in parts:
         require_photographs(examples)
         for number, example in enumerate(examples):
@@ -111,11 +113,22 @@ def sources(
             recordings.append(
                 RecordingSource(example.id, start, len(signal), example.material, examples, number)
             )
+            shared = _identity(example.photographs)
+            if (shared, example.material) in looked_at:
+                continue
+            looked_at[shared, example.material] = example.photographs
             for place, (key, box) in enumerate(_boxes(example.photographs)):
                 if (key, box) not in photos:
                     crops.check(*box[2:])
                     photos[key, box] = PhotoSource(key, *box, example.material, example.photographs, place)
     return tuple(photos.values()), tuple(recordings)
+
+
+def _identity(photographs: Sequence[Image]) -> object:
+    """Return what two sequences of the same photographs have in common, as far as it is seen without decoding."""
+    if isinstance(photographs, Photographs):
+        return id(photographs.store), photographs.regions
+    return id(photographs)
 
 
 def _boxes(photographs: Sequence[Image]) -> Iterator[tuple[str, Box]]:
