@@ -47,10 +47,10 @@ class Config(BaseModel):
     """Whether signals are >= 0, as friction coefficients are. The code takes the absolute value of what comes out."""
     iterations: int = Field(default=32, ge=0)
     """Of Griffin-Lim; open in the paper; the code has librosa's default."""
-    scale: Literal["none", "bins"] = "none"
-    """What magnitudes are divided by inside the networks: nothing (as the code's files have it; open in the paper), or
-    (ours) each frequency's mean over the training part, so that the mean level, some hundred times the ripple, does not
-    drown it in the L1 distance."""
+    scale: Literal["none", "bins", "log"] = "none"
+    """What magnitudes are inside the networks: as they are (as the code's files have it; open in the paper); or (ours)
+    in parts of each frequency's mean over the training part, so that the mean level, some hundred times the ripple,
+    does not drown it in the L1 distance; or log(1 + 100 x) of such a part x, so that smooth fabrics count too."""
     # -- generator
     channels: tuple[Positive, ...] = (32, 64, 128, 256, 512, 512, 512)
     """Encoder; open in the paper; the code's."""

@@ -27,6 +27,8 @@ MEASURED = 512
 """Windows that the scale of the magnitudes is measured on, at most."""
 JUDGED = 64
 """Windows that `validate` looks at, at most."""
+LEAST = 0.01
+"""Part of a frequency's mean from which on ``scale = "log"`` is logarithmic."""
 AT_ONCE = 4
 """Windows of a long signal that are made together."""
 
@@ -166,7 +168,7 @@ class FrictGANLearner:
         pairs, self.seen = self.pairs(examples), examples
         self.mm_per_pixel = pairs.mm_per_pixel
         figures = {"pairs": float(len(pairs)), "registered_share": float(np.mean(pairs.registered))}
-        if self.config.scale == "bins":
+        if self.config.scale != "none":
             places = np.unique(np.linspace(0, len(pairs) - 1, MEASURED).astype(int)).tolist()
             total = torch.zeros_like(self.scale)
             for first in range(0, len(places), 32):
@@ -176,12 +178,19 @@ class FrictGANLearner:
         return figures
 
     def _inside(self, friction: Tensor) -> Tensor:
-        return self.spectrogram.encode(friction) / self.scale.to(friction.device)
+        """Return spectrograms as the networks see them."""
+        parts = self.spectrogram.encode(friction) / self.scale.to(friction.device)
+        return torch.log1p(parts / LEAST) if self.config.scale == "log" else parts
+
+    def _outside(self, inside: Tensor) -> Tensor:
+        """Return magnitudes of what the networks give, on the processor."""
+        parts = inside.float().cpu()
+        return self.scale * (LEAST * torch.expm1(parts) if self.config.scale == "log" else parts)
 
     # -- judging -----------------------------------------------------------------------------------------
 
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
-        """Return ``l1`` of unseen windows inside the networks' scale, and ``mse`` of friction as the paper has it.
+        """Return ``l1`` of unseen windows in parts of each frequency's mean, and the paper's ``mse`` of friction.
 
         Both signals of the ``mse`` come out of the same phase recovery, as in the authors' code.
         """
@@ -193,9 +202,8 @@ class FrictGANLearner:
         pairs = self.pairs(examples, part)
         places = np.unique(np.linspace(0, len(pairs) - 1, JUDGED).astype(int)).tolist()
         made, real = self.spectra(pairs.batch(places))
-        scale = self.scale
         squared = (self.spectrogram.decode(made) - self.spectrogram.decode(real)).square().mean()
-        return {"l1": float(((made - real) / scale).abs().mean()), "mse": float(squared)}
+        return {"l1": float(((made - real) / self.scale).abs().mean()), "mse": float(squared)}
 
     @torch.inference_mode()
     def spectra(self, batch: FrictionBatch, *, seed: int = 0) -> tuple[Tensor, Tensor]:
@@ -211,7 +219,7 @@ class FrictGANLearner:
     def _magnitude(self, photo: Tensor, noise: Tensor) -> Tensor:
         network = _bare(self.generator).eval()
         made: Tensor = network(photo.to(self.device), noise.to(self.device) if self.config.noise else None)
-        return made.float().cpu() * self.scale
+        return self._outside(made)
 
     def _noise(self, seed: int, number: int) -> Tensor:
         return torch.randn(self.config.noise, generator=child_generator(seed, "noise", number))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
@@ -56,8 +58,8 @@ class Generator(nn.Module):
         )
         self.last = nn.Conv2d(2 * kept[-1], axes, 7, padding=3)
         normal_(self)
-        if config.scale == "bins" and self.last.bias is not None:
-            nn.init.ones_(self.last.bias)  # begins with the mean spectrum
+        if config.scale != "none" and self.last.bias is not None:  # begin with the mean spectrum
+            nn.init.constant_(self.last.bias, 1.0 if config.scale == "bins" else math.log1p(100))
 
     def forward(self, photo: Tensor, noise: Tensor | None = None) -> Tensor:
         """Return magnitudes >= 0.

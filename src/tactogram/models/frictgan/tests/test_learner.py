@@ -173,10 +173,10 @@ def test_cross_entropy_of_the_authors_code():
 
 
 def test_learns_which_fabric_has_which_level_and_ripple():
-    made = trained(steps=150, adversarial=0.0, noise=0, batch_size=8, learning_rate=5e-4)
+    made = trained(steps=150, scale="log", adversarial=0.0, noise=0, batch_size=8, learning_rate=5e-4)
     levels = {e.id: float(made.generate(e.condition, seed=0).samples.mean()) for e in EXAMPLES}
-    assert levels["coarse-0"] == pytest.approx(0.6, abs=0.1)
-    assert levels["fine-0"] == pytest.approx(0.3, abs=0.08)
+    assert levels["coarse-0"] == pytest.approx(0.6, abs=0.15)
+    assert levels["fine-0"] == pytest.approx(0.3, abs=0.15)
     for part in ("train", "test"):
         pairs = made.pairs(EXAMPLES, part)
         spectra, real = made.spectra(pairs.batch([pairs.of(0)[0], pairs.of(2)[0]]))
