@@ -75,7 +75,7 @@ class Pix2PixLearner:
         return self.training.batches(stage, examples, seed=seed, start=start)
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
-        return self.training.step(stage, batch, self._update, self._make)
+        return self.training.step(stage, batch, self._update, self.make)
 
     def _update(self, photo: Tensor, picture: Tensor, label: Tensor, crops: Tensor) -> dict[str, float]:
         """Update the discriminator, its objective divided by 2, then the generator against it (Sec. 3.3)."""
@@ -92,7 +92,7 @@ class Pix2PixLearner:
 
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
         with torch_seeded(0, "validate"):
-            return self.training.validate(examples, self._make)
+            return self.training.validate(examples, self.make)
 
     def state(self) -> dict[str, Any]:
         return self.training.state()
@@ -109,10 +109,10 @@ class Pix2PixLearner:
         """
         check_condition(condition, needs=("image",))
         with torch_seeded(seed, "dropout"):
-            return self.ends.signal(self._make, condition, seconds=seconds, seed=seed)
+            return self.ends.signal(self.make, condition, seconds=seconds, seed=seed)
 
     @torch.inference_mode()
-    def _make(self, photo: Tensor) -> Tensor:
+    def make(self, photo: Tensor) -> Tensor:
         """Return pictures, shape (batch, 1, row, column), of photographs of that shape."""
         made: Tensor = self.gan.bare_generator.eval()(photo.to(self.gan.device))
         return made

@@ -79,7 +79,7 @@ class Pix2PixHDLearner:
         return self.training.batches(stage, examples, seed=seed, start=start)
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
-        return self.training.step(stage, batch, self._update, self._make)
+        return self.training.step(stage, batch, self._update, self.make)
 
     def _update(self, photo: Tensor, picture: Tensor, label: Tensor, crops: Tensor) -> dict[str, float]:
         """Both networks once, both losses of the weights before either's update, as the authors' code."""
@@ -104,7 +104,7 @@ class Pix2PixHDLearner:
         return {name: value.item() for name, value in figures.items()}
 
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
-        return self.training.validate(examples, self._make)
+        return self.training.validate(examples, self.make)
 
     def state(self) -> dict[str, Any]:
         return self.training.state()
@@ -120,10 +120,10 @@ class Pix2PixHDLearner:
         The network takes no noise: ``seed`` decides which crop of the photograph it sees, and the phase.
         """
         check_condition(condition, needs=("image",))
-        return self.ends.signal(self._make, condition, seconds=seconds, seed=seed)
+        return self.ends.signal(self.make, condition, seconds=seconds, seed=seed)
 
     @torch.inference_mode()
-    def _make(self, photo: Tensor) -> Tensor:
+    def make(self, photo: Tensor) -> Tensor:
         """Return pictures, shape (batch, 1, row, column), of photographs of that shape."""
         made: Tensor = self.gan.bare_generator.eval()(photo.to(self.gan.device))
         return made

@@ -85,7 +85,7 @@ class ResidueFusionLearner:
         return self.training.batches(stage, examples, seed=seed, start=start)
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
-        return self.training.step(stage, batch, self._update, self._make)
+        return self.training.step(stage, batch, self._update, self.make)
 
     def _update(self, photo: Tensor, picture: Tensor, label: Tensor, crops: Tensor) -> dict[str, float]:
         """Gulrajani et al. 2017, Algorithm 1; the generator goes by features and, where there is one, VGG too."""
@@ -132,7 +132,7 @@ class ResidueFusionLearner:
         return maps
 
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
-        return self.training.validate(examples, self._make)
+        return self.training.validate(examples, self.make)
 
     def state(self) -> dict[str, Any]:
         return self.training.state()
@@ -148,7 +148,7 @@ class ResidueFusionLearner:
         The network takes no noise: ``seed`` decides which crop of the photograph it sees, and the phase.
         """
         check_condition(condition, needs=("image",))
-        return self.ends.signal(self._make, condition, seconds=seconds, seed=seed)
+        return self.ends.signal(self.make, condition, seconds=seconds, seed=seed)
 
     def label_of(self, image: Image) -> tuple[str, float]:
         """Return the material that the classifier takes a photograph for, and its probability."""
@@ -157,11 +157,15 @@ class ResidueFusionLearner:
         return self.materials[place], probabilities[place].item()
 
     @torch.inference_mode()
-    def _make(self, photo: Tensor) -> Tensor:
+    def make(self, photo: Tensor) -> Tensor:
         """Return pictures, shape (batch, 1, row, column), of photographs of that shape."""
         photo = photo.to(self.gan.device)
-        made: Tensor = self.gan.bare_generator.eval()(photo, self._maps(photo))
+        made: Tensor = self.gan.bare_generator.eval()(photo, *self.given(photo))
         return made
+
+    def given(self, photo: Tensor) -> tuple[Any, ...]:
+        """Return what the generator is given beside photographs: the classifier's maps of them."""
+        return (self._maps(photo.to(self.gan.device)),)
 
 
 def build(

@@ -86,7 +86,7 @@ class VisualTactileLearner:
         return self.training.batches(stage, examples, seed=seed, start=start)
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
-        return self.training.step(stage, batch, self._update, self._make_by_photo)
+        return self.training.step(stage, batch, self._update, self.make)
 
     def _update(self, photo: Tensor, picture: Tensor, true: Tensor, crops: Tensor) -> dict[str, float]:
         """Both networks once; as in pix2pixHD, both losses are of the weights before either's update."""
@@ -124,7 +124,7 @@ class VisualTactileLearner:
         return F.one_hot(named, len(self.materials)).float()
 
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
-        return self.training.validate(examples, self._make_by_photo)
+        return self.training.validate(examples, self.make)
 
     def state(self) -> dict[str, Any]:
         return self.training.state()
@@ -144,7 +144,7 @@ class VisualTactileLearner:
         """
         check_condition(condition, needs=("image",), takes=("material",))
         label = self._label(condition)
-        return self.ends.signal(lambda photo: self._make(photo, label), condition, seconds=seconds, seed=seed)
+        return self.ends.signal(lambda photo: self._made(photo, label), condition, seconds=seconds, seed=seed)
 
     def label_of(self, image: Image) -> tuple[str, float]:
         """Return the material that a photograph is taken for, and the probability the predictor gives it.
@@ -172,12 +172,16 @@ class VisualTactileLearner:
         weights = material_weights(condition, self.materials)
         return torch.from_numpy(weights / weights.sum()).float()[None]
 
-    def _make_by_photo(self, photo: Tensor) -> Tensor:
-        return self._make(photo, self._predicted(photo))
+    def make(self, photo: Tensor) -> Tensor:
+        """Return pictures, shape (batch, 1, row, column), of photographs of that shape, by their predicted labels."""
+        return self._made(photo, *self.given(photo))
+
+    def given(self, photo: Tensor) -> tuple[Tensor]:
+        """Return what the generator is given beside photographs: their predicted labels, shape (batch, class)."""
+        return (self._predicted(photo),)
 
     @torch.inference_mode()
-    def _make(self, photo: Tensor, label: Tensor) -> Tensor:
-        """Return pictures, shape (batch, 1, row, column), of photographs of that shape."""
+    def _made(self, photo: Tensor, label: Tensor) -> Tensor:
         device = self.gan.device
         made: Tensor = self.gan.bare_generator.eval()(photo.to(device), label.to(device))
         return made
