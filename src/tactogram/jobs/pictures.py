@@ -186,7 +186,7 @@ def _sections(
         (MEASURES[name][0] if name in MEASURES else name, value, MEASURES.get(name, ("", "–"))[1])
         for name, value in found["values"].items()
     ]
-    caption = f"{found['pictures']} pairs of the test part. {found['protocol']}"
+    caption = f"{found['pictures']} pairs of the test part. {found['protocol']}."
     missing = "".join(f" {name} is missing: {why}." for name, why in found["missing"].items())
     blocks: list[Any] = [Table(("measure", "value", "better"), rows, caption + missing)]
     cases = _cases(loaded, pairs)
