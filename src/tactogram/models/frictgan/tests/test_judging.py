@@ -26,7 +26,7 @@ def test_the_right_spectrum_is_as_far_as_phase_recovery_leaves_it():
     for figures in judge(Perfect(learner()), EXAMPLES, part=None).values():
         assert figures.mse == 0
         assert figures.distance_db == figures.inversion_db
-        assert figures.mse_recording < 1e-2 * figures.mse_flat
+        assert figures.mse_recording < 3 * figures.mse_flat  # twice it where phases are independent
         assert figures.floor_db < figures.ceiling_db
         assert figures.level_error < 0.01
         assert figures.ripple_ratio == pytest.approx(1, abs=0.15)
