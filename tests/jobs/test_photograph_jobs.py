@@ -13,6 +13,7 @@ from tactogram.errors import LeakError, ParameterError
 from tactogram.jobs.evaluate import evaluate
 from tactogram.jobs.generate import generate_files
 from tactogram.jobs.judges import Judging
+from tactogram.jobs.pictures import judge_pictures
 from tactogram.jobs.training import train
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_signal
@@ -139,3 +140,30 @@ def test_what_cannot_be_asked_says_so(run, looks, tmp_path):
         trained(bare.path, tmp_path / "nothing")
     assert not (tmp_path / "nothing").exists()
     assert json.loads((run.folder / "data.json").read_text())["photographs"]["train"] == 32
+
+
+def test_pictures_are_judged_beside_signals_and_the_loss_is_divided(looks, tmp_path):
+    longer = {"config.pairs.hop": 16, "config.pairs.frames": 32}  # half a second
+    sight = train(
+        "visual_tactile_gan", looks, recipe="tiny", changes=longer, out=tmp_path / "run", accelerator="cpu"
+    )
+    found = evaluate(sight.folder, judging=HASTY)
+    pictures = found["pictures"]
+    assert {"l1", "log_spectral_distance_db", "level_difference_db"} <= set(pictures["values"])
+    assert set(pictures["missing"]) <= {
+        "lpips",
+        "fid",
+        "efficientnet_lite0_distance",
+        "efficientnet_lite0_frechet_distance",
+        "psnr_db",
+        "ssim",
+    }
+    assert set(pictures["per_material"]) == set(LOOKS)
+    assert 0 <= pictures["label_accuracy"] <= 1
+    loss = pictures["inversion"]["level_difference_db"]
+    assert loss["network"] == pytest.approx(loss["total"] - loss["inversion"])
+    assert loss["inversion"] < loss["total"]
+    page = (sight.folder / "report.html").read_text()
+    assert "From pictures back to vibration" in page
+    with pytest.raises(ParameterError, match="nearest_photo makes no spectrogram pictures"):
+        judge_pictures(trained(looks, tmp_path / "nearest").folder)

@@ -178,13 +178,15 @@ def evaluate(a: Arguments) -> None:
     judging = validated(Judging, parse_changes(a.judging, option="--judging"), where="--judging")
     with shown() as progress:
         result = evaluate(a.run_folder, data=a.data, unknown=a.unknown, judging=judging, progress=progress)
-    if "measures" in result:
+    if "window_accuracy" in result:
+        lines = [accuracies(result)]
+    else:
         lines = [
             f"{measure}: " + ", ".join(f"{column} {text_of(value)}" for column, value in row.items())
-            for measure, row in result["measures"].items()
+            for measure, row in result.get("measures", {}).items()
         ]
-    else:
-        lines = [accuracies(result)]
+        alone = result.get("pictures", {}).get("values", {}) | result.get("as_published", {}).get("mean", {})
+        lines += [f"{name}: {text_of(value)}" for name, value in alone.items()]
     print_result(a, result, "\n".join([*lines, f"report: {result['report']}"]))
 
 

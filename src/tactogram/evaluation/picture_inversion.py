@@ -88,7 +88,7 @@ def inversion_loss(
     Returns
     -------
     dict from str to Loss
-        Measures that are not defined for one axis are left out.
+        Measures that are not defined for one axis, or for signals as short as a picture, are left out.
 
     Raises
     ------
@@ -107,7 +107,10 @@ def inversion_loss(
     generated = invert(made, picture, seed=seed, axis=axis)
     losses = {}
     for name, measure in SIGNAL_MEASURES.items():
-        inversion, total = measure.function(real, back), measure.function(real, generated)
+        try:
+            inversion, total = measure.function(real, back), measure.function(real, generated)
+        except ParameterError:  # a picture may be shorter than a measure asks for
+            continue
         if inversion is not None and total is not None:
             losses[name] = Loss(measure.function(real, others) if others else None, inversion, total)
     return losses

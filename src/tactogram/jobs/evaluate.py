@@ -50,7 +50,9 @@ def evaluate(
         ``data`` (name, sha256, split, simulated), ``report``, and: for a classifier ``window_accuracy``,
         ``recording_accuracy`` and what `ClassificationResult.as_dict` gives, with ``none_of_these``; for a
         generator what `GenerationResult.as_dict` gives: ``measures`` and ``per_material`` with the columns
-        ``model``, ``floor``, ``ceiling``, ``nearest_other``, ``ar_texture``, ``replay``, and what follows from them.
+        ``model``, ``floor``, ``ceiling``, ``nearest_other``, ``ar_texture``, ``replay``, and what follows from them;
+        with photographs also ``nearest_photo`` and ``pictures`` (`judge_pictures`), ``as_published`` where the
+        publication's own figure is another.
 
     Raises
     ------
@@ -81,6 +83,8 @@ def judged(
     progress: Progress = silent,
 ) -> tuple[dict[str, Any], list[Section]]:
     """Return the figures of `evaluate` and the sections of its report, without writing either."""
+    if data is None and not unknown and (protocol := _splits_within(loaded)):
+        return _judged_within(loaded, protocol, progress)
     examples, described = _what(loaded, data, unknown)
     store = examples.store
     figures: dict[str, Any] = {
@@ -108,11 +112,58 @@ def judged(
         if data is None and makes_pictures(loaded):
             results["pictures"], more = judged_pictures(loaded, progress=progress)
             sections += more
+        if hasattr(loaded.model, "as_published"):
+            results["as_published"] = loaded.model.as_published(known)
+            sections.append(_as_published(results["as_published"]))
     else:
         results, sections = _judge_classifier(loaded, known, others, progress)
     if metrics := [m for m in loaded.run.metrics() if "loss" in m]:
         sections.append(Section("Training", [Picture(losses_figure(metrics), "Loss over steps.")]))
     return figures | results, sections
+
+
+def _splits_within(loaded: LoadedRun) -> str:
+    """Return the protocol by which a run keeps parts of what it was trained on for testing; empty if it has none."""
+    if makes_pictures(loaded):
+        return str(loaded.model.ends.splits_crops)
+    return str(getattr(loaded.model, "splits_windows", ""))
+
+
+def _judged_within(
+    loaded: LoadedRun, protocol: str, progress: Progress
+) -> tuple[dict[str, Any], list[Section]]:
+    """Return what can be judged on other parts of what was trained on: no floor of other recordings, no baselines."""
+    store, split = test_part(loaded.run)
+    figures: dict[str, Any] = {
+        "model": loaded.facts.name,
+        "run": loaded.run.data["run_id"],
+        "data": {
+            "name": store.name,
+            "sha256": store.sha256,
+            "split": f"{protocol}: other parts of the {len(split.train)} recordings that were trained on",
+            "simulated": store.simulated,
+        },
+    }
+    sections: list[Section] = []
+    if makes_pictures(loaded):
+        figures["pictures"], sections = judged_pictures(loaded, progress=progress)
+    if hasattr(loaded.model, "as_published"):
+        figures["as_published"] = loaded.model.as_published(_trained_on(loaded))
+        sections.append(_as_published(figures["as_published"]))
+    if metrics := [m for m in loaded.run.metrics() if "loss" in m]:
+        sections.append(Section("Training", [Picture(losses_figure(metrics), "Loss over steps.")]))
+    return figures, sections
+
+
+def _as_published(found: dict[str, Any]) -> Section:
+    """Return the figures that a publication judges by, and what it leaves out beside them."""
+    names = list(next(iter(found["per_material"].values())))
+    rows = [(material, *row.values()) for material, row in found["per_material"].items()]
+    rows.append(("mean", *(found["mean"][name] for name in names)))
+    text = "Squared errors as published, and distances that are blind to phase. " + ", ".join(
+        f"{name} {value:.4g}" for name, value in found["mean"].items() if name not in names
+    )
+    return Section("As published", [Table(("material", *names), rows, text)])
 
 
 def _what(loaded: LoadedRun, data: Path | str | None, unknown: bool) -> tuple[Examples, str]:

@@ -121,18 +121,16 @@ class _Pairs:
 def _parts(loaded: LoadedRun) -> tuple[Examples, Examples]:
     """Return training and test part; the same twice where the protocol splits crops instead."""
     store, split = test_part(loaded.run)
-    source_split = loaded.model.ends.config.protocol == "source-split"
     train, test = (
         part_examples(store, split, part, loaded.as_trained, label=loaded.run.data["label"])
-        for part in ("train", "test" if source_split else "train")
+        for part in ("train", "train" if loaded.model.ends.splits_crops else "test")
     )
     return train, test
 
 
 def _pairs(loaded: LoadedRun, test: Examples, most: int, progress: Progress) -> _Pairs:
     model = loaded.model
-    source_split = model.ends.config.protocol == "source-split"
-    pairs = model.ends.unseen(test) if source_split else model.ends.pairs(test, "test")
+    pairs = model.ends.pairs(test, "test") if model.ends.splits_crops else model.ends.unseen(test)
     if pairs is None:
         raise ParameterError(
             f"{loaded.run.name}: the test part has no photograph and recording that are large enough to be judged by"

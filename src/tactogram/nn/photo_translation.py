@@ -110,6 +110,11 @@ class PhotoTranslation:
         )
 
     @property
+    def splits_crops(self) -> str:
+        """The protocol that splits crops of what is trained on; empty where photographs and recordings are split."""
+        return "" if self.config.protocol == "source-split" else self.config.protocol
+
+    @property
     def crops(self) -> PhotoCrops:
         """How photographs are cut and augmented."""
         names = ("crop", "size", "per_photo", "per_recording", "repeats", "flips", "brightness", "contrast")

@@ -2,7 +2,8 @@
 
 References
 ----------
-- Schwarz, D. (2011). State of the art in sound texture synthesis. Proc. 14th Int. Conf. Digital Audio Effects (DAFx-11).
+- Schwarz, D. (2011). State of the art in sound texture synthesis. Proc. 14th Int. Conf. Digital Audio Effects
+  (DAFx-11).
 """
 
 from __future__ import annotations

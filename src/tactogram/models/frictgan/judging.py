@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import torch
@@ -19,8 +20,10 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import log_spectral_distance
 from tactogram.features.registered_pairs import FrictionBatch, Part
 from tactogram.model import Example
-from tactogram.models.frictgan.learner import FrictGANLearner
 from tactogram.signal import Signal
+
+if TYPE_CHECKING:
+    from tactogram.models.frictgan.learner import FrictGANLearner
 
 WINDOWS = 32
 """Windows of each fabric that are judged, at most, evenly spread."""

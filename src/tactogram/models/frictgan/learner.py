@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from tactogram.features.registered_pairs import FrictionBatch, Part, RegisteredP
 from tactogram.model import Condition, Example, SignalKind, Stage, check_condition
 from tactogram.models.frictgan.config import Config
 from tactogram.models.frictgan.journey import journey, spliced
+from tactogram.models.frictgan.judging import judge, summary
 from tactogram.models.frictgan.networks import Critic, Generator
 from tactogram.signal import Image, Signal
 from tactogram.signal.displacement import played
@@ -245,6 +247,25 @@ class FrictGANLearner:
             optimiser.load_state_dict(values)
 
     # -- use ---------------------------------------------------------------------------------------------
+
+    @property
+    def splits_windows(self) -> str:
+        """The protocol that splits windows of the recordings that are trained on; empty where recordings are split."""
+        return "" if self.config.protocol == "examples" else self.config.protocol
+
+    def as_published(self, examples: Sequence[Example]) -> dict[str, Any]:
+        """Return the paper's squared error per fabric, and beside it what is blind to phase; see `judging`.
+
+        Parameters
+        ----------
+        examples : sequence of Example
+            Under `splits_windows` what was trained on, of which other windows are judged; else what was not.
+        """
+        figures = judge(self, examples, part="test" if self.splits_windows else None)
+        return {
+            "mean": summary(figures),
+            "per_material": {name: asdict(each) for name, each in figures.items()},
+        }
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
         """Return what a finger meets that moves over a photograph from its left edge, along its middle.

@@ -51,4 +51,3 @@ def test_the_papers_average_is_a_sum():
 def test_one_fabric_has_nothing_to_stand_beside():
     with pytest.raises(ParameterError, match="at least two fabrics"):
         judge(Perfect(learner()), EXAMPLES[:2], part=None)
-
