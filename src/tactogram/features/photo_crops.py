@@ -108,7 +108,7 @@ class PhotoCrops:
         ParameterError
             If the photograph is smaller than the crop.
         """
-        pixels = self._cut(image, *self.place(*image.pixels.shape[:2], rng))
+        pixels = self._cut(image, *self.place(*image.size, rng))
         left_right, top_bottom = rng.random(2) < 0.5
         if self.flips and left_right:
             pixels = pixels[:, ::-1]

@@ -22,7 +22,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from threading import Lock
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 import torch
@@ -322,7 +322,7 @@ def rng_of(seed: int, *purpose: str | int) -> np.random.Generator:
 
 
 def _crop_numbers(
-    held: Sequence[PhotoSource] | Sequence[RecordingSource], material: str, count: int
+    held: Sequence[PhotoSource | RecordingSource], material: str, count: int
 ) -> NDArray[np.int64]:
     members = np.array([i for i, source in enumerate(held) if source.material == material], np.int64)
     return (members[:, None] * count + np.arange(count)).ravel()
@@ -351,9 +351,9 @@ class _Kept:
 
     def __init__(self, most_bytes: int) -> None:
         self._most, self._bytes, self._lock = most_bytes, 0, Lock()
-        self._arrays: OrderedDict[tuple[str, int], NDArray[np.generic]] = OrderedDict()
+        self._arrays: OrderedDict[tuple[str, int], NDArray[Any]] = OrderedDict()
 
-    def get(self, key: tuple[str, int], make: Callable[[], NDArray[np.generic]]) -> NDArray[np.generic]:
+    def get(self, key: tuple[str, int], make: Callable[[], NDArray[Any]]) -> NDArray[Any]:
         with self._lock:
             if key in self._arrays:
                 self._arrays.move_to_end(key)
