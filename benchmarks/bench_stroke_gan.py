@@ -5,8 +5,9 @@ dense layers need as published, labels as constant channels and all: with g and 
 and discriminator, an update of the discriminator is g + 10 d per signal (three forward passes, two of them
 differentiated once, one twice), one of the generator 3 g + 2 d. Activations, phase shuffle, optimiser and data
 take time but are not work; nor is what the noise and the statistics of `quick` need. `generate` is counted by the
-pieces that its signals last. "plain": `Conv2d` and `ConvTranspose2d` on (batch, channel, axis, time), constant
-channels made, phase shuffle by `roll`; the same weights, and the same training step around them.
+pieces that its signals last; its bands are not matched here, which would cost both forms the same. "plain":
+`Conv2d` and `ConvTranspose2d` on (batch, channel, axis, time), constant channels made, phase shuffle by `roll`; the
+same weights, and the same training step around them.
 """
 
 import time
@@ -37,14 +38,15 @@ def run():
             torch.optim.Adam(network.parameters(), lr=1e-4)
             for network in (plain.generator, plain.discriminator)
         ]
-        check(ours, plain, len(kind.materials))
-        g, d = work(ours, len(kind.materials))
         config = ours.config
+        labels = len(kind.materials) + len(config.conditions)
+        check(ours, plain, labels)
+        g, d = work(ours, labels)
         step = config.batch_size * (
             config.critic_updates * (g + 10 * d) + config.generator_updates * (3 * g + 2 * d)
         )
         plain.average = ours.average = None
-        stage = ours.stages(data)[-1]
+        stage = ours.stages(data)[1]
         batch = next(ours.batches(stage, data, seed=0))
         size = {"recipe": recipe, "axes": axes, "batch": config.batch_size}
         jobs = {"step": (step, lambda learner: learner.step(stage, batch))}  # noqa: B023

@@ -65,8 +65,9 @@ class Config(BaseModel):
     """Share of the training samples of an axis that the range of tanh holds: 1 scales by the largest, so that
     nothing is clipped. Assumed: the paper does not say how it scaled. Without effect on whitened signals."""
     conditions: tuple[Literal["speed_mm_s", "force_n"], ...] = ()
-    """Numbers that stand beside the classes in the label, standardised. Sec. V: "by inputting the numerical
-    value of the speed or the pressure", named there as future work."""
+    """Numbers that stand beside the classes in the label: standardised by median and deviation, or 0 throughout
+    where not every training recording names them. Sec. V: "by inputting the numerical value of the speed or the
+    pressure", named there as future work."""
     overlap: float = Field(default=0.125, gt=0, le=0.5)
     """Share of the network's length by which the pieces of a longer signal, or of a recording joined to
     itself, are crossfaded. Ours."""
@@ -84,6 +85,9 @@ class Config(BaseModel):
     sinusoids: int = Field(default=0, ge=0)
     """Sinusoids that the last hidden layer may use, their phases from the latent (Bergmann et al. 2017): a
     short training does not find what repeats by itself. Ours."""
+    match_bands: bool = False
+    """After the training, fit the strength of bands, and how it is spread, to that of recordings (Heeger & Bergen
+    1995). Ours."""
     statistics: float = Field(default=0.0, ge=0, allow_inf_nan=False)
     """Weight, in the generator's loss, of the energy distance between texture statistics. Ours."""
     adversarial: float = Field(default=1.0, ge=0, allow_inf_nan=False)

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.errors import ParameterError
 from tactogram.model import Example
 from tactogram.models.stroke_gan.config import Config
 from tactogram.signal import Signal
 from tactogram.signal.joining import extend
 from tactogram.training.seeds import child_rng
+
+NUMBERS = ("speed_mm_s", "force_n")
+"""Conditions that are numbers."""
 
 
 @dataclass(frozen=True)
@@ -78,28 +81,21 @@ class Crops:
         return np.array(joined.samples)
 
 
-def numbers(
-    examples: Sequence[Example], names: Sequence[str]
-) -> Mapping[str, tuple[float, float, float, float]]:
-    """Return mean, deviation, least and largest of each numeric condition that all recordings name.
+class Number(NamedTuple):
+    """A numeric condition over the training recordings."""
 
-    Raises
-    ------
-    ParameterError
-        If a recording lacks one of ``names``, or one does not vary: nothing can be learned of it.
-    """
-    found: dict[str, tuple[float, float, float, float]] = {}
-    for name in ("speed_mm_s", "force_n"):
+    median: float
+    deviation: float
+    least: float
+    most: float
+
+
+def numbers(examples: Sequence[Example]) -> dict[str, Number]:
+    """Return each numeric condition that all recordings name."""
+    found: dict[str, Number] = {}
+    for name in NUMBERS:
         values = [example.condition.get(name) for example in examples]
-        if any(value is None for value in values):
-            if name in names:
-                missing = examples[values.index(None)].id
-                raise ParameterError(f"recording {missing} has no {name}; take it out of config.conditions")
-            continue
-        x = np.array(values, np.float64)
-        if name in names and not x.std() > 0:
-            raise ParameterError(
-                f"{name} is {x[0]:g} in every training recording; take it out of config.conditions"
-            )
-        found[name] = (float(x.mean()), float(x.std()), float(x.min()), float(x.max()))
+        if all(value is not None for value in values):
+            x = np.array(values, np.float64)
+            found[name] = Number(float(np.median(x)), float(x.std()), float(x.min()), float(x.max()))
     return found

@@ -14,8 +14,9 @@ from torch import Tensor, nn
 
 from tactogram.errors import ParameterError
 from tactogram.model import Condition, Example, SignalKind, Stage, check_condition, material_weights
+from tactogram.models.stroke_gan.bands import BandLevels
 from tactogram.models.stroke_gan.config import Config
-from tactogram.models.stroke_gan.crops import Crops, numbers
+from tactogram.models.stroke_gan.crops import NUMBERS, Crops, Number, numbers
 from tactogram.models.stroke_gan.domain import domain_of
 from tactogram.models.stroke_gan.excitation import split_bands, white_noise
 from tactogram.models.stroke_gan.networks import Discriminator, Generator
@@ -23,10 +24,14 @@ from tactogram.models.stroke_gan.texture_statistics import energy_distance, stat
 from tactogram.nn import MovingAverage, gradient_penalty
 from tactogram.signal import Signal
 from tactogram.signal.joining import extend
-from tactogram.training.seeds import child_generator, child_rng, torch_seeded
+from tactogram.training.seeds import child_generator, child_rng, child_seed, torch_seeded
 
 MEASURED = 512
 """Crops that the spread of the texture statistics is measured on."""
+MATCHED = 16
+"""Recordings of a material, at most, that the bands are matched to; of each, up to `MATCHED_LENGTHS`."""
+MATCHED_LENGTHS = 4
+"""Lengths of the networks."""
 AT_ONCE = 8
 """Pieces of a long signal that are made together, at most."""
 
@@ -52,7 +57,8 @@ class StrokeGANLearner:
         self.config, self.kind, self.materials = config, kind, kind.materials
         self.device = torch.device(device)
         self.domain = domain_of(config, kind)
-        self.known: Mapping[str, tuple[float, float, float, float]] = {}
+        self.band_levels = BandLevels(kind.rate) if config.match_bands else None
+        self.known: Mapping[str, Number] = {}
         self.spread = torch.ones(0)
         size = {"axes": len(kind.axes), "labels": len(kind.materials) + len(config.conditions)}
         with torch_seeded(seed, "weights"):
@@ -82,16 +88,16 @@ class StrokeGANLearner:
         present = {example.material for example in examples}
         if missing := [name for name in self.materials if name not in present]:
             raise ParameterError(f"no training recording of {', '.join(missing)}; leave it out of the data")
-        numbers(examples, self.config.conditions)  # refuses what cannot be learned
         crops = len(Crops(examples, self.config).epoch([len(example.signal) for example in examples]))
         seen = self.config.batch_size * self.config.critic_updates
         steps = self.config.steps or math.ceil(self.config.epochs * crops / seen)
-        return Stage("fit", 1), Stage("train", steps)
+        match = (Stage("match", 1),) if self.band_levels else ()
+        return Stage("fit", 1), Stage("train", steps), *match
 
     def batches(
         self, stage: Stage, examples: Sequence[Example], *, seed: int, start: int = 0
     ) -> Iterator[Any]:
-        if stage.name == "fit":
+        if stage.name != "train":
             yield examples
             return
         crops = Crops(examples, self.config, self.domain.lead)
@@ -108,12 +114,14 @@ class StrokeGANLearner:
         places = [self.materials.index(str(example.material)) for example, _ in drawn]
         x = np.stack([self.domain.inside(crop, m) for (_, crop), m in zip(drawn, places, strict=True)])
         classes = np.eye(len(self.materials), dtype=np.float32)[places]
-        values = [[self._standardised(n, e.condition[n]) for n in self.config.conditions] for e, _ in drawn]
+        values = [self._numbers(example.condition) for example, _ in drawn]
         return x, np.hstack((classes, np.array(values, np.float32).reshape(len(drawn), -1)))
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         if stage.name == "fit":
             return self._fit(batch)
+        if stage.name == "match" and self.band_levels:
+            return self._match(batch, self.band_levels)
         number, real, label = batch
         self._schedule(number / stage.steps)
         size = self.config.batch_size
@@ -191,7 +199,7 @@ class StrokeGANLearner:
         """Measure what stands outside the networks: the scale or the filters, and the numeric conditions."""
         for example in examples:
             self.kind.check(example.signal)
-        self.known = numbers(examples, self.config.conditions)
+        self.known = numbers(examples)
         figures = self.domain.fit(examples)
         if self.config.statistics:
             drawn = Crops(examples, self.config, self.domain.lead).draw(0, MEASURED, seed=0)
@@ -203,9 +211,26 @@ class StrokeGANLearner:
             self.spread = variance.sqrt().clamp(min=1e-3)
         return figures
 
-    def _standardised(self, name: str, value: float) -> float:
-        mean, deviation, least, most = self.known[name]
-        return (min(max(value, least), most) - mean) / deviation
+    def _match(self, examples: Sequence[Example], levels: BandLevels) -> dict[str, float]:
+        """Measure the bands of recordings, and of signals generated for their conditions."""
+        most = MATCHED_LENGTHS * self.config.length
+        tables: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
+        for place, name in enumerate(self.materials):
+            every = [e for e in examples if e.material == name]
+            every = [e for e in every if len(e.signal) > 2 * levels.reach] or every
+            some = every[:: -(-len(every) // MATCHED)]
+            weights = np.eye(len(self.materials))[place]
+            recorded, made = [], []
+            for number, example in enumerate(some):
+                x = example.signal.samples[:, :most]
+                length = max(x.shape[1], 2 * levels.reach + 1)
+                label = torch.tensor([*weights, *self._numbers(example.condition)], dtype=torch.float32)
+                seed = child_seed(0, "match", place, number)
+                recorded.append(np.pad(x, ((0, 0), (0, length - x.shape[1])), mode="wrap"))
+                made.append(self._signal(label, weights, length, seed=seed).samples)
+            tables.append((levels.quantiles(recorded), levels.quantiles(made)))
+        levels.recorded, levels.generated = (np.array(table) for table in zip(*tables, strict=True))
+        return {"band_correction_db": levels.correction_db()}
 
     @torch.no_grad()
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
@@ -228,6 +253,7 @@ class StrokeGANLearner:
             "domain": self.domain.state(),
             "conditions": {name: list(values) for name, values in self.known.items()},
             "spread": self.spread,
+            "bands": self.band_levels.state() if self.band_levels else None,
             "generator": self.generator.state_dict(),
             "discriminator": self.discriminator.state_dict(),
             "average": self.average.state() if self.average else None,
@@ -240,8 +266,10 @@ class StrokeGANLearner:
                 f"state is of {', '.join(state['materials'])}; expected {', '.join(self.materials)}"
             )
         self.domain.load_state(state["domain"])
-        self.known = {name: tuple(values) for name, values in state["conditions"].items()}
+        self.known = {name: Number(*values) for name, values in state["conditions"].items()}
         self.spread = state["spread"]
+        if self.band_levels:
+            self.band_levels.load_state(state["bands"])
         self.generator.load_state_dict(state["generator"])
         self.discriminator.load_state_dict(state["discriminator"])
         if self.average:
@@ -256,18 +284,34 @@ class StrokeGANLearner:
 
         ``material`` weights go in as they are: {a: 1, b: 0.3} and {a: 0.7, b: 0.3} are the paper's two ways of
         mixing. ``latent``, float array of shape (latent,) in -1 to 1, is that of the first piece. A speed or a
-        force that was not trained on by ``config.conditions`` must be one that the recordings had.
+        force is by default the median of the recordings; one beyond theirs counts as the nearest of theirs,
+        and is refused without ``config.conditions``.
         """
-        check_condition(condition, needs=("material",), takes=("speed_mm_s", "force_n", "latent"))
+        check_condition(condition, needs=("material",), takes=(*NUMBERS, "latent"))
+        self._check_numbers(condition)
         weights = material_weights(condition, self.materials)
         label = torch.tensor([*weights, *self._numbers(condition)], dtype=torch.float32)
+        length = self.config.length if seconds is None else max(1, round(seconds * self.kind.rate))
         given = self._latent(condition)
-        length = self.config.length / self.kind.rate if seconds is None else seconds
-        settle = self.domain.settle
+        if self.band_levels is None or not self.band_levels.measured:
+            return self._signal(label, weights, length, seed=seed, given=given)
+        signal = self._signal(label, weights, length + 2 * self.band_levels.reach, seed=seed, given=given)
+        return signal.with_samples(self.band_levels.apply(signal.samples, weights).astype(np.float32))
+
+    def _signal(
+        self,
+        label: Tensor,
+        weights: NDArray[np.float64],
+        length: int,
+        *,
+        seed: int,
+        given: Tensor | None = None,
+    ) -> Signal:
+        """Return ``length`` samples as the networks and the domain make them."""
         pieces = _Pieces(lambda first, count: self._pieces(first, count, label, given, seed))
         inside = extend(
             lambda number: Signal(pieces[number], self.kind.rate, "1", self.kind.axes),
-            seconds=(settle + max(1, round(length * self.kind.rate))) / self.kind.rate,
+            seconds=(self.domain.settle + length) / self.kind.rate,
             overlap_s=round(self.config.overlap * self.config.length) / self.kind.rate,
         )
         return self.domain.outside(inside.samples, weights)
@@ -303,8 +347,12 @@ class StrokeGANLearner:
         return torch.from_numpy(latent)
 
     def _numbers(self, condition: Condition) -> list[float]:
-        """Return the standardised numeric conditions; what is not asked for is the training part's mean."""
-        for name in ("speed_mm_s", "force_n"):
+        """Return the numeric conditions, standardised: 0 is the median, and what is not known."""
+        return [self._standardised(name, condition.get(name)) for name in self.config.conditions]
+
+    def _check_numbers(self, condition: Condition) -> None:
+        """Refuse a speed or force that makes no sense, or that nothing was learned of."""
+        for name in NUMBERS:
             value = condition.get(name)
             if value is None:
                 continue
@@ -312,16 +360,18 @@ class StrokeGANLearner:
                 raise ParameterError(f"{name} must be finite and >= 0, got {value}")
             if name not in self.known:
                 raise ParameterError(f"{name} is not known of the training recordings; leave it out")
-            _, _, least, most = self.known[name]
-            if name not in self.config.conditions and not least <= value <= most:
+            known = self.known[name]
+            if name not in self.config.conditions and not known.least <= value <= known.most:
                 raise ParameterError(
-                    f"{name} was {least:g} to {most:g} in training and is not one of config.conditions, "
-                    f"got {value:g}; leave it out"
+                    f"{name} was {known.least:g} to {known.most:g} in training and is not one of "
+                    f"config.conditions, got {value:g}; leave it out"
                 )
-        return [
-            0.0 if condition.get(name) is None else self._standardised(name, float(condition[name]))
-            for name in self.config.conditions
-        ]
+
+    def _standardised(self, name: str, value: float | None) -> float:
+        known = self.known.get(name)
+        if value is None or known is None or known.deviation == 0:
+            return 0.0
+        return (min(max(float(value), known.least), known.most) - known.median) / known.deviation
 
 
 class _Pieces:

@@ -19,7 +19,11 @@ RATE = 1000.0
 AXES = ("x", "y")
 COLOURS = {"cork": [1, -1.5, 0.8], "felt": [1, -0.9], "tile": [1, 0.3, 0.8]}
 SMALL = {"channels": (12, 8, 4), "batch_size": 4, "latent": 6, "steps": 6, "repetition": "crossfade"}
-OURS = SMALL | {"residual": "autoregressive", "order": 8, "noise_bands": 2, "statistics": 1.0}
+OURS = (
+    SMALL
+    | {"residual": "autoregressive", "order": 8, "noise_bands": 2, "statistics": 1.0}
+    | {"match_bands": True}
+)
 both = pytest.mark.parametrize("values", [SMALL, OURS], ids=["scaled", "whitened"])
 
 
@@ -143,7 +147,7 @@ def test_half_precision_trains_to_finite_losses():
     made.setup(make_fabric(Training(precision="bf16-mixed"), accelerator="cpu"))
     seen = []
     fit(made, examples(), seed=0, on_step=lambda place, stage, losses: seen.append(losses))
-    assert len(seen) == 7
+    assert len(seen) == 8
     assert np.isfinite(made.generate({"material": "felt"}, seed=0).samples).all()
 
 
@@ -311,15 +315,40 @@ def test_a_speed_that_was_not_learned_must_be_the_recordings_own():
         made.generate({"material": "cork", "speed_mm_s": 200.0}, seed=0)
 
 
+def test_the_default_of_a_condition_is_the_median_and_bands_are_matched_at_the_recordings_own():
+    data = examples(speeds=(100.0, 110.0, 400.0))
+    made = trained(OURS | {"conditions": ("speed_mm_s",)}, data)
+    median, plain = (
+        made.generate({"material": "cork", **asked}, seed=0).samples for asked in ({"speed_mm_s": 110.0}, {})
+    )
+    np.testing.assert_array_equal(median, plain)
+    again = learner(OURS | {"conditions": ("speed_mm_s",)})
+    again.load_state(made.state())
+    np.testing.assert_array_equal(again.generate({"material": "cork"}, seed=0).samples, plain)
+    assert again.band_levels.recorded.shape[:2] == (3, 2)
+
+
+@pytest.mark.parametrize(
+    ("speeds", "message"), [(None, "speed_mm_s is not known"), ((100.0,), None)], ids=["unknown", "constant"]
+)
+def test_a_condition_that_says_nothing_has_its_place_all_the_same(speeds, message):
+    """So that a recipe can ask for it whatever the data."""
+    made = trained(SMALL | {"conditions": ("speed_mm_s", "force_n")}, examples(speeds=speeds))
+    assert made.generator.dense.in_features == 6 + 3 + 2
+    plain = made.generate({"material": "cork"}, seed=0).samples
+    if message is None:
+        told = made.generate({"material": "cork", "speed_mm_s": 100.0}, seed=0).samples
+        np.testing.assert_array_equal(told, plain)
+    else:
+        with pytest.raises(ParameterError, match=message):
+            made.generate({"material": "cork", "speed_mm_s": 100.0}, seed=0)
+
+
 def test_what_cannot_be_learned_is_refused():
     with pytest.raises(ParameterError, match="needs recordings with a material"):
         StrokeGANLearner(config(), SignalKind(RATE, "N", ("z",)), seed=0)
     with pytest.raises(ParameterError, match="no training recording of felt, tile"):
         learner().stages(examples()[:2])
-    with pytest.raises(ParameterError, match="recording cork-0 has no speed_mm_s"):
-        learner(conditions=["speed_mm_s"]).stages(examples())
-    with pytest.raises(ParameterError, match="speed_mm_s is 100 in every training recording"):
-        learner(conditions=["speed_mm_s"]).stages(examples(speeds=(100.0,)))
     with pytest.raises(ParameterError, match="noise_bands needs residual"):
         config(noise_bands=2)
     with pytest.raises(ParameterError, match="kernel 3 must not be shorter than stride 4"):
