@@ -86,7 +86,7 @@ def cell(
         found: dict[str, Any] = json.loads(kept.read_text(encoding="utf-8"))
         if found["asked"] == facts:
             return found
-    run = folder / "runs" / f"{name}-{seed}"
+    run = run_of(folder, name, seed)
     trained = jobs.train(
         model,
         store.path,
@@ -100,6 +100,11 @@ def cell(
     kept.parent.mkdir(parents=True, exist_ok=True)
     write_text(kept, json.dumps(found, indent=1) + "\n")
     return found
+
+
+def run_of(folder: Path, name: str, seed: int) -> Path:
+    """Return where the run of a cell is."""
+    return folder / "runs" / f"{name}-{seed}"
 
 
 def shown(cells: Sequence[Mapping[str, Any]]) -> list[str]:

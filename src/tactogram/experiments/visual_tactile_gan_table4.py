@@ -1,4 +1,4 @@
-"""Neshov et al. 2026, Table 4: the proposed model beside pix2pix, pix2pixHD, Residue-Fusion GAN and its own ablations.
+"""Neshov et al. 2026, Table 4, Figures 3 and 4: the proposed model beside three others and its own ablations.
 
 Every method has the same pairs, split and number of steps; seeds are paired, and each is held against the proposed by
 a two-sided paired t-test, as in Sec. 4.3. p is as it comes: with seven comparisons one in seven below 0.05 says little.
@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from tactogram.experiments._picture_cells import against, cell, data_of, shown, spread, text_of
+from tactogram.experiments._picture_cells import against, cell, data_of, run_of, shown, spread, text_of
 
 PROPOSED = "proposed"
 METHODS: dict[str, tuple[str, dict[str, Any]]] = {
@@ -55,7 +55,7 @@ def run(jobs: Any, folder: Path, *, paper: bool, data: str = "", trainings: int 
                 jobs,
                 folder,
                 store,
-                name.lower().replace(" ", "-"),
+                _file(name),
                 model=model,
                 recipe="paper" if paper else "bench",
                 changes=changes,
@@ -82,7 +82,12 @@ def run(jobs: Any, folder: Path, *, paper: bool, data: str = "", trainings: int 
         }
         for name, row in values.items()
     }
+    runs = {name: run_of(folder, _file(name), 0) for name in METHODS}
+    figure = folder / "figure3.png"
+    if all((place / "model.json").is_file() for place in runs.values()):
+        jobs.compare_pictures(runs, figure, attention=(PROPOSED, "without CBN"))
     result = {
+        "figure": str(figure) if figure.is_file() else None,
         "table": 4,
         "simulated": store.simulated,
         "data": store.name,
@@ -95,6 +100,10 @@ def run(jobs: Any, folder: Path, *, paper: bool, data: str = "", trainings: int 
         "methods": rows,
     }
     return result | {"text": _text(result)}
+
+
+def _file(name: str) -> str:
+    return name.lower().replace(" ", "-")
 
 
 def _text(result: dict[str, Any]) -> str:

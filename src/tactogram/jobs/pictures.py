@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,9 @@ from tactogram.evaluation.attention_maps import attention_maps
 from tactogram.evaluation.picture_figures import PictureCase, failures_figure, pictures_figure
 from tactogram.evaluation.picture_inversion import Loss, inversion_loss, mean_loss
 from tactogram.evaluation.pictures import MEASURES, PictureJudge, PictureWeights
-from tactogram.evaluation.report import Picture, Section, Table
+from tactogram.evaluation.report import Picture, Section, Table, save_figure
+from tactogram.features.pair_leak import pair_leak
+from tactogram.features.photo_pairs import WeakPairs
 from tactogram.jobs.progress import Progress, silent
 from tactogram.jobs.training import LoadedRun, load_run, part_examples, test_part
 from tactogram.training.seeds import torch_seeded
@@ -58,8 +61,9 @@ def judge_pictures(
     -------
     dict
         What `PictureJudgement.as_dict` gives; ``per_material`` the log-spectral distance of each; ``label_accuracy``
-        where the model names surfaces; ``inversion``, whose the loss of the inverted signals is (`Loss`, with
-        ``network`` and ``share_of_inversion``); ``split`` and ``simulated``.
+        where the model names surfaces; ``leak``, what of the test part was trained on (`PairLeak`); ``inversion``,
+        whose the loss of the inverted signals is (`Loss`, with ``network`` and ``share_of_inversion``); ``split`` and
+        ``simulated``.
 
     Raises
     ------
@@ -82,7 +86,8 @@ def judged_pictures(
         raise ParameterError(f"{loaded.facts.name} makes no spectrogram pictures of photographs")
     picture = loaded.model.ends.picture
     train, test = _parts(loaded)
-    pairs = _pairs(loaded, test, most, progress)
+    tested = _tested(loaded, test)
+    pairs = _pairs(loaded, tested, most, progress)
     found = PictureJudge(picture, weights=weights or PictureWeights())(pairs.real, pairs.made).as_dict()
     plain = PictureJudge(picture, networks=False)
     found["per_material"] = {
@@ -92,6 +97,8 @@ def judged_pictures(
     }
     if pairs.named_rightly is not None:
         found["label_accuracy"] = pairs.named_rightly
+    leak = pair_leak(loaded.model.ends.pairs(train), tested)
+    found["leak"] = asdict(leak) | {"leaks": leak.leaks}
     losses = _inversion(loaded, pairs, train, test, progress)
     found["inversion"] = {
         name: asdict(loss) | {"network": loss.network, "share_of_inversion": loss.share_of_inversion}
@@ -128,13 +135,19 @@ def _parts(loaded: LoadedRun) -> tuple[Examples, Examples]:
     return train, test
 
 
-def _pairs(loaded: LoadedRun, test: Examples, most: int, progress: Progress) -> _Pairs:
-    model = loaded.model
-    pairs = model.ends.pairs(test, "test") if model.ends.splits_crops else model.ends.unseen(test)
+def _tested(loaded: LoadedRun, test: Examples) -> WeakPairs:
+    """Return the pairs of the test part."""
+    ends = loaded.model.ends
+    pairs: WeakPairs | None = ends.pairs(test, "test") if ends.splits_crops else ends.unseen(test)
     if pairs is None:
         raise ParameterError(
             f"{loaded.run.name}: the test part has no photograph and recording that are large enough to be judged by"
         )
+    return pairs
+
+
+def _pairs(loaded: LoadedRun, pairs: WeakPairs, most: int, progress: Progress) -> _Pairs:
+    model = loaded.model
     places = np.unique(np.linspace(0, len(pairs) - 1, min(len(pairs), most)).round().astype(int))
     batches, made, named = [], [], []
     with torch_seeded(loaded.recipe.seed, "judge pictures"):  # pix2pix draws its dropout in use
@@ -174,6 +187,62 @@ def _inversion(
     return mean_loss(losses) if losses else {}
 
 
+def compare_pictures(
+    runs: Mapping[str, Path | str],
+    out: Path,
+    *,
+    attention: Sequence[str] = (),
+    progress: Progress = silent,
+) -> Path:
+    """Draw what several runs make of the same photographs, a row per material, beside a recording: Figures 3 and 4.
+
+    Parameters
+    ----------
+    runs : mapping from str to path
+        By what they are called; trained on one split.
+    out : Path
+        The figure, .png or .svg.
+    attention : sequence of str
+        Runs whose Grad-CAM is drawn too.
+
+    Raises
+    ------
+    ParameterError
+        If the runs were not tested on the same pairs.
+    """
+    columns: dict[str, _Pairs] = {}
+    maps: dict[str, Tensor] = {}
+    picture = None
+    for name, run in runs.items():
+        loaded = load_run(run)
+        tested = _tested(loaded, _parts(loaded)[1])
+        found = _pairs(loaded, tested, MOST_PAIRS, progress)
+        first = next(iter(columns.values()), found)
+        if found.materials != first.materials or not torch.equal(found.photo, first.photo):
+            raise ParameterError(
+                f"{run}: tested on other pairs than {next(iter(columns))}; train on one split"
+            )
+        columns[name], picture = found, loaded.model.ends.picture
+        if name in attention:
+            given = getattr(loaded.model, "given", lambda photo: ())
+            photo = found.photo[[places[0] for places in found.by_material().values()][:MOST_SHOWN]]
+            maps[name] = attention_maps(loaded.model.gan.bare_generator.eval(), photo, *given(photo))
+    if picture is None:
+        raise ParameterError("at least one run is needed, got none")
+    one = next(iter(columns.values()))
+    cases = [
+        PictureCase(
+            material,
+            one.photo[places[0]],
+            {"recorded": one.real[places[0]]}
+            | {name: held.made[places[0]] for name, held in columns.items()},
+            {name: values[row] for name, values in maps.items()} or None,
+        )
+        for row, (material, places) in enumerate(list(one.by_material().items())[:MOST_SHOWN])
+    ]
+    return save_figure(out, pictures_figure(cases, picture))
+
+
 # -- the report -----------------------------------------------------------------------------------------------
 
 
@@ -204,6 +273,21 @@ def _sections(
                 [cases(place) for place in range(len(errors))], errors, picture, measure="mean absolute error"
             ),
             "The worst, by measured error, one per material.",
+        )
+    )
+    leak = found["leak"]
+    blocks.append(
+        Table(
+            ("of what was tested", "photographs", "recordings"),
+            [
+                (what, leak[f"photo_{key}"], leak[f"recording_{key}"])
+                for what, key in (
+                    ("crops of one that was trained on", "known"),
+                    ("crops that overlap one that was trained on", "overlaps"),
+                    ("crops that were trained on themselves", "same"),
+                )
+            ],
+            f"What the protocol, {leak['protocol']}, lets pass from training to test; shares of the tested crops.",
         )
     )
     sections = [Section("Pictures", blocks)]

@@ -17,7 +17,7 @@ from tactogram.jobs.crossval import crossval
 from tactogram.jobs.evaluate import evaluate
 from tactogram.jobs.generate import generate
 from tactogram.jobs.mixing import mixing_ladder, recorded
-from tactogram.jobs.pictures import judge_pictures
+from tactogram.jobs.pictures import compare_pictures, judge_pictures
 from tactogram.jobs.progress import Progress, silent
 from tactogram.jobs.simulate import simulate_to_store
 from tactogram.jobs.training import train
@@ -33,6 +33,7 @@ class Jobs:
         self.train = partial(train, progress=progress)
         self.evaluate = partial(evaluate, progress=progress)
         self.judge_pictures = partial(judge_pictures, progress=progress)
+        self.compare_pictures = partial(compare_pictures, progress=progress)
         self.mixing_ladder = partial(mixing_ladder, progress=progress)
         self.generate = generate
         self.recorded = recorded

@@ -1,0 +1,85 @@
+"""Tables 3 and 4: cells are trained once, compared in pairs, chosen on the validation part."""
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from tactogram.datasets import Recording, create_store
+from tactogram.experiments import visual_tactile_gan_table3 as table3
+from tactogram.experiments import visual_tactile_gan_table4 as table4
+from tactogram.experiments._picture_cells import against
+from tactogram.signal import Signal
+
+
+class MadeUpJobs:
+    """Trains nothing: what a cell finds is a formula of what was asked."""
+
+    def __init__(self):
+        self.trained = []
+
+    def simulate(self, name, out, *, seed, photographs):
+        strokes = (
+            Recording(
+                streams={
+                    "acceleration": Signal(np.random.default_rng(k).standard_normal((3, 50)), 100, "m/s^2")
+                },
+                material="cork",
+                simulated=True,
+            )
+            for k in range(2)
+        )
+        create_store(out, strokes, name="made up", licence="-", simulated=True)
+
+    def train(self, model, data, *, recipe, changes, out, resume):
+        self.trained.append((model, recipe, dict(changes)))
+        out.mkdir(parents=True)
+        d, layers = (changes.get(f"config.{key}", 3) for key in ("discriminators", "layers"))
+        validation = {"row_statistics_unseen": abs(d - 3) + abs(layers - 1), "label_accuracy_unseen": 1.0}
+        figure = {"pix2pix": 0.5, "pix2pixhd": 0.4, "residue_fusion_gan": 0.3}.get(model, 0.2)
+        figure += 0.001 * len(model) * changes["seed"] + 0.1 * (changes.get("config.l1") == 0.0)
+        (out / "found.json").write_text(json.dumps(figure))
+        return SimpleNamespace(read_json=lambda name: {"validation": validation})
+
+    def judge_pictures(self, run):
+        figure = json.loads((run / "found.json").read_text())
+        values = {"l1": figure, "log_spectral_distance_db": 10 * figure}
+        return {"values": values, "missing": {"lpips": "no weights"}, "pictures": 8}
+
+
+def test_table_3_is_chosen_on_the_validation_part(tmp_path):
+    found = table3.run(MadeUpJobs(), tmp_path, paper=False, trainings=2)
+    assert set(found["cells"]) == {"1x1", "1x3", "3x1", "3x3"}
+    assert found["chosen"] == "3x1"
+    assert "3x1*" in found["text"]
+    assert "0.3113 ± 0.0087" in found["text"]
+    assert "simulated" in found["text"]
+
+
+def test_table_4_pairs_seeds_against_the_proposed(tmp_path):
+    found = table4.run(MadeUpJobs(), tmp_path, paper=False, trainings=3)
+    rows = found["methods"]
+    assert rows["pix2pix"]["test"]["l1"]["mean"] == pytest.approx(0.507)
+    assert rows["proposed"]["p"]["l1"] is None
+    assert rows["pix2pix"]["p"]["l1"] < 1e-3
+    assert rows["without FM"]["p"]["l1"] is None  # nothing differs
+    assert rows["pix2pix"]["published_fid"] == (52.23, 2.01)
+    assert found["missing"] == {"lpips": "no weights"}
+    assert "lpips: no weights" in found["text"]
+
+
+def test_finished_cells_are_not_trained_again(tmp_path):
+    jobs = MadeUpJobs()
+    first = table4.run(jobs, tmp_path, paper=False, trainings=2)
+    trained = len(jobs.trained)
+    assert trained == 2 * len(table4.METHODS)
+    assert table4.run(jobs, tmp_path, paper=False, trainings=2) == first
+    assert len(jobs.trained) == trained
+    assert all(changes["prepare.axes"] == ["z"] for _, _, changes in jobs.trained)
+
+
+def test_the_paired_test_is_scipys():
+    assert against([1.0, 2.0, 3.0], [2.0, 3.5, 3.9]) == pytest.approx(0.0256, abs=1e-3)
+    assert against([1.0, 2.0], [2.0, 3.0]) is None
+    assert against([1.0, 2.0, 3.0], [1.0, 2.0, 3.0]) is None
