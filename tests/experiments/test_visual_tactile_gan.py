@@ -38,7 +38,9 @@ class MadeUpJobs:
         d, layers = (changes.get(f"config.{key}", 3) for key in ("discriminators", "layers"))
         validation = {"row_statistics_unseen": abs(d - 3) + abs(layers - 1), "label_accuracy_unseen": 1.0}
         figure = {"pix2pix": 0.5, "pix2pixhd": 0.4, "residue_fusion_gan": 0.3}.get(model, 0.2)
-        figure += 0.001 * len(model) * changes["seed"] + 0.1 * (changes.get("config.l1") == 0.0)
+        figure += 0.001 * (1 + changes["seed"]) ** len(model) % 0.01 + 0.1 * (
+            changes.get("config.l1") == 0.0
+        ) * (1 + 0.1 * changes["seed"])
         (out / "found.json").write_text(json.dumps(figure))
         return SimpleNamespace(read_json=lambda name: {"validation": validation})
 
@@ -60,7 +62,7 @@ def test_table_3_is_chosen_on_the_validation_part(tmp_path):
 def test_table_4_pairs_seeds_against_the_proposed(tmp_path):
     found = table4.run(MadeUpJobs(), tmp_path, paper=False, trainings=3)
     rows = found["methods"]
-    assert rows["pix2pix"]["test"]["l1"]["mean"] == pytest.approx(0.507)
+    assert rows["pix2pix"]["test"]["l1"]["mean"] == pytest.approx(0.5, abs=0.01)
     assert rows["proposed"]["p"]["l1"] is None
     assert rows["pix2pix"]["p"]["l1"] < 1e-3
     assert rows["without FM"]["p"]["l1"] is None  # nothing differs
