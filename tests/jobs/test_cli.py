@@ -31,7 +31,7 @@ def test_help_names_every_verb(capsys):
 
 
 @pytest.mark.parametrize(
-    "arguments", [["nothing"], ["train"], ["train", "stroke_cnn"], ["generate", "r", "--out", "x"]]
+    "arguments", [["nothing"], ["train"], ["train", "stroke_cnn"], ["generate", "r", "--mix", "a=1"]]
 )
 def test_a_usage_error_exits_2(arguments, capsys):
     with pytest.raises(SystemExit) as stopped:
@@ -42,7 +42,10 @@ def test_a_usage_error_exits_2(arguments, capsys):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["train", "nothing", "--data", "STORE"], "model must be one of ar_texture, replay, stroke_cnn"),
+        (
+            ["train", "nothing", "--data", "STORE"],
+            "model must be one of ar_texture, frictgan, nearest_photo, pix2pix",
+        ),
         (
             ["train", "stroke_cnn", "--data", "STORE", "--recipe", "x"],
             "recipe of stroke_cnn must be one of paper",

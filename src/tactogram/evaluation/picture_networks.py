@@ -164,27 +164,29 @@ class TrunkDistance:
     def __init__(self) -> None:
         self._trunk = Trunk("efficientnet_lite0")
         self._trunk.load()
+        self._last: list[tuple[Tensor, Tensor]] = []
 
     def paired(self, real: Tensor, made: Tensor) -> Tensor:
         """Return 1 less the cosine of the last maps at each place, mean over places, shape (pair,); 0 to 2."""
         check_pictures(real, made, paired=True)
-        found = []
-        with torch.no_grad():
-            for a, b in zip(_batches(real), _batches(made), strict=True):
-                trunk = self._trunk.to(a.device)
-                found.append(1 - F.cosine_similarity(trunk.maps(a), trunk.maps(b)).mean((1, 2)))
-        return torch.cat(found)
+        return 1 - F.cosine_similarity(self._maps(real), self._maps(made)).mean((1, 2))
 
     def frechet(self, real: Tensor, made: Tensor) -> float:
         """Return the Fréchet distance of two sets in the 1280 features, >= 0."""
         check_pictures(real)
         check_pictures(made)
-        return frechet_distance(self._features(real), self._features(made))
+        one, other = (self._maps(pictures).mean((2, 3)).double().cpu().numpy() for pictures in (real, made))
+        return frechet_distance(one, other)
 
-    def _features(self, pictures: Tensor) -> NDArray[np.float64]:
+    def _maps(self, pictures: Tensor) -> Tensor:
+        """Return the last maps, (picture, 1280, 8, 8); those of the last two sets are kept, for the other distance."""
+        for held, maps in self._last:
+            if held is pictures:
+                return maps
         with torch.no_grad():
-            found = [self._trunk.to(batch.device)(batch).double().cpu() for batch in _batches(pictures)]
-        return torch.cat(found).numpy()
+            found = torch.cat([self._trunk.to(batch.device).maps(batch) for batch in _batches(pictures)])
+        self._last = [*self._last[-1:], (pictures, found)]
+        return found
 
 
 def check_pictures(*sets: Tensor, paired: bool = False) -> None:

@@ -27,6 +27,8 @@ MEASURES = (
 """What is shown of a cell, lower is better in all; those whose networks are not at hand are left out."""
 SIMULATED = "stroking9"
 """What is simulated where no data is given."""
+JUDGED = 128
+"""Pairs of the test part of each cell."""
 PHOTOGRAPHS = 9
 """Of each simulated surface: non-overlapping places."""
 
@@ -96,7 +98,7 @@ def cell(
         resume=(run / "recipe.toml").exists(),
     )
     found = {"asked": facts, "validation": trained.read_json("model.json").get("validation", {})}
-    found |= jobs.judge_pictures(run)
+    found |= jobs.judge_pictures(run, most=JUDGED)
     kept.parent.mkdir(parents=True, exist_ok=True)
     write_text(kept, json.dumps(found, indent=1) + "\n")
     return found

@@ -70,7 +70,8 @@ def judge_pictures(
     ParameterError
         If the model makes no pictures, or no photograph or recording of the test part is large enough.
     """
-    return judged_pictures(run, weights=weights, most=most, progress=progress)[0]
+    loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    return _judged(loaded, weights, most, progress)[0]
 
 
 def judged_pictures(
@@ -82,6 +83,13 @@ def judged_pictures(
 ) -> tuple[dict[str, Any], list[Section]]:
     """Return the figures of `judge_pictures` and the sections of a report on them."""
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    found, pairs, losses = _judged(loaded, weights, most, progress)
+    return found, _sections(loaded, found, pairs, losses)
+
+
+def _judged(
+    loaded: LoadedRun, weights: PictureWeights | None, most: int, progress: Progress
+) -> tuple[dict[str, Any], _Pairs, dict[str, Loss]]:
     if not makes_pictures(loaded):
         raise ParameterError(f"{loaded.facts.name} makes no spectrogram pictures of photographs")
     picture = loaded.model.ends.picture
@@ -105,7 +113,7 @@ def judged_pictures(
         for name, loss in losses.items()
     }
     found |= {"split": loaded.run.data["split"], "simulated": loaded.kind.simulated}
-    return found, _sections(loaded, found, pairs, losses)
+    return found, pairs, losses
 
 
 @dataclass(frozen=True, eq=False)
