@@ -140,6 +140,27 @@ class SignalKind:
         if got != (self.rate, self.unit, self.axes, self.domain):
             raise ParameterError(f"signal must be {_kind(self)}; got {_kind(signal)}")
 
+    def by_material(self, examples: Sequence[Example]) -> dict[str, list[Example]]:
+        """Return the training examples of each of ``materials``, all of this kind.
+
+        Raises
+        ------
+        ParameterError
+            If one is of another kind or material, or a material has none.
+        """
+        found: dict[str, list[Example]] = {name: [] for name in self.materials}
+        for example in examples:
+            if example.material not in found:
+                raise ParameterError(
+                    f"recording {example.id}: material must be one of {', '.join(self.materials)}, "
+                    f"got {example.material!r}"
+                )
+            self.check(example.signal)
+            found[example.material].append(example)
+        if missing := [name for name, members in found.items() if not members]:
+            raise ParameterError(f"no training recording of {', '.join(missing)}; leave it out of the data")
+        return found
+
 
 def _kind(signal: Signal | SignalKind) -> str:
     per = "Hz" if signal.domain == "time" else "samples per mm"

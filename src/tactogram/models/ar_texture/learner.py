@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -66,17 +65,7 @@ class TextureLearner:
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         examples: Sequence[Example] = batch
-        places: dict[str, list[int]] = defaultdict(list)
-        for place, example in enumerate(examples):
-            if example.material not in self.materials:
-                raise ParameterError(
-                    f"recording {example.id}: material must be one of {', '.join(self.materials)}, "
-                    f"got {example.material!r}"
-                )
-            places[example.material].append(place)
-        if missing := [name for name in self.materials if name not in places]:
-            raise ParameterError(f"no training recording of {', '.join(missing)}; leave it out of the data")
-        self.maps = [self._fit([examples[i] for i in places[name]]) for name in self.materials]
+        self.maps = [self._fit(members) for members in self.kind.by_material(examples).values()]
         self.seconds = float(np.median([example.signal.seconds for example in examples]))
         orders = [model.order for surface in self.maps for model in surface.models]
         return {"order": float(np.mean(orders)), **self.validate(examples)}

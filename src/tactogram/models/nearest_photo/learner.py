@@ -63,15 +63,7 @@ class NearestPhotoLearner:
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         examples: Sequence[Example] = batch
-        found: dict[str, list[Example]] = {name: [] for name in self.materials}
-        for example in examples:
-            if example.material not in found:
-                raise ParameterError(
-                    f"recording {example.id}: material must be one of {', '.join(self.materials)}, "
-                    f"got {example.material!r}"
-                )
-            self.kind.check(example.signal)
-            found[example.material].append(example)
+        found = self.kind.by_material(examples)
         described = {name: self._describe(name, members) for name, members in found.items()}
         if missing := [name for name, rows in described.items() if not rows]:
             raise ParameterError(

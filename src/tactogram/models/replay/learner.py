@@ -78,22 +78,13 @@ class ReplayLearner:
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         examples: Sequence[Example] = batch
-        found: dict[str, list[Example]] = {name: [] for name in self.materials}
+        found = self.kind.by_material(examples)
         for example in examples:
-            if example.material not in found:
-                raise ParameterError(
-                    f"recording {example.id}: material must be one of {', '.join(self.materials)}, "
-                    f"got {example.material!r}"
-                )
-            self.kind.check(example.signal)
             if round(example.signal.seconds * self.kind.rate) <= 2 * self._least:
                 raise ParameterError(
                     f"recording {example.id} must be longer than {2 * self._least} samples, two crossfades "
                     f"and searches; got {len(example.signal)}: lower config.overlap_s"
                 )
-            found[example.material].append(example)
-        if missing := [name for name, members in found.items() if not members]:
-            raise ParameterError(f"no training recording of {', '.join(missing)}; leave it out of the data")
         self.kept = {name: self._keep(name, members) for name, members in found.items()}
         self.seconds = float(np.median([example.signal.seconds for example in examples]))
         kept = [sum(k.signal.seconds for k in members) for members in self.kept.values()]
