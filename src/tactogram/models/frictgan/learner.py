@@ -77,7 +77,7 @@ class FrictGANLearner:
     # -- training ----------------------------------------------------------------------------------------
 
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
-        pairs = self.pairs(examples)
+        pairs, self.seen = self.pairs(examples), examples
         steps = self.config.steps or self.config.epochs * math.ceil(len(pairs) / self.config.batch_size)
         return Stage("fit", 1), Stage("train", steps)
 
@@ -167,7 +167,7 @@ class FrictGANLearner:
 
     def _fit(self, examples: Sequence[Example]) -> dict[str, float]:
         """Keep the scale of the photographs, and measure that of the magnitudes."""
-        pairs, self.seen = self.pairs(examples), examples
+        pairs = self.pairs(examples)
         self.mm_per_pixel = pairs.mm_per_pixel
         figures = {"pairs": float(len(pairs)), "registered_share": float(np.mean(pairs.registered))}
         if self.config.scale != "none":
