@@ -52,6 +52,8 @@ class AdversarialPair:
         self.autocast: Callable[[], AbstractContextManager[Any]] = nullcontext
         self.chosen_by = "row_statistics"
         self.distance: Callable[[Tensor, Tensor], Tensor] = row_statistics_distance
+        self.chosen = "last step"
+        """What the weights were chosen by; ``chosen_by`` is what figures are of from now on."""
         self.best, self.best_weights = float("inf"), dict[str, Tensor]()
 
     def setup(self, fabric: Any) -> None:
@@ -114,6 +116,8 @@ class AdversarialPair:
         if pairs is None:
             return {}
         figure = self.judge(make, pairs)
+        if self.chosen != self.chosen_by:  # begun with another measure, whose figures are not comparable
+            self.chosen, self.best = self.chosen_by, float("inf")
         if figure <= self.best:
             self.best, self.best_weights = figure, deepcopy(self.bare_generator.state_dict())
         return {f"{self.chosen_by}_unseen": figure}
@@ -123,11 +127,6 @@ class AdversarialPair:
         if self.best_weights:
             self.bare_generator.load_state_dict(self.best_weights)
             self.best_weights = {}
-
-    @property
-    def chosen(self) -> str:
-        """What the weights were chosen by; ``last step`` where there was nothing to choose by."""
-        return self.chosen_by if self.best < float("inf") else "last step"
 
     # -- state -------------------------------------------------------------------------------------------
 
@@ -150,8 +149,7 @@ class AdversarialPair:
         self.bare_generator.load_state_dict(state["generator"])
         self.discriminator.load_state_dict(state["discriminator"])
         self.best = float("inf") if state["best"] is None else state["best"]
-        if state["best"] is not None:
-            self.chosen_by = state["chosen_by"]
+        self.chosen = state["chosen_by"]
         self.best_weights = dict(state["best_weights"])
         for optimiser, kept in zip(self.optimisers, optimisers or (), strict=False):
             optimiser.load_state_dict(kept)

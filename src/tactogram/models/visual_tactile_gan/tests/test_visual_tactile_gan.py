@@ -239,6 +239,19 @@ def test_without_anything_to_watch_the_last_weights_stay_and_it_says_so():
     assert made.state()["gan"]["chosen_by"] == "last step"
 
 
+def test_figures_bear_the_name_of_what_they_are_not_of_what_weights_were_chosen_by(trained):
+    state = trained.state()
+    state["gan"] = state["gan"] | {"chosen_by": "lpips", "best": 1e-9}
+    made = learner()
+    made.load_state(state)
+    assert made.gan.state()["chosen_by"] == "lpips"
+    assert made.validate(UNSEEN)["row_statistics_unseen"] == trained.validate(UNSEEN)["row_statistics_unseen"]
+    made.watch(UNSEEN)  # LPIPS is gone: what it said is not compared with what is said now
+    made.gan.choose(made.make, made.ends.unseen(UNSEEN))
+    assert made.gan.state()["chosen_by"] == "row_statistics"
+    assert made.gan.best > 1e-9
+
+
 @pytest.mark.parametrize(
     "changes",
     [
