@@ -303,7 +303,7 @@ class FrictGANLearner:
         if speed is not None:
             signal = played(signal, float(speed), self.config.playback_rate)
             wanted = count / travel if seconds is None else seconds
-            return signal.cut(0, max(1, round(wanted * signal.rate)))
+            return self._nonnegative(signal.cut(0, max(1, round(wanted * signal.rate))))
         return self._nonnegative(resample(signal.cut(0, count), self.kind.rate))
 
     def _rate(self, image: Image) -> float:
