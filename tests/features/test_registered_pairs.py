@@ -124,6 +124,14 @@ def test_an_epoch_holds_every_window_once_and_few_photographs_at_a_time(monkeypa
     assert [next(other) for _ in range(40)] != epoch[:40]
 
 
+def test_no_more_photographs_are_held_when_larger_ones_come(monkeypatch):
+    monkeypatch.setattr("tactogram.features.registered_pairs.HELD_BYTES", 4 * 16 * 100 * 3)
+    examples = [*(ramp(str(k)) for k in range(4)), ramp("wide", width=200)]
+    pairs = RegisteredPairs(examples, PhotoWindows(protocol="examples", **SMALL))
+    pairs.batch([0])
+    assert len(pairs._photos) == pairs.held == 2
+
+
 def test_grey_windows_have_one_channel():
     pairs = RegisteredPairs([ramp()], PhotoWindows(protocol="examples", grey=True, **SMALL))
     assert pairs.batch([0, 1]).photo.shape == (2, 1, 16, 16)

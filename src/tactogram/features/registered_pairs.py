@@ -276,7 +276,7 @@ class RegisteredPairs:
         if number not in self._signals:
             rate = self.windows.samples / (self.windows.pixels * image.mm_per_pixel)
             self._signals[number] = resample(signal, rate)
-            if len(self._signals) > self.held:
+            while len(self._signals) > self.held:
                 self._signals.popitem(last=False)
         return self._signals[number]
 
@@ -292,7 +292,7 @@ class RegisteredPairs:
         if rows > size:
             image = image.cut((rows - size) // 2, 0, (rows - size) // 2 + size)
         self._photos[number] = image
-        if len(self._photos) > self.held:
+        while len(self._photos) > self.held:  # `held` falls when a larger photograph comes
             self._photos.popitem(last=False)
         return image
 
