@@ -189,6 +189,14 @@ def test_photographs_that_recordings_share_are_looked_at_once():
     assert Looked.times == 1
 
 
+def test_a_photograph_of_two_materials_is_paired_with_both():
+    shown = [photo(1)]
+    both = [replace(example, photographs=shown) for example in part(1, materials=("cork", "felt"))]
+    made = pairs(both)
+    assert made.materials == ("cork", "felt")
+    assert set(made.labels) == {0, 1}
+
+
 def test_one_photograph_of_many_recordings_is_one_source():
     assert len(pairs().photo_sources) == 9
     assert len(pairs().recording_sources) == 12

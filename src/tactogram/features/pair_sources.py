@@ -83,7 +83,7 @@ class RecordingSource:
 def sources(
     parts: Sequence[Sequence[Example]], picture: SpectrogramPicture, crops: PhotoCrops
 ) -> tuple[tuple[PhotoSource, ...], tuple[RecordingSource, ...]]:
-    """Return the photographs and recordings of examples, each once, in the order they come.
+    """Return the photographs (of each material they show) and recordings of examples, each once, in their order.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def sources(
         If a material has no photograph, an example no material or several axes, a signal is not of the picture's
         rate, unit and domain, or anything is too small to be cut.
     """
-    photos: dict[tuple[str, Box], PhotoSource] = {}
+    photos: dict[tuple[str, Box, str], PhotoSource] = {}
     recordings = []
     # Many recordings of a material share its photographs, which are looked at once.
     looked_at: dict[object, Sequence[Image]] = {}
@@ -118,9 +118,11 @@ def sources(
                 continue
             looked_at[shared, example.material] = example.photographs
             for place, (key, box) in enumerate(_boxes(example.photographs)):
-                if (key, box) not in photos:
+                if (key, box, example.material) not in photos:
                     crops.check(*box[2:])
-                    photos[key, box] = PhotoSource(key, *box, example.material, example.photographs, place)
+                    photos[key, box, example.material] = PhotoSource(
+                        key, *box, example.material, example.photographs, place
+                    )
     return tuple(photos.values()), tuple(recordings)
 
 
