@@ -5,12 +5,12 @@ import pytest
 import torch
 
 from tactogram.errors import ParameterError
+from tactogram.features.photo_pairs import shuffled
 from tactogram.model import Example, SignalKind
 from tactogram.nn.photo_translation import (
     PairConfig,
     PhotoTranslation,
     row_statistics_distance,
-    shuffled,
 )
 from tactogram.signal import Image, Signal
 

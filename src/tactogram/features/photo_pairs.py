@@ -44,6 +44,7 @@ __all__ = [
     "Protocol",
     "WeakPairs",
     "rng_of",
+    "shuffled",
     "weak_pairs",
 ]
 
@@ -165,11 +166,7 @@ class WeakPairs:
         Every pair once per epoch, each epoch in an order of its own; a batch may end one epoch and begin the next.
         Depends on the seed, ``number`` and ``size`` alone.
         """
-        first, last = number * size, (number + 1) * size
-        epochs = range(first // len(self), -(-last // len(self)))
-        order = np.concatenate([rng_of(self.seed, "epoch", epoch).permutation(len(self)) for epoch in epochs])
-        begin = first - epochs[0] * len(self)
-        return order[begin : begin + size]
+        return shuffled(len(self), size, number, seed=self.seed)
 
     def batches(self, size: int, *, start: int = 0, workers: int = 0) -> Iterator[PairBatch]:
         """Yield batches of ``size`` pairs from number ``start`` on, without end.
@@ -313,6 +310,18 @@ def weak_pairs(
         protocol=protocol,
         cache_mib=cache_mib,
     )
+
+
+def shuffled(count: int, size: int, number: int, *, seed: int) -> NDArray[np.int64]:
+    """Return batch ``number`` of ``size`` out of ``count`` things, each once per epoch, int64, shape (size,).
+
+    Each epoch has an order of its own; a batch may end one epoch and begin the next.
+    """
+    first, last = number * size, (number + 1) * size
+    epochs = range(first // count, -(-last // count))
+    order = np.concatenate([rng_of(seed, "epoch", epoch).permutation(count) for epoch in epochs])
+    begin = first - epochs[0] * count
+    return order[begin : begin + size]
 
 
 def rng_of(seed: int, *purpose: str | int) -> np.random.Generator:

@@ -19,9 +19,9 @@ import torch.nn.functional as F
 from pydantic import BaseModel, ConfigDict, Field
 from torch import Tensor, nn
 
-from tactogram.features.photo_pairs import WeakPairs, rng_of
+from tactogram.features.photo_pairs import WeakPairs, rng_of, shuffled
 from tactogram.nn.photo_augmentation import erased, mixed, moved
-from tactogram.nn.photo_translation import photo_crops, photos_of, shuffled
+from tactogram.nn.photo_translation import photo_crops, photos_of
 from tactogram.nn.trunks import Trunk, TrunkName
 
 Beta = Annotated[float, Field(ge=0, lt=1)]

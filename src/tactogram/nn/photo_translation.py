@@ -19,7 +19,7 @@ from torch import Tensor
 
 from tactogram.errors import ParameterError
 from tactogram.features.photo_crops import PhotoCrops, to_network
-from tactogram.features.photo_pairs import Part, Protocol, WeakPairs, rng_of, weak_pairs
+from tactogram.features.photo_pairs import Part, Protocol, WeakPairs, rng_of, shuffled, weak_pairs
 from tactogram.features.spectrogram_picture import SpectrogramPicture
 from tactogram.model import Condition, Example, SignalKind
 from tactogram.signal import Image, Signal
@@ -239,18 +239,6 @@ class PhotoTranslation:
         length = seconds if seconds is not None else self.seconds or picture.length / self.kind.rate
         overlap = round(self.config.overlap * picture.length) / self.kind.rate
         return extend(piece, seconds=length, overlap_s=overlap)
-
-
-def shuffled(count: int, size: int, number: int, *, seed: int) -> NDArray[np.int64]:
-    """Return batch ``number`` of ``size`` out of ``count`` things, each once per epoch, int64, shape (size,).
-
-    Each epoch has an order of its own; a batch may end one epoch and begin the next.
-    """
-    first, last = number * size, (number + 1) * size
-    epochs = range(first // count, -(-last // count))
-    order = np.concatenate([rng_of(seed, "epoch", epoch).permutation(count) for epoch in epochs])
-    begin = first - epochs[0] * count
-    return order[begin : begin + size]
 
 
 def photos_of(pairs: WeakPairs, crops: NDArray[np.int64]) -> tuple[Tensor, Tensor]:
