@@ -54,9 +54,7 @@ class ResidueFusionLearner:
                 device=torch.device(device),
                 constant=config.constant,
             )
-        self.perceptual = (
-            PerceptualLoss(config.vgg_weights).to(self.gan.device) if config.vgg_weights else None
-        )
+        self.perceptual: PerceptualLoss | None = None
         self.training = PictureTraining(
             self.ends,
             self.gan,
@@ -77,6 +75,8 @@ class ResidueFusionLearner:
     # -- training ----------------------------------------------------------------------------------------
 
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
+        if self.config.vgg_weights and self.perceptual is None:  # a finished run needs no file but its own
+            self.perceptual = PerceptualLoss(self.config.vgg_weights).to(self.gan.device)
         return self.training.stages(examples)
 
     def batches(

@@ -3,9 +3,14 @@
 import pytest
 import torch
 
+from tactogram import models
+from tactogram.errors import DataError
+from tactogram.model import SignalKind
 from tactogram.models.residue_fusion_gan.config import Config
 from tactogram.models.residue_fusion_gan.networks import ResidueFusion, discriminator, generator
 from tactogram.nn.perceptual_loss import PerceptualLoss
+from tactogram.nn.vision_import import torchvision
+from tactogram.recipe import Recipe
 
 
 def test_fusion_without_a_residue_leaves_the_generator_as_it_is():
@@ -43,3 +48,17 @@ def test_perceptual_loss_is_zero_for_the_same_and_flows_into_the_made_picture():
     assert loss(real, real).item() == 0
     loss(made, real).backward()
     assert bool(made.grad.abs().sum() > 0)
+
+
+def test_weights_of_vgg_are_asked_for_by_a_training_alone(tmp_path):
+    try:
+        torchvision()
+    except ImportError as error:
+        pytest.skip(str(error))
+    facts = models.find("residue_fusion_gan")
+    changes = {"config.vgg_weights": str(tmp_path / "gone.pth")}
+    config = facts.config(Recipe.load(facts.recipe("tiny"), changes=changes).config)
+    made = facts.build(config, SignalKind(1000.0, "m/s^2", ("z",), ("a", "b")), seed=0)
+    made.load_state(made.state())  # as a finished run is loaded, wherever the file went
+    with pytest.raises(DataError, match=r"gone\.pth: no weights of VGG-19 there"):
+        made.stages(())
