@@ -7,7 +7,7 @@ What a model adds is its networks, its losses and what conditions it: `PictureTr
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, Protocol, cast
 
 import torch
 from torch import Tensor
@@ -26,6 +26,10 @@ Update = Callable[[Tensor, Tensor, Tensor, Tensor], dict[str, float]]
 
 VIEWS = 5
 """Crops of a photograph whose mean names it."""
+
+
+class _Sized(Protocol):
+    def check_size(self, rows: int, columns: int) -> None: ...
 
 
 class PictureTraining:
@@ -81,7 +85,12 @@ class PictureTraining:
         self.gan.chosen_by, self.gan.distance = chosen_by, distance
 
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
-        """Return ``fit``, ``label predictor`` where there is one, and ``gan``; loads the trunk's weights."""
+        """Return ``fit``, ``label predictor`` where there is one, and ``gan``; loads the trunk's weights.
+
+        Refuses, before anything is trained, examples and sizes of pictures that the networks cannot take.
+        """
+        size, generator = self.ends.config.size, cast(_Sized, self.gan.bare_generator)
+        generator.check_size(size, size)
         self.ends.check(examples)
         steps = self.steps or self.epochs * self._epoch(examples)
         stages = [Stage("fit", 1), Stage("gan", steps)]

@@ -71,6 +71,14 @@ class UNet(nn.Module):
         )
         self.up_norms = nn.ModuleList(nn.BatchNorm2d(width) for width in reversed(widths[:-1]))
 
+    def check_size(self, rows: int, columns: int) -> None:
+        """Refuse pictures that cannot be halved so often."""
+        if rows % self.scale or columns % self.scale:
+            raise ParameterError(
+                f"rows and columns must be multiples of {self.scale} for {len(self.down)} stages, "
+                f"got {(rows, columns)}"
+            )
+
     def forward(self, photo: Tensor, given: Tensor | None = None) -> Tensor:
         """Return the picture made of ``photo``.
 
@@ -84,11 +92,7 @@ class UNet(nn.Module):
         -------
         float Tensor, shape (batch, out, row, column), -1 to 1
         """
-        if photo.shape[-2] % self.scale or photo.shape[-1] % self.scale:
-            raise ParameterError(
-                f"rows and columns must be multiples of {self.scale} for {len(self.down)} stages, "
-                f"got {tuple(photo.shape[-2:])}"
-            )
+        self.check_size(photo.shape[-2], photo.shape[-1])
         handed = [self.down[0](photo)]  # B, W0, R/2, C/2
         for conv, norm in zip(list(self.down)[1:-1], self.down_norms, strict=True):
             handed.append(norm(conv(F.leaky_relu(handed[-1], LEAK))))  # B, Wk, R/2^k, C/2^k

@@ -27,16 +27,16 @@ class GlobalGenerator(nn.Module):
             width //= 2
         self.layers = nn.Sequential(*layers, nn.ReflectionPad2d(3), nn.Conv2d(width, 1, 7), nn.Tanh())
 
+    def check_size(self, rows: int, columns: int) -> None:
+        """Refuse pictures that cannot be halved so often, or leave residual blocks less than two rows."""
+        if rows % self.scale or columns % self.scale or min(rows, columns) < 2 * self.scale:
+            raise ParameterError(
+                f"rows and columns must be multiples of {self.scale}, two at least, got {(rows, columns)}"
+            )
+
     def forward(self, photo: Tensor) -> Tensor:
         """Return pictures, (batch, 1, row, column) in -1 to 1, of photographs of that shape."""
-        if (
-            photo.shape[-2] % self.scale
-            or photo.shape[-1] % self.scale
-            or min(photo.shape[-2:]) < 2 * self.scale
-        ):
-            raise ParameterError(
-                f"rows and columns must be multiples of {self.scale}, two at least, got {tuple(photo.shape[-2:])}"
-            )
+        self.check_size(photo.shape[-2], photo.shape[-1])
         made: Tensor = self.layers(photo)
         return made
 

@@ -239,6 +239,11 @@ def test_without_anything_to_watch_the_last_weights_stay_and_it_says_so():
     assert made.state()["gan"]["chosen_by"] == "last step"
 
 
+def test_a_size_the_generator_cannot_halve_is_refused_before_the_predictor_is_trained():
+    with pytest.raises(ParameterError, match=r"multiples of 8 for 3 stages, got \(12, 12\)"):
+        learner(**{"pairs.size": 12}).stages(TRAINING)
+
+
 def test_figures_bear_the_name_of_what_they_are_not_of_what_weights_were_chosen_by(trained):
     state = trained.state()
     state["gan"] = state["gan"] | {"chosen_by": "lpips", "best": 1e-9}
