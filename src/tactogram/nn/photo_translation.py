@@ -62,7 +62,7 @@ class PairConfig(BaseModel):
     contrast: float = Field(default=0.2, ge=0, le=1)
     """As ``brightness``."""
     protocol: Protocol = "source-split"
-    """What is split before what. Ours; the paper's reading is ``crop-split``, on a run whose split is ``all``."""
+    """What is split before what. Ours; our reading of the paper is ``crop-split``, on a run whose split is ``all``."""
     overlap: float = Field(default=0.125, gt=0, le=0.5)
     """Share of a picture's length by which the pieces of a longer signal are crossfaded. Ours."""
 

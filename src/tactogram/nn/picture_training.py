@@ -13,6 +13,7 @@ import torch
 from torch import Tensor
 
 from tactogram.errors import ParameterError
+from tactogram.features.photo_pairs import WeakPairs
 from tactogram.model import Example, Stage
 from tactogram.nn.adversarial_pair import AdversarialPair
 from tactogram.nn.label_predictor import PredictorTraining
@@ -66,6 +67,7 @@ class PictureTraining:
         self.batch_size, self.epochs, self.steps, self.choose_every = batch_size, epochs, steps, choose_every
         self.materials = ends.kind.materials
         self.watched: Sequence[Example] = ()
+        self.seen: Sequence[Example] = ()
 
     def setup(self, fabric: Any) -> None:
         """Hand networks and optimisers to Lightning Fabric."""
@@ -92,6 +94,8 @@ class PictureTraining:
         size, generator = self.ends.config.size, cast(_Sized, self.gan.bare_generator)
         generator.check_size(size, size)
         self.ends.check(examples)
+        self.seen = examples
+        self.unseen(self.watched)
         steps = self.steps or self.epochs * self._epoch(examples)
         stages = [Stage("fit", 1), Stage("gan", steps)]
         if self.predictor:
@@ -99,6 +103,14 @@ class PictureTraining:
             epoch = self.predictor.steps_per_epoch(self.ends.pairs(examples))
             stages.insert(1, Stage("label predictor", self.predictor.config.epochs * epoch))
         return tuple(stages)
+
+    def unseen(self, examples: Sequence[Example]) -> WeakPairs | None:
+        """Return the pairs of the validation part of ``examples``, None where there are none to judge by.
+
+        Where the protocol splits crops and no example is kept apart, crops of what is trained on are: the paper's
+        validation part.
+        """
+        return self.ends.unseen(examples if len(examples) or not self.ends.splits_crops else self.seen)
 
     def _epoch(self, examples: Sequence[Example]) -> int:
         return -(-len(self.ends.pairs(examples)) // self.batch_size)
@@ -123,7 +135,7 @@ class PictureTraining:
         number, last = batch[0], batch[0] + 1 == stage.steps
         if stage.name == "label predictor" and self.predictor:
             epoch = stage.steps // self.predictor.config.epochs
-            unseen = self.ends.unseen(self.watched)
+            unseen = self.unseen(self.watched)
             figures = self.predictor.step(batch, epoch_steps=epoch, unseen=unseen)
             if last:
                 self.predictor.settle()
@@ -132,14 +144,14 @@ class PictureTraining:
         self.gan.train(number / stage.steps)
         figures = update(photo.to(self.gan.device), picture.to(self.gan.device), label, crops)
         if last or (number + 1) % every == 0:
-            figures |= self.gan.choose(make, self.ends.unseen(self.watched))
+            figures |= self.gan.choose(make, self.unseen(self.watched))
         if last:
             self.gan.settle()
         return figures
 
     def validate(self, examples: Sequence[Example], make: Make) -> dict[str, float]:
         """Return how far pictures of unseen photographs are from real ones, and how often these are named rightly."""
-        pairs = self.ends.unseen(examples)
+        pairs = self.unseen(examples)
         if pairs is None:
             return {}
         figures = {f"{self.gan.chosen_by}_unseen": self.gan.judge(make, pairs)}

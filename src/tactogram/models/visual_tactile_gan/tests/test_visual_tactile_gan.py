@@ -244,6 +244,17 @@ def test_a_size_the_generator_cannot_halve_is_refused_before_the_predictor_is_tr
         learner(**{"pairs.size": 12}).stages(TRAINING)
 
 
+def test_where_crops_are_split_weights_are_chosen_by_crops_kept_apart():
+    made = learner(**{"pairs.protocol": "crop-split", "pairs.per_photo": 5, "pairs.per_recording": 5})
+    made.watch(())  # --split all: no recording is kept apart
+    fit(made, TRAINING, seed=0)
+    assert made.state()["gan"]["chosen_by"] == "row_statistics"
+    assert set(made.validate(())) == {"row_statistics_unseen", "label_accuracy_unseen"}
+    train, judged = made.ends.pairs(TRAINING), made.training.unseen(())
+    assert not set(train.pairs[:, 0]) & set(judged.pairs[:, 0])
+    assert not set(train.pairs[:, 1]) & set(judged.pairs[:, 1])
+
+
 def test_figures_bear_the_name_of_what_they_are_not_of_what_weights_were_chosen_by(trained):
     state = trained.state()
     state["gan"] = state["gan"] | {"chosen_by": "lpips", "best": 1e-9}
