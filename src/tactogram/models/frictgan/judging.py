@@ -43,7 +43,7 @@ class Figures:
     windows : int
     mse : float
         Mean squared error of generated friction beside recorded, both out of the same Griffin-Lim, as in the
-        authors' code.
+        authors' code, and from the same phases to begin with, as not there: 0 for the right spectrum.
     mse_recording : float
         The same beside the recording itself.
     mse_flat : float

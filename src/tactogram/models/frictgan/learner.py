@@ -192,9 +192,10 @@ class FrictGANLearner:
     # -- judging -----------------------------------------------------------------------------------------
 
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
-        """Return ``l1`` of unseen windows in parts of each frequency's mean, and the paper's ``mse`` of friction.
+        """Return ``l1`` of the magnitudes of unseen windows, and the paper's ``mse`` of friction.
 
-        Both signals of the ``mse`` come out of the same phase recovery, as in the authors' code.
+        The ``l1`` is in parts of each frequency's mean, with ``scale = "none"`` of the magnitudes as they are. Both
+        signals of the ``mse`` come out of one phase recovery from the same phases; see `judging.Figures`.
         """
         if not examples and self.config.protocol != "examples":
             examples = self.seen  # other windows of the photographs that were trained on
