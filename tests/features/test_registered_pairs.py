@@ -67,6 +67,16 @@ def test_region_split_shares_no_pixel(width, pixels, offset):
     assert ends[2][1] <= width
 
 
+def test_region_split_shares_no_pixel_between_a_long_and_a_short_recording_of_one_photograph():
+    long = ramp("long")
+    short = Example("short", long.signal.cut(0, 100), "felt", long.condition)
+    windows = PhotoWindows(protocol="region-split", shares=(0.5, 0.25, 0.25), **SMALL)
+    parts = [RegisteredPairs([long, short], windows, part=part) for part in PARTS]
+    lefts = [np.concatenate(pairs._lefts) for pairs in parts]
+    assert lefts[0].max() + 16 <= lefts[1].min()
+    assert lefts[1].max() + 16 <= lefts[2].min()
+
+
 def test_the_friction_under_a_window_goes_with_it():
     pairs = RegisteredPairs([ramp()], PhotoWindows(protocol="examples", **SMALL))
     batch = pairs.batch(range(len(pairs)))

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from PIL import Image as Pillow
 from torch import Tensor
 
+from tactogram.datasets.photographs import image_key
 from tactogram.errors import ParameterError
 from tactogram.model import Example
 from tactogram.signal import Image, Signal
@@ -35,6 +36,7 @@ Protocol = Literal["examples", "window-split", "region-split"]
 ``window-split``: overlapping windows of one photograph, drawn at random, as published. **It leaks**: nearly every
 test window has training windows one step beside it.
 ``region-split``: windows that lie wholly in stretches of the photograph, and of the friction, that do not overlap.
+Recordings registered to one photograph share its stretches: those of the shortest.
 """
 Part = Literal["train", "validation", "test"]
 PARTS: tuple[Part, ...] = get_args(Part)
@@ -195,7 +197,7 @@ class RegisteredPairs:
         self._photos: OrderedDict[int, Image] = OrderedDict()
         self._signals: OrderedDict[int, Signal] = OrderedDict()
         self.registered: list[bool] = []
-        self._lefts: list[NDArray[np.int64]] = []
+        widths: list[tuple[str, int]] = []  # photograph, and columns of it that may be used
         for number in range(len(examples)):
             image, signal = self._photo(number), examples[number].signal
             if self.mm_per_pixel is None and image.mm_per_pixel is not None:
@@ -216,7 +218,14 @@ class RegisteredPairs:
                     f"recording {examples[number].id} has {len(signal)} samples, a pair needs {windows.samples}; "
                     "lower config.hop and config.n_fft, or leave it out"
                 )
-            self._lefts.append(windows.lefts(width, part))
+            widths.append((image_key(image) if known else "", width))
+        shared: dict[str, int] = {}  # regions are those of the shortest of all recordings of a photograph
+        for key, width in widths:
+            shared[key] = min(width, shared.get(key, width))
+        regions = windows.protocol == "region-split"
+        self._lefts = [
+            windows.lefts(shared[key] if regions and key else width, part) for key, width in widths
+        ]
         self._ends = np.cumsum([len(lefts) for lefts in self._lefts])
 
     def __len__(self) -> int:
