@@ -112,7 +112,7 @@ def generate_files(
         extent = (
             {"seconds": signal.seconds, "rate_hz": signal.rate}
             if signal.domain == "time"
-            else {"length_mm": signal.seconds, "rate_per_mm": signal.rate}
+            else {"length_mm": signal.length_mm, "rate_per_mm": signal.rate}
         )
         written.append(
             {

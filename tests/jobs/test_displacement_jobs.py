@@ -1,0 +1,66 @@
+"""Friction over displacement through the jobs: generated to files, judged as a finger meets it."""
+
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from tactogram.datasets import Recording, create_store
+from tactogram.jobs.generate import generate_files
+from tactogram.jobs.judges import Judging
+from tactogram.jobs.training import train
+from tactogram.signal import Image, Signal
+from tactogram.signal.io import read_signal
+
+RATE = 40.0  # per mm
+POLES = {"denim": 0.9, "linen": 0.3, "satin": -0.4, "terry": -0.85}
+HASTY = Judging(steps=4, most=4)
+
+
+def photograph(seed, size=96):
+    return Image(np.random.default_rng(seed).integers(0, 256, (size, size, 3), dtype=np.uint8))
+
+
+def friction(material, seed):
+    x = lfilter([1], [1, -POLES[material]], np.random.default_rng(seed).standard_normal(2400))
+    return Recording(
+        streams={"friction": Signal(0.5 + 0.05 * x / x.std(), RATE, "1", ("along",), "displacement")},
+        material=material,
+        speed_mm_s=80.0,
+        force_n=0.5,
+        simulated=True,
+    )
+
+
+@pytest.fixture(scope="module")
+def fabrics(tmp_path_factory):
+    return create_store(
+        tmp_path_factory.mktemp("fabrics") / "store",
+        [friction(name, 100 * k + seed) for k, name in enumerate(POLES) for seed in range(8)],
+        name="fabrics",
+        licence="none",
+        simulated=True,
+        photographs=[(name, photograph(100 * k + n)) for k, name in enumerate(POLES) for n in range(10)],
+    ).path
+
+
+def trained(fabrics, out, **options):
+    return train("frictgan", fabrics, recipe="tiny", out=out, accelerator="cpu", **options)
+
+
+@pytest.fixture(scope="module")
+def run(fabrics, tmp_path_factory):
+    return trained(fabrics, tmp_path_factory.mktemp("runs") / "run")
+
+
+def test_a_signal_over_displacement_is_written_with_its_length(run, tmp_path):
+    condition = {"image": photograph(1)}
+    (row,) = generate_files(run.folder, condition, tmp_path / "x.npz")
+    signal = read_signal(tmp_path / "x.npz")
+    assert (signal.domain, signal.length_mm, signal.rate) == (
+        "displacement",
+        row["length_mm"],
+        row["rate_per_mm"],
+    )
+    (played,) = generate_files(run.folder, condition | {"speed_mm_s": 50.0}, tmp_path / "y.wav", seconds=1.0)
+    assert played["seconds"] == read_signal(tmp_path / "y.wav").seconds == 1.0
