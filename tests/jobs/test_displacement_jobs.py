@@ -6,6 +6,7 @@ import pytest
 from scipy.signal import lfilter
 
 from tactogram.datasets import Recording, create_store
+from tactogram.jobs.evaluate import evaluate
 from tactogram.jobs.generate import generate_files
 from tactogram.jobs.judges import Judging
 from tactogram.jobs.training import train
@@ -64,3 +65,11 @@ def test_a_signal_over_displacement_is_written_with_its_length(run, tmp_path):
     )
     (played,) = generate_files(run.folder, condition | {"speed_mm_s": 50.0}, tmp_path / "y.wav", seconds=1.0)
     assert played["seconds"] == read_signal(tmp_path / "y.wav").seconds == 1.0
+
+
+def test_is_judged_as_met_at_one_speed_though_recordings_have_a_force(run):
+    found = evaluate(run.folder, judging=HASTY)
+    row = found["measures"]["log_spectral_distance_db"]
+    assert all(row[name] is not None for name in ("model", "floor", "ar_texture", "replay", "nearest_photo"))
+    assert any("as met at 50 mm/s" in note for note in found["notes"])
+    assert row["replay"] < row["ceiling"]

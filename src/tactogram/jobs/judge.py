@@ -162,12 +162,13 @@ class _Asking:
         try:
             signal = self.generator.generate(condition, seconds=seconds, seed=seed)
         except ParameterError:
-            plain = {name: condition[name] for name in self.facts.needs}
+            plain = {name: condition[name] for name in (*self.facts.needs, *self._speed)}
             if condition == plain:
                 raise
             signal = self.generator.generate(plain, seconds=seconds, seed=seed)
+            asked = "photographs" if "image" in self.facts.needs else "materials"
             self._note(
-                f"{self.name} was asked for materials alone: it does not know every speed and force of the recordings."
+                f"{self.name} was asked for {asked} alone: it does not know every speed and force of the recordings."
             )
         if not isinstance(signal, Signal):
             raise ParameterError(f"{self.name} generates images, not signals")
@@ -192,10 +193,13 @@ class _Asking:
                 self._note(
                     f"{self.name} does not know every material: it was asked for the one whose photograph is nearest."
                 )
+        return given | self._speed
+
+    @property
+    def _speed(self) -> dict[str, float]:
+        """What a generator over displacement must be told, since it is judged over time."""
         kind = getattr(self.generator, "kind", None)
-        if kind is not None and kind.domain != "time":
-            given["speed_mm_s"] = JUDGED_SPEED_MM_S
-        return given
+        return {} if kind is None or kind.domain == "time" else {"speed_mm_s": JUDGED_SPEED_MM_S}
 
     def _note(self, text: str) -> None:
         if text not in self.notes:
