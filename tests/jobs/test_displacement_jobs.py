@@ -1,10 +1,12 @@
 """Friction over displacement through the jobs: generated to files, judged as a finger meets it."""
 
+import json
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from tactogram.cli import main
 from tactogram.datasets import Recording, create_store
 from tactogram.jobs.evaluate import evaluate
 from tactogram.jobs.generate import generate_files
@@ -73,3 +75,23 @@ def test_is_judged_as_met_at_one_speed_though_recordings_have_a_force(run):
     assert all(row[name] is not None for name in ("model", "floor", "ar_texture", "replay", "nearest_photo"))
     assert any("as met at 50 mm/s" in note for note in found["notes"])
     assert row["replay"] < row["ceiling"]
+
+
+def test_one_fabric_held_out_is_judged_without_the_published_figure(fabrics, tmp_path, capsys):
+    by_material = trained(fabrics, tmp_path / "run", by="material")
+    assert main(["evaluate", str(by_material.folder), "--judging", "steps=4", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["as_published"] is None
+    assert "two fabrics" in found["as_published_missing"]
+    assert found["measures"]["log_spectral_distance_db"]["model"] is not None
+
+
+def test_figures_that_are_no_numbers_are_null_in_json(run, monkeypatch):
+    from tactogram.models.frictgan.learner import FrictGANLearner
+
+    nothing = {"mean": {"mse": float("nan")}, "per_material": {"denim": {"mse": float("inf")}}}
+    monkeypatch.setattr(FrictGANLearner, "as_published", lambda self, examples: nothing)
+    found = evaluate(run.folder, judging=HASTY)
+    json.dumps(found, allow_nan=False)
+    assert found["as_published"]["mean"]["mse"] is None
+    assert "NaN" not in (run.folder / "evaluation.json").read_text()

@@ -185,8 +185,10 @@ def evaluate(a: Arguments) -> None:
             f"{measure}: " + ", ".join(f"{column} {text_of(value)}" for column, value in row.items())
             for measure, row in result.get("measures", {}).items()
         ]
-        alone = result.get("pictures", {}).get("values", {}) | result.get("as_published", {}).get("mean", {})
+        published = result.get("as_published") or {}
+        alone = result.get("pictures", {}).get("values", {}) | published.get("mean", {})
         lines += [f"{name}: {text_of(value)}" for name, value in alone.items()]
+        lines += [result["as_published_missing"]] if "as_published_missing" in result else []
     print_result(a, result, "\n".join([*lines, f"report: {result['report']}"]))
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -70,6 +71,7 @@ def evaluate(
         simulated=facts["simulated"] or loaded.kind.simulated,
     )
     figures["report"] = str(report)
+    figures = {name: _finite(value) for name, value in figures.items()}
     loaded.run.write_json("evaluation.json", figures)
     return figures
 
@@ -113,13 +115,23 @@ def judged(
             results["pictures"], more = judged_pictures(loaded, progress=progress)
             sections += more
         if hasattr(loaded.model, "as_published"):
-            results["as_published"] = loaded.model.as_published(known)
-            sections.append(_as_published(results["as_published"]))
+            found, more = _as_published(loaded, known)
+            results |= found
+            sections += more
     else:
         results, sections = _judge_classifier(loaded, known, others, progress)
     if metrics := [m for m in loaded.run.metrics() if "loss" in m]:
         sections.append(Section("Training", [Picture(losses_figure(metrics), "Loss over steps.")]))
     return figures | results, sections
+
+
+def _finite(value: Any) -> Any:
+    """Return ``value`` with None for what is no finite number: JSON has no NaN."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {name: _finite(inner) for name, inner in value.items()}
+    return [_finite(inner) for inner in value] if isinstance(value, list | tuple) else value
 
 
 def _splits_within(loaded: LoadedRun) -> str:
@@ -148,14 +160,25 @@ def _judged_within(
     if makes_pictures(loaded):
         figures["pictures"], sections = judged_pictures(loaded, progress=progress)
     if hasattr(loaded.model, "as_published"):
-        figures["as_published"] = loaded.model.as_published(_trained_on(loaded))
-        sections.append(_as_published(figures["as_published"]))
+        found, more = _as_published(loaded, _trained_on(loaded))
+        figures |= found
+        sections += more
     if metrics := [m for m in loaded.run.metrics() if "loss" in m]:
         sections.append(Section("Training", [Picture(losses_figure(metrics), "Loss over steps.")]))
     return figures, sections
 
 
-def _as_published(found: dict[str, Any]) -> Section:
+def _as_published(loaded: LoadedRun, examples: Sequence[Example]) -> tuple[dict[str, Any], list[Section]]:
+    """Return ``as_published`` and its section; where these recordings allow no such figures, None and the reason."""
+    try:
+        found = loaded.model.as_published(examples)
+    except ParameterError as error:
+        why = f"Not judged as published: {error}"
+        return {"as_published": None, "as_published_missing": why}, [Section("As published", [Text(why)])]
+    return {"as_published": found}, [_published_section(found)]
+
+
+def _published_section(found: dict[str, Any]) -> Section:
     """Return the figures that a publication judges by, and what it leaves out beside them."""
     names = list(next(iter(found["per_material"].values())))
     rows = [(material, *row.values()) for material, row in found["per_material"].items()]
