@@ -1,11 +1,13 @@
 import json
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from tactogram.cli import main
+from tactogram.jobs import doctor
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
 
@@ -104,7 +106,17 @@ def test_doctor_tells_versions_and_extras(capsys):
     facts = json.loads(capsys.readouterr().out)
     assert facts["packages"]["torch"].startswith("2.")
     assert facts["extras"]["dev"] == {"for": "tests, style, types, benchmarks", "missing": []}
+    assert "LPIPS" in facts["extras"]["vision"]["for"]
     assert facts["device"]
+
+
+@pytest.mark.parametrize("compiled", [True, False])
+def test_doctor_tells_whether_torchvision_has_its_compiled_operators(compiled, monkeypatch):
+    extension = SimpleNamespace(_has_ops=lambda: compiled)
+    monkeypatch.setattr(doctor, "vision_module", lambda name: extension)
+    monkeypatch.setattr(doctor, "find_spec", lambda name: name == "torchvision" or None)
+    said = [problem for problem in doctor.doctor()["problems"] if "torchvision" in problem]
+    assert [("tactogram does without them" in problem) for problem in said] == [True] * (not compiled)
 
 
 def test_the_command_starts_as_a_program():

@@ -10,9 +10,13 @@ from typing import Any
 
 from packaging.requirements import Requirement
 
+from tactogram.errors import MissingExtraError
+from tactogram.nn.vision_import import vision_module
+
 EXTRAS = {
     "dev": "tests, style, types, benchmarks",
     "docs": "building the documentation",
+    "vision": "photographs: pretrained trunks, LPIPS, FID, Grad-CAM",
 }
 
 
@@ -72,16 +76,27 @@ def _problems(core: dict[str, str | None]) -> list[str]:
             "OMP_WAIT_POLICY is not PASSIVE: training slows down several times when a core is busy; "
             "the tactogram command sets it, a script of your own must set it before importing torch"
         )
-    if find_spec("torchvision") is not None and "+cpu" in (_version("torch") or ""):
-        found.append(
-            "torchvision is installed beside a CPU build of torch: its compiled operators may not load "
-            "('operator torchvision::nms does not exist'); install the CPU build of torchvision or none"
-        )
+    if find_spec("torchvision") is not None:
+        found.extend(_vision_problem())
     if find_spec("torchaudio") is not None:
         found.append(
             "torchaudio is installed: tactogram does not use it, and a mismatched one breaks imports"
         )
     return found
+
+
+def _vision_problem() -> list[str]:
+    """Return what is wrong with an installed torchvision, tried through the guard by which it is imported."""
+    try:
+        extension = vision_module("torchvision.extension")
+    except MissingExtraError as error:
+        return [str(error)]
+    if extension._has_ops():
+        return []
+    return [
+        "torchvision's compiled operators do not load (its build is not that of torch): tactogram does without "
+        "them, other programs may not; install the build of torchvision that matches torch"
+    ]
 
 
 def _version(package: str) -> str | None:
