@@ -297,6 +297,16 @@ def test_a_shared_photograph_is_cut_for_the_recordings_that_name_it(tmp_path):
             np.testing.assert_array_equal(example.condition["image"].pixels, expected)
 
 
+def test_a_part_of_a_registered_photograph_is_registered_to_nothing(tmp_path):
+    store = store_of(tmp_path, {"cork": 0}, images={"cork": picture(5)})
+    split = split_photographs(store, by_recording(store), seed=0, smallest=16)
+    for part in PARTS:
+        for example in examples(store, split, part):
+            assert example.condition["image"].mm_per_pixel is None
+            assert {image.mm_per_pixel for image in example.photographs} == {0.1}
+    assert Examples(store, split.train, Prepare())[0].condition["image"].mm_per_pixel == 0.1
+
+
 def test_blocks_of_one_long_recording_have_regions_of_its_photograph(tmp_path):
     friction = Signal(np.random.default_rng(0).random(1000), 5.0, "1", domain="displacement")
     take = Recording(streams={"friction": friction}, material="wood", image=picture(3))

@@ -31,7 +31,7 @@ from tactogram.datasets.store import Store
 from tactogram.errors import ParameterError
 from tactogram.model import Example, SignalKind
 from tactogram.recipe import Prepare
-from tactogram.signal import Signal
+from tactogram.signal import Image, Signal
 
 
 class Examples(Sequence[Example]):
@@ -52,6 +52,7 @@ class Examples(Sequence[Example]):
     photographs : iterable of Region, optional
         What this part may use of photographs: one part of `Split.photographs`. They become
         `Example.photographs`, by material, and a recording's own image is cut to what is among them, or left out.
+        An own image that is cut has no ``mm_per_pixel``: what was recorded is registered to the whole one.
         By default none is given, and a recording's own image is whole, as in splits of recordings alone.
     cache_dir : Path, optional
         Where prepared signals are kept for the next time. By default a folder that goes with this object.
@@ -210,7 +211,12 @@ class _Condition(Mapping[str, Any]):
         self._known = {name: value for name, value in known.items() if value is not None}
 
     def __getitem__(self, name: str) -> Any:
-        return cut_out(self._store, self._known[name]) if name == "image" else self._known[name]
+        if name != "image":
+            return self._known[name]
+        region: Region = self._known[name]
+        image = cut_out(self._store, region)
+        # What was recorded begins at the edge of the whole photograph: a part of it is registered to nothing.
+        return image if region.whole else Image(image.pixels)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._known)
