@@ -8,6 +8,7 @@ from scipy.signal import lfilter
 
 from tactogram.cli import main
 from tactogram.datasets import Recording, create_store
+from tactogram.errors import ParameterError
 from tactogram.jobs.evaluate import evaluate
 from tactogram.jobs.generate import generate_files
 from tactogram.jobs.judges import Judging
@@ -95,3 +96,9 @@ def test_figures_that_are_no_numbers_are_null_in_json(run, monkeypatch):
     json.dumps(found, allow_nan=False)
     assert found["as_published"]["mean"]["mse"] is None
     assert "NaN" not in (run.folder / "evaluation.json").read_text()
+
+
+def test_what_a_model_refuses_in_its_first_step_leaves_nothing(fabrics, tmp_path):
+    with pytest.raises(ParameterError, match="over displacement"):
+        train("ar_texture", fabrics, recipe="tiny", out=tmp_path / "run", accelerator="cpu")
+    assert not (tmp_path / "run").exists()

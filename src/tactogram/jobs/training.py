@@ -39,6 +39,9 @@ from tactogram.training.run import Run
 TEST_SHARE, VALIDATION_SHARE = 0.2, 0.1
 """Parts of the recordings that `train` keeps for `evaluate`, and for choosing and calibrating."""
 
+BEGUN = ("recipe.toml", "data.json", "environment.json", "split.json")
+"""What a run has before its first step; the recipe, which makes it a run, first."""
+
 
 @dataclass(frozen=True)
 class LoadedRun:
@@ -169,7 +172,14 @@ def train(
         _begin(run, kept, identity, store, parts, label)
     fabric.barrier()
     start = run.restore(learner) if resume else Position()
-    run_training(learner, examples, chosen, run=run, start=start, rank=fabric.global_rank, progress=progress)
+    try:
+        run_training(
+            learner, examples, chosen, run=run, start=start, rank=fabric.global_rank, progress=progress
+        )
+    except ParameterError:
+        if first and not resume:
+            _take_back(run)
+        raise
     if first:
         if isinstance(learner, Classifier) and hasattr(learner, "embed"):
             from tactogram.jobs.search import index_run
@@ -314,6 +324,16 @@ def _begin(run: Run, recipe: Recipe, identity: str, store: Store, split: Split, 
     # Before the recipe, which makes it a run: a kill leaves a run with its split, or none.
     split.save(run.folder / "split.json")
     Run.create(run.folder, recipe=recipe, data=data, identity=identity)
+
+
+def _take_back(run: Run) -> None:
+    """Remove what `_begin` made of a run that was refused in its first step: there is nothing to go on with."""
+    if (run.folder / "checkpoint.safetensors").exists() or run.metrics():
+        return
+    for name in BEGUN:
+        (run.folder / name).unlink(missing_ok=True)
+    if not any(run.folder.iterdir()):
+        run.folder.rmdir()
 
 
 def test_part(run: Run) -> tuple[Store, Split]:
