@@ -9,12 +9,13 @@ from scipy.signal import lfilter
 from tactogram.cli import main
 from tactogram.datasets import Recording, create_store
 from tactogram.errors import ParameterError
+from tactogram.jobs.convert import convert
 from tactogram.jobs.evaluate import evaluate
 from tactogram.jobs.generate import generate_files
 from tactogram.jobs.judges import Judging
 from tactogram.jobs.training import train
 from tactogram.signal import Image, Signal
-from tactogram.signal.io import read_signal
+from tactogram.signal.io import read_signal, write_signal
 
 RATE = 40.0  # per mm
 POLES = {"denim": 0.9, "linen": 0.3, "satin": -0.4, "terry": -0.85}
@@ -102,3 +103,11 @@ def test_what_a_model_refuses_in_its_first_step_leaves_nothing(fabrics, tmp_path
     with pytest.raises(ParameterError, match="over displacement"):
         train("ar_texture", fabrics, recipe="tiny", out=tmp_path / "run", accelerator="cpu")
     assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("speed", [0.0, -5.0, float("nan")])
+def test_a_speed_that_is_none_is_called_a_speed(speed, tmp_path):
+    write_signal(tmp_path / "x.npz", friction("denim", 1).streams["friction"])
+    with pytest.raises(ParameterError, match="--play-at must be a speed > 0 mm/s"):
+        convert(tmp_path / "x.npz", tmp_path / "y.wav", play_at=speed)
+    assert not (tmp_path / "y.wav").exists()

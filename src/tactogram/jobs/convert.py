@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from tactogram.errors import ParameterError
 from tactogram.signal.displacement import played
 from tactogram.signal.io import read_file, write_signal
 from tactogram.signal.resampling import resample
@@ -70,6 +72,8 @@ def convert(
     if timing is not None:
         metadata["timing"] = timing
     if play_at is not None:
+        if not (play_at > 0 and math.isfinite(play_at)):
+            raise ParameterError(f"--play-at must be a speed > 0 mm/s, got {play_at:g}")
         signal = played(signal, play_at, resample_to or signal.rate * play_at)
         metadata["played_at_mm_s"] = play_at
     elif resample_to is not None:
