@@ -111,3 +111,16 @@ def test_a_speed_that_is_none_is_called_a_speed(speed, tmp_path):
     with pytest.raises(ParameterError, match="--play-at must be a speed > 0 mm/s"):
         convert(tmp_path / "x.npz", tmp_path / "y.wav", play_at=speed)
     assert not (tmp_path / "y.wav").exists()
+
+
+def test_data_of_another_kind_is_named_and_refused(run, tmp_path):
+    signal = Signal(np.random.default_rng(3).standard_normal(3000), 1000.0, "m/s^2", ("along",))
+    other = create_store(
+        tmp_path / "other",
+        [Recording(streams={"acceleration": signal}, material="denim")],
+        name="other",
+        licence="none",
+        photographs=[("denim", photograph(999))],
+    )
+    with pytest.raises(ParameterError, match="other: not what run was trained on: signal must be"):
+        evaluate(run.folder, data=other.path, judging=Judging(steps=3, most=4))

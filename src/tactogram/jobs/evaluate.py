@@ -108,6 +108,13 @@ def judged(
             f"{store.name}: no recording of a material that the run knows ({', '.join(loaded.kind.materials)})"
         )
     if loaded.facts.task == "generation":
+        try:
+            for example in known:
+                loaded.kind.check(example.signal)
+        except ParameterError as error:
+            raise ParameterError(
+                f"{store.name}: not what {loaded.run.name} was trained on: {error}"
+            ) from error
         train = _trained_on(loaded)
         result, sections = judge_generator(loaded, known, train, judging=judging, progress=progress)
         results = result.as_dict()
