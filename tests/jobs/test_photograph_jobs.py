@@ -167,3 +167,19 @@ def test_pictures_are_judged_beside_signals_and_the_loss_is_divided(looks, tmp_p
     assert "From pictures back to vibration" in page
     with pytest.raises(ParameterError, match="nearest_photo makes no spectrogram pictures"):
         judge_pictures(trained(looks, tmp_path / "nearest").folder)
+
+
+def test_crops_of_the_recordings_trained_on_have_no_floor(looks, tmp_path):
+    changes = {"config.pairs.hop": 16, "config.pairs.frames": 32, "config.pairs.protocol": "crop-split"}
+    sight = train(
+        "visual_tactile_gan",
+        looks,
+        recipe="tiny",
+        changes=changes,
+        split="all",
+        out=tmp_path / "run",
+        accelerator="cpu",
+    )
+    losses = evaluate(sight.folder, judging=HASTY)["pictures"]["inversion"]
+    assert losses
+    assert {loss["floor"] for loss in losses.values()} == {None}

@@ -182,7 +182,9 @@ def _inversion(
     """Return the loss of the inverted signals, the mean over materials."""
     picture, places = loaded.model.ends.picture, pairs.by_material()
     held: dict[str, list[list[Any]]] = {name: [[], []] for name in places}
-    for side, part in enumerate((test, train)):
+    # Crops of the same recordings have no floor: a recording beside itself is no other recording.
+    parts = (test,) if loaded.model.ends.splits_crops else (test, train)
+    for side, part in enumerate(parts):
         for example in part:
             if example.material in held and len(example.signal) >= picture.length:
                 held[example.material][side].append(example.signal)
