@@ -124,3 +124,11 @@ def test_data_of_another_kind_is_named_and_refused(run, tmp_path):
     )
     with pytest.raises(ParameterError, match="other: not what run was trained on: signal must be"):
         evaluate(run.folder, data=other.path, judging=Judging(steps=3, most=4))
+
+
+@pytest.mark.parametrize("model", ["nearest_photo", "replay"])
+def test_recorded_friction_is_played_from_its_run_too(fabrics, tmp_path, model):
+    run = train(model, fabrics, recipe="tiny", out=tmp_path / "run", accelerator="cpu")
+    found = evaluate(run.folder, judging=HASTY)["measures"]["log_spectral_distance_db"]
+    assert found["model"] < found["ceiling"]
+    assert None not in (found["floor"], found["replay"])

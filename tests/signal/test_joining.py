@@ -125,7 +125,7 @@ def test_a_seam_excess_by_hand():
     ("call", "message"),
     [
         (lambda: join([], overlap_s=0.1), "at least one piece"),
-        (lambda: join([noise(0), noise(1, axes=3)], overlap_s=0.1), "one rate, unit and set of axes"),
+        (lambda: join([noise(0), noise(1, axes=3)], overlap_s=0.1), "one rate, unit, set of axes and domain"),
         (lambda: join([noise(0), noise(1, 50)], overlap_s=0.1), "piece 1 must have at least 100 samples"),
         (lambda: join([noise(0)], overlap_s=-1), "overlap_s must be >= 0"),
         (lambda: join([noise(0)], overlap_s=0.1, search_s=np.nan), "search_s must be >= 0"),

@@ -224,7 +224,11 @@ def _training_options(add: Add) -> None:
     add("--set", action="append", default=[], metavar="KEY=VALUE", help="change a value of the recipe")
     add("--band", type=float, nargs=2, metavar=("LO", "HI"), help="pass band in Hz; as --set prepare.band=…")
     add("--split", default="", metavar="last=N|all", help="keep the last N recordings of a class for testing")
-    add("--by", default="recording", help="recording, session, subject or condition: never on two sides")
+    add(
+        "--by",
+        default="recording",
+        help="recording, session, subject, material or condition: never on two sides",
+    )
     add(
         "--label",
         default="material",

@@ -215,6 +215,8 @@ def generate(a: Arguments) -> None:
     if "taken_for" in seen:
         sure = f", confidence {seen['confidence']:.2f}" if "confidence" in seen else ""
         lines.append(f"photograph taken for {seen['taken_for']}{sure}")
+    if "differ_by" in seen:
+        lines.append(f"they differ by {seen['differ_by']}")
     print_result(a, {"files": written}, "\n".join(lines))
 
 

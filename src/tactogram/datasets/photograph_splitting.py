@@ -252,7 +252,8 @@ def _note(by_region: Sequence[str], whole: Sequence[str], followed: Sequence[str
     told = []
     if followed:
         told.append(
-            f"{len(followed)} materials stand in one part with all their photographs: surfaces never seen"
+            f"{len(followed)} materials stand in one part each, with all their photographs: those tested are surfaces "
+            "never seen"
         )
     if whole:
         told.append(

@@ -86,7 +86,8 @@ def generate_files(
     list of dict
         ``file``, ``seconds``, ``rate_hz``, ``unit``, ``axes``, ``simulated`` (whether what it learned from
         was), ``rms`` per file; over displacement ``length_mm`` and ``rate_per_mm`` instead of seconds and Hz. Where
-        the model names the surface in a photograph: ``taken_for`` and, if it gives one, ``confidence``.
+        the model names the surface in a photograph: ``taken_for`` and, if it gives one, ``confidence``; of several of a
+        model without noise ``differ_by``.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     seen: dict[str, Any] = {}
@@ -103,6 +104,8 @@ def generate_files(
         **({} if photograph is None else {"photograph": Path(photograph).name}),
         **seen,
     }
+    if count > 1 and (differ_by := getattr(loaded.model, "differ_by", "")):
+        seen["differ_by"] = differ_by
     written = []
     for number, signal in enumerate(
         generate(loaded, condition, seconds=seconds, seed=seed, count=count), start=1

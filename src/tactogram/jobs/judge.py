@@ -19,6 +19,7 @@ from tactogram.evaluation.standing import MODEL, GenerationResult
 from tactogram.jobs.judges import (
     BASELINES,
     FELT_RATE,
+    HOLDING_RECORDINGS,
     JUDGED_SPEED_MM_S,
     NEAREST_PHOTO,
     Bench,
@@ -130,7 +131,7 @@ def _generators(loaded: LoadedRun, bench: Bench) -> dict[str, tuple[models.Model
     names = (*BASELINES, NEAREST_PHOTO) if "image" in loaded.facts.needs else BASELINES
     found = {MODEL: (loaded.facts, loaded.model)}
     for name in names:
-        own = loaded.facts.name == name
+        own = loaded.facts.name == name and loaded.kind.domain == "time"  # baselines are trained over time
         found[name] = (loaded.facts, loaded.model) if own else (models.find(name), bench.baseline(name))
     return found
 
@@ -158,6 +159,8 @@ class _Asking:
     def drawn(self, example: Example, number: int, seconds: float) -> Signal:
         """Return signal ``number`` for the conditions of ``example``; of its surface alone where they are unknown."""
         condition = self._condition(example, number)
+        if self._over_displacement and not self._speed:
+            seconds *= JUDGED_SPEED_MM_S  # it gives recorded stretches, whose length is in mm
         seed = child_seed(self.seed, "judge", str(example.material), number)
         try:
             signal = self.generator.generate(condition, seconds=seconds, seed=seed)
@@ -196,10 +199,15 @@ class _Asking:
         return given | self._speed
 
     @property
-    def _speed(self) -> dict[str, float]:
-        """What a generator over displacement must be told, since it is judged over time."""
+    def _over_displacement(self) -> bool:
         kind = getattr(self.generator, "kind", None)
-        return {} if kind is None or kind.domain == "time" else {"speed_mm_s": JUDGED_SPEED_MM_S}
+        return kind is not None and kind.domain != "time"
+
+    @property
+    def _speed(self) -> dict[str, float]:
+        """What a generator that plays what is over displacement must be told, since it is judged over time."""
+        plays = self._over_displacement and self.facts.name not in HOLDING_RECORDINGS
+        return {"speed_mm_s": JUDGED_SPEED_MM_S} if plays else {}
 
     def _note(self, text: str) -> None:
         if text not in self.notes:

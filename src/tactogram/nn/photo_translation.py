@@ -67,6 +67,10 @@ class PairConfig(BaseModel):
     """Share of a picture's length by which the pieces of a longer signal are crossfaded. Ours."""
 
 
+DIFFER_BY = "the crop of the photograph and the phase that is found: the network takes no noise"
+"""What signals of several seeds differ by."""
+
+
 class PhotoTranslation:
     """Pairs of a training, and signals from what a network makes of photographs.
 

@@ -39,9 +39,9 @@ def join(pieces: Sequence[Signal], *, overlap_s: float, search_s: float = 0.0) -
     Parameters
     ----------
     pieces : sequence of Signal
-        All of one rate, unit and set of axes, over time. Each at least ``overlap_s`` + ``search_s`` long.
+        All of one rate, unit, set of axes and domain. Each at least ``overlap_s`` + ``search_s`` long.
     overlap_s : float
-        Length of each crossfade, s; 0 puts the pieces end to end.
+        Length of each crossfade, s (mm over displacement, as all lengths here); 0 puts the pieces end to end.
     search_s : float
         Up to so much, in s, is left out at the beginning of each further piece, so that what follows is most
         like (normalised cross-correlation, summed over the axes) what it is faded into. All axes move together.
@@ -96,7 +96,7 @@ def extend(
             if len(piece) <= round(overlap_s * piece.rate) + round(search_s * piece.rate):
                 raise ParameterError(
                     f"pieces must be longer than overlap_s + search_s, {overlap_s + search_s:g} s; "
-                    f"got {piece.seconds:g} s"
+                    f"got {piece.extent:g} s"
                 )
             yield piece
 
@@ -174,9 +174,9 @@ def _joined(pieces: Iterable[Signal], overlap_s: float, search_s: float) -> Iter
 
 def _check(number: int, piece: Signal, first: Signal, least: int) -> None:
     got, expected = ((s.rate, s.unit, s.axes, s.domain) for s in (piece, first))
-    if got != expected or piece.domain != "time":
+    if got != expected:
         raise ParameterError(
-            f"pieces must be of one rate, unit and set of axes, over time; piece {number} is "
+            f"pieces must be of one rate, unit, set of axes and domain; piece {number} is "
             f"{got[0]:g}, {got[1]}, {','.join(got[2])} over {got[3]}, the first {expected[0]:g}, {expected[1]}, "
             f"{','.join(expected[2])} over {expected[3]}"
         )

@@ -74,6 +74,11 @@ class Signal:
         return len(self) / self.rate
 
     @property
+    def extent(self) -> float:
+        """Length over its domain: s over time, mm over displacement."""
+        return len(self) / self.rate
+
+    @property
     def length_mm(self) -> float:
         """Path length in mm; only for a signal over displacement."""
         if self.domain != "displacement":

@@ -73,7 +73,7 @@ class NearestPhotoLearner:
         self.shown = [name for name, rows in described.items() for _ in rows]
         self.described = np.array([row for rows in described.values() for row in rows])
         self.kept = {name: self._keep(name, members) for name, members in found.items()}
-        self.seconds = float(np.median([example.signal.seconds for example in examples]))
+        self.seconds = float(np.median([example.signal.extent for example in examples]))
         return {"photographs_per_material": len(self.shown) / len(self.materials)}
 
     def _describe(self, material: str, examples: Sequence[Example]) -> list[NDArray[np.float64]]:
@@ -119,7 +119,8 @@ class NearestPhotoLearner:
         for number, example in enumerate(examples):
             if example.material in self.materials:
                 right.extend(self.material_of(image) == example.material for image in example.photographs)
-            if len(example.photographs) and example.signal.seconds >= SHORTEST_JUDGED_S:
+            over_time = self.kind.domain == "time"
+            if len(example.photographs) and over_time and example.signal.seconds >= SHORTEST_JUDGED_S:
                 made = self.generate(
                     {"image": example.photographs[0]}, seconds=example.signal.seconds, seed=number
                 )

@@ -16,7 +16,7 @@ from tactogram.nn.adversarial_loss import adversarial_loss, feature_matching_los
 from tactogram.nn.adversarial_pair import AdversarialPair
 from tactogram.nn.patch_discriminator import scores
 from tactogram.nn.perceptual_loss import PerceptualLoss
-from tactogram.nn.photo_translation import PhotoTranslation
+from tactogram.nn.photo_translation import DIFFER_BY, PhotoTranslation
 from tactogram.nn.picture_training import PictureTraining
 from tactogram.signal import Signal
 from tactogram.training.seeds import torch_seeded
@@ -34,6 +34,8 @@ class Pix2PixHDLearner:
         Decides initial weights, crops and pairs.
     device : str or torch.device
     """
+
+    differ_by = DIFFER_BY
 
     def __init__(
         self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"

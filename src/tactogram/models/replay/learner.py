@@ -80,14 +80,14 @@ class ReplayLearner:
         examples: Sequence[Example] = batch
         found = self.kind.by_material(examples)
         for example in examples:
-            if round(example.signal.seconds * self.kind.rate) <= 2 * self._least:
+            if len(example.signal) <= 2 * self._least:
                 raise ParameterError(
                     f"recording {example.id} must be longer than {2 * self._least} samples, two crossfades "
                     f"and searches; got {len(example.signal)}: lower config.overlap_s"
                 )
         self.kept = {name: self._keep(name, members) for name, members in found.items()}
-        self.seconds = float(np.median([example.signal.seconds for example in examples]))
-        kept = [sum(k.signal.seconds for k in members) for members in self.kept.values()]
+        self.seconds = float(np.median([example.signal.extent for example in examples]))
+        kept = [sum(k.signal.extent for k in members) for members in self.kept.values()]
         return {"seconds_per_material": float(np.mean(kept))}
 
     @property
@@ -117,7 +117,8 @@ class ReplayLearner:
         """Return ``log_spectral_distance_db`` from unseen recordings to replayed ones of the same length."""
         distances = []
         for number, example in enumerate(examples):
-            if example.material in self.kept and example.signal.seconds >= SHORTEST_JUDGED_S:
+            over_time = self.kind.domain == "time"
+            if example.material in self.kept and over_time and example.signal.seconds >= SHORTEST_JUDGED_S:
                 made = self.generate(
                     {"material": example.material}, seconds=example.signal.seconds, seed=number
                 )
@@ -147,7 +148,7 @@ class ReplayLearner:
         }
 
     def _signal(self, samples: Any) -> Signal:
-        return Signal(np.asarray(samples), self.kind.rate, self.kind.unit, self.kind.axes)
+        return Signal(np.asarray(samples), self.kind.rate, self.kind.unit, self.kind.axes, self.kind.domain)
 
     # -- use ---------------------------------------------------------------------------------------------
 

@@ -17,7 +17,7 @@ from tactogram.nn.adversarial_pair import AdversarialPair
 from tactogram.nn.gradient_penalty import gradient_penalty
 from tactogram.nn.label_predictor import PredictorTraining
 from tactogram.nn.perceptual_loss import PerceptualLoss
-from tactogram.nn.photo_translation import PhotoTranslation
+from tactogram.nn.photo_translation import DIFFER_BY, PhotoTranslation
 from tactogram.nn.picture_training import PictureTraining
 from tactogram.signal import Image, Signal
 from tactogram.training.seeds import torch_seeded
@@ -35,6 +35,8 @@ class ResidueFusionLearner:
         Decides initial weights, crops and pairs.
     device : str or torch.device
     """
+
+    differ_by = DIFFER_BY
 
     def __init__(
         self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"

@@ -18,7 +18,7 @@ from tactogram.nn.adversarial_loss import adversarial_loss, feature_matching_los
 from tactogram.nn.adversarial_pair import AdversarialPair
 from tactogram.nn.label_predictor import PredictorTraining
 from tactogram.nn.patch_discriminator import scores
-from tactogram.nn.photo_translation import PhotoTranslation
+from tactogram.nn.photo_translation import DIFFER_BY, PhotoTranslation
 from tactogram.nn.picture_training import PictureTraining
 from tactogram.signal import Image, Signal
 from tactogram.training.seeds import torch_seeded
@@ -36,6 +36,8 @@ class VisualTactileLearner:
         Decides initial weights, crops and pairs.
     device : str or torch.device
     """
+
+    differ_by = DIFFER_BY
 
     def __init__(
         self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
