@@ -111,7 +111,7 @@ def _text(result: dict[str, Any]) -> str:
     measures = list(rows[PROPOSED]["test"])
     kind = "simulated strokes" if result["simulated"] else "recordings"
     lines = [
-        f"Table 4 on {result['data']} ({kind}), {result['trainings']} trainings, mean ± sd [p against proposed]; "
+        f"Table 4 on {result['data']}, {kind}, {result['trainings']} trainings, mean ± sd [p against proposed]; "
         "published: real accelerations of LMT-108, 10 trainings",
         f"{'':20}{'published LPIPS':>18}{'published FID':>16}"
         + "".join(f"{name:>{max(len(name), 24) + 2}}" for name in measures),
