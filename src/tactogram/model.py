@@ -81,6 +81,32 @@ def material_weights(condition: Condition, materials: Sequence[str]) -> NDArray[
 
 
 @dataclass(frozen=True, eq=False)
+class Rated:
+    """What people said of one item.
+
+    Parameters
+    ----------
+    words : tuple of str
+        What was asked, in an order that is the same for all items of a data set.
+    raters : tuple of str
+    scores : float64 array, shape (rater, word)
+        0 (lowest on the scale) to 1 (highest); NaN where a rater gave none.
+    """
+
+    words: tuple[str, ...]
+    raters: tuple[str, ...]
+    scores: NDArray[np.float64]
+
+    @property
+    def means(self) -> NDArray[np.float64]:
+        """Mean over the raters who scored, 0 to 1, shape (word,); NaN where none did."""
+        given = ~np.isnan(self.scores)
+        with np.errstate(invalid="ignore"):
+            means: NDArray[np.float64] = np.where(given, self.scores, 0).sum(0) / given.sum(0)
+        return means
+
+
+@dataclass(frozen=True, eq=False)
 class Example:
     """One prepared piece of a recording, as a learner sees it.
 
@@ -97,6 +123,10 @@ class Example:
     photographs : sequence of Image
         Photographs of the same surface that this part of the split may use, cut to the region it may use.
         Decoded when asked for, so holding an example holds no picture.
+    item : str, optional
+        What ratings call it: a surface, or a vibration that was rated in its own right and has no material.
+    rated : Rated, optional
+        What people said of ``item``.
     """
 
     id: str
@@ -104,6 +134,34 @@ class Example:
     material: str | None = None
     condition: Condition = field(default_factory=dict)
     photographs: Sequence[Image] = ()
+    item: str | None = None
+    rated: Rated | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class ImageExample:
+    """One rated image, as a learner of images sees it.
+
+    Parameters
+    ----------
+    id : str
+        The photograph's key in its store.
+    photographs : sequence of Image
+        The one image; decoded when asked for.
+    item : str
+        What ratings call it.
+    rated : Rated
+    """
+
+    id: str
+    photographs: Sequence[Image]
+    item: str
+    rated: Rated
+
+    @property
+    def image(self) -> Image:
+        """The image, decoded now."""
+        return self.photographs[0]
 
 
 @dataclass(frozen=True)
@@ -121,6 +179,10 @@ class SignalKind:
         Whether any of the training data was simulated.
     domain : {"time", "displacement"}
         What the signals run over; over displacement ``rate`` is in samples per mm.
+    words : tuple of str
+        What raters were asked, for models that learn from ratings.
+    scale : tuple of (float, float), optional
+        Lowest and highest score that they could give.
     """
 
     rate: float
@@ -129,6 +191,8 @@ class SignalKind:
     materials: tuple[str, ...] = ()
     simulated: bool = False
     domain: Domain = "time"
+    words: tuple[str, ...] = ()
+    scale: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         if self.domain not in ("time", "displacement"):
@@ -160,6 +224,33 @@ class SignalKind:
         if missing := [name for name, members in found.items() if not members]:
             raise ParameterError(f"no training recording of {', '.join(missing)}; leave it out of the data")
         return found
+
+
+@dataclass(frozen=True)
+class ImageKind:
+    """What every image of a run has in common; saved with the weights.
+
+    Parameters
+    ----------
+    words : tuple of str
+    scale : tuple of (float, float)
+    items : tuple of str
+        Of the training part, sorted.
+    simulated : bool
+    """
+
+    words: tuple[str, ...]
+    scale: tuple[float, float]
+    items: tuple[str, ...]
+    simulated: bool = False
+
+    @property
+    def materials(self) -> tuple[str, ...]:
+        """None: images are not of classes."""
+        return ()
+
+
+Kind = SignalKind | ImageKind
 
 
 def _kind(signal: Signal | SignalKind) -> str:
@@ -194,8 +285,8 @@ class Classifier(Protocol):
 class Predictor(Protocol):
     """A trained model that scores a signal or an image, for example in sensory words."""
 
-    def predict(self, signal: Signal) -> Mapping[str, float]:
-        """Return a score per name."""
+    def predict(self, signal: Signal | Image) -> Mapping[str, float]:
+        """Return a score per name, on the scale of the ratings it learned from."""
         ...
 
 

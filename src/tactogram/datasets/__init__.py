@@ -12,6 +12,11 @@ from tactogram.datasets.part_photographs import materials_without_photographs as
 from tactogram.datasets.part_photographs import materials_without_recordings as materials_without_recordings
 from tactogram.datasets.photograph_splitting import split_photographs as split_photographs
 from tactogram.datasets.photograph_splitting import whole_photographs as whole_photographs
+from tactogram.datasets.ratings import EVOKED as EVOKED
+from tactogram.datasets.ratings import SEVEN_POINT as SEVEN_POINT
+from tactogram.datasets.ratings import Ratings as Ratings
+from tactogram.datasets.ratings import Scale as Scale
+from tactogram.datasets.ratings import item_of as item_of
 from tactogram.datasets.recording import Recording as Recording
 from tactogram.datasets.recording import RecordingInfo as RecordingInfo
 from tactogram.datasets.splits import Region as Region

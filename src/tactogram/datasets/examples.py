@@ -25,11 +25,12 @@ from tactogram.datasets.part_photographs import (
     cut_out,
     materials_without_recordings,
 )
+from tactogram.datasets.ratings import item_of
 from tactogram.datasets.recording import RecordingInfo
 from tactogram.datasets.splits import Region, Segment
 from tactogram.datasets.store import Store
 from tactogram.errors import ParameterError
-from tactogram.model import Example, SignalKind
+from tactogram.model import Example, Rated, SignalKind
 from tactogram.recipe import Prepare
 from tactogram.signal import Image, Signal
 
@@ -104,7 +105,13 @@ class Examples(Sequence[Example]):
             label_of(info, self.label),
             _Condition(self.store, info, self._own(info)),
             self.photographs_of(info.material),
+            item := item_of(info),
+            self._rated(item),
         )
+
+    def _rated(self, item: str | None) -> Rated | None:
+        ratings = self.store.ratings
+        return ratings.rated(item) if ratings is not None and item in ratings.items else None
 
     def photographs_of(self, material: str | None) -> Photographs:
         """Return the photographs of a material that may be used here, decoded when asked for."""

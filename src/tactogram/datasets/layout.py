@@ -9,7 +9,8 @@ stream starts another one (DuckDB: ``read_parquet('STORE/shard-*.parquet', union
 
 Photographs stand once each in ``images-*.parquet`` (``key``, ``mm_per_pixel``, ``image``: an encoded picture). A row
 of a shard names its recording's own in ``image``; those that show a material, whichever its recordings, are listed
-in ``dataset.json`` under ``photographs``: source by key by material.
+in ``dataset.json`` under ``photographs``: source by key by material. What people said of items stands in
+``ratings.parquet`` (`ratings_io`).
 
 Samples are uncompressed, PLAIN, and one page per column and row group, so that those of one recording lie
 side by side in the file and a window is read as a slice of it, however large the store is. Compression would
@@ -112,6 +113,10 @@ class Facts:
     skipped: tuple[Mapping[str, str], ...] = ()
     photographs: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     """Of each material: where each photograph came from, by its key. Recordings' own are not among them."""
+    ratings: StoredFile | None = None
+    """What people said of the recordings or photographs."""
+    ratings_sha256: str = ""
+    """Of the ratings themselves, whatever wrote the file."""
 
     @property
     def rows(self) -> int:
@@ -159,6 +164,10 @@ class Facts:
                 values[kind] = tuple(values[kind])
             # Stores of before materials had photographs do not say so.
             values["photographs"] = {m: dict(held) for m, held in values.get("photographs", {}).items()}
+            # Nor do those of before there were ratings.
+            ratings = values.get("ratings")
+            values["ratings"] = None if ratings is None else StoredFile(**ratings)
+            values.setdefault("ratings_sha256", "")
             return cls(**{f.name: values[f.name] for f in fields(cls)})
         except (KeyError, TypeError, AttributeError) as error:
             raise DataError(f"{path} lacks or misspells {error}; import the data again") from error
@@ -220,7 +229,9 @@ def facts_hash(recording: Recording, image: str | None) -> bytes:
     return hashlib.sha256(text.encode()).hexdigest()[:16].encode()
 
 
-def store_hash(ids: np.ndarray, photographs: Mapping[str, Mapping[str, str]]) -> str:
+def store_hash(
+    ids: np.ndarray, photographs: Mapping[str, Mapping[str, str]], ratings_sha256: str = ""
+) -> str:
     """Return the sha256 of what a store holds, whatever the order or number of shards.
 
     Parameters
@@ -228,12 +239,16 @@ def store_hash(ids: np.ndarray, photographs: Mapping[str, Mapping[str, str]]) ->
     ids : array of `ID_TABLE`, sorted by id
     photographs : mapping
         Those of `Facts`. Where there are none, the hash is that of the recordings alone.
+    ratings_sha256 : str
+        `Ratings.sha256`; likewise.
     """
     digest = hashlib.sha256()
     digest.update(np.ascontiguousarray(ids["id"]).tobytes())
     digest.update(np.ascontiguousarray(ids["facts"]).tobytes())
     for material, held in sorted(photographs.items()):
         digest.update(f"\n{material}|{','.join(sorted(held))}".encode())
+    if ratings_sha256:
+        digest.update(f"\nratings|{ratings_sha256}".encode())
     return digest.hexdigest()
 
 

@@ -29,6 +29,8 @@ from tactogram.datasets.layout import (
     store_hash,
 )
 from tactogram.datasets.photographs import Photograph, image_key
+from tactogram.datasets.ratings import Ratings
+from tactogram.datasets.ratings_io import read_ratings
 from tactogram.datasets.recording import Recording, RecordingInfo, content_id
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.signal import Image, Signal
@@ -113,6 +115,12 @@ class Store:
     def streams(self) -> Mapping[str, StreamFacts]:
         """Unit, domain and axes of each stream."""
         return self.facts.streams
+
+    @cached_property
+    def ratings(self) -> Ratings | None:
+        """What people said of its items; None where nothing was rated."""
+        stored = self.facts.ratings
+        return None if stored is None else read_ratings(self.path / stored.file)
 
     def info(self, id: str) -> RecordingInfo:
         """Return what is known of one recording."""
@@ -384,13 +392,16 @@ def problems(store: Store, *, progress: Callable[[int, int], None] | None = None
         Called with the number of recordings checked and their total.
     """
     found = []
-    for stored in (*store.facts.shards, *store.facts.images):
+    rated = () if store.facts.ratings is None else (store.facts.ratings,)
+    for stored in (*store.facts.shards, *store.facts.images, *rated):
         path = store.path / stored.file
         if not path.is_file():
             found.append(f"{path}: missing; import the data again")
         elif path.stat().st_size != stored.bytes or file_hash(path) != stored.sha256:
             found.append(f"{path}: changed since it was written (sha256 differs); import the data again")
-    if store_hash(store._ids, store.facts.photographs) != store.sha256 or len(store._ids) != len(store):
+    if store_hash(store._ids, store.facts.photographs, store.facts.ratings_sha256) != store.sha256 or len(
+        store._ids
+    ) != len(store):
         found.append(
             f"{store.path / store.facts.ids}: is not the list of ids, or of photographs, that was written"
         )

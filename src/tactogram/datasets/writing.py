@@ -31,6 +31,8 @@ from tactogram.datasets.layout import (
     store_hash,
 )
 from tactogram.datasets.photographs import Photograph, image_key, photograph_of
+from tactogram.datasets.ratings import Ratings, item_of
+from tactogram.datasets.ratings_io import write_ratings
 from tactogram.datasets.recording import Recording, content_id
 from tactogram.datasets.store import Store, open_store
 from tactogram.errors import DataError, ParameterError
@@ -55,6 +57,7 @@ def create_store(
     source: str = "",
     simulated: bool = False,
     photographs: Iterable[tuple[str, Image]] = (),
+    ratings: Ratings | None = None,
 ) -> Store:
     """Write ``recordings`` to a new store and open it. It appears complete, or not at all.
 
@@ -71,11 +74,14 @@ def create_store(
         Whether a formula made it; also true if any recording says so.
     photographs : iterable of (str, Image)
         Materials and what they look like, besides the recordings' own images; any number of each.
+    ratings : Ratings, optional
+        What people said of items (`item_of`).
 
     Raises
     ------
     DataError
-        If ``path`` exists, there are no recordings, or one cannot stand beside the others.
+        If ``path`` exists, there are neither recordings nor photographs, one cannot stand beside the others, or
+        something was rated that is not there.
     """
     path = Path(path)
     if path.exists():
@@ -85,6 +91,7 @@ def create_store(
             writer.add(recording)
         for material, image in photographs:
             writer.add_photograph(image, material)
+        writer.ratings = ratings
         writer.publish(path)
     return open_store(path)
 
@@ -158,9 +165,12 @@ class StoreWriter:
         self.streams: dict[str, StreamFacts] = dict(facts.streams)
         self.duplicates = list(facts.duplicates)
         self.skipped = list(facts.skipped)
+        self.ratings: Ratings | None = None
+        """To be written with the rest; None leaves those that are there."""
         self.photographs = {material: dict(held) for material, held in facts.photographs.items()}
         self._store = store
         self._ids: list[tuple[bytes, bytes, int, int]] = []
+        self._items: set[str] = set()
         self._seen: dict[str, tuple[str | None, str]] = {}
         self._rows: list[tuple[dict[str, Any], Mapping[str, Signal]]] = []
         self._bytes = self._shard_rows = self._shard_bytes = 0
@@ -231,6 +241,8 @@ class StoreWriter:
             self.streams = widened
         key = self._keep_picture(recording, photograph)
         self._seen[recording.id] = (recording.material, where)
+        if item := item_of(recording):
+            self._items.add(item)
         self._simulated |= recording.simulated
         place = (len(self._shards), self._shard_rows)
         self._ids.append((recording.id.encode(), facts_hash(recording, key), *place))
@@ -285,13 +297,16 @@ class StoreWriter:
             self._image_file.close()
             self._images.append(_stored(self._picture_path, self._new_pictures))
             self._image_file = None
-        if not self._shards:
-            raise DataError("no recordings: nothing was written")
+        if not self._shards and not self.photographs:
+            raise DataError("no recordings and no photographs: nothing was written")
+        rated, rated_hash = self.facts.ratings, self.facts.ratings_sha256
+        if self.ratings is not None:
+            rated, rated_hash = self._save_ratings(self.ratings), self.ratings.sha256
         ids = np.array(self._ids, ID_TABLE)
         if self._store is not None:
             ids = np.concatenate([self._store._ids, ids])
         ids.sort(order="id")
-        sha256 = store_hash(ids, self.photographs)
+        sha256 = store_hash(ids, self.photographs, rated_hash)
         ids_file = f"ids-{sha256[:16]}.npy"
         self._save_ids(ids, self.folder / ids_file)
         facts = replace(
@@ -305,6 +320,8 @@ class StoreWriter:
             duplicates=tuple(self.duplicates),
             skipped=tuple(self.skipped),
             photographs=self.photographs,
+            ratings=rated,
+            ratings_sha256=rated_hash,
         )
         if self._store is not None and Facts.load(self.folder) != self.facts:
             raise DataError(f"{self.folder} was changed by another process; open it again and repeat")
@@ -342,6 +359,21 @@ class StoreWriter:
         with part.open("wb") as file:
             np.save(file, ids, allow_pickle=False)
         part.replace(path)
+
+    def _save_ratings(self, ratings: Ratings) -> StoredFile:
+        """Write them under a name of their own, so that the old ones stand until ``dataset.json`` is replaced."""
+        known = self._items | set(self.photographs)
+        if self._store is not None:
+            known |= {item for info in self._store.index if (item := item_of(info))}
+        if strange := [item for item in ratings.items if item not in known]:
+            raise DataError(
+                f"ratings must be of items in the store, got {', '.join(strange[:5])}"
+                f"{' …' if len(strange) > 5 else ''}; an item is a recording's label item, else its material, or the "
+                "material of a photograph"
+            )
+        path = self._new_file("ratings", 0)
+        write_ratings(path, ratings)
+        return _stored(path, len(ratings))
 
     def _keep_picture(self, recording: Recording, photograph: Photograph | None) -> str | None:
         if recording.image is not None:

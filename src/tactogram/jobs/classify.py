@@ -43,5 +43,5 @@ def classify(run: Path | str | LoadedRun, signal: Signal) -> dict[str, Any]:
         "probability": ranked[0][1],
         "probabilities": dict(ranked),
         "none_of_these": none_of_these,
-        "simulated": loaded.kind.simulated,
+        "simulated": loaded.simulated,
     }

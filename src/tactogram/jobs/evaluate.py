@@ -68,7 +68,7 @@ def evaluate(
         title=f"{loaded.facts.name}: {loaded.run.name}",
         summary=f"{loaded.facts.title} ({loaded.facts.year}). Judged on {facts['name']}, {facts['split']}.",
         sections=sections,
-        simulated=facts["simulated"] or loaded.kind.simulated,
+        simulated=facts["simulated"] or loaded.simulated,
     )
     figures["report"] = str(report)
     figures = {name: _finite(value) for name, value in figures.items()}

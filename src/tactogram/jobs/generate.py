@@ -99,7 +99,7 @@ def generate_files(
         "generated_by": f"tactogram {loaded.facts.name}",
         "run": loaded.run.data["run_id"],
         "seed": seed,
-        "simulated": loaded.kind.simulated,
+        "simulated": loaded.simulated,
         **{name: value for name, value in condition.items() if value is not None and name != "image"},
         **({} if photograph is None else {"photograph": Path(photograph).name}),
         **seen,
@@ -123,7 +123,7 @@ def generate_files(
                 **extent,
                 "unit": signal.unit,
                 "axes": list(signal.axes),
-                "simulated": loaded.kind.simulated,
+                "simulated": loaded.simulated,
                 "rms": float((signal.samples.astype(float) ** 2).mean() ** 0.5),
                 **seen,
             }

@@ -103,7 +103,7 @@ def mix_ladder(
         ladder=ladder,
         without_level=_if_apart(made, *ends, weights=weights, seed=seed, level=False),
         against_recordings=_if_apart(made, *real, weights=weights, seed=seed),
-        simulated=loaded.kind.simulated,
+        simulated=loaded.simulated,
     )
 
 

@@ -112,7 +112,7 @@ def _judged(
         name: asdict(loss) | {"network": loss.network, "share_of_inversion": loss.share_of_inversion}
         for name, loss in losses.items()
     }
-    found |= {"split": loaded.run.data["split"], "simulated": loaded.kind.simulated}
+    found |= {"split": loaded.run.data["split"], "simulated": loaded.simulated}
     return found, pairs, losses
 
 

@@ -187,7 +187,7 @@ def search(
         raise ParameterError(f"count must be at least 1, got {count}")
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     index = SurfaceIndex.load(loaded.run)
-    simulated = loaded.kind.simulated
+    simulated = loaded.simulated
     if data is not None:
         store = open_store(data)
         simulated = simulated or store.simulated

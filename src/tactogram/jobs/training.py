@@ -29,7 +29,8 @@ from tactogram.datasets import (
 from tactogram.datasets.splits import By
 from tactogram.errors import ParameterError, RunError
 from tactogram.jobs.progress import Progress, silent
-from tactogram.model import Classifier, Example, Learner, SignalKind
+from tactogram.jobs.rated import RatedData
+from tactogram.model import Classifier, Example, Kind, Learner, SignalKind
 from tactogram.recipe import Prepare, Recipe, run_id
 from tactogram.signal import Signal
 from tactogram.training.device import make_fabric
@@ -53,8 +54,20 @@ class LoadedRun:
     run: Run
     facts: models.ModelFacts
     recipe: Recipe
-    kind: SignalKind
+    any_kind: Kind
     model: Any
+
+    @property
+    def kind(self) -> SignalKind:
+        """What every signal of the run has in common; refuses a run of images."""
+        if not isinstance(self.any_kind, SignalKind):
+            raise ParameterError(f"{self.run.name}: {self.facts.name} is of images, not of signals")
+        return self.any_kind
+
+    @property
+    def simulated(self) -> bool:
+        """Whether any of the training data was simulated."""
+        return self.any_kind.simulated
 
     def prepare(self, signal: Signal) -> Signal:
         """Return ``signal`` as the model was trained on it: axes, band and rate of the recipe."""
@@ -142,8 +155,12 @@ def train(
     store = open_store(data)
     facts = models.find(model, model_folders)
     chosen = Recipe.load(facts.recipe(recipe), changes=changes)
-    index = select(store.index, where)
-    parts = make_split(index, split=split, by=by, seed=chosen.seed, label=label)
+    index = select(store.index, where) if len(store) else []
+    rated = None if facts.learns_from == "recordings" else RatedData(store, facts.learns_from)
+    if rated is not None:
+        parts = rated.split(index, chosen.prepare, split=split, by=by, seed=chosen.seed)
+    else:
+        parts = make_split(index, split=split, by=by, seed=chosen.seed, label=label)
     if "image" in facts.needs:
         parts = split_photographs(store, parts, seed=chosen.seed)
     config = facts.config(chosen.config)
@@ -155,14 +172,22 @@ def train(
     run = _found(folder, identity, resume) if first else Run(folder)
     if first and run.finished:
         return run
-    examples = part_examples(store, parts, "train", chosen.prepare, label=label)
-    if "image" in facts.needs:
-        require_photographs(examples)
-    examples.prepare_all(progress=partial(progress, "prepare"))
-    kind = signal_kind(examples, simulated=store.simulated)
+    kind: Kind
+    examples: Sequence[Any]
+    validation: Sequence[Any]
+    if rated is not None:
+        examples = rated.examples(parts, "train", chosen.prepare)
+        validation = rated.examples(parts, "validation", chosen.prepare)
+        kind = rated.kind(examples)
+    else:
+        examples = part_examples(store, parts, "train", chosen.prepare, label=label)
+        if "image" in facts.needs:
+            require_photographs(examples)
+        examples.prepare_all(progress=partial(progress, "prepare"))
+        kind = signal_kind(examples, simulated=store.simulated)
+        validation = part_examples(store, parts, "validation", chosen.prepare, label=label)
     learner = facts.build(config, kind, seed=chosen.seed)
     learner.setup(fabric)
-    validation = part_examples(store, parts, "validation", chosen.prepare, label=label)
     if hasattr(learner, "watch"):  # chooses its weights by what it is not trained on
         learner.watch(validation)
     learner.stages(examples)  # refuses what it cannot learn from, before anything is written

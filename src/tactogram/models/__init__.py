@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from tactogram.errors import ParameterError
-from tactogram.model import CONDITIONS, Learner, SignalKind
+from tactogram.model import CONDITIONS, Kind, Learner
 from tactogram.validation import validated
 
 if TYPE_CHECKING:
@@ -28,6 +28,10 @@ ENTRY_POINTS = "tactogram.models"
 
 FOLDERS_VARIABLE = "TACTOGRAM_MODELS"
 """Environment variable with further folders of models, separated as in PATH."""
+
+
+LearnsFrom = Literal["recordings", "ratings", "images", "both"]
+"""Recordings of materials; what was rated (signals, or images); rated images; rated surfaces beside rated signals."""
 
 
 class Facts(BaseModel):
@@ -49,6 +53,8 @@ class Facts(BaseModel):
     """Further conditions that may be given."""
     gives: Literal["signal", "image", "probabilities", "scores"]
     """What comes out."""
+    learns_from: LearnsFrom = "recordings"
+    """What a training is given."""
 
     @field_validator("needs", "takes")
     @classmethod
@@ -104,7 +110,7 @@ class ModelFacts(Facts):
         return validated(self.config_class(), values or {}, where=f"config of {self.name}")
 
     def build(
-        self, config: BaseModel, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
+        self, config: BaseModel, kind: Kind, *, seed: int, device: str | torch.device = "cpu"
     ) -> Learner:
         """Import the folder and return an untrained model for signals of ``kind``.
 
@@ -112,8 +118,8 @@ class ModelFacts(Facts):
         ----------
         config : BaseModel
             Of this model's `config_class`.
-        kind : SignalKind
-            What the training signals have in common.
+        kind : SignalKind or ImageKind
+            What the training signals or images have in common.
         seed : int
             Decides the initial weights.
         device : str or torch.device

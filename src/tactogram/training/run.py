@@ -21,7 +21,7 @@ from typing import Any, Self
 import tomli_w
 
 from tactogram.errors import RunError
-from tactogram.model import Learner, SignalKind
+from tactogram.model import ImageKind, Kind, Learner, SignalKind
 from tactogram.recipe import Recipe
 from tactogram.training.checkpoint import load_state, save_state
 from tactogram.training.loop import Position
@@ -133,7 +133,7 @@ class Run:
         lines = path.read_text(encoding="utf-8").split("\n")
         return [json.loads(line) for line in lines[:-1]]
 
-    def finish(self, learner: Learner, kind: SignalKind, facts: Mapping[str, Any]) -> None:
+    def finish(self, learner: Learner, kind: Kind, facts: Mapping[str, Any]) -> None:
         """Write the weights, what they mean, and the curves as a table; then drop the checkpoint."""
         self._write_curves()
         weights = {key: value for key, value in learner.state().items() if key != "optimisers"}
@@ -172,14 +172,14 @@ class Run:
             raise RunError(f"{self.folder}: of a later version (format {facts['version']}, known {VERSION})")
         return facts
 
-    def kind(self) -> SignalKind:
-        """Return what every signal of the run has in common."""
+    def kind(self) -> Kind:
+        """Return what every signal, or every image, of the run has in common."""
         try:
-            facts = self.facts()["kind"]
-            return SignalKind(
-                **{**facts, "axes": tuple(facts["axes"]), "materials": tuple(facts["materials"])}
-            )
-        except (KeyError, TypeError) as error:
+            facts: dict[str, Any] = {
+                k: tuple(v) if isinstance(v, list) else v for k, v in self.facts()["kind"].items()
+            }
+            return SignalKind(**facts) if "rate" in facts else ImageKind(**facts)
+        except (KeyError, TypeError, AttributeError) as error:
             raise RunError(f"{self.folder / 'model.json'}: kind lacks or misspells {error}") from error
 
     def read_json(self, name: str) -> dict[str, Any]:

@@ -1,0 +1,229 @@
+"""What people said of surfaces, vibrations and images: scores per rater, item and word."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.datasets.recording import RecordingInfo
+from tactogram.errors import DataError, ParameterError
+from tactogram.model import Rated
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What a score may be.
+
+    Parameters
+    ----------
+    name : str
+    low, high : float
+        Lowest and highest score.
+    step : float, optional
+        Scores are ``low`` plus whole numbers of it; None allows anything between, as means are.
+    """
+
+    name: str
+    low: float
+    high: float
+    step: float | None = None
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.low) and np.isfinite(self.high) and self.low < self.high):
+            raise ParameterError(f"a scale must go from low to high, got {self.low} to {self.high}")
+
+    def to_unit(self, scores: NDArray[np.float64] | float) -> Any:
+        """Return scores as 0 (lowest) to 1 (highest): (x - 1) / 6 on the 7-point scale."""
+        return (scores - self.low) / (self.high - self.low)
+
+    def from_unit(self, shares: NDArray[np.float64] | float) -> Any:
+        """Return what `to_unit` was given."""
+        return self.low + shares * (self.high - self.low)
+
+    def holds(self, score: float) -> bool:
+        """Say whether a rater can have given ``score``."""
+        if not self.low <= score <= self.high:
+            return False
+        steps = 0.0 if self.step is None else (score - self.low) / self.step
+        return abs(steps - round(steps)) < 1e-6
+
+
+SEVEN_POINT = Scale("7-point unipolar", 1.0, 7.0, 1.0)
+"""1 (negative) to 7 (positive)."""
+EVOKED = Scale("evoked", 0.0, 1.0, 1.0)
+"""0: the word was not evoked; 1: it was."""
+SCALES: Mapping[str, Scale] = {scale.name: scale for scale in (SEVEN_POINT, EVOKED)}
+
+
+@dataclass(frozen=True, eq=False)
+class Ratings:
+    """A table with one row per score; rows of the five columns belong together.
+
+    Parameters
+    ----------
+    rater, item, word : sequence of str
+        ``item`` is what was rated: a recording's or a photograph's `item_of`.
+    score : float64 array, shape (row,)
+        On ``scale``, never NaN: a rating that was not given has no row.
+    scale : Scale
+    order : int64 array, shape (row,), optional
+        Place at which the rater met the item in a session, from 1; -1 where unknown.
+    session : sequence of str, optional
+        Empty where unknown.
+    words : sequence of str, optional
+        All words that were asked, in order; by default those that occur, in the order of their first row.
+
+    Raises
+    ------
+    DataError
+        Naming the row (from 1): a score off the scale, a word that is not among ``words``, or a second score of one
+        rater for one item and word in one session.
+    """
+
+    rater: tuple[str, ...]
+    item: tuple[str, ...]
+    word: tuple[str, ...]
+    score: NDArray[np.float64]
+    scale: Scale = SEVEN_POINT
+    order: NDArray[np.int64] | None = None
+    session: tuple[str, ...] = ()
+    words: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        count = len(self.rater)
+        fill = object.__setattr__
+        fill(self, "score", np.asarray(self.score, np.float64))
+        fill(
+            self,
+            "order",
+            np.full(count, -1, np.int64) if self.order is None else np.asarray(self.order, np.int64),
+        )
+        for name in ("rater", "item", "word"):
+            fill(self, name, tuple(getattr(self, name)))
+        fill(self, "session", tuple(self.session) or ("",) * count)
+        fill(self, "words", tuple(self.words) or tuple(dict.fromkeys(self.word)))
+        columns = (self.item, self.word, self.score, self.order, self.session)
+        if any(len(column) != count for column in columns):  # type: ignore[arg-type]
+            raise ParameterError(f"columns must be of one length, got {count} raters and others")
+        if not count:
+            raise DataError("ratings must have a row, got none")
+        self._check()
+
+    def _check(self) -> None:
+        first: dict[tuple[str, str, str, str], int] = {}
+        known = set(self.words)
+        for row, key in enumerate(zip(self.rater, self.item, self.word, self.session, strict=True), start=1):
+            where = f"row {row} ({key[0]}, {key[1]}, {key[2]})"
+            if key[2] not in known:
+                raise DataError(f"{where}: word must be one of {', '.join(self.words)}, got {key[2]!r}")
+            if not self.scale.holds(score := float(self.score[row - 1])):
+                step = f" in steps of {self.scale.step:g}" if self.scale.step else ""
+                raise DataError(
+                    f"{where}: score must be {self.scale.low:g} to {self.scale.high:g}{step}, got {score:g}"
+                )
+            if first.setdefault(key, row) != row:
+                raise DataError(f"{where}: row {first[key]} is the same rating; leave one out")
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(self.rater)
+
+    @cached_property
+    def items(self) -> tuple[str, ...]:
+        """What was rated, sorted."""
+        return tuple(sorted(set(self.item)))
+
+    @cached_property
+    def raters(self) -> tuple[str, ...]:
+        """Who rated, sorted."""
+        return tuple(sorted(set(self.rater)))
+
+    @cached_property
+    def cube(self) -> NDArray[np.float64]:
+        """Scores, float64, shape (item, rater, word), NaN where there is none; the mean of several sessions."""
+        shape = (len(self.items), len(self.raters), len(self.words))
+        places = tuple(
+            np.array([number[name] for name in column])
+            for column, number in (
+                (self.item, {name: n for n, name in enumerate(self.items)}),
+                (self.rater, {name: n for n, name in enumerate(self.raters)}),
+                (self.word, {name: n for n, name in enumerate(self.words)}),
+            )
+        )
+        total, count = np.zeros(shape), np.zeros(shape)
+        np.add.at(total, places, self.score)
+        np.add.at(count, places, 1.0)
+        with np.errstate(invalid="ignore"):
+            cube: NDArray[np.float64] = total / count
+        cube.flags.writeable = False
+        return cube
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hash of scale, words and rows, whatever their order."""
+        rows = sorted(
+            zip(self.rater, self.item, self.word, self.session, self.score.tolist(), self._order, strict=True)
+        )
+        text = json.dumps([asdict(self.scale), list(self.words), rows], ensure_ascii=False)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    @property
+    def _order(self) -> list[int]:
+        return [] if self.order is None else self.order.tolist()
+
+    @property
+    def means(self) -> NDArray[np.float64]:
+        """Mean over the raters who scored, float64, shape (item, word), NaN where none did."""
+        given = ~np.isnan(self.cube)
+        with np.errstate(invalid="ignore"):
+            means: NDArray[np.float64] = np.where(given, self.cube, 0).sum(1) / given.sum(1)
+        return means
+
+    def rated(self, item: str) -> Rated:
+        """Return what was said of one item, for learners: scores as 0 to 1.
+
+        Raises
+        ------
+        ParameterError
+            If nobody rated it.
+        """
+        if item not in self._place:
+            raise ParameterError(f"item must be one of the {len(self.items)} that were rated, got {item!r}")
+        scores = self.cube[self._place[item]]
+        who = ~np.isnan(scores).all(1)
+        raters = tuple(name for name, has in zip(self.raters, who, strict=True) if has)
+        return Rated(self.words, raters, self.scale.to_unit(scores[who]))
+
+    @cached_property
+    def _place(self) -> dict[str, int]:
+        return {name: number for number, name in enumerate(self.items)}
+
+    def select(self, *, items: Sequence[str] | None = None, raters: Sequence[str] | None = None) -> Ratings:
+        """Return the rows of some items or raters."""
+        wanted, people = (
+            set(self.items if items is None else items),
+            set(self.raters if raters is None else raters),
+        )
+        keep = [n for n in range(len(self)) if self.item[n] in wanted and self.rater[n] in people]
+        return Ratings(
+            tuple(self.rater[n] for n in keep),
+            tuple(self.item[n] for n in keep),
+            tuple(self.word[n] for n in keep),
+            self.score[keep],
+            self.scale,
+            None if self.order is None else self.order[keep],
+            tuple(self.session[n] for n in keep),
+            self.words,
+        )
+
+
+def item_of(info: RecordingInfo) -> str | None:
+    """Return what ratings call a recording: its label ``item``, else its material."""
+    return info.labels.get("item") or info.material
