@@ -9,13 +9,23 @@ from scipy.signal import lfilter
 
 from tactogram import models
 from tactogram.errors import ParameterError
-from tactogram.model import Classifier, Example, Generator, Learner, SignalKind
+from tactogram.model import (
+    Classifier,
+    Example,
+    Generator,
+    ImageExample,
+    ImageKind,
+    Learner,
+    Rated,
+    SignalKind,
+)
 from tactogram.recipe import Recipe
 from tactogram.signal import Image, Signal
 from tactogram.training.checkpoint import load_state, save_state
 from tactogram.training.loop import Position, fit
 
 RATE = 1000.0
+WORDS = ("rough", "sticky")
 GRAIN = {"cork": 1, "felt": 4, "tile": 9}
 """Pixels of a square of the photograph of each material."""
 MATERIALS = {"cork": [1, -1.6, 0.9], "felt": [1, -0.9], "tile": [1, 0.3, 0.8]}
@@ -42,15 +52,56 @@ def data(seeds, axes=("x", "y", "z")):
 
 TRAINING, UNSEEN = data(range(3)), data(range(10, 12))
 KIND = SignalKind(RATE, "m/s^2", ("x", "y", "z"), tuple(sorted(MATERIALS)), simulated=True)
-ASKED = {"material": "cork", "image": UNSEEN[0].photographs[0]}
+SCORES = {"rough": 5.0, "sticky": 2.0}
+ASKED = {
+    "material": "cork",
+    "image": UNSEEN[0].photographs[0],
+    "words": SCORES,
+    "vibration": UNSEEN[0].signal,
+}
+
+
+def rated(material, seed):
+    """Simulated: what three raters say, by material, item and rater."""
+    rng = np.random.default_rng([seed, GRAIN[material]])
+    means = np.array([GRAIN[material], 10 - GRAIN[material]]) / 10 + rng.normal(0, 0.05, 2)
+    return Rated(WORDS, ("ann", "bob", "eve"), np.clip(means + rng.normal(0, 0.1, (3, 2)), 0, 1))
+
+
+def rated_data(facts, seeds):
+    """What a model that learns from ratings is given: rated signals, images, or surfaces beside signals."""
+    if facts.learns_from == "images":
+        return [
+            ImageExample(f"{m}-{s}", (photograph(m, s),), f"{m}-{s}", rated(m, s))
+            for m in MATERIALS
+            for s in seeds
+        ]
+    surfaces = [replace(e, item=e.material, rated=rated(e.material, 0)) for e in data(seeds, axes(facts))]
+    signals = [
+        replace(e, material=None, item=e.id, rated=rated(e.material, int(e.id.split("-")[1])))
+        for e in data(seeds, axes(facts))
+    ]
+    return surfaces + signals if facts.learns_from == "both" else signals
 
 
 def training(facts):
-    return data(range(3), axes(facts))
+    return data(range(3), axes(facts)) if facts.learns_from == "recordings" else rated_data(facts, range(3))
 
 
 def unseen(facts):
-    return data(range(10, 12), axes(facts))
+    if facts.learns_from == "recordings":
+        return data(range(10, 12), axes(facts))
+    return rated_data(facts, range(10, 12))
+
+
+def kind(facts):
+    if facts.learns_from == "images":
+        return ImageKind(WORDS, (1.0, 7.0), tuple(e.item for e in training(facts)), simulated=True)
+    found = replace(KIND, axes=axes(facts))
+    if facts.learns_from == "recordings":
+        return found
+    materials = found.materials if facts.learns_from == "both" else ()
+    return replace(found, words=WORDS, scale=(1.0, 7.0), materials=materials)
 
 
 def axes(facts):
@@ -69,12 +120,17 @@ def with_task(*tasks):
     return pytest.mark.parametrize("facts", found, ids=lambda facts: facts.name)
 
 
+def generators(gives):
+    found = [f for f in models.available().values() if f.task == "generation" and f.gives == gives]
+    return pytest.mark.parametrize("facts", found, ids=lambda facts: facts.name)
+
+
 every = with_task("classification", "generation", "prediction")
 
 
 def built(facts, seed=0):
     recipe = Recipe.load(facts.recipe("tiny"))
-    return facts.build(facts.config(recipe.config), replace(KIND, axes=axes(facts)), seed=seed)
+    return facts.build(facts.config(recipe.config), kind(facts), seed=seed)
 
 
 def trained(facts, seed=0):
@@ -87,7 +143,8 @@ def outputs(learner, facts):
     """What a trained model says, as one array."""
     if isinstance(learner, Generator):
         mix = {"material": {"cork": 1, "tile": 2}} if "material" in (*facts.needs, *facts.takes) else {}
-        return learner.generate(asked(facts, **mix), seed=3).samples
+        made = learner.generate(asked(facts, **mix), seed=3)
+        return made.pixels if isinstance(made, Image) else made.samples
     if isinstance(learner, Classifier):
         return np.array([learner.probabilities(e.signal) for e in UNSEEN])
     return np.array([list(learner.predict(e.signal).values()) for e in UNSEEN])
@@ -189,7 +246,7 @@ def test_batches_depend_on_seed_and_step_alone(facts):
             np.testing.assert_array_equal(_array(a), _array(b))
 
 
-@with_task("generation")
+@generators("signal")
 def test_generates_signals_of_its_kind(facts):
     learner = trained(facts)
     assert isinstance(learner, Generator)
@@ -365,4 +422,6 @@ def test_unknown_config_key_is_refused():
 
 
 def _array(value):
-    return value.signal.samples if isinstance(value, Example) else np.asarray(value)
+    if isinstance(value, Example | ImageExample):
+        return value.signal.samples if isinstance(value, Example) else value.image.pixels
+    return np.asarray(value)
