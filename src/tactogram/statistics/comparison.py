@@ -1,0 +1,310 @@
+"""Tests between conditions: as the papers printed them, and as repeated answers ask for.
+
+Answers of one person are not independent. `steel_dwass` and `student_t` take every value as one, which is what the
+papers did with n = 2,400; `paired_t` and `friedman_wilcoxon` go by person, `welch_t` and `mann_whitney` compare the
+means of people who are not the same (`summary.by_participant` makes means).
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from itertools import combinations
+from typing import Any, Literal
+
+import numpy as np
+import scikit_posthocs
+from numpy.typing import ArrayLike, NDArray
+from scipy import stats
+from statsmodels.stats.multitest import multipletests
+
+from tactogram.errors import ParameterError
+from tactogram.statistics.summary import Summary, summary
+
+Correction = Literal["none", "holm"]
+INDEPENDENT = "takes every value as independent, which repeated answers of one person are not"
+Numbers = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two conditions against each other.
+
+    Parameters
+    ----------
+    first, second : str
+    difference : float
+        Mean of ``first`` minus mean of ``second``.
+    statistic : float
+        Of the test; above 0 where ``first`` is higher, but for Wilcoxon's W, which has no sign.
+    p : float
+        Two-sided, corrected as `Comparison.correction` says.
+    """
+
+    first: str
+    second: str
+    difference: float
+    statistic: float
+    p: float
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What a test says of some conditions.
+
+    Parameters
+    ----------
+    test : str
+        In words.
+    groups : mapping from str to Summary
+        n, mean, SE and interval of each condition.
+    pairs : tuple of Pair
+        Every two conditions, in the order in which these were given.
+    correction : str
+        How ``p`` of the pairs answers for their number.
+    overall : tuple of (float, float), optional
+        Statistic and p over all conditions at once.
+    left_out : int
+        People of whom a condition is missing.
+    caveat : str
+        What the test takes for granted and the data may not give; empty where nothing.
+    """
+
+    test: str
+    groups: Mapping[str, Summary]
+    pairs: tuple[Pair, ...]
+    correction: str
+    overall: tuple[float, float] | None = None
+    left_out: int = 0
+    caveat: str = ""
+
+    def pair(self, first: str, second: str) -> Pair:
+        """Return two conditions' pair, whichever stands first in it.
+
+        Raises
+        ------
+        ParameterError
+            If there is none.
+        """
+        for pair in self.pairs:
+            if {pair.first, pair.second} == {first, second}:
+                return pair
+        raise ParameterError(f"two of {', '.join(self.groups)} must be named, got {first!r} and {second!r}")
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain values, for JSON."""
+        return asdict(self)
+
+
+def steel_dwass(groups: Mapping[str, ArrayLike]) -> Comparison:
+    """Return the Steel-Dwass test (Dwass, Steel, Critchlow, Fligner) between every two groups, with ties.
+
+    ``statistic`` is t as in R. G. D. Steel, Technometrics 2 (1960): the rank sum of the two groups in normal form, with
+    mid ranks; p is that of the studentised range of t * sqrt(2).
+
+    Parameters
+    ----------
+    groups : mapping from str to float array, shape (value,)
+        At least two, each of at least two values.
+
+    Raises
+    ------
+    ParameterError
+        If a group is too small or holds a value that is not finite.
+    """
+    held = _groups(groups)
+    with np.errstate(invalid="ignore"):  # two groups of one and the same value: told apart below
+        table = scikit_posthocs.posthoc_dscf(list(held.values())).to_numpy()
+    place = {name: number for number, name in enumerate(held)}
+
+    def one(first: str, second: str) -> tuple[float, float]:
+        z = _rank_z(held[first], held[second])
+        return z, 1.0 if np.isnan(table[place[first], place[second]]) else float(
+            table[place[first], place[second]]
+        )
+
+    return Comparison(
+        "Steel-Dwass", _summaries(held), _pairs(held, one, "none"), "Steel-Dwass", caveat=INDEPENDENT
+    )
+
+
+def student_t(groups: Mapping[str, ArrayLike], *, correction: Correction = "none") -> Comparison:
+    """Return Student's t-test between every two groups: equal variances, and as printed in [1] no correction.
+
+    Parameters
+    ----------
+    groups : mapping from str to float array, shape (value,)
+    correction : {"none", "holm"}
+
+    Raises
+    ------
+    ParameterError
+        As `steel_dwass`.
+    """
+    return _independent("Student's t", groups, stats.ttest_ind, correction, INDEPENDENT)
+
+
+def welch_t(groups: Mapping[str, ArrayLike], *, correction: Correction = "holm") -> Comparison:
+    """Return Welch's t-test between every two groups of different people, one value per person."""
+    return _independent("Welch's t", groups, lambda a, b: stats.ttest_ind(a, b, equal_var=False), correction)
+
+
+def mann_whitney(groups: Mapping[str, ArrayLike], *, correction: Correction = "holm") -> Comparison:
+    """Return the Mann-Whitney test between every two groups of different people, one value per person.
+
+    ``statistic`` is the rank sum in normal form.
+    """
+
+    def one(a: Numbers, b: Numbers) -> tuple[float, float]:
+        return _rank_z(a, b), float(stats.mannwhitneyu(a, b, alternative="two-sided").pvalue)
+
+    return _independent("Mann-Whitney", groups, one, correction)
+
+
+def paired_t(conditions: Mapping[str, ArrayLike], *, correction: Correction = "holm") -> Comparison:
+    """Return the paired t-test between every two conditions that the same people met.
+
+    Parameters
+    ----------
+    conditions : mapping from str to float array, shape (subject,)
+        One value per person, in one order of people; who lacks one (NaN) is left out.
+    correction : {"none", "holm"}
+
+    Raises
+    ------
+    ParameterError
+        If there are fewer than two conditions or complete people, or they are not of one length.
+    """
+    held, left_out = _complete(conditions)
+
+    def one(first: str, second: str) -> tuple[float, float]:
+        if np.array_equal(held[first], held[second]):
+            return 0.0, 1.0
+        with _spreadless():
+            result = stats.ttest_rel(held[first], held[second])
+        return float(result.statistic), float(result.pvalue)
+
+    return Comparison(
+        "paired t", _summaries(held), _pairs(held, one, correction), correction, left_out=left_out
+    )
+
+
+def friedman_wilcoxon(conditions: Mapping[str, ArrayLike], *, correction: Correction = "holm") -> Comparison:
+    """Return Friedman's test over all conditions, and Wilcoxon's signed ranks between every two.
+
+    Parameters
+    ----------
+    conditions : mapping from str to float array, shape (subject,)
+        As in `paired_t`; ``overall`` needs three.
+    correction : {"none", "holm"}
+
+    Raises
+    ------
+    ParameterError
+        As `paired_t`.
+    """
+    held, left_out = _complete(conditions)
+    overall = None
+    if len(held) >= 3:
+        same = all(np.array_equal(values, next(iter(held.values()))) for values in held.values())
+        friedman = (0.0, 1.0) if same else stats.friedmanchisquare(*held.values())
+        overall = (float(friedman[0]), float(friedman[1]))
+
+    def one(first: str, second: str) -> tuple[float, float]:
+        if np.array_equal(held[first], held[second]):
+            return 0.0, 1.0
+        result = stats.wilcoxon(held[first], held[second])
+        return float(result.statistic), float(result.pvalue)
+
+    return Comparison(
+        "Friedman, Wilcoxon signed ranks",
+        _summaries(held),
+        _pairs(held, one, correction),
+        correction,
+        overall,
+        left_out,
+    )
+
+
+def _independent(
+    test: str,
+    groups: Mapping[str, ArrayLike],
+    compare: Callable[[Numbers, Numbers], Any],
+    correction: Correction,
+    caveat: str = "",
+) -> Comparison:
+    held = _groups(groups)
+
+    def one(first: str, second: str) -> tuple[float, float]:
+        if np.ptp(np.concatenate([held[first], held[second]])) == 0:
+            return 0.0, 1.0
+        with _spreadless():
+            statistic, p = compare(held[first], held[second])
+        return float(statistic), float(p)
+
+    return Comparison(test, _summaries(held), _pairs(held, one, correction), correction, caveat=caveat)
+
+
+def _pairs(
+    held: Mapping[str, Numbers], one: Callable[[str, str], tuple[float, float]], correction: Correction
+) -> tuple[Pair, ...]:
+    if correction not in ("none", "holm"):
+        raise ParameterError(f"correction must be none or holm, got {correction!r}")
+    names = list(combinations(held, 2))
+    found = [one(first, second) for first, second in names]
+    ps = [p for _, p in found]
+    if correction == "holm":
+        ps = [float(p) for p in multipletests(ps, method="holm")[1]]
+    return tuple(
+        Pair(first, second, float(held[first].mean() - held[second].mean()), statistic, p)
+        for (first, second), (statistic, _), p in zip(names, found, ps, strict=True)
+    )
+
+
+@contextmanager
+def _spreadless() -> Iterator[None]:
+    """Keep scipy from warning of values without spread, of which t is very large or infinite, as it should be."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        yield
+
+
+def _rank_z(a: Numbers, b: Numbers) -> float:
+    """Return the rank sum of ``a`` among both, in normal form and corrected for ties; 0 where all are tied."""
+    ties = float(stats.tiecorrect(stats.rankdata(np.concatenate([a, b]))))
+    return 0.0 if ties == 0 else float(stats.ranksums(a, b).statistic / np.sqrt(ties))
+
+
+def _summaries(held: Mapping[str, Numbers]) -> dict[str, Summary]:
+    return {name: summary(values) for name, values in held.items()}
+
+
+def _groups(groups: Mapping[str, ArrayLike]) -> dict[str, Numbers]:
+    if len(groups) < 2:
+        raise ParameterError(f"a comparison needs two groups, got {', '.join(groups) or 'none'}")
+    held = {name: np.asarray(values, np.float64).ravel() for name, values in groups.items()}
+    for name, values in held.items():
+        if len(values) < 2:
+            raise ParameterError(f"group {name}: must have two values, got {len(values)}")
+        if not np.isfinite(values).all():
+            raise ParameterError(f"group {name}: values must be finite; leave missing answers out first")
+    return held
+
+
+def _complete(conditions: Mapping[str, ArrayLike]) -> tuple[dict[str, Numbers], int]:
+    """Return the conditions of the people who have all, and how many have not."""
+    if len(conditions) < 2:
+        raise ParameterError(f"a comparison needs two conditions, got {', '.join(conditions) or 'none'}")
+    held = {name: np.asarray(values, np.float64).ravel() for name, values in conditions.items()}
+    if len({len(values) for values in held.values()}) > 1:
+        sizes = ", ".join(f"{name} {len(values)}" for name, values in held.items())
+        raise ParameterError(f"every person must be in every condition, got {sizes} values")
+    table = np.stack(list(held.values()))
+    full = ~np.isnan(table).any(0)
+    if np.isinf(table).any() or full.sum() < 2:
+        raise ParameterError(
+            f"two people must have a finite value in every condition, got {int(full.sum())} of {table.shape[1]}"
+        )
+    return {name: values[full] for name, values in held.items()}, int((~full).sum())
