@@ -1,0 +1,90 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tactogram.errors import ParameterError
+from tactogram.signal.crest_factor import (
+    crest_factor,
+    low_crest_phases,
+    periodic_signal,
+    random_phases,
+    schroeder_phases,
+)
+
+LENGTH = 2000
+
+
+def spectrum(seed=0, bins=200):
+    return np.abs(np.random.default_rng(seed).standard_normal(bins))
+
+
+def low(amplitudes, seed=0, **options):
+    phases = low_crest_phases(amplitudes, length=LENGTH, rng=np.random.default_rng(seed), **options)
+    return periodic_signal(amplitudes, phases, length=LENGTH)
+
+
+def at_random(amplitudes, seed):
+    phases = random_phases(len(amplitudes), rng=np.random.default_rng(seed))
+    return periodic_signal(amplitudes, phases, length=LENGTH)
+
+
+def test_a_sinusoid_has_the_square_root_of_two():
+    x = periodic_signal(np.array([0.0, 0.3]), np.zeros(2), length=400)
+    assert crest_factor(x) == pytest.approx(np.sqrt(2))
+    np.testing.assert_allclose(x, 0.3 * np.cos(2 * np.pi * 2 * np.arange(400) / 400), atol=1e-12)
+
+
+@pytest.mark.parametrize("start", ["random", "schroeder"])
+@settings(deadline=None, max_examples=15)
+@given(amplitudes=st.lists(st.floats(0, 5), min_size=1, max_size=60), seed=st.integers(0, 99))
+def test_amplitudes_are_kept_exactly(start, amplitudes, seed):
+    x = low(np.array(amplitudes), seed, start=start, swaps=20)
+    got = np.abs(np.fft.rfft(x)) / (LENGTH / 2)
+    np.testing.assert_allclose(got[1 : len(amplitudes) + 1], amplitudes, atol=1e-12)
+    np.testing.assert_allclose(got[[0, *range(len(amplitudes) + 1, len(got))]], 0, atol=1e-12)
+
+
+@pytest.mark.parametrize("start", ["random", "schroeder"])
+def test_crest_factor_is_below_that_of_random_phases(start):
+    least = min(crest_factor(at_random(spectrum(), seed)) for seed in range(20))
+    assert crest_factor(low(spectrum(), start=start)) < 0.65 * least
+
+
+def test_equal_lines_come_near_to_a_sinusoid():
+    """Schroeder 1970: about 1.7 for a flat spectrum; clipping goes on from there."""
+    flat = np.ones(200)
+    start = periodic_signal(flat, schroeder_phases(flat), length=LENGTH)
+    assert crest_factor(start) == pytest.approx(1.7, abs=0.15)
+    assert crest_factor(low(flat, start="schroeder")) < 1.5
+
+
+def test_phases_of_schroeder_are_his_double_sum():
+    amplitudes = spectrum(bins=7)
+    share = amplitudes**2 / (amplitudes**2).sum()
+    naive = [-2 * np.pi * sum((k - j) * share[j] for j in range(k)) for k in range(7)]
+    np.testing.assert_allclose(schroeder_phases(amplitudes), naive, atol=1e-12)
+
+
+def test_a_loop_has_no_seam():
+    x = low(spectrum())
+    inner = np.abs(np.diff(x)).max()
+    assert abs(x[0] - x[-1]) <= inner
+    twice = np.abs(np.fft.rfft(np.tile(x, 2)))
+    np.testing.assert_allclose(twice[1::2], 0, atol=1e-9)  # nothing between the harmonics of the loop
+
+
+def test_same_seed_is_the_same_signal_and_another_is_not():
+    np.testing.assert_array_equal(low(spectrum(), 1), low(spectrum(), 1))
+    assert not np.allclose(low(spectrum(), 1), low(spectrum(), 2))
+
+
+def test_silence_stays_silence():
+    assert not low(np.zeros(5)).any()
+    with pytest.raises(ParameterError, match="not 0"):
+        crest_factor(np.zeros(5))
+
+
+def test_harmonics_above_half_the_rate_are_refused():
+    with pytest.raises(ParameterError, match="at most 49 of 100 samples, got 50"):
+        periodic_signal(np.ones(50), np.zeros(50), length=100)
