@@ -1,0 +1,113 @@
+"""How much generated images differ, by noise and by label: a collapsed generator is found, and named.
+
+No number tells a good image. But a generator that draws one image whatever the noise, or does not look at its label,
+is told by what its images differ by, beside what real images differ by.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import ParameterError
+
+COLLAPSED = 0.1
+"""Share of what real images differ by, below which a generator's images are called the same. Ours."""
+
+Images = NDArray[np.float32]
+"""Shape (image, 3, row, column), -1 to 1."""
+
+
+@dataclass(frozen=True)
+class ImageSpread:
+    """Mean distance of two images, root mean square over pixels of values in -1 to 1.
+
+    Parameters
+    ----------
+    real : float
+        Of two real images.
+    by_noise : float
+        Of two generated images of one label.
+    by_label : float
+        Of two generated images of one noise.
+    """
+
+    real: float
+    by_noise: float
+    by_label: float
+
+    @property
+    def noise_share(self) -> float:
+        """``by_noise`` as a share of ``real``."""
+        return self.by_noise / self.real
+
+    @property
+    def label_share(self) -> float:
+        """``by_label`` as a share of ``real``."""
+        return self.by_label / self.real
+
+    @property
+    def collapse(self) -> str:
+        """What the generator collapsed to, in words; empty where it did not."""
+        same_noise, same_label = (share < COLLAPSED for share in (self.noise_share, self.label_share))
+        if same_noise and same_label:
+            return "one image for all labels and noises"
+        if same_noise:
+            return "one image per label, whatever the noise"
+        return "the label makes no difference" if same_label else ""
+
+    def as_dict(self) -> dict[str, float]:
+        """Return the three distances, the two shares, and whether it collapsed (1) or not (0)."""
+        return {
+            "real_spread": self.real,
+            "noise_spread": self.by_noise,
+            "label_spread": self.by_label,
+            "noise_share": self.noise_share,
+            "label_share": self.label_share,
+            "collapsed": float(bool(self.collapse)),
+        }
+
+
+def mean_distance(images: Images) -> float:
+    """Return the mean over all pairs of the root mean square difference of two images.
+
+    Raises
+    ------
+    ParameterError
+        If there are fewer than 2.
+    """
+    if len(images) < 2:
+        raise ParameterError(f"images must be at least 2 to differ, got {len(images)}")
+    flat = images.reshape(len(images), -1).astype(np.float64)
+    power = np.square(flat).sum(1)
+    square = power[:, None] + power[None] - 2 * flat @ flat.T
+    above = np.triu_indices(len(images), 1)
+    return float(np.sqrt(np.maximum(square[above], 0) / flat.shape[1]).mean())
+
+
+def image_spread(
+    make: Callable[[NDArray[np.float32], NDArray[np.float32]], Images],
+    labels: NDArray[np.float32],
+    noises: NDArray[np.float32],
+    *,
+    real: float,
+) -> ImageSpread:
+    """Return what the images of a generator differ by, over all pairings of labels and noises.
+
+    Parameters
+    ----------
+    make : function
+        Of noises (image, noise) and labels (image, word) to images.
+    labels : float32 array, shape (label, word)
+    noises : float32 array, shape (draw, noise)
+        At least 2 of each.
+    real : float
+        `mean_distance` of real images, > 0.
+    """
+    made = np.stack([make(noises, np.repeat(label[None], len(noises), 0)) for label in labels])
+    by_noise = np.mean([mean_distance(row) for row in made])
+    by_label = np.mean([mean_distance(made[:, place]) for place in range(len(noises))])
+    return ImageSpread(real, float(by_noise), float(by_label))

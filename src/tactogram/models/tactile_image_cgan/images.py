@@ -1,0 +1,102 @@
+"""Rated images as the networks see them, all in memory: squares of one size in -1 to 1, beside their labels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image as Pillow
+
+from tactogram.errors import ParameterError
+from tactogram.model import ImageExample
+from tactogram.signal import Image
+from tactogram.training.seeds import child_rng
+
+Pixels = NDArray[np.uint8]
+
+
+@dataclass(frozen=True, eq=False)
+class LabelledImages:
+    """Images and what they evoke.
+
+    Parameters
+    ----------
+    pixels : uint8 array, shape (image, 3, size, size)
+    labels : float32 array, shape (image, word), 0 to 1
+        Mean over the raters of an image: of yes/no ratings the share for whom a word was evoked (Sec. II-B). A label is
+        such ten scores; "one-hot", as Sec. II-B calls it, would be a single word and cannot be meant.
+    """
+
+    pixels: Pixels
+    labels: NDArray[np.float32]
+
+    @classmethod
+    def of(cls, examples: Sequence[ImageExample], words: Sequence[str], size: int) -> LabelledImages:
+        """Return examples decoded, cut and scaled.
+
+        Raises
+        ------
+        ParameterError
+            If there are fewer than 2, one was rated in other words, or nobody gave it a score in one.
+        """
+        if len(examples) < 2:
+            raise ParameterError(f"at least 2 rated images are needed to learn from, got {len(examples)}")
+        labels = np.stack([_label(example, words) for example in examples])
+        return cls(np.stack([square(example.image, size) for example in examples]), labels)
+
+    def __len__(self) -> int:
+        """Return the number of images."""
+        return len(self.pixels)
+
+    def batch(self, number: int, size: int, *, seed: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return images, (batch, 3, row, column) in -1 to 1, and labels of batch ``number`` from 0 on.
+
+        Batches are cut from the images in random orders, one after the other: each image comes as often as any other.
+        """
+        count = len(self)
+        places = np.arange(number * size, (number + 1) * size)
+        orders = {
+            turn: child_rng(seed, "order", int(turn)).permutation(count) for turn in set(places // count)
+        }
+        chosen = np.array([orders[place // count][place % count] for place in places])
+        return as_floats(self.pixels[chosen]), self.labels[chosen]
+
+
+def as_floats(pixels: Pixels) -> NDArray[np.float32]:
+    """Return 0 to 255 as -1 to 1, which is what tanh gives (Sec. II-C)."""
+    return pixels.astype(np.float32) / 127.5 - 1
+
+
+def as_pixels(values: NDArray[np.float32]) -> Pixels:
+    """Return -1 to 1 as 0 to 255, rounded: the inverse of `as_floats`."""
+    pixels: Pixels = np.clip(np.rint((values + 1) * 127.5), 0, 255).astype(np.uint8)
+    return pixels
+
+
+def square(image: Image, size: int) -> Pixels:
+    """Return the middle square of an image, scaled to ``size``: uint8, (3, size, size).
+
+    Assumed: the paper does not say how its images came to 64 x 64.
+    """
+    rows, columns = image.size
+    side = min(rows, columns)
+    top, left = (rows - side) // 2, (columns - side) // 2
+    cut = image.cut(top, left, top + side, left + side).pixels
+    if side != size:
+        scaled = Pillow.fromarray(np.ascontiguousarray(cut)).resize((size, size), Pillow.Resampling.BICUBIC)
+        cut = np.asarray(scaled)
+    return np.ascontiguousarray(cut.transpose(2, 0, 1))
+
+
+def _label(example: ImageExample, words: Sequence[str]) -> NDArray[np.float32]:
+    if example.rated.words != tuple(words):
+        raise ParameterError(
+            f"{example.item}: must be rated in {', '.join(words)}, got {', '.join(example.rated.words)}"
+        )
+    means = example.rated.means
+    if np.isnan(means).any():
+        missing = ", ".join(word for word, mean in zip(words, means, strict=True) if np.isnan(mean))
+        raise ParameterError(f"{example.item}: nobody gave it a score in {missing}; rate it or leave it out")
+    return means.astype(np.float32)

@@ -1,0 +1,220 @@
+"""The conditional GAN of Sec. II-C: from ten scores and noise to an image."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import torch
+import torch.nn.functional as F
+from numpy.typing import NDArray
+from torch import Tensor
+
+from tactogram.errors import ParameterError
+from tactogram.evaluation.image_spread import ImageSpread, image_spread, mean_distance
+from tactogram.model import Condition, ImageExample, ImageKind, Kind, Stage, check_condition
+from tactogram.models.tactile_image_cgan.config import Config
+from tactogram.models.tactile_image_cgan.images import LabelledImages, as_floats, as_pixels
+from tactogram.models.tactile_image_cgan.networks import Discriminator, Generator
+from tactogram.nn.adversarial_pair import AdversarialPair
+from tactogram.signal import Image
+from tactogram.training.seeds import child_rng, torch_seeded
+
+JUDGED = 64
+"""Images, at most, whose distances say what real ones differ by."""
+LABELS, NOISES = 12, 8
+"""Pairings that the spread of generated images is measured over: as many labels as the paper has plates."""
+
+
+class TactileImageLearner:
+    """Generator and discriminator, and the means of the images they learned from.
+
+    Parameters
+    ----------
+    config : Config
+    kind : ImageKind
+        Words, scale and items of the training images.
+    seed : int
+        Decides the initial weights.
+    device : str or torch.device
+
+    Attributes
+    ----------
+    items : tuple of str
+        What the training images are called.
+    """
+
+    def __init__(self, config: Config, kind: Kind, *, seed: int, device: str | torch.device = "cpu") -> None:
+        if not isinstance(kind, ImageKind):
+            raise ParameterError("tactile_image_cgan learns from rated images, got signals")
+        self.config, self.kind = config, kind
+        self.items: tuple[str, ...] = kind.items
+        self.means = np.full((len(kind.items), len(kind.words)), np.nan)
+        self.real_spread = 0.0
+        self._held: tuple[Any, LabelledImages] | None = None
+        with torch_seeded(seed, "weights"):
+            self.gan = AdversarialPair(
+                Generator(config, len(kind.words)),
+                Discriminator(config, len(kind.words)),
+                learning_rate=config.learning_rate,
+                betas=config.betas,
+                device=torch.device(device),
+            )
+        for optimiser in self.gan.optimisers:
+            for group in optimiser.param_groups:
+                group["eps"] = config.epsilon
+
+    def setup(self, fabric: Any) -> None:
+        self.gan.setup(fabric)
+
+    # -- training ----------------------------------------------------------------------------------------
+
+    def stages(self, examples: Sequence[ImageExample]) -> tuple[Stage, ...]:
+        """Return one stage; refuses images that cannot be learned from."""
+        self._images(examples)
+        return (Stage("gan", self.config.updates),)
+
+    def _images(self, examples: Sequence[ImageExample]) -> LabelledImages:
+        """Return the examples in memory, decoded once; keeps what is told of them later."""
+        if self._held is None or self._held[0] is not examples:
+            images = LabelledImages.of(examples, self.kind.words, self.config.size)
+            self._held = (examples, images)
+            place = {item: number for number, item in enumerate(self.items)}
+            for example, label in zip(examples, images.labels, strict=True):
+                if example.item in place:
+                    self.means[place[example.item]] = label
+            some = np.linspace(0, len(images) - 1, min(len(images), JUDGED)).round().astype(int)
+            self.real_spread = mean_distance(as_floats(images.pixels[some]))
+        return self._held[1]
+
+    def batches(
+        self, stage: Stage, examples: Sequence[ImageExample], *, seed: int, start: int = 0
+    ) -> Iterator[tuple[Tensor, Tensor]]:
+        images = self._images(examples)
+        for number in range(start, stage.steps):
+            pixels, labels = images.batch(number, self.config.batch_size, seed=seed)
+            yield torch.from_numpy(pixels), torch.from_numpy(labels)
+
+    def step(self, stage: Stage, batch: tuple[Tensor, Tensor]) -> dict[str, float]:
+        """Update the discriminator, then the generator against it, on one draw of noise and of random scores.
+
+        Fakes carry uniform random scores, real images their own (Sec. II-C). Which network comes first, and that both
+        see one draw, is assumed. Both losses are Eq. 2; the generator's has the label of real images.
+        """
+        gan = self.gan
+        gan.train(0.0)
+        images, labels = (part.to(gan.device) for part in batch)  # B, 3, S, S; B, W
+        noise = torch.randn(len(images), self.config.noise, device=gan.device)
+        scores = torch.rand_like(labels)
+        made = gan.generator(noise, scores)  # B, 3, S, S
+        real = gan.discriminator(images, labels)  # B
+        fake = gan.discriminator(made.detach(), scores)  # B
+        loss_d = _cross_entropy(real, 1.0) + _cross_entropy(fake, 0.0)
+        gan.descend_discriminator(loss_d)
+        with gan.fixed_discriminator():
+            judged = gan.discriminator(made, scores)  # B
+            loss_g = _cross_entropy(judged, 1.0)
+        gan.descend_generator(loss_g)
+        right = ((real > 0).float().mean() + (fake < 0).float().mean()) / 2
+        return {"generator": loss_g.item(), "discriminator": loss_d.item(), "correct": right.item()}
+
+    def validate(self, examples: Sequence[ImageExample]) -> dict[str, float]:
+        """Return what images differ by, of labels of ``examples`` or, where there are too few, of training."""
+        return self.spread(examples).as_dict()
+
+    def spread(self, examples: Sequence[ImageExample] = ()) -> ImageSpread:
+        """Return what images differ by, by noise and by label; its ``collapse`` names what it collapsed to."""
+        labels = (
+            np.stack([example.rated.means for example in examples]) if len(examples) > 1 else self._known()
+        )
+        rng = child_rng(0, "spread")
+        some = rng.permutation(len(labels))[:LABELS]
+        noises = rng.standard_normal((NOISES, self.config.noise)).astype(np.float32)
+        return image_spread(self.make, labels[some].astype(np.float32), noises, real=self.real_spread)
+
+    def _known(self) -> NDArray[np.float64]:
+        known: NDArray[np.float64] = self.means[~np.isnan(self.means).any(1)]
+        return known
+
+    def state(self) -> dict[str, Any]:
+        return {
+            "words": list(self.kind.words),
+            "means": self.means,
+            "real_spread": self.real_spread,
+            "gan": self.gan.state(),
+            "optimisers": self.gan.optimiser_state(),
+        }
+
+    def load_state(self, state: Mapping[str, Any]) -> None:
+        if tuple(state["words"]) != self.kind.words:
+            raise ParameterError(
+                f"state is of {', '.join(state['words'])}; expected {', '.join(self.kind.words)}"
+            )
+        self.means = np.asarray(state["means"], np.float64)
+        self.real_spread = float(state["real_spread"])
+        self.gan.load_state(state["gan"], state.get("optimisers"))
+
+    # -- use ---------------------------------------------------------------------------------------------
+
+    @property
+    def rated_means(self) -> dict[str, NDArray[np.float64]]:
+        """Mean scores of each training image, 0 to 1, shape (word,)."""
+        return dict(zip(self.items, self.means, strict=True))
+
+    def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Image:
+        """Return an image that evokes ``words``, each given on the scale of the ratings learned from.
+
+        Raises
+        ------
+        ParameterError
+            If a word is missing, unknown or off the scale, or a length is given.
+        """
+        check_condition(condition, needs=("words",))
+        if seconds is not None:
+            raise ParameterError(f"seconds must be left out, an image has no length; got {seconds:g}")
+        scores = unit_scores(condition["words"], self.kind)
+        noise = child_rng(seed, "noise").standard_normal((1, self.config.noise)).astype(np.float32)
+        made = self.make(noise, scores[None].astype(np.float32))
+        return Image(as_pixels(made[0]).transpose(1, 2, 0))
+
+    @torch.inference_mode()
+    def make(self, noise: NDArray[np.float32], scores: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return images of noise (image, noise) and scores (image, word) in 0 to 1: (image, 3, row, column).
+
+        Batch normalisation goes by the statistics of training: an image is the same beside any others. Assumed.
+        """
+        given = (torch.from_numpy(part).to(self.gan.device) for part in (noise, scores))
+        made: NDArray[np.float32] = self.gan.bare_generator.eval()(*given).float().cpu().numpy()
+        return made
+
+
+def unit_scores(words: Mapping[str, float], kind: ImageKind) -> NDArray[np.float64]:
+    """Return scores in the order of ``kind.words``, brought from its scale to 0 to 1.
+
+    Raises
+    ------
+    ParameterError
+        Naming what is missing, unknown or off the scale.
+    """
+    low, high = kind.scale
+    for word, score in words.items():
+        if word not in kind.words:
+            raise ParameterError(f"words must be of {', '.join(kind.words)}; got {word!r}")
+        if not low <= score <= high:
+            raise ParameterError(f"{word} must be {low:g} to {high:g}, got {score:g}")
+    if missing := [word for word in kind.words if word not in words]:
+        raise ParameterError(f"a score is needed of {', '.join(missing)}")
+    return np.array([(words[word] - low) / (high - low) for word in kind.words])
+
+
+def _cross_entropy(scores: Tensor, label: float) -> Tensor:
+    """Return Eq. 2 of the sigmoid of ``scores``, mean over the batch."""
+    return F.binary_cross_entropy_with_logits(scores.float(), torch.full_like(scores, label).float())
+
+
+def build(
+    config: Config, kind: Kind, *, seed: int, device: str | torch.device = "cpu"
+) -> TactileImageLearner:
+    """Return an untrained model for images of ``kind``."""
+    return TactileImageLearner(config, kind, seed=seed, device=device)
