@@ -9,7 +9,7 @@ import soundfile
 from PIL import Image as Pillow
 from scipy import signal as scipy_signal
 
-from tactogram.datasets import biotac_slide, cluster, folder, lmt108, open_store, vibviz
+from tactogram.datasets import biotac_slide, cluster, folder, item_of, lmt108, open_store, vibviz
 from tactogram.datasets.importing import import_dataset
 from tactogram.errors import DataError
 from tactogram.signal import Signal
@@ -326,11 +326,25 @@ class TestVibviz:
             "pleasantness": 0.7,
             "arousal": -2.5,
         }
-        assert one.labels == {"effect": "v-1", "sensationTags": "simple,soft"}
+        assert one.labels == {"effect": "v-1", "item": "v-1", "sensationTags": "simple,soft"}
         np.testing.assert_allclose(store.signal(one.id, "vibration").samples, mono)
         assert store.rate(two.id, "vibration") == 48000
         np.testing.assert_allclose(store.signal(two.id, "vibration").samples, stereo)
         assert store.signal(two.id, "vibration").axes == ("left", "right")
+
+    def test_means_are_the_ratings_of_one_rater_of_the_effects_that_have_a_file(self, tmp_path):
+        write_sound(tmp_path / "v" / "v-1.wav", 1, rate=8000)
+        table = tmp_path / "v" / "vibrationAnnotations.csv"
+        table.write_text(self.HEAD + "v-1,11,-2,0.5,-2.6,0.7,-2.5,\nv-3,13,0,0,0,0,0,\n")
+        report, store = imported("vibviz", tmp_path / "v", tmp_path)
+        assert report["scores"] == 5
+        assert (store.ratings.items, store.ratings.raters) == (("v-1",), ("mean",))
+        assert store.ratings.words == vibviz.RATINGS
+        np.testing.assert_array_equal(store.ratings.means, [[-2, 0.5, -2.6, 0.7, -2.5]])
+        assert import_dataset("vibviz", tmp_path / "v", tmp_path / "store")["unchanged"]
+        table.write_text(self.HEAD + "v-1,11,-2,0.5,-2.6,0.7,-9,\n")
+        with pytest.raises(DataError, match="score must be -3 to 3, got -9"):
+            import_dataset("vibviz", tmp_path / "v", tmp_path / "store")
 
     @pytest.mark.parametrize(
         ("rows", "says"),
@@ -353,9 +367,50 @@ class TestVibviz:
         assert rates == {8000, 22050, 44100, 48000}
         assert all(set(i.ratings) == set(vibviz.RATINGS) for i in store.index)
         assert all(-3 <= v <= 3 for i in store.index for v in i.ratings.values())
+        ratings = store.ratings
+        assert (len(ratings.items), ratings.raters, len(ratings)) == (100, ("mean",), 500)
+        assert not np.isnan(ratings.cube).any()
+        for info in store.index:
+            scored = dict(
+                zip(ratings.words, ratings.means[ratings.items.index(info.labels["item"])], strict=True)
+            )
+            assert scored == dict(info.ratings)
 
 
 class TestFolder:
+    def test_what_was_rated_in_its_own_right_is_of_no_material(self, tmp_path):
+        source = tmp_path / "f"
+        self.write(source, "plate01/m01.wav", 1)
+        self.write(source, "signals/signal01.wav", 2)
+        self.write(source, "signals/more/x.wav", 3)
+        (source / "recordings.csv").write_text(
+            "file,item,session,stream\nsignals/more/x.wav,signal02,,drive\nplate01/m01.wav,,plate01-m01,strain\n"
+        )
+        (source / "images").mkdir()
+        for n in (1, 2):
+            Pillow.new("RGB", (3, 2), (n, 2, 3)).save(source / "images" / f"image{n}.png")
+        _, store = imported("folder", source, tmp_path, options={"items": "signals,images"})
+        assert sorted((item_of(i), i.material or "") for i in store.index) == [
+            ("plate01", "plate01"),
+            ("signal01", ""),
+            ("signal02", ""),
+        ]
+        assert sorted(store.photographs_by_material) == ["image1", "image2"]
+        assert set(store.streams) == {"strain", "drive", "vibration"}
+
+    def test_images_alone_make_a_store(self, tmp_path):
+        (tmp_path / "f" / "images").mkdir(parents=True)
+        for n in (1, 2):
+            Pillow.new("RGB", (3, 2), (n, 2, 3)).save(tmp_path / "f" / "images" / f"image{n}.png")
+        report, store = imported("folder", tmp_path / "f", tmp_path, options={"items": "images"})
+        assert (report["recordings"], report["photographs"]) == (0, 2)
+        assert sorted(store.photographs_by_material) == ["image1", "image2"]
+
+    def test_a_folder_of_items_must_be_there(self, tmp_path):
+        self.write(tmp_path / "f", "cork/1.wav")
+        with pytest.raises(DataError, match="f/signal: must be a folder of files that were rated"):
+            imported("folder", tmp_path / "f", tmp_path, options={"items": "signal"})
+
     def write(self, source, name, seed=0, **options):
         return write_sound(source / name, seed, rate=1000, seconds=0.1, subtype="FLOAT", **options)
 

@@ -17,6 +17,7 @@ from tactogram.datasets.ratings import SEVEN_POINT as SEVEN_POINT
 from tactogram.datasets.ratings import Ratings as Ratings
 from tactogram.datasets.ratings import Scale as Scale
 from tactogram.datasets.ratings import item_of as item_of
+from tactogram.datasets.ratings import joined as joined
 from tactogram.datasets.recording import Recording as Recording
 from tactogram.datasets.recording import RecordingInfo as RecordingInfo
 from tactogram.datasets.splits import Region as Region
@@ -28,5 +29,6 @@ from tactogram.datasets.splitting import split_fractions as split_fractions
 from tactogram.datasets.splitting import split_last as split_last
 from tactogram.datasets.store import Store as Store
 from tactogram.datasets.store import open_store as open_store
+from tactogram.datasets.writing import add_ratings as add_ratings
 from tactogram.datasets.writing import add_recordings as add_recordings
 from tactogram.datasets.writing import create_store as create_store

@@ -111,7 +111,7 @@ class Examples(Sequence[Example]):
 
     def _rated(self, item: str | None) -> Rated | None:
         ratings = self.store.ratings
-        return ratings.rated(item) if ratings is not None and item in ratings.items else None
+        return ratings.rated(item) if ratings is not None and item is not None and item in ratings else None
 
     def photographs_of(self, material: str | None) -> Photographs:
         """Return the photographs of a material that may be used here, decoded when asked for."""

@@ -5,6 +5,10 @@ recording and of its name (``MATERIAL/take1.jpg``, ``take1.wav``) is that record
 material's folder, also deeper, the only one is the photograph of all its recordings that have none; several are
 photographs of the material. A folder may hold photographs alone.
 
+What people rated in its own right is of no material: display signals, or images of anything. The option ``items``
+names folders of such files (``--set items=signals,images``): each file's name, less its suffix, becomes the label
+``item`` of a signal, and what a picture shows. A row of ``recordings.csv`` may name another ``item``.
+
 An optional ``recordings.csv`` has a column ``file`` (relative path) and any of ``material``, ``speed_mm_s``,
 ``force_n``, ``direction_deg``, ``contactor``, ``session``, ``subject``, ``image`` (relative path),
 ``image_width_mm``, ``simulated`` (yes or no); ``unit``, ``rate`` (Hz) and ``axes`` (``x y z``), where the file does
@@ -52,8 +56,8 @@ STREAM_OF_UNIT = {
 }
 
 
-def find(folder: Path) -> list[Item]:
-    """Return an item per signal file."""
+def find(folder: Path, *, items: str = "") -> list[Item]:
+    """Return an item per signal file; those in the folders ``items``, divided by commas, are of no material."""
     rows = _table(folder / TABLE)
     signals = _signals(folder)
     own, general = _pictures(folder, signals)
@@ -62,22 +66,28 @@ def find(folder: Path) -> list[Item]:
         raise DataError(
             f"{folder / TABLE}: row {rows[missing[0]]['row']}: there is no signal file {missing[0]}"
         )
-    items = []
+    found = []
+    lone = _lone(folder, items)
     for name, path in signals.items():
         info = dict(rows.get(name, {}))
         top = name.split("/")[0] if "/" in name else ""
-        info["material"] = info.get("material") or top
-        if not info["material"]:
+        if top in lone:
+            info["labels"] = {"item": path.stem} | info.get("labels", {})
+            info.setdefault("material", None)
+        else:
+            info["material"] = info.get("material") or top
+        if not info["material"] and not info.get("labels", {}).get("item"):
             raise DataError(f"{name}: must stand in a folder named after its material, or have it in {TABLE}")
-        shown = general.get(top, [])
+        info["material"] = info["material"] or None
+        shown = [] if top in lone else general.get(top, [])
         only = shown[0] if len(shown) == 1 else None
         image = folder / info["image"] if info.get("image") else own.get(name, only)
-        items.append(Item(name, (path,), info, image, info.pop("image_width_mm", None)))
-    return items
+        found.append(Item(name, (path,), info, image, info.pop("image_width_mm", None)))
+    return found
 
 
-def photographs(folder: Path) -> list[Picture]:
-    """Return the pictures of materials that have several, or no recording."""
+def photographs(folder: Path, *, items: str = "") -> list[Picture]:
+    """Return the pictures of materials that have several, or no recording, and those of ``items``."""
     rows = _table(folder / TABLE)
     signals = _signals(folder)
     _, general = _pictures(folder, signals)
@@ -87,7 +97,11 @@ def photographs(folder: Path) -> list[Picture]:
         top = name.split("/")[0]
         recorded.setdefault(top, set()).add(rows.get(name, {}).get("material") or top)
     found = []
+    lone = _lone(folder, items)
     for top, paths in general.items():
+        if top in lone:
+            found += [Picture(path.relative_to(folder).as_posix(), path, path.stem) for path in paths]
+            continue
         materials = recorded.get(top, {top})
         if len(materials) == 1 and (len(paths) > 1 or top not in recorded):
             [material] = materials
@@ -124,6 +138,17 @@ def read(item: Item) -> list[Recording]:
             **known,
         )
     ]
+
+
+def _lone(folder: Path, items: str) -> set[str]:
+    """Return the folders that ``items`` names; refuse one that is not there."""
+    names = {name.strip() for name in items.split(",") if name.strip()}
+    for name in sorted(names):
+        if not (folder / name).is_dir():
+            raise DataError(
+                f"{folder / name}: must be a folder of files that were rated, each in its own right"
+            )
+    return names
 
 
 def _files(folder: Path, suffixes: Iterable[str]) -> dict[str, Path]:

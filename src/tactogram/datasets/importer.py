@@ -10,7 +10,9 @@ An importer is a module of this package, found by looking and registered nowhere
 - ``read(item: Item) -> list[Recording]``: the recordings of one item. It runs in another process, so that
   all cores read; what it raises as a `TactogramError` is told with the item's name;
 - where there are any, ``photographs(folder: Path) -> list[Picture]``: photographs that belong to a material, not to
-  one recording. The import opens them, one at a time.
+  one recording, told the options of ``find`` that it has too. The import opens them, one at a time;
+- where people rated what is imported, ``ratings(folder: Path) -> Ratings | None``; what was rated and is not among
+  the recordings is left out.
 
 ``LICENCE`` says what the source states; where it states none, ``"not stated"``.
 """

@@ -13,6 +13,7 @@ from typing import Any, Self
 import tactogram.datasets
 from tactogram.datasets.importer import Importer, Item, Picture
 from tactogram.datasets.photographs import Photograph, read_photograph
+from tactogram.datasets.ratings import Ratings, item_of
 from tactogram.datasets.reading import read_all
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.store import Store, open_store
@@ -66,7 +67,7 @@ def import_dataset(
     -------
     dict
         ``set``, ``path``, ``out``, ``unchanged``, ``recordings``, ``photographs`` (of materials and of recordings),
-        ``sha256``, ``simulated``, ``licence``, and
+        ``scores`` (of raters), ``sha256``, ``simulated``, ``licence``, and
         lists of dicts ``duplicates`` (``id``, ``kept``, ``dropped``) and ``skipped`` (``source``, ``reason``),
         and ``stale_parts`` (what another, killed import may have left and nobody could tell).
 
@@ -83,10 +84,12 @@ def import_dataset(
     importer, path, out = known[set_name], Path(path), Path(out)
     if not path.is_dir():
         raise DataError(f"{path} must be a folder that holds the data set")
-    items = importer.find(path, **_options(importer, options or {}))
-    if not items:
+    options = _options(importer, options or {})
+    items = importer.find(path, **options)
+    pictures: list[Picture] = _photographs(importer, path, options)
+    if not items and not pictures:
         raise DataError(f"{path}: nothing to import as {set_name!r}; {importer.TITLE} was not found there")
-    pictures: list[Picture] = getattr(importer, "photographs", lambda _: [])(path)
+    rated: Ratings | None = getattr(importer, "ratings", lambda _: None)(path)
     stale = clear_stale_parts(out)
     module: str = importer.__name__  # type: ignore[attr-defined]
     total = len(items) + len(pictures)
@@ -132,6 +135,8 @@ def import_dataset(
             except TactogramError as error:
                 bad(picture.name, str(error))
             shown(done, total)
+        if rated is not None and (there := take.items & set(rated.items)):
+            take.ratings = rated.select(items=sorted(there))
         if isinstance(take, StoreWriter):
             take.skipped.extend(skipped)
             take.publish(out)
@@ -145,6 +150,7 @@ def import_dataset(
         "unchanged": isinstance(take, _Comparison),
         "recordings": len(store),
         "photographs": len(store.photograph_keys()),
+        "scores": 0 if store.facts.ratings is None else store.facts.ratings.rows,
         "sha256": store.sha256,
         "simulated": store.simulated,
         "licence": store.licence,
@@ -152,6 +158,16 @@ def import_dataset(
         "skipped": skipped,
         "stale_parts": [str(part) for part in stale],
     }
+
+
+def _photographs(importer: Importer, path: Path, options: Mapping[str, Any]) -> list[Picture]:
+    """Return the photographs of materials, told the options of the import that say something of them."""
+    function = getattr(importer, "photographs", None)
+    if function is None:
+        return []
+    known = inspect.signature(function).parameters
+    found: list[Picture] = function(path, **{name: options[name] for name in options if name in known})
+    return found
 
 
 def _options(importer: Importer, options: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -176,6 +192,8 @@ class _Comparison:
     def __init__(self, store: Store, path: Path) -> None:
         self.store, self.path = store, path
         self.duplicates: list[dict[str, str]] = []
+        self.ratings: Ratings | None = None
+        self.items: set[str] = set()
         self._seen: dict[str, str] = {}
         self._shown: set[tuple[str, str]] = set()
 
@@ -193,6 +211,8 @@ class _Comparison:
         if not self.store.holds(recording, photograph):
             raise self._different(f"{where} is another or new")
         self._seen[recording.id] = where
+        if item := item_of(recording):
+            self.items.add(item)
         return True
 
     def add_photograph(self, photograph: Photograph, material: str, *, source: str = "") -> bool:
@@ -200,6 +220,7 @@ class _Comparison:
         self._shown.add((material, photograph.key))
         if photograph.key not in self.store.facts.photographs.get(material, {}):
             raise self._different(f"{source} is another or new")
+        self.items.add(material)
         return new
 
     def finish(self) -> None:
@@ -208,6 +229,9 @@ class _Comparison:
             raise self._different(f"{len(self._shown)} photographs of materials here, {there} there")
         if len(self._seen) != len(self.store):
             raise self._different(f"{len(self._seen)} recordings here, {len(self.store)} there")
+        # Ratings that were added to a store of a set without any are its own affair.
+        if self.ratings is not None and self.ratings.sha256 != self.store.facts.ratings_sha256:
+            raise self._different("its ratings differ")
 
     def _different(self, how: str) -> _DifferentError:
         return _DifferentError(

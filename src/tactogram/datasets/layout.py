@@ -10,7 +10,7 @@ stream starts another one (DuckDB: ``read_parquet('STORE/shard-*.parquet', union
 Photographs stand once each in ``images-*.parquet`` (``key``, ``mm_per_pixel``, ``image``: an encoded picture). A row
 of a shard names its recording's own in ``image``; those that show a material, whichever its recordings, are listed
 in ``dataset.json`` under ``photographs``: source by key by material. What people said of items stands in
-``ratings.parquet`` (`ratings_io`).
+the ``ratings-*.parquet`` that ``dataset.json`` names (`ratings_io`).
 
 Samples are uncompressed, PLAIN, and one page per column and row group, so that those of one recording lie
 side by side in the file and a window is read as a slice of it, however large the store is. Compression would

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
@@ -38,6 +38,10 @@ class Scale:
     def __post_init__(self) -> None:
         if not (np.isfinite(self.low) and np.isfinite(self.high) and self.low < self.high):
             raise ParameterError(f"a scale must go from low to high, got {self.low} to {self.high}")
+        if self.step is not None and not 0 < self.step <= self.high - self.low:
+            raise ParameterError(
+                f"step of a scale must be > 0 and at most {self.high - self.low:g}, got {self.step}"
+            )
 
     def to_unit(self, scores: NDArray[np.float64] | float) -> Any:
         """Return scores as 0 (lowest) to 1 (highest): (x - 1) / 6 on the 7-point scale."""
@@ -53,6 +57,10 @@ class Scale:
             return False
         steps = 0.0 if self.step is None else (score - self.low) / self.step
         return abs(steps - round(steps)) < 1e-6
+
+    def __str__(self) -> str:
+        """Return it in words: ``1 to 7 in steps of 1``."""
+        return f"{self.low:g} to {self.high:g}" + (f" in steps of {self.step:g}" if self.step else "")
 
 
 SEVEN_POINT = Scale("7-point unipolar", 1.0, 7.0, 1.0)
@@ -99,41 +107,33 @@ class Ratings:
     def __post_init__(self) -> None:
         count = len(self.rater)
         fill = object.__setattr__
-        fill(self, "score", np.asarray(self.score, np.float64))
-        fill(
-            self,
-            "order",
-            np.full(count, -1, np.int64) if self.order is None else np.asarray(self.order, np.int64),
-        )
         for name in ("rater", "item", "word"):
             fill(self, name, tuple(getattr(self, name)))
+        fill(self, "score", _frozen(np.array(self.score, np.float64)))
+        order = np.full(count, -1) if self.order is None else np.array(self.order)
+        fill(self, "order", _frozen(order.astype(np.int64)))
         fill(self, "session", tuple(self.session) or ("",) * count)
         fill(self, "words", tuple(self.words) or tuple(dict.fromkeys(self.word)))
-        columns = (self.item, self.word, self.score, self.order, self.session)
-        if any(len(column) != count for column in columns):  # type: ignore[arg-type]
-            raise ParameterError(f"columns must be of one length, got {count} raters and others")
+        if len(set(self.words)) != len(self.words):
+            raise ParameterError(f"words must differ, got {', '.join(self.words)}")
+        columns: tuple[Any, ...] = (self.item, self.word, self.score, self.order, self.session)
+        if any(len(column) != count for column in columns):
+            raise ParameterError(
+                f"columns must be of one length, got {count} raters and {', '.join(str(len(c)) for c in columns)}"
+            )
         if not count:
             raise DataError("ratings must have a row, got none")
-        self._check()
-
-    def _check(self) -> None:
-        first: dict[tuple[str, str, str, str], int] = {}
-        known = set(self.words)
-        for row, key in enumerate(zip(self.rater, self.item, self.word, self.session, strict=True), start=1):
-            where = f"row {row} ({key[0]}, {key[1]}, {key[2]})"
-            if key[2] not in known:
-                raise DataError(f"{where}: word must be one of {', '.join(self.words)}, got {key[2]!r}")
-            if not self.scale.holds(score := float(self.score[row - 1])):
-                step = f" in steps of {self.scale.step:g}" if self.scale.step else ""
-                raise DataError(
-                    f"{where}: score must be {self.scale.low:g} to {self.scale.high:g}{step}, got {score:g}"
-                )
-            if first.setdefault(key, row) != row:
-                raise DataError(f"{where}: row {first[key]} is the same rating; leave one out")
+        check_rows(
+            self.rater, self.item, self.word, self.score.tolist(), self.session, self.words, self.scale
+        )
 
     def __len__(self) -> int:
         """Return the number of rows."""
         return len(self.rater)
+
+    def __contains__(self, item: object) -> bool:
+        """Say whether an item was rated."""
+        return item in self._place
 
     @cached_property
     def items(self) -> tuple[str, ...]:
@@ -194,7 +194,7 @@ class Ratings:
         ParameterError
             If nobody rated it.
         """
-        if item not in self._place:
+        if item not in self:
             raise ParameterError(f"item must be one of the {len(self.items)} that were rated, got {item!r}")
         scores = self.cube[self._place[item]]
         who = ~np.isnan(scores).all(1)
@@ -222,6 +222,68 @@ class Ratings:
             tuple(self.session[n] for n in keep),
             self.words,
         )
+
+
+def joined(tables: Sequence[Ratings]) -> Ratings:
+    """Return the rows of several tables as one, e.g. of those who rated surfaces and those who rated signals.
+
+    Raises
+    ------
+    DataError
+        If they do not have one scale and the same words, or the same rating stands in two.
+    """
+    first = tables[0]
+    for other in tables[1:]:
+        if other.scale != first.scale or set(other.words) != set(first.words):
+            raise DataError(
+                "tables of ratings must have one scale and the same words, got "
+                f"{first.scale} ({', '.join(first.words)}) and {other.scale} ({', '.join(other.words)})"
+            )
+    return Ratings(
+        tuple(name for table in tables for name in table.rater),
+        tuple(name for table in tables for name in table.item),
+        tuple(name for table in tables for name in table.word),
+        np.concatenate([table.score for table in tables]),
+        first.scale,
+        np.concatenate([np.asarray(table.order) for table in tables]),
+        tuple(name for table in tables for name in table.session),
+        first.words,
+    )
+
+
+def check_rows(
+    rater: Sequence[str],
+    item: Sequence[str],
+    word: Sequence[str],
+    score: Sequence[float],
+    session: Sequence[str],
+    words: Sequence[str],
+    scale: Scale,
+    *,
+    place: Callable[[int], str] = lambda number: f"row {number + 1}",
+) -> None:
+    """Refuse what `Ratings` refuses, naming the ``place`` of a row as whoever wrote the table knows it.
+
+    Raises
+    ------
+    DataError
+        As `Ratings`.
+    """
+    first: dict[tuple[str, str, str, str], int] = {}
+    known = set(words)
+    for number, key in enumerate(zip(rater, item, word, session, strict=True)):
+        where = f"{place(number)} ({key[0]}, {key[1]}, {key[2]})"
+        if key[2] not in known:
+            raise DataError(f"{where}: word must be one of {', '.join(words)}, got {key[2]!r}")
+        if not scale.holds(score[number]):
+            raise DataError(f"{where}: score must be {scale}, got {score[number]:g}")
+        if (before := first.setdefault(key, number)) != number:
+            raise DataError(f"{where}: {place(before)} is the same rating; leave one out")
+
+
+def _frozen(values: NDArray[Any]) -> NDArray[Any]:
+    values.flags.writeable = False
+    return values
 
 
 def item_of(info: RecordingInfo) -> str | None:

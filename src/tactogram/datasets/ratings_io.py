@@ -41,16 +41,15 @@ def read_ratings(path: Path) -> Ratings:
         table = pq.read_table(path)
         about = json.loads((table.schema.metadata or {})[b"tactogram"])
         columns = {name: table[name].to_pylist() for name in COLUMNS}
-        scale = Scale(**about["scale"])
-    except (OSError, pa.ArrowException, KeyError, TypeError, ValueError) as error:
+        return Ratings(
+            tuple(columns["rater"]),
+            tuple(columns["item"]),
+            tuple(columns["word"]),
+            np.array(columns["score"], np.float64),
+            Scale(**about["scale"]),
+            np.array(columns["order"], np.int64),
+            tuple(columns["session"]),
+            tuple(about["words"]),
+        )
+    except (OSError, pa.ArrowException, KeyError, TypeError, ValueError, DataError) as error:
         raise DataError(f"{path}: not a table of ratings: {error}") from error
-    return Ratings(
-        tuple(columns["rater"]),
-        tuple(columns["item"]),
-        tuple(columns["word"]),
-        np.array(columns["score"], np.float64),
-        scale,
-        np.array(columns["order"], np.int64),
-        tuple(columns["session"]),
-        tuple(about["words"]),
-    )

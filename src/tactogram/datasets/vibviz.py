@@ -4,7 +4,10 @@ H. Seifi, K. Zhang, K. E. MacLean, "VibViz: Organizing, visualizing and navigati
 Haptics 2015. CC BY 4.0.
 
 Read from ``vibrationAnnotations*.csv`` and the WAV files it names (``ID.wav``, beside it or in a folder). These are
-effects, not recordings of materials: ``material`` is empty, ``labels["effect"]`` is the id. Ratings are means in -3..3.
+effects, not recordings of materials: ``material`` is empty, ``labels["effect"]`` and ``labels["item"]`` are the id.
+Ratings are means in -3..3, over raters whose number the table does not state (its fractions fit 7 to 13): who said
+what is lost, so that one rater, ``mean``, stands for all, and reliability cannot be had. The table's other columns
+(dimensions of the tags) are left out.
 Rates and channels differ between files; samples are full scale 1. An effect without a file is no error: public
 copies hold 100 of the 120. Checked on real files.
 """
@@ -12,11 +15,14 @@ copies hold 100 of the 120. Checked on real files.
 from __future__ import annotations
 
 import csv
+from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
 import soundfile
 
 from tactogram.datasets.importer import Item
+from tactogram.datasets.ratings import Ratings, Scale
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError
 from tactogram.signal.io import read_signal
@@ -30,24 +36,20 @@ DESCRIPTION = (
 )
 
 RATINGS = ("energy", "tempo", "roughness", "pleasantness", "arousal")
+SCALE = Scale("7-point bipolar, means", -3.0, 3.0)
+"""Means of whole numbers lie anywhere between."""
 TAGS = ("sensationTags", "emotionTags", "metaphors", "usageExamples")
 
 
 def find(folder: Path) -> list[Item]:
     """Return an item per WAV file; each needs its row of annotations."""
-    tables = sorted(folder.glob("vibrationAnnotations*.csv"))
-    if len(tables) != 1:
-        raise DataError(f"{folder}: must hold one vibrationAnnotations*.csv, got {len(tables)}")
-    with tables[0].open(encoding="utf-8-sig", newline="") as file:
-        rows = list(csv.DictReader(file))
-    if not rows or not {"id", *RATINGS} <= rows[0].keys():
-        raise DataError(f"{tables[0]}: needs columns id, {', '.join(RATINGS)}")
+    table, rows = _annotations(folder)
     annotations = {row["id"]: row for row in rows}
     items = []
     for path in sorted(p for p in folder.rglob("*.wav") if not p.name.startswith(".")):
         name = path.relative_to(folder).as_posix()
         if path.stem not in annotations:
-            raise DataError(f"{name}: has no row in {tables[0].name}")
+            raise DataError(f"{name}: has no row in {table.name}")
         items.append(Item(name, (path,), annotations[path.stem]))
     return items
 
@@ -60,18 +62,47 @@ def read(item: Item) -> list[Recording]:
     except soundfile.LibsndfileError as error:
         raise DataError(f"{path}: not a readable WAV file: {error.error_string}") from error
     axes = ("left", "right") if channels == 2 else None
-    ratings = {}
-    for name in RATINGS:
-        try:
-            ratings[name] = float(item.info[name])
-        except ValueError as error:
-            raise DataError(f"{item.name}: {name} must be a number, got {item.info[name]!r}") from error
+    scores = {name: _score(item.name, name, item.info) for name in RATINGS}
     return [
         Recording(
             streams={"vibration": read_signal(path, unit="1", axes=axes)},
-            ratings=ratings,
-            labels={"effect": item.info["id"]} | {tag: item.info[tag] for tag in TAGS if item.info.get(tag)},
+            ratings=scores,
+            labels={"effect": item.info["id"], "item": item.info["id"]}
+            | {tag: item.info[tag] for tag in TAGS if item.info.get(tag)},
             source=item.name,
             history=("designed effect, not a recording of a material", "full scale 1"),
         )
     ]
+
+
+def ratings(folder: Path) -> Ratings:
+    """Return the mean ratings of all effects in the table, with files or without."""
+    table, rows = _annotations(folder)
+    names = [(row["id"], word) for row in rows for word in RATINGS]
+    scores = [_score(f"{table.name}: {row['id']}", word, row) for row in rows for word in RATINGS]
+    return Ratings(
+        ("mean",) * len(names),
+        tuple(item for item, _ in names),
+        tuple(word for _, word in names),
+        np.array(scores),
+        SCALE,
+        words=RATINGS,
+    )
+
+
+def _annotations(folder: Path) -> tuple[Path, list[dict[str, str]]]:
+    tables = sorted(folder.glob("vibrationAnnotations*.csv"))
+    if len(tables) != 1:
+        raise DataError(f"{folder}: must hold one vibrationAnnotations*.csv, got {len(tables)}")
+    with tables[0].open(encoding="utf-8-sig", newline="") as file:
+        rows = list(csv.DictReader(file))
+    if not rows or not {"id", *RATINGS} <= rows[0].keys():
+        raise DataError(f"{tables[0]}: needs columns id, {', '.join(RATINGS)}")
+    return tables[0], rows
+
+
+def _score(where: str, name: str, row: Mapping[str, str]) -> float:
+    try:
+        return float(row[name])
+    except (TypeError, ValueError) as error:
+        raise DataError(f"{where}: {name} must be a number, got {row[name]!r}") from error

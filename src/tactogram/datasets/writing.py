@@ -118,6 +118,33 @@ def add_recordings(
     return open_store(store.path)
 
 
+def add_ratings(store: Store, ratings: Ratings, *, replace: bool = False) -> Store:
+    """Put ``ratings`` of its items into ``store`` and open it anew; ``dataset.json`` is replaced last and at once.
+
+    Parameters
+    ----------
+    store : Store
+    ratings : Ratings
+    replace : bool
+        Whether those that are there already may go.
+
+    Raises
+    ------
+    DataError
+        If there are ratings already and ``replace`` was not said, something was rated that is not in the store, or
+        the store was changed meanwhile.
+    """
+    there = store.facts.ratings
+    if there is not None and not replace:
+        raise DataError(
+            f"{store.path} has ratings already ({there.rows} scores); --replace puts these in their place"
+        )
+    with StoreWriter(store.path, store.facts, store) as writer:
+        writer.ratings = ratings
+        writer.finish()
+    return open_store(store.path)
+
+
 def new_store(path: Path, *, name: str, licence: str, source: str, simulated: bool) -> StoreWriter:
     """Return a writer into a part folder beside ``path``."""
     if not name:
@@ -290,6 +317,12 @@ class StoreWriter:
         self.added += 1
         return True
 
+    @property
+    def items(self) -> frozenset[str]:
+        """What may be rated: all that was taken, and all that was there."""
+        there = [] if self._store is None else [item_of(info) for info in self._store.index]
+        return frozenset({*self._items, *self.photographs, *(item for item in there if item)})
+
     def finish(self) -> Facts:
         """Close all files and write ``dataset.json``, which makes the folder a store."""
         self._close_shard()
@@ -332,6 +365,8 @@ class StoreWriter:
         self._done = True
         if self._store is not None and self.facts.ids != ids_file:
             (self.folder / self.facts.ids).unlink(missing_ok=True)
+        if self.facts.ratings is not None and self.facts.ratings != rated:
+            (self.folder / self.facts.ratings.file).unlink(missing_ok=True)
         return facts
 
     def publish(self, path: Path) -> Facts:
@@ -362,9 +397,7 @@ class StoreWriter:
 
     def _save_ratings(self, ratings: Ratings) -> StoredFile:
         """Write them under a name of their own, so that the old ones stand until ``dataset.json`` is replaced."""
-        known = self._items | set(self.photographs)
-        if self._store is not None:
-            known |= {item for info in self._store.index if (item := item_of(info))}
+        known = self.items
         if strange := [item for item in ratings.items if item not in known]:
             raise DataError(
                 f"ratings must be of items in the store, got {', '.join(strange[:5])}"

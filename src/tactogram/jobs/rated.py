@@ -26,6 +26,7 @@ from tactogram.models import LearnsFrom
 from tactogram.recipe import Prepare
 
 TEST_SHARE, VALIDATION_SHARE = 0.2, 0.1
+"""Parts of the recordings that `train` keeps for `evaluate`, and for choosing and calibrating."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,9 @@ class RatedData:
             return self._split_images(everything=split == "all", seed=seed)
         rated = set(self.ratings.items)
         held = [info for info in index if item_of(info) in rated and self._has_stream(info, prepare)]
+        if not held and self.learns_from == "ratings":
+            stream = f" has the stream {prepare.stream!r} and" if prepare.stream else ""
+            raise ParameterError(f"{self.store.path}: none of its recordings{stream} was rated")
         if self.learns_from == "ratings":
             found = _parts(held, by="material", everything=split == "all", seed=seed, nameless=True)
         else:
@@ -83,8 +87,6 @@ class RatedData:
             found = Split(
                 found.train + signals, found.validation, found.test, found.by, found.seed, groups=found.groups
             )
-        if not found.train:
-            raise ParameterError(f"{self.store.path}: none of its recordings was rated")
         return found
 
     def examples(self, split: Split, part: str, prepare: Prepare) -> Sequence[Any]:

@@ -29,16 +29,13 @@ from tactogram.datasets import (
 from tactogram.datasets.splits import By
 from tactogram.errors import ParameterError, RunError
 from tactogram.jobs.progress import Progress, silent
-from tactogram.jobs.rated import RatedData
+from tactogram.jobs.rated import TEST_SHARE, VALIDATION_SHARE, RatedData
 from tactogram.model import Classifier, Example, Kind, Learner, SignalKind
 from tactogram.recipe import Prepare, Recipe, run_id
 from tactogram.signal import Signal
 from tactogram.training.device import make_fabric
 from tactogram.training.loop import BEGINNING, Position, fit
 from tactogram.training.run import Run
-
-TEST_SHARE, VALIDATION_SHARE = 0.2, 0.1
-"""Parts of the recordings that `train` keeps for `evaluate`, and for choosing and calibrating."""
 
 BEGUN = ("recipe.toml", "data.json", "environment.json", "split.json")
 """What a run has before its first step; the recipe, which makes it a run, first."""
