@@ -259,6 +259,50 @@ class SpectrogramPicture:
         """
         return self.spectrogram.recover(self.decode(pictures.detach()), self.length, seed=seed)
 
+    def noise(self, pictures: Tensor, *, smooth: int, seed: int) -> Tensor:
+        """Return Gaussian noise as strong, at each frequency and moment, as ``pictures`` say. No gradient flows back.
+
+        For pictures whose grain is of no signal: it is smoothed away, and noise, whose grain is that of a real
+        texture, is given the levels that are left. A picture smoothed over all its columns gives steady noise of
+        its mean logarithmic spectrum. What is periodic, or a lasting tone, is lost.
+
+        Parameters
+        ----------
+        pictures : float32 or float64 tensor, shape (..., 1, rows, columns), in [-1, 1]
+        smooth : int
+            Columns of the Hann window that levels, in dB, are smoothed by; an odd number, 1 leaves them.
+        seed : int
+            Of the noise; the same seed gives the same samples, in a batch as alone.
+
+        Returns
+        -------
+        tensor, shape (..., time), `length` samples, ``unit``
+        """
+        if smooth < 1 or smooth % 2 == 0:
+            raise ParameterError(f"smooth must be an odd number of columns, got {smooth}")
+        amplitudes = self.decode(_smoothed(pictures.detach().double(), smooth))
+        floor = self.spectrogram.amplitude(torch.tensor(-1.0, dtype=torch.float64)).clamp_min(1e-30)
+        white = torch.randn(
+            self.length, dtype=torch.float64, generator=torch.Generator().manual_seed(seed)
+        ).to(amplitudes)
+        s = self.spectrogram.stft(white)
+        grain = torch.log(self.spectrogram.amplitudes(s)[1:-1]).mean()
+        gain = torch.exp(torch.log(amplitudes.clamp_min(floor.item())) - grain)
+        return self.spectrogram.istft(s * gain, self.length).to(pictures.dtype)
+
+
+def _smoothed(pictures: Tensor, columns: int) -> Tensor:
+    """Return pictures averaged along time by a Hann window, its weights summing to 1 at the edges, too."""
+    if columns == 1:
+        return pictures
+    window = torch.hann_window(columns + 2, periodic=False, dtype=pictures.dtype, device=pictures.device)[
+        1:-1
+    ]
+    rows = pictures.reshape(-1, 1, pictures.shape[-1])
+    around = F.conv1d(rows, window[None, None], padding=columns // 2)
+    share = F.conv1d(torch.ones_like(rows[:1]), window[None, None], padding=columns // 2)
+    return (around / share).reshape(pictures.shape)
+
 
 @lru_cache(maxsize=64)
 def _matrix(size: int, new_size: int, resize: Resize) -> Tensor:

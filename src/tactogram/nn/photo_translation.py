@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import torch
@@ -63,6 +63,12 @@ class PairConfig(BaseModel):
     """As ``brightness``."""
     protocol: Protocol = "source-split"
     """What is split before what. Ours; our reading of the paper is ``crop-split``, on a run whose split is ``all``."""
+    excitation: Literal["phase", "noise"] = "phase"
+    """How a made picture becomes a signal. ``phase``: a phase is found for all of its grain. ``noise``: its grain is
+    smoothed away and Gaussian noise takes its levels; for networks too small or too shortly trained to draw a grain
+    that a signal can have. Ours; the paper does not evaluate it."""
+    smooth: int = Field(default=17, gt=0)
+    """Columns that levels are smoothed over with ``excitation = "noise"``; odd. Ours."""
     overlap: float = Field(default=0.125, gt=0, le=0.5)
     """Share of a picture's length by which the pieces of a longer signal are crossfaded. Ours."""
 
@@ -212,6 +218,12 @@ class PhotoTranslation:
         plain = replace(self.crops, flips=False, brightness=0.0, contrast=0.0)
         return to_network(plain.random(image, rng_of(seed, "crop", number)))[None]
 
+    def inverted(self, pictures: Tensor, *, seed: int) -> Tensor:
+        """Return the samples, shape (..., time), of pictures (..., 1, row, column), as ``config.excitation`` says."""
+        if self.config.excitation == "noise":
+            return self.picture.noise(pictures, smooth=self.config.smooth, seed=seed)
+        return self.picture.signal(pictures, seed=seed)
+
     def signal(
         self,
         make: Callable[[Tensor], Tensor],
@@ -237,7 +249,7 @@ class PhotoTranslation:
         def piece(number: int) -> Signal:
             made = make(self.photo(condition, number, seed=seed)).float().cpu()
             phase = int(rng_of(seed, "phase", number).integers(2**63))
-            samples = picture.signal(made[0], seed=phase)
+            samples = self.inverted(made[0], seed=phase)
             return Signal(samples.numpy(), self.kind.rate, self.kind.unit, self.kind.axes, self.kind.domain)
 
         length = seconds if seconds is not None else self.seconds or picture.length / self.kind.rate

@@ -14,7 +14,7 @@ from torch import Tensor, nn
 
 from tactogram.errors import ParameterError
 from tactogram.model import Condition, Example, SignalKind, Stage, check_condition, material_weights
-from tactogram.models.stroke_gan.bands import BandLevels
+from tactogram.signal.band_levels import BandLevels
 from tactogram.models.stroke_gan.config import Config
 from tactogram.models.stroke_gan.crops import NUMBERS, Crops, Number, numbers
 from tactogram.models.stroke_gan.domain import domain_of

@@ -12,9 +12,9 @@ Tables 1 and 2 agree with their totals, 54,418,049 and 8,296,515. What looks lik
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from tactogram.evaluation.picture_choice import Choice
 from tactogram.nn.label_predictor import PredictorConfig
@@ -52,6 +52,10 @@ class Config(BaseModel):
     gain: float = Field(default=0.02, gt=0, allow_inf_nan=False)
     """Standard deviation of the initial weights. Sec. 3.2, "normal distribution with a gain of 0.02"."""
 
+    match_bands: bool = False
+    """After the training, fit the strength of bands of signals, and how it is spread, to the recordings of the label
+    (Heeger & Bergen 1995, see `tactogram.signal.band_levels`). Pictures stay as they are. Ours."""
+
     # -- training ----------------------------------------------------------------------------------------
 
     l1: float = Field(default=10.0, ge=0, allow_inf_nan=False)
@@ -78,3 +82,9 @@ class Config(BaseModel):
     ``row_statistics``. The run's state says which it was."""
     lpips_weights: str = ""
     """File of AlexNet's weights; empty looks into torch's cache."""
+
+    @model_validator(mode="after")
+    def _bands_go_by_label(self) -> Self:
+        if self.match_bands and not self.conditional:
+            raise ValueError("match_bands goes by the label, which conditional = false leaves out")
+        return self

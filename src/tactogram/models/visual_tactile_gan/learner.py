@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 import torch
 import torch.nn.functional as F
 from torch import Tensor
@@ -21,7 +22,11 @@ from tactogram.nn.patch_discriminator import scores
 from tactogram.nn.photo_translation import DIFFER_BY, PhotoTranslation
 from tactogram.nn.picture_training import PictureTraining
 from tactogram.signal import Image, Signal
-from tactogram.training.seeds import torch_seeded
+from tactogram.signal.band_levels import BandLevels
+from tactogram.training.seeds import child_seed, torch_seeded
+
+MATCHED = 12
+"""Recordings of a material, at most, that bands are matched to."""
 
 
 class VisualTactileLearner:
@@ -69,6 +74,7 @@ class VisualTactileLearner:
             predictor=self.predictor,
         )
         self.labels: dict[int, Tensor] = {}
+        self.bands = BandLevels(kind.rate) if config.match_bands else None
 
     def setup(self, fabric: Any) -> None:
         self.training.setup(fabric)
@@ -80,14 +86,19 @@ class VisualTactileLearner:
     # -- training ----------------------------------------------------------------------------------------
 
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
-        return self.training.stages(examples)
+        stages = self.training.stages(examples)
+        return (*stages, Stage("match", 1)) if self.bands else stages
 
     def batches(
         self, stage: Stage, examples: Sequence[Example], *, seed: int, start: int = 0
     ) -> Iterator[Any]:
+        if stage.name == "match":
+            return iter([examples])
         return self.training.batches(stage, examples, seed=seed, start=start)
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
+        if stage.name == "match" and self.bands:
+            return self._match(batch, self.bands)
         return self.training.step(stage, batch, self._update, self.make)
 
     def _update(self, photo: Tensor, picture: Tensor, true: Tensor, crops: Tensor) -> dict[str, float]:
@@ -125,14 +136,38 @@ class VisualTactileLearner:
         named = self.predictor.probabilities(photo).argmax(1)
         return F.one_hot(named, len(self.materials)).float()
 
+    def _match(self, examples: Sequence[Example], levels: BandLevels) -> dict[str, float]:
+        """Measure the bands of recordings, and of signals of their photographs, by label."""
+        tables = []
+        for place, (name, every) in enumerate(self.kind.by_material(examples).items()):
+            shortest = 2 * levels.reach + 1
+            some = [e for e in every if len(e.signal) >= shortest][:MATCHED]
+            if not some:
+                raise ParameterError(
+                    f"match_bands needs recordings of {name} of at least {shortest / self.kind.rate:.3g} s"
+                )
+            made = []
+            for number, example in enumerate(some):
+                photographs = example.photographs
+                condition = {"image": photographs[number % len(photographs)], "material": name}
+                seconds = len(example.signal) / self.kind.rate
+                made.append(
+                    self._unmatched(condition, seconds, seed=child_seed(0, "match", place, number)).samples
+                )
+            tables.append((levels.quantiles([e.signal.samples for e in some]), levels.quantiles(made)))
+        levels.recorded, levels.generated = (np.array(table) for table in zip(*tables, strict=True))
+        return {"band_correction_db": levels.correction_db()}
+
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
         return self.training.validate(examples, self.make)
 
     def state(self) -> dict[str, Any]:
-        return self.training.state()
+        return self.training.state() | {"bands": self.bands.state() if self.bands else None}
 
     def load_state(self, state: Mapping[str, Any]) -> None:
         self.training.load_state(state)
+        if self.bands:
+            self.bands.load_state(state["bands"])
         self.labels = {}
 
     # -- use ---------------------------------------------------------------------------------------------
@@ -145,6 +180,17 @@ class VisualTactileLearner:
         which are scaled to sum to 1.
         """
         check_condition(condition, needs=("image",), takes=("material",))
+        if self.bands is None or not self.bands.measured:
+            return self._unmatched(condition, seconds, seed=seed)
+        if condition.get("material") is None:
+            condition = {**condition, "material": self.label_of(condition["image"])[0]}
+        # The filters of the bands eat their reach at both ends.
+        length = self.ends.seconds if seconds is None else seconds
+        longer = self._unmatched(condition, length + 2 * self.bands.reach / self.kind.rate, seed=seed)
+        matched = self.bands.apply(longer.samples, material_weights(condition, self.materials))
+        return longer.with_samples(matched[:, : round(length * self.kind.rate)].astype(np.float32))
+
+    def _unmatched(self, condition: Condition, seconds: float | None, *, seed: int) -> Signal:
         label = self._label(condition)
         return self.ends.signal(lambda photo: self._made(photo, label), condition, seconds=seconds, seed=seed)
 

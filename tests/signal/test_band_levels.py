@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy.signal import hilbert, lfilter, welch
 
-from tactogram.models.stroke_gan import bands
-from tactogram.models.stroke_gan.bands import BandLevels, band_filters
+from tactogram.signal import band_levels
+from tactogram.signal.band_levels import BandLevels, band_filters
 
 RATE = 1000.0
 ONE = np.array([1.0])
@@ -95,7 +95,7 @@ def test_portions_and_lengths_change_nothing(monkeypatch):
     levels = measured([[2 * noise(seed, 2) ** 3 for seed in range(3)]], [[noise(5, 2), noise(6, 2)]])
     x = noise(7, 2)
     whole = levels.apply(x, ONE)
-    monkeypatch.setattr(bands, "PORTION", 700)
+    monkeypatch.setattr(band_levels, "PORTION", 700)
     np.testing.assert_allclose(levels.apply(x, ONE), whole, atol=1e-9)
     np.testing.assert_allclose(levels.apply(x[:, :1500], ONE), whole[:, :1000], atol=1e-9)
 
