@@ -8,7 +8,7 @@ References
 - Schroeder, M. R. (1970). Synthesis of low-peak-factor signals and binary sequences with low autocorrelation. IEEE
   Trans. Inf. Theory 16(1), 85-89. doi 10.1109/TIT.1970.1054411
 - Van der Ouderaa, E., Schoukens, J. & Renneboog, J. (1988). Peak factor minimization using a time-frequency domain
-  swapping algorithm. IEEE Trans. Instrum. Meas. 37(1), 145-147. doi 10.1109/19.2684
+  swapping algorithm. IEEE Trans. Instrum. Meas. 37(1), 145-147.
 """
 
 from __future__ import annotations

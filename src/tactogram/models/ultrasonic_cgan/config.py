@@ -1,0 +1,93 @@
+"""Every number of the paper, with its place; what it does not state is marked "assumed"."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+Beta = Annotated[float, Field(ge=0, lt=1)]
+Count = Annotated[int, Field(gt=0)]
+Share = Annotated[float, Field(ge=0, le=1)]
+
+GROUPS = {1: "A", 2: "B", 3: "C", 4: "D", 12: "E"}
+"""What the paper calls a classification into so many clusters. Sec. IV-B."""
+
+
+class Config(BaseModel):
+    """Defaults are the paper's, for group D."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    clusters: int = Field(default=4, gt=0)
+    """Clusters of the surfaces, and so networks: 1, 2, 3, 4 or 12 in groups A to E. Sec. IV-B."""
+    linkage: Literal["ward", "average", "complete", "single"] = "ward"
+    """Of the cluster analysis, over Euclidean distances of the mean ratings. Assumed: Sec. IV-B names neither."""
+    display_by_cluster: bool = False
+    """Divide the display signals too, each to the cluster whose mean ratings are nearest. Ours: the paper has
+    "a separate CGAN … for each cluster" (Sec. IV-C) and does not say which display data it sees."""
+
+    # -- spectra, Sec. III-B
+    stable_s: float = Field(default=2.0, ge=1, allow_inf_nan=False)
+    """Stable part of a measurement. Sec. III-B: 2 s of 2.5 s; which 2 s is not said. Assumed: the middle."""
+    hop_s: float = Field(default=0.05, gt=0, allow_inf_nan=False)
+    """Between one-second windows. Sec. III-B."""
+    bins: int = Field(default=1000, gt=0)
+    """Of the amplitude spectrum, 1 Hz apart, from 1 Hz on. Sec. III-B."""
+
+    # -- networks, Tables 2 and 3
+    generator_widths: tuple[Count, ...] = Field(default=(1024, 512, 256, 128), min_length=1)
+    """Table 2."""
+    dropout_after: tuple[Count, ...] = (2, 4)
+    """Which hidden layers, counted from 1, have dropout behind their batch normalisation. Table 2."""
+    dropout: float = Field(default=0.5, ge=0, lt=1)
+    """Sec. IV-A."""
+    discriminator_widths: tuple[Count, ...] = Field(default=(64, 32), min_length=1)
+    """Table 3."""
+    leak: float = Field(default=0.01, ge=0, lt=1)
+    """Negative slope of LeakyReLU. Eq. (1)."""
+
+    # -- training, Table 4
+    learning_rate: float = Field(default=1e-3, gt=0, allow_inf_nan=False)
+    """Of Adam, alpha. Table 4."""
+    betas: tuple[Beta, Beta] = (0.9, 0.999)
+    """Of Adam. Table 4."""
+    epsilon: float = Field(default=1e-8, gt=0, allow_inf_nan=False)
+    """Of Adam. Table 4."""
+    batch_size: int = Field(default=64, gt=1)
+    """Table 4. Of each side: 64 generated and 64 display spectra. Assumed."""
+    iterations: int = Field(default=200_000, gt=0)
+    """Per cluster. Table 4."""
+
+    # -- choice of the generator, Sec. IV-C
+    rate_low: Share = 0.4
+    """Lowest correct rate of the discriminator at which the generator is taken. Sec. IV-C, "between 40% and 60%"."""
+    rate_high: Share = 0.6
+    """Highest."""
+    smooth: int = Field(default=100, gt=0)
+    """Iterations that the correct rate is averaged over, the one in question last. Ours: one batch is 128 answers,
+    whose share has a standard deviation of 4.4 points by chance alone."""
+
+    # -- ours
+    phase: Literal["low_crest", "random"] = "low_crest"
+    """Of the waveform: phases of a low crest factor, or random ones. The paper does not say how it got one."""
+    stored: int = Field(default=84, gt=0)
+    """Sensor spectra of each surface that are kept with the weights, for use without a recording."""
+    iterations_per_step: int = Field(default=50, gt=0)
+    """Iterations in one step of the training loop; changes nothing but how often it logs and saves."""
+
+    @model_validator(mode="after")
+    def _is_in_order(self) -> Config:
+        if self.rate_low >= self.rate_high:
+            raise ValueError(f"rate_low must be < rate_high, got {self.rate_low:g} and {self.rate_high:g}")
+        if any(place > len(self.generator_widths) for place in self.dropout_after):
+            raise ValueError(
+                f"dropout_after must name hidden layers 1 to {len(self.generator_widths)}, got {self.dropout_after}"
+            )
+        return self
+
+    @property
+    def group(self) -> str:
+        """The paper's name of this classification, e.g. ``"group D"``."""
+        letter = GROUPS.get(self.clusters)
+        return f"group {letter}" if letter else f"{self.clusters} clusters"

@@ -1,0 +1,172 @@
+"""From scores to the display's modulating signal: which sensor spectrum, which network, which phases."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import ParameterError
+from tactogram.model import Condition, SignalKind, check_condition
+from tactogram.models.ultrasonic_cgan.clusters import nearest
+from tactogram.models.ultrasonic_cgan.config import Config
+from tactogram.models.ultrasonic_cgan.judging import clamped, distance
+from tactogram.models.ultrasonic_cgan.spectra import WINDOW_S, sensor_spectra
+from tactogram.models.ultrasonic_cgan.surfaces import Surfaces
+from tactogram.models.ultrasonic_cgan.trained import Trained
+from tactogram.signal import Signal
+from tactogram.signal.crest_factor import crest_factor, low_crest_phases, periodic_signal, random_phases
+from tactogram.training.seeds import child_rng
+
+FULL_SCALE = 1.0
+"""Largest sample that the display's modulator takes; the display signals that were learned from end there."""
+
+
+@dataclass(frozen=True, eq=False)
+class Made:
+    """A generated spectrum, and what it was made from.
+
+    Parameters
+    ----------
+    amplitudes : float64 array, shape (bin,)
+        In the display signals' unit, clamped at 0.
+    surface : int
+        The nearest in words.
+    distance : float
+        Of the asked scores from its mean scores.
+    source : mapping
+        Which sensor spectrum went in.
+    clamped : tuple of float
+        Shares below 0, of the bins and of the sum of magnitudes.
+    """
+
+    amplitudes: NDArray[np.float64]
+    surface: int
+    distance: float
+    source: Mapping[str, Any]
+    clamped: tuple[float, float]
+
+    def facts(self, surfaces: Surfaces, config: Config, signal: Signal) -> dict[str, Any]:
+        """Return it as JSON values; ``signal`` is the loop made of it."""
+        cluster = int(surfaces.clusters[self.surface])
+        away = [distance(self.amplitudes, one) for one in surfaces.display.astype(np.float64)]
+        place = int(np.argmin(away))
+        peak = float(np.abs(signal.samples).max())
+        return {
+            "surface": surfaces.plates[self.surface],
+            "distance": self.distance,
+            "group": config.group,
+            "cluster": cluster + 1,
+            "cluster_surfaces": list(surfaces.members(cluster)),
+            "sensor_spectrum": dict(self.source),
+            "clamped_bins": self.clamped[0],
+            "clamped_amplitude": self.clamped[1],
+            "nearest_display_signal": surfaces.display_items[place],
+            "nearest_display_distance": away[place],
+            "full_scale": FULL_SCALE,
+            "peak": peak,
+            "crest_factor": crest_factor(signal.samples[0]) if peak else None,
+        }
+
+
+def make(
+    condition: Condition,
+    surfaces: Surfaces,
+    trained: Sequence[Trained],
+    kind: SignalKind,
+    config: Config,
+    *,
+    seed: int,
+) -> Made:
+    """Return the spectrum that the model of the nearest surface's cluster makes for ``condition``.
+
+    Raises
+    ------
+    ParameterError
+        As `UltrasonicCGANLearner.generate` says.
+    """
+    check_condition(condition, needs=("words",), takes=("vibration",))
+    scores = unit_scores(condition["words"], kind)
+    surface, away = nearest(surfaces.means, scores)
+    cluster = int(surfaces.clusters[surface])
+    if trained[cluster].chosen is None:
+        raise ParameterError(
+            f"the training of cluster {cluster + 1} of {config.group} ({', '.join(surfaces.members(cluster))}) "
+            f"failed: in none of its {trained[cluster].curves.shape[1]} iterations was the discriminator right in "
+            f"{config.rate_low:.0%} to {config.rate_high:.0%}; ask for other words, or train with fewer clusters"
+        )
+    spectrum, source = _sensor_spectrum(condition.get("vibration"), surface, surfaces, config, seed=seed)
+    made, _ = trained[cluster].answers(spectrum[None] / surfaces.sensor_scale, scores)
+    return Made(np.maximum(made[0], 0) * surfaces.display_scale, surface, away, source, clamped(made))
+
+
+def unit_scores(words: Mapping[str, float], kind: SignalKind) -> NDArray[np.float64]:
+    """Return scores as 0 to 1 in the order of the run's words, shape (word,): (x - 1) / 6 on the 7-point scale.
+
+    Raises
+    ------
+    ParameterError
+        If a word is missing or unknown, or a score off the scale.
+    """
+    low, high = kind.scale or (0.0, 1.0)
+    if unknown := [word for word in words if word not in kind.words]:
+        raise ParameterError(f"words are {', '.join(kind.words)}; unknown: {', '.join(unknown)}")
+    if missing := [word for word in kind.words if word not in words]:
+        raise ParameterError(f"words must have a score each, got none for {', '.join(missing)}")
+    for word, score in words.items():
+        if not low <= score <= high:
+            raise ParameterError(f"score of {word} must be {low:g} to {high:g}, got {score:g}")
+    return np.array([(float(words[word]) - low) / (high - low) for word in kind.words])
+
+
+def loop(
+    amplitudes: NDArray[np.float64], kind: SignalKind, config: Config, *, seconds: float | None, seed: int
+) -> Signal:
+    """Return the periodic signal of ``amplitudes``, in phases of the config's rule, for ``seconds``.
+
+    Parameters
+    ----------
+    amplitudes : float64 array, shape (bin,)
+        Of 1 Hz, 2 Hz and so on.
+    kind : SignalKind
+        Rate, unit and axes of the signal.
+    config : Config
+    seconds : float, optional
+        By default one turn, 1 s.
+    seed : int
+    """
+    period = round(WINDOW_S * kind.rate)
+    length = period if seconds is None else max(1, round(seconds * kind.rate))
+    turns = []
+    for axis in kind.axes:
+        rng = child_rng(seed, "phase", axis)
+        if config.phase == "random":
+            phases = random_phases(len(amplitudes), rng=rng)
+        else:
+            phases = low_crest_phases(amplitudes, length=period, rng=rng)
+        turns.append(periodic_signal(amplitudes, phases, length=period))
+    samples = np.tile(np.array(turns), math.ceil(length / period))[:, :length]
+    return Signal(samples.astype(np.float32), kind.rate, kind.unit, kind.axes)
+
+
+def _sensor_spectrum(
+    vibration: Signal | None, surface: int, surfaces: Surfaces, config: Config, *, seed: int
+) -> tuple[NDArray[np.float32], dict[str, Any]]:
+    """Return a sensor spectrum, shape (bin,), drawn from ``vibration`` or from the stored ones, and what it is."""
+    rng = child_rng(seed, "sensor spectrum")
+    if vibration is None:
+        place = int(rng.integers(surfaces.stored.shape[1]))
+        recording, axis, window = surfaces.stored_place[surface, place].tolist()
+        source = {"of": "stored", "recording": surfaces.recordings[recording], "axis": axis, "window": window}
+        spectrum: NDArray[np.float32] = surfaces.stored[surface, place]
+        return spectrum, source
+    try:
+        spectra = sensor_spectra(vibration, config)
+    except ParameterError as error:
+        raise ParameterError(f"condition 'vibration': {error}") from error
+    axis, window = int(rng.integers(spectra.shape[0])), int(rng.integers(spectra.shape[1]))
+    return spectra[axis, window], {"of": "vibration", "axis": vibration.axes[axis], "window": window}

@@ -1,0 +1,97 @@
+"""Figures of a run: the tree of the surfaces, and the curves by which generators were chosen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+from scipy.cluster.hierarchy import dendrogram
+
+from tactogram.evaluation.figures import AXIS_COLOURS, BLUE, INK, ORANGE
+from tactogram.evaluation.selection import Rule, smoothed
+from tactogram.models.ultrasonic_cgan.surfaces import Surfaces
+from tactogram.models.ultrasonic_cgan.trained import Trained
+
+POINTS = 2000
+"""Points of a raw curve that are drawn, at most."""
+
+
+def clusters_figure(surfaces: Surfaces, *, method: str, title: str = "") -> Figure:
+    """Draw the tree of the surfaces by their mean ratings, the names in the colours of their clusters."""
+    figure = Figure(figsize=(max(5.0, 1.5 + 0.55 * len(surfaces.plates)), 3.6), layout="constrained")
+    axes = figure.add_subplot()
+    if len(surfaces.tree):
+        tree = dendrogram(
+            surfaces.tree, labels=list(surfaces.plates), ax=axes, color_threshold=0, above_threshold_color=INK
+        )
+        heights = np.sort(surfaces.tree[:, 2])
+        count = surfaces.count
+        if 1 < count <= len(heights):
+            cut = (heights[-count + 1] + heights[-count]) / 2
+            axes.axhline(cut, color="#999999", lw=0.8, ls="--")
+            axes.annotate(
+                f"cut: {count} clusters", (1, cut), xycoords=("axes fraction", "data"), xytext=(-3, 2),
+                textcoords="offset points", fontsize=8, ha="right", color="#666666",
+            )  # fmt: skip
+        for tick, leaf in zip(axes.get_xticklabels(), tree["leaves"], strict=True):
+            tick.set_color(AXIS_COLOURS[int(surfaces.clusters[leaf]) % len(AXIS_COLOURS)])
+            tick.set_rotation(45)
+            tick.set_horizontalalignment("right")
+    axes.set_ylabel(f"distance of mean ratings\n({method} linkage, Euclidean)", fontsize=9)
+    axes.tick_params(axis="x", labelsize=8, length=0)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    axes.set_title(title, fontsize=10)
+    return figure
+
+
+def selection_figure(
+    trained: Sequence[Trained], rule: Rule, names: Sequence[str], *, title: str = ""
+) -> Figure:
+    """Draw losses and correct rates as in Fig. 5, one row per cluster: thin raw, thick smoothed; the choice marked.
+
+    Parameters
+    ----------
+    trained : sequence of Trained
+    rule : Rule
+    names : sequence of str
+        What each row is called.
+    """
+    rows = len(trained)
+    figure = Figure(figsize=(10, 0.5 + 2.1 * rows), layout="constrained")
+    grid = figure.subplots(rows, 2, squeeze=False, sharex=True)
+    for (left, right), one, name in zip(grid, trained, names, strict=True):
+        iterations = np.arange(1, one.curves.shape[1] + 1)
+        thin = max(1, len(iterations) // POINTS)
+        for axes, curve, colour, label in (
+            (left, one.curves[0], ORANGE, "generator"),
+            (left, one.curves[1], BLUE, "discriminator"),
+            (right, 100 * one.curves[2], BLUE, "discriminator"),
+        ):
+            axes.plot(iterations[::thin], curve[::thin], lw=0.4, alpha=0.35, color=colour)
+            axes.plot(
+                iterations[::thin], smoothed(curve, rule.window)[::thin], lw=1.2, color=colour, label=label
+            )
+        right.axhspan(100 * rule.low, 100 * rule.high, color="#4d9221", alpha=0.15, lw=0)
+        right.set_ylim(0, 103)
+        high = float(np.quantile(one.curves[:2], 0.995)) if one.curves.size else 1.0
+        left.set_ylim(0, 1.1 * high)
+        left.set_ylabel("loss")
+        right.set_ylabel("correct, %")
+        if one.chosen is None:
+            verdict = "failed: no such iteration"
+        else:
+            verdict = f"iteration {one.chosen.iteration:,}: loss {one.chosen.loss:.3g}, correct {one.chosen.rate:.0%}"
+            for axes in (left, right):
+                axes.axvline(one.chosen.iteration, color="#4d9221", lw=1.2)
+        left.set_title(name, fontsize=9, loc="left")
+        right.set_title(verdict, fontsize=9, loc="left", color=INK if one.chosen else ORANGE)
+        for axes in (left, right):
+            axes.margins(x=0)
+            axes.tick_params(labelsize=8)
+    grid[0, 0].legend(frameon=False, fontsize=8, loc="upper right", ncols=2)
+    for axes in grid[-1]:
+        axes.set_xlabel(f"iteration (smoothed over the last {rule.window})")
+    figure.suptitle(title, fontsize=10)
+    return figure

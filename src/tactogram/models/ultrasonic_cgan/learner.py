@@ -1,0 +1,310 @@
+"""One CGAN per cluster of surfaces; in use, a loop for the display from scores and a sensor spectrum."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import torch
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from torch import Tensor
+
+from tactogram.errors import ParameterError
+from tactogram.model import Condition, Example, SignalKind, Stage
+from tactogram.models.ultrasonic_cgan.config import Config
+from tactogram.models.ultrasonic_cgan.drive import Made, loop, make
+from tactogram.models.ultrasonic_cgan.figures import clusters_figure, selection_figure
+from tactogram.models.ultrasonic_cgan.judging import figures_of
+from tactogram.models.ultrasonic_cgan.pair import Pair
+from tactogram.models.ultrasonic_cgan.spectra import (
+    Side,
+    display_side,
+    sensor_side,
+    sensor_spectra,
+    signals_of,
+    surfaces_of,
+)
+from tactogram.models.ultrasonic_cgan.surfaces import Surfaces
+from tactogram.models.ultrasonic_cgan.trained import Trained
+from tactogram.signal import Signal
+from tactogram.training.seeds import child_rng
+
+FIT = "fit"
+
+
+class UltrasonicCGANLearner:
+    """The CGANs of Sec. IV, one per cluster of the surfaces, with their optimisers.
+
+    Parameters
+    ----------
+    config : Config
+    kind : SignalKind
+        Rate, unit and axes of the display signals; words and scale of the ratings; surfaces as materials.
+    seed : int
+        Decides the initial weights.
+    device : str or torch.device
+    """
+
+    def __init__(
+        self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
+    ) -> None:
+        if not (kind.materials and kind.words and kind.scale):
+            raise ParameterError("ultrasonic_cgan needs rated surfaces and rated signals, got none")
+        if config.clusters > len(kind.materials):
+            raise ParameterError(
+                f"clusters must be at most the {len(kind.materials)} surfaces, got {config.clusters}"
+            )
+        self.config, self.kind = config, kind
+        self.pair = Pair(config, words=len(kind.words), seed=seed, device=torch.device(device))
+        self.surfaces: Surfaces | None = None
+        self.trained: list[Trained] = []
+        """What came of the clusters that are done."""
+        self._data: _Data | None = None
+
+    def setup(self, fabric: Any) -> None:
+        self.pair.setup(fabric)
+
+    # -- training ----------------------------------------------------------------------------------------
+
+    def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
+        if not signals_of(examples):
+            raise ParameterError("ultrasonic_cgan needs rated display signals, without a material; got none")
+        present = {example.material for example in examples}
+        if missing := [name for name in self.kind.materials if name not in present]:
+            raise ParameterError(f"no training recording of {', '.join(missing)}; leave it out of the data")
+        steps = math.ceil(self.config.iterations / self.config.iterations_per_step)
+        return Stage(FIT, 1), *(Stage(f"cluster-{k + 1}", steps) for k in range(self.config.clusters))
+
+    def batches(
+        self, stage: Stage, examples: Sequence[Example], *, seed: int, start: int = 0
+    ) -> Iterator[Any]:
+        """Yield, per step, which spectra and which raters its iterations take; drawn with replacement."""
+        data = self._of(examples)
+        if stage.name == FIT:
+            yield (examples,)
+            return
+        surfaces, cluster = self._measured, _number(stage)
+        rows = (surfaces.rows(data.sensor, cluster), np.arange(len(data.display.item)))
+        if self.config.display_by_cluster:
+            rows = (rows[0], surfaces.display_rows(data.display, cluster))
+        data.put(surfaces, self.pair.device)
+        each, batch = self.config.iterations_per_step, self.config.batch_size
+        for step in range(start, stage.steps):
+            rng = child_rng(seed, "batch", step)
+            size = (min(each, self.config.iterations - step * each), batch)
+            sensor, display = (rng.choice(some, size) for some in rows)
+            raters = (
+                rng.integers(0, data.sensor.raters[sensor]),
+                rng.integers(0, data.display.raters[display]),
+            )
+            yield np.array(step), sensor, raters[0], display, raters[1]
+
+    def step(self, stage: Stage, batch: Any) -> dict[str, float]:
+        if stage.name == FIT:
+            return self._fit(batch[0])
+        if self._data is None:
+            raise RuntimeError("a step needs batches: take them from `batches`")
+        step, sensor, raters, display, display_raters = batch
+        if step == 0:
+            self.pair.begin(_number(stage))
+        figures = self.pair.iterate(
+            self._data.rows(0, sensor, raters), self._data.rows(1, display, display_raters)
+        )
+        if step + 1 == stage.steps:
+            self.trained.append(self._trained(self.pair.outcome()))
+            chosen = self.trained[-1].chosen
+            figures["failed"] = float(chosen is None)
+            if chosen is not None:
+                figures["chosen_iteration"] = float(chosen.iteration)
+        return figures
+
+    def _fit(self, examples: Sequence[Example]) -> dict[str, float]:
+        """Measure what stands outside the networks, and refuse what cannot be divided as asked."""
+        data = self._of(examples)
+        self.surfaces = Surfaces.measured(data.sensor, data.display, self.config)
+        if self.config.display_by_cluster:
+            for cluster in range(self.config.clusters):
+                self.surfaces.display_rows(data.display, cluster)
+        self.trained = []
+        return {
+            "sensor_spectra": float(len(data.sensor.spectra)),
+            "display_spectra": float(len(data.display.spectra)),
+            "sensor_scores_filled": data.sensor.filled,
+            "display_scores_filled": data.display.filled,
+        }
+
+    def _of(self, examples: Sequence[Example]) -> _Data:
+        """Return the spectra of ``examples``, computed once."""
+        if self._data is None or self._data.examples is not examples:
+            signals = signals_of(examples)
+            for example in signals:
+                self.kind.check(example.signal)
+            self._data = _Data(
+                examples,
+                sensor_side(surfaces_of(examples), self.config, self.kind.materials),
+                display_side(signals, self.config),
+            )
+        return self._data
+
+    def _trained(self, outcome: Mapping[str, Any]) -> Trained:
+        return Trained.of(outcome, self.config, words=len(self.kind.words), device=self.pair.device)
+
+    @property
+    def _measured(self) -> Surfaces:
+        if self.surfaces is None:
+            raise ParameterError("ultrasonic_cgan is not trained yet: its surfaces are not measured")
+        return self.surfaces
+
+    # -- what came of it ---------------------------------------------------------------------------------
+
+    def validate(self, examples: Sequence[Example]) -> dict[str, float]:
+        """Return how many trainings failed, and figures of the others on unseen recordings: `judging.figures_of`."""
+        failed = {"failed_clusters": float(sum(one.chosen is None for one in self.trained))}
+        found: dict[int, list[NDArray[np.float32]]] = {}
+        for example in surfaces_of(examples):
+            if example.material in self.kind.materials:
+                spectra = sensor_spectra(example.signal, self.config).reshape(-1, self.config.bins)
+                found.setdefault(self.kind.materials.index(example.material), []).append(spectra)
+        spectra_of = {plate: np.concatenate(some) for plate, some in sorted(found.items())}
+        return failed | figures_of(spectra_of, self._measured, self.trained)
+
+    def outcome(self) -> dict[str, Any]:
+        """Return what came of the trainings, for the run's facts: JSON values."""
+        surfaces, rule = self._measured, self.pair.rule
+        clusters = [
+            {
+                "surfaces": list(surfaces.members(number)),
+                "failed": one.chosen is None,
+                "chosen_iteration": one.chosen and one.chosen.iteration,
+                "generator_loss": one.chosen and one.chosen.loss,
+                "correct_rate_smoothed": one.chosen and one.chosen.rate,
+                "iterations": one.curves.shape[1],
+            }
+            for number, one in enumerate(self.trained)
+        ]
+        return {
+            "group": self.config.group,
+            "linkage": f"{self.config.linkage}, Euclidean",
+            "rule": f"smallest non-zero generator loss where the correct rate over the last {rule.window} iterations "
+            f"is {rule.low:.0%} to {rule.high:.0%}",
+            "clusters": clusters,
+        }
+
+    def figures(self) -> dict[str, Figure]:
+        """Return the tree of the surfaces, and the curves with the chosen iterations, as figures by name."""
+        surfaces = self._measured
+        data = "simulated data" if self.kind.simulated else ""
+        names = [
+            f"cluster {number + 1}: {', '.join(surfaces.members(number))}"
+            for number in range(len(self.trained))
+        ]
+        title = ", ".join(text for text in (self.config.group, data) if text)
+        return {
+            "clusters": clusters_figure(surfaces, method=self.config.linkage, title=title),
+            "selection": selection_figure(self.trained, self.pair.rule, names, title=title),
+        }
+
+    def state(self) -> dict[str, Any]:
+        return {
+            "surfaces": self.surfaces and self.surfaces.state(),
+            "trained": [one.state() for one in self.trained],
+            "optimisers": self.pair.state(),
+        }
+
+    def load_state(self, state: Mapping[str, Any]) -> None:
+        if state["surfaces"] is not None:
+            self.surfaces = Surfaces.of(state["surfaces"])
+            if self.surfaces.plates != self.kind.materials:
+                raise ParameterError(
+                    f"state is of {', '.join(self.surfaces.plates)}; expected {', '.join(self.kind.materials)}"
+                )
+        self.trained = [self._trained(one) for one in state["trained"]]
+        if "optimisers" in state:
+            self.pair.load_state(state["optimisers"])
+
+    # -- use ---------------------------------------------------------------------------------------------
+
+    def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
+        """Return the modulating signal for scores: a loop of 1 s without a seam, repeated as long as asked for.
+
+        Where ``seconds`` is no whole number the last turn is cut; less than 1 s is the beginning of the loop, and
+        then no loop itself. Each axis of the display gets the same spectrum in phases of its own.
+
+        Parameters
+        ----------
+        condition : mapping
+            ``words``: a score for each word of the run, on the scale of its ratings. ``vibration``: a Signal of a
+            sensor, 1 s or longer, of which an axis and a window are drawn by ``seed``; by default a stored
+            spectrum, drawn likewise, of the surface nearest in words.
+        seconds : float, optional
+        seed : int
+
+        Raises
+        ------
+        ParameterError
+            If a word is missing or unknown, a score off the scale, the vibration of no use, or the training of the
+            cluster that would answer failed.
+        """
+        made = self._make(condition, seed)
+        return loop(made.amplitudes, self.kind, self.config, seconds=seconds, seed=seed)
+
+    def chosen_for(self, condition: Condition, seed: int) -> dict[str, Any]:
+        """Return what `generate` goes by, and what it clamps: JSON values, to be written beside a signal.
+
+        Returns
+        -------
+        dict
+            ``surface`` (nearest in words), ``distance`` (of the scores as 0 to 1, Euclidean), ``group``, ``cluster``
+            (from 1), ``cluster_surfaces``, ``sensor_spectrum`` (``recording``, ``axis``, ``window``), ``clamped_bins``
+            and ``clamped_amplitude`` (shares below 0), ``nearest_display_signal`` and ``nearest_display_distance`` (a
+            small one is a copy), ``full_scale`` (1: what the display's drive takes), ``peak``, ``crest_factor``.
+        """
+        made = self._make(condition, seed)
+        signal = loop(made.amplitudes, self.kind, self.config, seconds=None, seed=seed)
+        return made.facts(self._measured, self.config, signal)
+
+    def _make(self, condition: Condition, seed: int) -> Made:
+        return make(condition, self._measured, self.trained, self.kind, self.config, seed=seed)
+
+
+class _Data:
+    """The spectra of the training part, and the tables on the device that batches are taken from."""
+
+    def __init__(self, examples: Sequence[Example], sensor: Side, display: Side) -> None:
+        self.examples, self.sensor, self.display = examples, sensor, display
+        self._tables: tuple[tuple[Tensor, Tensor, Tensor], ...] = ()
+
+    def put(self, surfaces: Surfaces, device: torch.device) -> None:
+        """Bring scaled spectra and scores to ``device``, once."""
+        if not self._tables:
+            sides = ((self.sensor, surfaces.sensor_scale), (self.display, surfaces.display_scale))
+            self._tables = tuple(
+                (
+                    torch.from_numpy(side.spectra / np.float32(scale)).to(device),
+                    torch.from_numpy(side.item).to(device),
+                    torch.from_numpy(side.table).to(device),
+                )
+                for side, scale in sides
+            )
+
+    def rows(self, side: int, places: NDArray[np.int64], raters: NDArray[np.int64]) -> Tensor:
+        """Return spectra with scores, (iteration, batch, bin + word)."""
+        spectra, item, scores = self._tables[side]
+        chosen = torch.from_numpy(places).to(spectra.device)
+        who = torch.from_numpy(raters).to(spectra.device)
+        return torch.cat((spectra[chosen], scores[item[chosen], who]), 2)
+
+
+def build(
+    config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
+) -> UltrasonicCGANLearner:
+    """Return an untrained model for signals of ``kind``."""
+    return UltrasonicCGANLearner(config, kind, seed=seed, device=device)
+
+
+def _number(stage: Stage) -> int:
+    """Return which cluster a stage is of, from 0."""
+    return int(stage.name.removeprefix("cluster-")) - 1

@@ -1,0 +1,136 @@
+"""What is known of the surfaces and the display signals of a run: ratings, clusters, scales, spectra to begin with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import ParameterError
+from tactogram.models.ultrasonic_cgan.clusters import clusters_of, nearest, tree_of
+from tactogram.models.ultrasonic_cgan.config import Config
+from tactogram.models.ultrasonic_cgan.spectra import Side
+
+
+@dataclass(frozen=True, eq=False)
+class Surfaces:
+    """Measured once from the training part, and kept with the weights.
+
+    Parameters
+    ----------
+    plates : tuple of str
+        The surfaces.
+    means : float64 array, shape (surface, word)
+        Mean ratings, 0 to 1.
+    tree : float64 array, shape (surface - 1, 4)
+        Scipy's linkage matrix.
+    clusters : int64 array, shape (surface,)
+        From 0.
+    sensor_scale, display_scale : float
+        What spectra are divided by before the networks see them: the rms of all their bins. The display's is in
+        the display signals' unit, so that levels come back as they were.
+    stored : float32 array, shape (surface, spectrum, bin)
+        Some of each surface's sensor spectra.
+    stored_place : int64 array, shape (surface, spectrum, 3)
+        Which of ``recordings``, which axis, which window they are of.
+    recordings : tuple of str
+    display : float32 array, shape (spectrum, bin)
+        The display signals' spectra.
+    display_items : tuple of str
+        What each of them is of.
+    """
+
+    plates: tuple[str, ...]
+    means: NDArray[np.float64]
+    tree: NDArray[np.float64]
+    clusters: NDArray[np.int64]
+    sensor_scale: float
+    display_scale: float
+    stored: NDArray[np.float32]
+    stored_place: NDArray[np.int64]
+    recordings: tuple[str, ...]
+    display: NDArray[np.float32]
+    display_items: tuple[str, ...]
+
+    @classmethod
+    def measured(cls, sensor: Side, display: Side, config: Config) -> Self:
+        """Cluster the surfaces, measure the scales, and keep some spectra, evenly spread over each surface's."""
+        tree = tree_of(sensor.means, config.linkage)
+        kept = []
+        for plate in range(len(sensor.items)):
+            rows = np.flatnonzero(sensor.item == plate)
+            kept.append(rows[np.linspace(0, len(rows) - 1, config.stored).round().astype(int)])
+        rows = np.array(kept)
+        return cls(
+            plates=sensor.items,
+            means=sensor.means,
+            tree=tree,
+            clusters=clusters_of(tree, config.clusters, items=len(sensor.items)),
+            sensor_scale=_rms(sensor.spectra),
+            display_scale=_rms(display.spectra),
+            stored=sensor.spectra[rows],
+            stored_place=sensor.place[rows],
+            recordings=sensor.recordings,
+            display=display.spectra,
+            display_items=tuple(display.items[k] for k in display.item),
+        )
+
+    @property
+    def count(self) -> int:
+        """Number of clusters."""
+        return int(self.clusters.max()) + 1
+
+    def members(self, cluster: int) -> tuple[str, ...]:
+        """Return the surfaces of a cluster."""
+        return tuple(name for name, k in zip(self.plates, self.clusters, strict=True) if k == cluster)
+
+    def rows(self, sensor: Side, cluster: int) -> NDArray[np.int64]:
+        """Return the spectra of the surfaces of ``cluster``."""
+        return np.flatnonzero(self.clusters[sensor.item] == cluster)
+
+    def display_rows(self, display: Side, cluster: int) -> NDArray[np.int64]:
+        """Return the spectra of the display signals whose mean ratings are nearest to the mean of ``cluster``.
+
+        Raises
+        ------
+        ParameterError
+            If there is none.
+        """
+        centres = np.array([self.means[self.clusters == k].mean(0) for k in range(self.count)])
+        mine = np.array([nearest(centres, means)[0] == cluster for means in display.means])
+        if not mine.any():
+            raise ParameterError(
+                f"cluster {cluster + 1} ({', '.join(self.members(cluster))}) has no display signal nearest to it: "
+                "use fewer clusters, or leave display_by_cluster away"
+            )
+        return np.flatnonzero(mine[display.item])
+
+    def state(self) -> dict[str, Any]:
+        """Return all fields as arrays, lists and numbers."""
+        return {
+            name: list(value) if isinstance(value, tuple) else value
+            for name, value in ((name, getattr(self, name)) for name in self.__dataclass_fields__)
+        }
+
+    @classmethod
+    def of(cls, state: Mapping[str, Any]) -> Self:
+        """Return what `state` was of."""
+        fields: dict[str, Any] = {
+            name: np.asarray(value)
+            if hasattr(value, "numpy")
+            else tuple(value)
+            if isinstance(value, list)
+            else value
+            for name, value in state.items()
+        }
+        return cls(**fields)
+
+
+def _rms(spectra: NDArray[np.float32]) -> float:
+    found = float(np.sqrt(np.mean(np.square(spectra, dtype=np.float64))))
+    if found == 0:
+        raise ParameterError("spectra must not be 0 throughout: the signals hold nothing in the band")
+    return found
