@@ -178,6 +178,7 @@ def _data_verbs(subparsers: Any) -> None:
     add("--rate", type=float, metavar="HZ")
     add("--seconds", type=float, help="length of a recording")
     add("--photographs", type=int, metavar="N", help="of each surface, up to 9 places (default: one picture)")
+    add("--raters", type=int, metavar="N", help="simulated people who score, in sets with ratings (default: the paper's)")
     add("--workers", type=int, help="processes (default: all cores)")
     for name, function in (("info", verbs.data_info), ("check", verbs.data_check)):
         verb(name, function)("path", metavar="DIR")

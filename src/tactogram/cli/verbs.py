@@ -71,7 +71,13 @@ def data_simulate(a: Arguments) -> None:
     from tactogram.jobs.progress import shown
     from tactogram.jobs.simulate import simulate_to_store
 
-    options = {"per_class": a.per_class, "rate": a.rate, "seconds": a.seconds, "workers": a.workers}
+    options = {
+        "per_class": a.per_class,
+        "rate": a.rate,
+        "seconds": a.seconds,
+        "raters": a.raters,
+        "workers": a.workers,
+    }
     if a.photographs is not None:
         options["photographs"] = a.photographs
     with shown() as progress:

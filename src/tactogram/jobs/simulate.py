@@ -6,13 +6,13 @@ import multiprocessing
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
 from tactogram.datasets import Recording, create_store
 from tactogram.datasets.examples import cores
-from tactogram.datasets.simulate import Task, make, surface_photographs, tasks
+from tactogram.datasets.simulate import Task, make, study, surface_photographs, tasks
 from tactogram.errors import ParameterError
 from tactogram.jobs.progress import Progress, silent
 
@@ -26,6 +26,7 @@ def simulate_to_store(
     seconds: float | None = None,
     rate: float | None = None,
     photographs: int = 0,
+    raters: int | None = None,
     workers: int | None = None,
     progress: Progress = silent,
 ) -> dict[str, Any]:
@@ -39,18 +40,28 @@ def simulate_to_store(
     photographs : int, 0 to 9
         Of each surface, at places that do not overlap, for learning from photographs; the recordings then have none
         of their own. With 0 every recording has the one of its surface.
+    raters : int, optional
+        Simulated people who score, in the sets that have ratings; by default as many as in the paper.
     workers : int, optional
         Processes; by default one per core. The recordings are the same for any number.
 
     Returns
     -------
     dict
-        ``store``, ``recordings``, ``photographs``, ``materials``, ``sha256``, ``simulated`` (true).
+        ``store``, ``recordings``, ``photographs``, ``materials``, ``sha256``, ``simulated`` (true), and for a set with
+        ratings ``ratings`` (how many scores), ``raters`` and ``items``.
     """
     if workers is not None and workers < 1:
         raise ParameterError(f"workers must be at least 1, got {workers}")
     shown = surface_photographs(set_name, photographs)
-    given = {"per-class": per_class, "seconds": seconds, "rate": rate, "photographs": photographs or None}
+    rated = study(set_name, seed=seed, per_class=per_class, raters=raters)
+    given = {
+        "per-class": per_class,
+        "seconds": seconds,
+        "rate": rate,
+        "photographs": photographs or None,
+        "raters": raters,
+    }
     command = " ".join(
         [f"tactogram data simulate {set_name} --seed {seed}"]
         + [f"--{name} {value:g}" for name, value in given.items() if value is not None]
@@ -60,21 +71,26 @@ def simulate_to_store(
     )
     store = create_store(
         Path(out),
-        _made(todo, workers or cores(), progress),
+        chain(_made(todo, workers or cores(), progress), rated.recordings if rated else ()),
         name=f"{set_name} (simulated)",
         licence="CC0-1.0",
         source=command,
         simulated=True,
-        photographs=shown,
+        photographs=chain(shown, rated.photographs if rated else ()),
+        ratings=rated.ratings if rated else None,
     )
-    return {
+    report = {
         "store": str(out),
         "recordings": len(store),
         "photographs": len(store.photograph_keys()),
-        "materials": len({info.material for info in store.index}),
+        "materials": len({info.material for info in store.index} - {None}),
         "sha256": store.sha256,
         "simulated": True,
     }
+    if rated:
+        table = rated.ratings
+        report |= {"ratings": len(table), "raters": len(table.raters), "items": len(table.items)}
+    return report
 
 
 def _made(todo: list[Task], workers: int, progress: Progress) -> Iterator[Recording]:

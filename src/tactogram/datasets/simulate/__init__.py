@@ -6,3 +6,6 @@ from tactogram.datasets.simulate.sets import simulate as simulate
 from tactogram.datasets.simulate.sets import simulated_sets as simulated_sets
 from tactogram.datasets.simulate.sets import surface_photographs as surface_photographs
 from tactogram.datasets.simulate.sets import tasks as tasks
+from tactogram.datasets.simulate.studies import RATERS as RATERS
+from tactogram.datasets.simulate.studies import Study as Study
+from tactogram.datasets.simulate.studies import study as study

@@ -5,6 +5,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -12,8 +13,10 @@ from tactogram.datasets.recording import Recording
 from tactogram.datasets.simulate.contact import CONTACTORS, Felt, feel
 from tactogram.datasets.simulate.fabrics import FABRICS, fabric
 from tactogram.datasets.simulate.materials import STROKING_9, STROKING_30
+from tactogram.datasets.simulate.metal_plates import PLATES
 from tactogram.datasets.simulate.photo import photograph, photographs
 from tactogram.datasets.simulate.sensor import AXES, Sensor, sense, wired, wireless
+from tactogram.datasets.simulate.strain_sensor import SENSOR, traced
 from tactogram.datasets.simulate.stroke import Stroke, slow_noise, stroke
 from tactogram.datasets.simulate.surfaces import PATCH_MM, Surface
 from tactogram.errors import ParameterError
@@ -40,8 +43,9 @@ class SimulatedSet:
     per_class: int
     sensor: Sensor
     back_and_forth: bool
-    registered: bool = False
-    """Whether it is friction over displacement on the photograph, as `fabrics` makes it, instead of vibration."""
+    gives: Literal["vibration", "friction", "strain"] = "vibration"
+    """Vibration of a contactor; friction over displacement registered to a photograph, as `fabrics` makes it; or the
+    strain of a sensor's gauges over metal plates, as `strain_sensor` makes it."""
 
 
 SETS: Mapping[str, SimulatedSet] = {
@@ -58,7 +62,17 @@ SETS: Mapping[str, SimulatedSet] = {
     "fabrics": SimulatedSet(
         "simulated: six fabrics, four pieces each, friction of a finger over 102.4 mm, 40 samples per mm, registered "
         "to a photograph of 2048 x 1024 pixels (layout of HapTex as Cai et al. 2020 use it)",
-        FABRICS, ("finger",), (25.0,), PATCH_MM / 25.0, 4, wired(), False, True,
+        FABRICS, ("finger",), (25.0,), PATCH_MM / 25.0, 4, wired(), False, "friction",
+    ),
+    "ultrasonic": SimulatedSet(
+        "simulated: twelve metal plates, ten measurements each by four strain gauges at 20 mm/s, 0.98 N, 10 kHz; 39 "
+        "signals for an ultrasonic display; ten words scored 1-7 by 32 simulated raters (layout of the ultrasonic study)",
+        tuple(plate.surface for plate in PLATES), (SENSOR.name,), (20.0,), 2.5, 10, wired(10_000.0), False, "strain",
+    ),
+    "tactile_images": SimulatedSet(
+        "simulated: 320 pictures of made-up materials, ten words each called evoked or not by 30 of 37 simulated raters "
+        "(layout of the cross-modal study)",
+        (), (), (), 1.0, 20, wired(), False,
     ),
 }  # fmt: skip
 
@@ -159,7 +173,7 @@ def surface_photographs(set_name: str, count: int) -> Iterator[tuple[str, Image]
         than a surface has room for (9).
     """
     facts = _set(set_name)
-    if count and facts.registered:
+    if count and facts.gives == "friction":
         raise ParameterError(
             f"each recording of {set_name} has a photograph of its own; leave photographs at 0"
         )
@@ -175,7 +189,17 @@ def _set(set_name: str) -> SimulatedSet:
 def make(task: Task) -> Recording:
     """Return one simulated recording; it depends on ``task`` alone."""
     facts = SETS[task.set_name]
-    if facts.registered:
+    if facts.gives == "strain":
+        return traced(
+            PLATES[task.surface],
+            measurement=task.take,
+            seed=task.seed,
+            speed_mm_s=task.speed_mm_s,
+            seconds=task.seconds,
+            rate=task.rate,
+            set_name=task.set_name,
+        )
+    if facts.gives == "friction":
         return fabric(
             facts.surfaces[task.surface],
             piece=task.take,

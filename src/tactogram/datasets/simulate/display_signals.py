@@ -1,0 +1,137 @@
+"""The 39 arbitrary signals of the simulated display study: one-second loops that modulate the display's carrier.
+
+The study's own 39 are not at hand ("arbitrary signals", Sec. III-C). These are sines, squares, bursts,
+amplitude-modulated tones, bands of noise, trains of pulses, sweeps and sums, some of them at several levels. Each is a loop without
+a seam: every frequency in it is a whole number of cycles per second, noise is periodic.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.datasets.recording import Recording
+from tactogram.signal import Signal
+
+RATE, SAMPLES = 10_000.0, 10_000
+"""Hz, and one second."""
+Array = NDArray[np.float64]
+
+_T = np.arange(SAMPLES) / RATE
+
+
+@dataclass(frozen=True)
+class Drive:
+    """An arbitrary signal.
+
+    Parameters
+    ----------
+    name : str
+        ``signal01`` to ``signal39``.
+    is_a : str
+        What it is, in words.
+    level : float, 0 to 1
+        Its peak, of full scale.
+    shape : float64 array, shape (10000,)
+        Of any scale; its mean is taken off.
+    """
+
+    name: str
+    is_a: str
+    level: float
+    shape: Array
+
+    @property
+    def signal(self) -> Signal:
+        """The modulating signal: axis ``drive``, unit 1, full scale -1 to 1, mean 0."""
+        x = self.shape - self.shape.mean()
+        return Signal((self.level * x / np.abs(x).max()).astype(np.float32), RATE, "1", ("drive",))
+
+    def recording(self, set_name: str) -> Recording:
+        """Return it as a recording that is of no material."""
+        return Recording(
+            streams={"drive": self.signal},
+            labels={"item": self.name, "signal": self.is_a},
+            source=f"{set_name}/{self.name}",
+            history=(f"simulated set {set_name}", f"modulating signal, 1 s loop: {self.is_a}"),
+            simulated=True,
+        )
+
+
+def drives() -> tuple[Drive, ...]:
+    """Return the 39 signals, always the same."""
+    made = [
+        (f"sine of {f} Hz", 1.0, _sine(f)) for f in (5, 10, 20, 40, 80, 120, 160, 200, 250, 320, 400, 600)
+    ]
+    made += [(f"sine of 200 Hz, at {level:g}", level, _sine(200)) for level in (0.05, 0.25)]
+    made += [(f"square of {f} Hz", 1.0, np.sign(_sine(f) + 1e-9)) for f in (4, 12, 30)]
+    made += [(f"bursts of 200 Hz, {n} a second", 1.0, _sine(200) * _gate(n, 0.4)) for n in (4, 10)]
+    made += [
+        (f"{carrier} Hz modulated at {f} Hz", 1.0, _sine(carrier) * (1 + _sine(f)))
+        for carrier, f in ((250, 5), (160, 12), (320, 25))
+    ]
+    made += [
+        (f"noise of {low} to {high} Hz{'' if level == 1 else f', at {level:g}'}", level, _noise(low, high))
+        for low, high, level in (
+            (5, 30, 1.0), (30, 90, 1.0), (60, 200, 1.0), (100, 400, 1.0), (200, 600, 1.0), (400, 1000, 1.0),
+            (20, 1000, 0.35), (250, 1000, 0.1),
+        )
+    ]  # fmt: skip
+    made += [(f"{n} pulses of 2 ms a second", 1.0, _pulses(np.arange(n) / n)) for n in (5, 20, 60)]
+    made += [(f"{n} pulses of 2 ms a second, irregular", 1.0, _pulses(_irregular(n))) for n in (12, 45)]
+    made += [
+        (f"sweep of {low} to {high} Hz and back", 1.0, _sweep(low, high))
+        for low, high in ((20, 120), (100, 500))
+    ]
+    made += [
+        ("sum of sines of 8 and 200 Hz", 1.0, _sine(8) + 0.6 * _sine(200)),
+        ("noise of 150 to 500 Hz, swelling 6 times a second", 1.0, _noise(150, 500) * (1 + _sine(6))),
+    ]
+    return tuple(Drive(f"signal{n:02d}", *facts) for n, facts in enumerate(made, start=1))
+
+
+def _sine(hz: float) -> Array:
+    return np.asarray(np.sin(2 * np.pi * hz * _T))
+
+
+def _gate(per_second: int, open_share: float) -> Array:
+    """Return 1 while open and 0 else, with cosine flanks of 5 ms."""
+    place = (_T * per_second) % 1 / per_second
+    length, flank = open_share / per_second, 0.005
+    rise, fall = np.clip(place / flank, 0, 1), np.clip((length - place) / flank, 0, 1)
+    return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.minimum(rise, fall)))
+
+
+def _noise(low: int, high: int) -> Array:
+    """Return periodic noise of equal amplitudes and random phases between ``low`` and ``high`` Hz."""
+    rng = np.random.default_rng(zlib.crc32(f"noise {low} {high}".encode()))
+    spectrum = np.zeros(SAMPLES // 2 + 1, complex)
+    spectrum[low : high + 1] = np.exp(2j * np.pi * rng.random(high + 1 - low))
+    return np.asarray(np.fft.irfft(spectrum, SAMPLES))
+
+
+def _irregular(count: int) -> Array:
+    """Return ``count`` random moments in a second, at least 4 ms apart."""
+    rng = np.random.default_rng(zlib.crc32(f"pulses {count}".encode()))
+    slots = rng.choice(250, count, replace=False)
+    return np.asarray(np.sort(slots) / 250)
+
+
+def _pulses(moments: Sequence[float] | Array) -> Array:
+    """Return raised-cosine pulses of 2 ms at ``moments``, s."""
+    pulse = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(20) / 20)
+    x = np.zeros(SAMPLES)
+    for moment in moments:
+        x[(round(moment * RATE) + np.arange(20)) % SAMPLES] += pulse
+    return x
+
+
+def _sweep(low: float, high: float) -> Array:
+    """Return a sine whose frequency goes from ``low`` to ``high`` and back, in whole turns."""
+    hz = low + (high - low) * (0.5 - 0.5 * np.cos(2 * np.pi * _T))
+    turns = np.cumsum(hz) / RATE
+    return np.asarray(np.sin(2 * np.pi * turns * round(turns[-1]) / turns[-1]))

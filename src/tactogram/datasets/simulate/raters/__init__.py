@@ -1,0 +1,12 @@
+"""Simulated raters: people with leanings and noise who score what they touch and see by a written rule.
+
+No model, feature or evaluation may import this (an import contract says so): what is judged must not know the judge.
+"""
+
+from tactogram.datasets.simulate.raters.people import Person as Person
+from tactogram.datasets.simulate.raters.people import draw_people as draw_people
+from tactogram.datasets.simulate.raters.scoring import score_images as score_images
+from tactogram.datasets.simulate.raters.scoring import score_plates as score_plates
+from tactogram.datasets.simulate.raters.scoring import score_together as score_together
+from tactogram.datasets.simulate.raters.scoring import score_vibrations as score_vibrations
+from tactogram.datasets.simulate.raters.scoring import sight_weight as sight_weight

@@ -1,0 +1,78 @@
+"""Who the simulated raters are: how each leans, how much of the scale each uses, how well each feels and sees."""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.datasets.words import WORDS
+from tactogram.errors import ParameterError
+
+LEAN, LEAN_WORD, SPREAD, SENSITIVITY_DB, OWN_TASTE = 0.45, 0.35, 0.20, 4.0, 0.55
+"""Spreads over people: of a lean on all words and on single ones (points of 7), of the logarithm of how much of the scale
+is used, of the sensitivity to vibration (dB), and of how a person takes one item and word (points of 7). Our assumptions,
+chosen so that one rater's scores agree with another's about as far as such panels' do: see docs/simulated-raters.md."""
+SIGHT_LEAN, SIGHT_WORD, SIGHT_TASTE = 0.5, 0.5, 0.8
+"""The same for yes or no to an image, in logits."""
+
+
+@dataclass(frozen=True, eq=False)
+class Person:
+    """A simulated rater.
+
+    Parameters
+    ----------
+    name : str
+    seed : int
+        What else is drawn for this person follows from it.
+    lean : float64 array, shape (word,), points of 7
+    spread : float
+        How much of the scale is used: distances from its middle are multiplied by it.
+    sensitivity_db : float
+        Added to the level of every vibration.
+    yes : float64 array, shape (word,), logits
+        How readily a word is called evoked by an image.
+    """
+
+    name: str
+    seed: int
+    lean: NDArray[np.float64]
+    spread: float
+    sensitivity_db: float
+    yes: NDArray[np.float64]
+
+    def rng(self, *about: str) -> np.random.Generator:
+        """Return the random numbers of this person about something; always the same ones for the same."""
+        keys = [zlib.crc32(text.encode()) for text in (self.name, *about)]
+        return np.random.default_rng(np.random.SeedSequence([self.seed, *keys]))
+
+
+def draw_people(count: int, *, seed: int, prefix: str = "rater") -> tuple[Person, ...]:
+    """Return ``count`` simulated people, ``rater01`` and so on; another prefix or seed gives other people.
+
+    Raises
+    ------
+    ParameterError
+        If ``count`` is not at least 1 or ``seed`` is negative.
+    """
+    if count < 1:
+        raise ParameterError(f"at least one simulated rater is needed, got {count}")
+    if seed < 0:
+        raise ParameterError(f"seed must be >= 0, got {seed}")
+    return tuple(_person(f"{prefix}{number:02d}", seed) for number in range(1, count + 1))
+
+
+def _person(name: str, seed: int) -> Person:
+    rng = np.random.default_rng(np.random.SeedSequence([seed, zlib.crc32(name.encode())]))
+    draw = rng.standard_normal
+    return Person(
+        name,
+        seed,
+        LEAN * draw() + LEAN_WORD * draw(len(WORDS)),
+        float(np.exp(SPREAD * draw())),
+        float(SENSITIVITY_DB * draw()),
+        SIGHT_LEAN * draw() + SIGHT_WORD * draw(len(WORDS)),
+    )

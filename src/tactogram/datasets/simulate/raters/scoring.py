@@ -1,0 +1,165 @@
+"""Scores of simulated people: for plates and vibrations they touch, images they see, and both at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.datasets.ratings import EVOKED, SEVEN_POINT, Ratings, Scale
+from tactogram.datasets.simulate.metal_plates import Plate
+from tactogram.datasets.simulate.raters.felt import TouchCues, touch_cues, touch_words
+from tactogram.datasets.simulate.raters.people import OWN_TASTE, SIGHT_TASTE, Person
+from tactogram.datasets.simulate.raters.seen import sight_cues, sight_words
+from tactogram.datasets.simulate.touch import display_touched, plate_touched
+from tactogram.datasets.words import WORDS
+from tactogram.errors import ParameterError
+from tactogram.signal import Image, Signal
+
+NOISE = 0.75
+"""Of one score, points of 7: what the same person says differently when asked again."""
+WARMING, WARMING_ITEMS = 0.25, 5.0
+"""The first items are scored nearer the middle of the scale by this share, which is gone after so many items: who has
+met little holds the ends of a scale back (Poulton 1979, Psychol. Bull. 86:777, on centring and range effects)."""
+CONTRAST = 0.06
+"""Share of the last item's distance from the middle that is taken off this one (Poulton 1979)."""
+MISSING = 0.004
+"""Share of scores that were not given."""
+SIGHT_SD: Mapping[str, float] = {
+    "dry": 1.0, "sleek": 0.9, "slippery": 0.9, "rugged": 0.7, "uneven": 0.7,
+    "rough": 1.0, "squishy": 0.8, "prickle": 1.0, "sticky": 1.1, "rustle": 1.2,
+}  # fmt: skip
+TOUCH_SD: Mapping[str, float] = {
+    "dry": 1.0, "sleek": 0.9, "slippery": 0.8, "rugged": 1.2, "uneven": 1.2,
+    "rough": 1.0, "squishy": 1.0, "prickle": 0.9, "sticky": 0.8, "rustle": 1.0,
+}  # fmt: skip
+"""How sure each sense is of a word, points of 7: the smaller, the more it counts. Equal for roughness, where vision and
+touch were found to weigh about alike (Lederman, Thorne & Jones 1986); vision surer of shape (rugged, uneven), touch of
+friction and prickle. The figures are our assumptions."""
+
+Array = NDArray[np.float64]
+Met = TypeVar("Met")
+
+
+def score_plates(plates: Sequence[Plate], people: Sequence[Person], *, seed: int) -> Ratings:
+    """Return the simulated scores of metal plates that are touched unseen, 1 to 7; order random for each person."""
+    return _scored(
+        {plate.name: touch_cues(plate_touched(plate)) for plate in plates}, _by_touch, people, seed, "plates"
+    )
+
+
+def score_vibrations(signals: Mapping[str, Signal], people: Sequence[Person], *, seed: int) -> Ratings:
+    """Return the simulated scores of drive signals that are touched on the simulated ultrasonic display, 1 to 7.
+
+    Parameters
+    ----------
+    signals : mapping from item to Signal
+        As `tactogram.datasets.simulate.touch.display_touched` takes them: one axis, unit 1, full scale.
+    people : sequence of Person
+        `draw_people`.
+    seed : int
+        Of the orders and of what varies between two scores of one person.
+    """
+    return _scored(
+        {item: touch_cues(display_touched(x)) for item, x in signals.items()},
+        _by_touch,
+        people,
+        seed,
+        "signals",
+    )
+
+
+def score_images(
+    images: Mapping[str, Image], people: Sequence[Person], *, seed: int, session: str = "images"
+) -> Ratings:
+    """Return whether simulated people say that each word is evoked by looking at each image, 0 or 1."""
+    seen = {item: sight_words(sight_cues(image)) for item, image in images.items()}
+    return _scored(seen, _by_sight, people, seed, session, EVOKED)
+
+
+def score_together(
+    pairs: Mapping[str, tuple[Signal, Image]], people: Sequence[Person], *, seed: int
+) -> Ratings:
+    """Return the simulated scores, 1 to 7, of vibrations touched while an image is seen.
+
+    Each word is estimated by touch (as `score_vibrations`) and by sight (1 + 6 times the probability that the image
+    evokes it), and the two are weighted by their reliability 1 / sd^2, the maximum-likelihood rule of Ernst & Banks
+    (2002, Nature 415:429): `SIGHT_SD` and `TOUCH_SD`.
+    """
+    met = {
+        item: (touch_cues(display_touched(signal)), sight_words(sight_cues(image)))
+        for item, (signal, image) in pairs.items()
+    }
+    return _scored(met, _by_both, people, seed, "together")
+
+
+def sight_weight() -> Array:
+    """Return the weight of sight against touch for each word, 0 to 1, float64, shape (word,)."""
+    sight, touch = (np.array([sd[word] for word in WORDS]) ** -2 for sd in (SIGHT_SD, TOUCH_SD))
+    return np.asarray(sight / (sight + touch))
+
+
+def _by_touch(person: Person, item: str, cues: TouchCues) -> Array:
+    """Return a person's scores before the scale's steps and ends, points of 7."""
+    words = touch_words(cues, sensitivity_db=person.sensitivity_db)
+    own = OWN_TASTE * person.rng("touch", item).standard_normal(len(WORDS))
+    return 1 + 6 * words + own
+
+
+def _by_sight(person: Person, item: str, logits: Array) -> Array:
+    """Return a person's readiness to call each word evoked, logits."""
+    return logits + person.yes + SIGHT_TASTE * person.rng("sight", item).standard_normal(len(WORDS))
+
+
+def _by_both(person: Person, item: str, met: tuple[TouchCues, Array]) -> Array:
+    seen = 1 + 6 / (1 + np.exp(-_by_sight(person, item, met[1])))
+    weight = sight_weight()
+    return weight * seen + (1 - weight) * _by_touch(person, item, met[0])
+
+
+def _scored(
+    items: Mapping[str, Met],
+    judge: Callable[[Person, str, Met], Array],
+    people: Sequence[Person],
+    seed: int,
+    session: str,
+    scale: Scale = SEVEN_POINT,
+) -> Ratings:
+    """Return what each person says of each item, met in an order of that person's own."""
+    if not items:
+        raise ParameterError("simulated people need something to score, got no items")
+    names = sorted(items)
+    rows: list[tuple[str, str, str, float, int]] = []
+    for person in people:
+        rng = person.rng(session, str(seed))
+        before = np.zeros(len(WORDS))
+        for place, number in enumerate(rng.permutation(len(names)), start=1):
+            item = names[number]
+            opinion = judge(person, item, items[item])
+            noise = rng.standard_normal(len(WORDS))
+            missing = rng.random(len(WORDS)) < MISSING
+            if scale is EVOKED:
+                # The noise of a yes or no is logistic, so that the share of yes is the logistic of the opinion.
+                scores = (opinion + np.log(1 / rng.random(len(WORDS)) - 1) > 0).astype(float)
+            else:
+                away = (opinion - 4) * person.spread * (1 - WARMING * np.exp(-(place - 1) / WARMING_ITEMS))
+                said = 4 + person.lean + away - CONTRAST * before + NOISE * noise
+                scores, before = np.clip(np.round(said), 1, 7), away
+            rows += [
+                (person.name, item, word, float(score), place)
+                for word, score, left in zip(WORDS, scores, missing, strict=True)
+                if not left
+            ]
+    columns = list(zip(*rows, strict=True))
+    return Ratings(
+        columns[0],
+        columns[1],
+        columns[2],
+        np.array(columns[3]),
+        scale,
+        np.array(columns[4]),
+        (session,) * len(rows),
+        WORDS,
+    )

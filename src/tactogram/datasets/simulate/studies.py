@@ -1,0 +1,106 @@
+"""The two simulated studies of words: plates and display signals that were felt, and images that were seen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactogram.datasets.ratings import Ratings
+from tactogram.datasets.recording import Recording
+from tactogram.datasets.simulate.display_signals import drives
+from tactogram.datasets.simulate.metal_plates import PLATES
+from tactogram.datasets.simulate.raters import draw_people, score_images, score_plates, score_vibrations
+from tactogram.datasets.simulate.tactile_images import FAMILIES, tactile_image
+from tactogram.errors import ParameterError
+from tactogram.signal import Image
+
+PER_FAMILY = 20
+"""16 families of 20 images are the 320 of the cross-modal study, Sec. II-B."""
+IMAGE_SETS = 4
+"""Which the images are dealt into; each is judged by 30 of the 37 raters."""
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """What a simulated study holds besides recordings of surfaces.
+
+    Parameters
+    ----------
+    recordings : tuple of Recording
+        Display signals.
+    photographs : tuple of (str, Image)
+        Items and their images.
+    ratings : Ratings
+    """
+
+    recordings: tuple[Recording, ...]
+    photographs: tuple[tuple[str, Image], ...]
+    ratings: Ratings
+
+
+RATERS: Mapping[str, int] = {"ultrasonic": 32, "tactile_images": 37}
+"""How many rate in each of the two sets."""
+
+
+def study(
+    set_name: str, *, seed: int, per_class: int | None = None, raters: int | None = None
+) -> Study | None:
+    """Return what a named set holds besides its recordings of surfaces; None for a set without ratings.
+
+    Parameters
+    ----------
+    set_name : str
+    seed : int
+        Of people and images; plates and display signals are always the same.
+    per_class : int, optional
+        Images per family, for ``tactile_images``; by default `PER_FAMILY`.
+    raters : int, optional
+        By default 32 for ``ultrasonic`` and 37 for ``tactile_images``.
+
+    Raises
+    ------
+    ParameterError
+        For raters of a set that has none, or a number that makes no sense.
+    """
+    if set_name not in RATERS:
+        if raters is not None:
+            raise ParameterError(f"nobody rates in {set_name}; raters can be given for {', '.join(RATERS)}")
+        return None
+    people = draw_people(RATERS[set_name] if raters is None else raters, seed=seed)
+    if set_name == "ultrasonic":
+        shown = drives()
+        felt = score_plates(PLATES, people, seed=seed)
+        played = score_vibrations({drive.name: drive.signal for drive in shown}, people, seed=seed)
+        return Study(tuple(drive.recording(set_name) for drive in shown), (), joined([felt, played]))
+    each = PER_FAMILY if per_class is None else per_class
+    if each < 1:
+        raise ParameterError(f"per_class must be at least 1, got {each}")
+    made = [tactile_image(family, number, seed=seed) for number in range(each) for family in FAMILIES]
+    # Shuffled, so that neither an item's name nor its set says what it shows.
+    order = np.random.default_rng([seed, len(made)]).permutation(len(made))
+    images = {f"image{place:03d}": made[number] for place, number in enumerate(order, start=1)}
+    names, away = list(images), round(len(people) * 7 / 37)
+    parts = []
+    for number in range(IMAGE_SETS):
+        # Seven of the 37 are away from each set, others each time.
+        left_out = {people[(number * away + n) % len(people)].name for n in range(away)}
+        present = [person for person in people if person.name not in left_out]
+        dealt = {name: images[name] for name in names[number::IMAGE_SETS]}
+        parts.append(score_images(dealt, present, seed=seed, session=f"set{number + 1}"))
+    return Study((), tuple(images.items()), joined(parts))
+
+
+def joined(tables: list[Ratings]) -> Ratings:
+    """Return the rows of several tables of one scale, one after the other."""
+    return Ratings(
+        tuple(name for table in tables for name in table.rater),
+        tuple(name for table in tables for name in table.item),
+        tuple(name for table in tables for name in table.word),
+        np.concatenate([table.score for table in tables]),
+        tables[0].scale,
+        np.concatenate([table.order for table in tables if table.order is not None]),
+        tuple(name for table in tables for name in table.session),
+        tables[0].words,
+    )

@@ -1,0 +1,153 @@
+"""What a bare finger meets on a metal plate and on an ultrasonic display: vibration of the skin, friction, relief.
+
+Simulated. The rule by which simulated raters score goes by these quantities alone, and they are the same for plates and
+display; what a display cannot give is relief.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal as dsp
+from scipy.fft import rfft2
+
+from tactogram.datasets.simulate.contact import FINGER, feel
+from tactogram.datasets.simulate.metal_plates import Plate, fine_heights
+from tactogram.datasets.simulate.stroke import stroke
+from tactogram.datasets.simulate.surfaces import frequencies, height_field, inverse
+from tactogram.errors import ParameterError
+from tactogram.signal import Signal
+from tactogram.signal.filters import resample
+
+RATE = 8000.0
+SPEED_MM_S = 60.0
+"""Of a finger that explores freely. Our assumption, the same on plates and display."""
+FORCE_N = 0.6
+SKIN = (2e-4, 1.5, 1000.0)
+"""Mass kg, damping N s/m, stiffness N/m of the skin under a finger: elastic below and viscous above about 100 Hz
+(Wiertlewski & Hayward 2012, J. Biomech. 45:1869)."""
+BARE_FINGER = replace(FINGER, name="bare finger", radius_mm=0.6)
+"""Heights are averaged over what a receptor near the surface resolves, about 1 mm across (Johnson & Phillips 1981,
+J. Neurophysiol. 46:1177), not over the whole contact."""
+CARRIER_HZ, QUALITY = 28_200.0, 100.0
+"""Resonance of the Langevin transducer, and its quality with a finger on it, our assumption: the envelope passes a
+first-order low-pass at carrier / (2 quality) = 141 Hz."""
+HORN_FRICTION, LUBRICATED, HALF = 0.8, 0.7, 0.2
+"""Friction of the horn at rest, the share that full vibration takes away, and the envelope at which half of that is
+gone: friction falls with amplitude and saturates (Wiertlewski, Friesen, Colgate 2016, PNAS 113:9210)."""
+COARSE_MM, FELT_EDGE_MM = 1.0, 0.2
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Touched:
+    """What a finger meets while it slides.
+
+    Parameters
+    ----------
+    skin : Signal
+        Displacement of the skin, m, axes ``along`` and ``normal``, 1 s at 8 kHz.
+    friction : float
+        Mean coefficient of friction.
+    drag : float64 array, shape (time,)
+        Coefficient of friction over time, at the rate of ``skin``.
+    relief_mm : float
+        Rms height of what is coarser than `COARSE_MM`; 0 on a display.
+    steepness : float
+        Rms slope of what is coarser than `FELT_EDGE_MM`; 0 on a display.
+    """
+
+    skin: Signal
+    friction: float
+    drag: Array
+    relief_mm: float
+    steepness: float
+
+
+@lru_cache(maxsize=32)
+def plate_touched(plate: Plate) -> Touched:
+    """Return what a bare finger meets on a plate at `SPEED_MM_S` and `FORCE_N`; the same for the same plate."""
+    rng = np.random.default_rng(int(plate.name[-2:]))
+    fast = 2 * RATE
+    moved = stroke(
+        rng,
+        seconds=1.5,
+        rate=fast,
+        speed_mm_s=SPEED_MM_S,
+        force_n=FORCE_N,
+        back_and_forth=False,
+        unsteadiness=0.0,
+    )
+    felt = feel(plate.surface, BARE_FINGER, moved, start_mm=(5.0, 5.0), direction_deg=4.0)
+    heights = fine_heights(plate, BARE_FINGER, felt.place_m, rng)
+    fine = BARE_FINGER.stiffness_n_m * heights + BARE_FINGER.damping_n_s_m * np.gradient(heights) * fast
+    both = np.stack([felt.friction_n + fine, felt.force_n + fine]).astype(np.float32)
+    forces = resample(Signal(both, fast, "N", ("along", "normal")), RATE).samples.astype(np.float64)
+    middle = slice(round(0.25 * RATE), round(1.25 * RATE))
+    drag = (forces[0] / np.maximum(forces[1], 0.1 * forces[1].mean()))[middle]
+    relief_mm, steepness = _relief(plate)
+    skin = _skin(forces)[:, middle]
+    return Touched(_moved(skin), float(np.median(drag)), drag, relief_mm, steepness)
+
+
+def display_touched(drive: Signal) -> Touched:
+    """Return what a bare finger meets on the simulated ultrasonic display that plays ``drive`` as a loop.
+
+    The carrier is amplitude-modulated with depth 1, so its envelope is (1 + x) / 2 of the largest vibration; the
+    transducer's resonance passes the envelope as a first-order low-pass, friction falls with it, and the skin follows
+    the drag.
+
+    Parameters
+    ----------
+    drive : Signal
+        One axis, unit 1, full scale -1 to 1; what is beyond is cut off, as an amplifier does.
+
+    Raises
+    ------
+    ParameterError
+        If it is of another unit, has several axes or is shorter than 0.1 s.
+    """
+    if drive.unit != "1" or len(drive.axes) != 1 or drive.domain != "time":
+        raise ParameterError(
+            f"a display is driven by one axis of unit 1 over time, got {len(drive.axes)} of {drive.unit} over {drive.domain}"
+        )
+    if drive.seconds < 0.1:
+        raise ParameterError(f"a drive signal must last at least 0.1 s, got {drive.seconds:g} s")
+    loop = np.clip(resample(drive, RATE).samples[0].astype(np.float64), -1, 1)
+    count = round(RATE)
+    x = np.tile(loop, -(-2 * count // len(loop)))[: 2 * count]
+    corner = 2 * np.pi * CARRIER_HZ / (2 * QUALITY)
+    b, a = dsp.bilinear([corner], [1, corner], RATE)
+    envelope = np.clip(dsp.lfilter(b, a, (1 + x) / 2, zi=[(1 + x[0]) / 2 * (1 - b[0])])[0], 0, 1)
+    gone = LUBRICATED * envelope**2 / (envelope**2 + HALF**2)
+    drag = HORN_FRICTION * (1 - gone)
+    forces = np.stack([FORCE_N * drag, np.full(len(drag), FORCE_N)])
+    skin = _skin(forces)[:, count:]
+    return Touched(_moved(skin), float(np.median(drag[count:])), drag[count:], 0.0, 0.0)
+
+
+def _skin(forces: Array) -> Array:
+    """Return how far forces (axis, time), N, move the skin, m: m x'' + b x' + k x = F."""
+    mass, damping, stiffness = SKIN
+    b, a = dsp.bilinear([1.0], [mass, damping, stiffness], RATE)
+    rest = dsp.lfilter_zi(b, a)
+    return np.stack([dsp.lfilter(b, a, row, zi=row[0] * rest)[0] for row in forces])
+
+
+def _moved(skin: Array) -> Signal:
+    return Signal((skin - skin.mean(1, keepdims=True)).astype(np.float32), RATE, "m", ("along", "normal"))
+
+
+def _relief(plate: Plate) -> tuple[float, float]:
+    """Return rms height of the coarse and rms slope of all but the finest of a plate."""
+    ky, kx = frequencies()
+    k = np.hypot(ky, kx)
+    spectrum = rfft2(height_field(plate.surface).astype(np.float64))
+    coarse = inverse(spectrum * (k <= 1 / COARSE_MM))
+    edges = spectrum * (k <= 1 / FELT_EDGE_MM) * 2j * np.pi
+    slope = np.sqrt(inverse(edges * kx).var() + inverse(edges * ky).var())
+    return float(coarse.std()), float(slope)
