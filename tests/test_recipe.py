@@ -91,3 +91,10 @@ def test_axes_are_chosen_or_combined():
     one = Prepare(axes="dft321").apply(signal)
     assert len(one.axes) == 1
     assert (one.samples**2).sum() == pytest.approx((signal.samples**2).sum(), rel=1e-4)
+
+
+def test_mean_of_axes_is_one_axis_however_many_there_were():
+    two = Signal(np.array([[1.0, 3.0], [3.0, -1.0]]), 100.0, "1", ("left", "right"))
+    mixed = Prepare(axes="mean").apply(two)
+    assert mixed.axes == Prepare(axes="mean").apply(two.select("left")).axes == ("mean",)
+    np.testing.assert_array_equal(mixed.samples, [[2.0, 1.0]])

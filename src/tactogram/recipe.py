@@ -27,8 +27,9 @@ class Prepare(BaseModel):
 
     stream: str | None = None
     """Name of the stream; None takes ``acceleration`` where there is one, else the first of the data set."""
-    axes: tuple[str, ...] | Literal["all", "dft321"] = "all"
-    """Axes to keep by name, all of them, or three combined to one by DFT321."""
+    axes: tuple[str, ...] | Literal["all", "dft321", "mean"] = "all"
+    """Axes to keep by name, all of them, three combined to one by DFT321, or the mean of however many there are: for
+    recordings of one and two channels, as a player with one channel plays them."""
     band: tuple[float, float] | None = None
     """Pass band in Hz (zero-phase); None leaves the signal as it is."""
     rate: Annotated[float, Field(gt=0)] | Literal["own", "band"] = "own"
@@ -54,6 +55,8 @@ class Prepare(BaseModel):
         """Return ``signal`` as a model sees it."""
         if self.axes == "dft321":
             signal = dft321(signal)
+        elif self.axes == "mean":
+            signal = signal.with_samples(signal.samples.mean(axis=0), axes=("mean",))
         elif self.axes != "all":
             signal = signal.select(*self.axes)
         if self.band is not None:

@@ -156,10 +156,14 @@ def train(a: Arguments) -> None:
 
 
 def crossval(a: Arguments) -> None:
-    """Cross-validate a classifier, by recording."""
+    """Cross-validate a classifier, by recording, or a predictor of ratings, by item or rater."""
     from tactogram.jobs.crossval import crossval
     from tactogram.jobs.progress import shown
+    from tactogram.models import find
 
+    if find(a.model, a.models).task == "prediction":
+        _crossval_ratings(a)
+        return
     with shown() as progress:
         result = crossval(
             a.model,
@@ -199,16 +203,27 @@ def evaluate(a: Arguments) -> None:
 
 
 def generate(a: Arguments) -> None:
-    """Make signals with a trained generator."""
+    """Make signals or images with a trained generator, or both from the same words with two."""
     from pathlib import Path
 
+    from tactogram.errors import ParameterError
+    from tactogram.jobs.asked_words import goes_by_words
     from tactogram.jobs.generate import generate_files, parse_mix
+    from tactogram.jobs.training import load_run
 
+    runs = [load_run(folder) for folder in a.run_folders]
+    by_words = {"words": a.words, "rest": a.rest, "like": a.like, "vibration": a.vibration, "rater": a.rater}
+    if len(runs) > 1 or any(by_words.values()) or goes_by_words(runs[0]):
+        for name in ("material", "mix", "image", "speed", "force"):
+            if getattr(a, name) is not None:
+                raise ParameterError(f"--{name} is not for models that go by words")
+        _generate_from_words(a, runs)
+        return
     material = {a.material: 1.0} if a.material else parse_mix(a.mix) if a.mix else None
     condition = {"material": material, "speed_mm_s": a.speed, "force_n": a.force}
     condition = {name: value for name, value in condition.items() if value is not None}
     written = generate_files(
-        a.run_folder,
+        runs[0],
         condition,
         Path(a.out),
         seconds=a.seconds,
@@ -224,6 +239,43 @@ def generate(a: Arguments) -> None:
     if "differ_by" in seen:
         lines.append(f"they differ by {seen['differ_by']}")
     print_result(a, {"files": written}, "\n".join(lines))
+
+
+def _generate_from_words(a: Arguments, runs: list[Any]) -> None:
+    from pathlib import Path
+
+    from tactogram.jobs.from_words import generate_from_words
+    from tactogram.jobs.generate import parse_words
+
+    result = generate_from_words(
+        runs,
+        Path(a.out),
+        words=parse_words(a.words) if a.words else None,
+        rest=a.rest,
+        like=a.like,
+        vibration=a.vibration,
+        raters=a.rater,
+        seconds=a.seconds,
+        seed=a.seed,
+        count=a.count,
+    )
+    note = result["scores"][0]
+    lines = [row["file"] for row in result["files"]]
+    lines.append(f"asked: {text_of(note['asked']) or 'nothing'}")
+    if note["filled"]:
+        lines.append(f"filled with the {note['filled_from']}: {text_of(note['filled'])}")
+    lines += [
+        f"taken for the {what}: {text_of(facts['taken'])}"
+        for what, facts in note["made"].items()
+        if "taken" in facts
+    ]
+    lines += [
+        f"{what} scored by {said['by']}: {text_of(said['scores'])}"
+        for what, said in note.get("predicted", {}).items()
+    ]
+    if note["simulated"]:
+        lines.append("learned from simulated data")
+    print_result(a, result, "\n".join(lines))
 
 
 def mix(a: Arguments) -> None:
@@ -264,6 +316,24 @@ def classify(a: Arguments) -> None:
         for file, r in results.items()
     ]
     print_result(a, {"files": results}, columns(rows))
+
+
+def score(a: Arguments) -> None:
+    """Score recordings, generated signals or images in sensory words, as a rater model has it."""
+    from tactogram.jobs.score import read_given, score
+    from tactogram.jobs.training import load_run
+
+    loaded = load_run(a.run_folder, model_folders=a.models)
+    results = {file: score(loaded, read_given(loaded, file, **_signal_arguments(a))) for file in a.files}
+    first = next(iter(results.values()))
+    rows = [("file", *first["scores"], "novel")]
+    rows += [
+        (file, *(f"{value:.2f}" for value in r["scores"].values()), text_of(r["novelty"]))
+        for file, r in results.items()
+    ]
+    low, high = first["scale"]
+    head = f"predicted by a {first['predicted_by']}, scale {low:g} to {high:g}"
+    print_result(a, {"files": results}, f"{head}\n{columns(rows)}")
 
 
 def search(a: Arguments) -> None:
@@ -340,6 +410,31 @@ def table(a: Arguments) -> None:
     print_result(
         a, {"rows": rows}, columns([("model", "what", "published", "ours", "our data"), *shown_rows])
     )
+
+
+def _crossval_ratings(a: Arguments) -> None:
+    from tactogram.errors import ParameterError
+    from tactogram.jobs.progress import shown
+    from tactogram.jobs.rating_crossval import COLUMNS, crossval_ratings
+
+    if a.split or a.only_folds:
+        raise ParameterError(
+            "--split and --only-folds are of classifiers; a predictor takes --folds and --repeats"
+        )
+    taken = ("by", "where", "recipe", "changes", "accelerator", "model_folders")
+    arguments = {name: value for name, value in _training_arguments(a).items() if name in taken}
+    with shown() as progress:
+        result = crossval_ratings(
+            a.model, a.data, **arguments, folds=a.folds, repeats=a.repeats, out=a.out, progress=progress
+        )
+    rows = [("word", *COLUMNS.values())]
+    rows += [
+        (word, *(text_of(row[name]) for name in COLUMNS))
+        for word, row in (*result["per_word"].items(), ("mean", result["mean"]))
+    ]
+    of = " of simulated raters" if result["data"]["simulated"] else ""
+    head = f"mean absolute error{of}, points of a scale of {result['scale'][0]:g} to {result['scale'][1]:g}"
+    print_result(a, result, f"{head}\n{columns(rows)}\nsplit: {result['split']}\nreport: {result['report']}")
 
 
 def _training_arguments(a: Arguments) -> dict[str, Any]:

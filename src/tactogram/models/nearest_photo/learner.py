@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import log_spectral_distance
+from tactogram.features.photo_descriptor import SMALLEST, descriptor
 from tactogram.model import Condition, Example, SignalKind, Stage, check_condition
 from tactogram.models.nearest_photo.config import Config
-from tactogram.models.nearest_photo.descriptor import SMALLEST, descriptor
 from tactogram.signal import Image, Signal
 from tactogram.signal.concatenative import concatenated, excerpts
 from tactogram.training.seeds import child_rng

@@ -6,9 +6,9 @@ from scipy.ndimage import gaussian_filter
 from scipy.signal import lfilter
 
 from tactogram.errors import ParameterError
+from tactogram.features.photo_descriptor import descriptor
 from tactogram.model import Example, SignalKind
 from tactogram.models.nearest_photo import Config, build
-from tactogram.models.nearest_photo.descriptor import descriptor
 from tactogram.signal import Image, Signal
 
 RATE = 1000.0

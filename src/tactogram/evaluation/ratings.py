@@ -1,0 +1,194 @@
+"""How well scores are predicted: beside a constant guess, and beside how well people agree with one another."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from tactogram.errors import ParameterError
+
+Floats = NDArray[np.float64]
+SPLITS = 100
+"""Random halves of the raters that a split-half error is the mean of."""
+FEWEST_PAIRS = 3
+"""Items that a rank correlation needs."""
+
+
+@dataclass(frozen=True, eq=False)
+class Predicted:
+    """Predictions of one or several repetitions, beside what people said. All in points of the scale.
+
+    Parameters
+    ----------
+    words : sequence of str
+    items : sequence of str
+    scores : float64 array, shape (repetition, item, word)
+        NaN where an item was not predicted in a repetition.
+    constant : float64 array, shape (repetition, item, word)
+        The constant guess for each: the mean of the scores that the model was trained on.
+    truth : float64 array, shape (repetition, item, word)
+        Means of the raters that a prediction is held against.
+    cube : float64 array, shape (item, rater, word)
+        Every rater's scores, NaN where there is none.
+    """
+
+    words: Sequence[str]
+    items: Sequence[str]
+    scores: Floats
+    constant: Floats
+    truth: Floats
+    cube: Floats
+
+    @property
+    def errors(self) -> Floats:
+        """Absolute error, shape (repetition, item, word)."""
+        return np.asarray(np.abs(self.scores - self.truth))
+
+    @property
+    def constant_errors(self) -> Floats:
+        """Absolute error of the constant guess, shape (repetition, item, word)."""
+        return np.asarray(np.where(np.isnan(self.scores), np.nan, np.abs(self.constant - self.truth)))
+
+    def as_dict(self, *, seed: int = 0) -> dict[str, Any]:
+        """Return the figures as JSON values.
+
+        Returns
+        -------
+        dict
+            ``per_word`` (word to row) and ``mean`` (over words). A row has ``mae``, ``mae_sd`` (over repetitions, None
+            of one), ``constant_mae``, ``p_against_constant`` (Wilcoxon's signed ranks over items, two-sided, not
+            corrected), ``split_half_mae`` and ``one_rater_mae`` (None with fewer than four, or two, raters) and
+            ``rank_correlation`` (Spearman, over items, mean over repetitions) with ``rank_correlation_sd``.
+        """
+        rng = np.random.default_rng(seed)
+        split, alone = split_half_error(self.cube, rng=rng), one_rater_error(self.cube)
+        rows = {
+            word: self._row(np.s_[..., n : n + 1])
+            | {"split_half_mae": _number(split[n]), "one_rater_mae": _number(alone[n])}
+            for n, word in enumerate(self.words)
+        }
+        correlations = [row["rank_correlation"] for row in rows.values()]
+        known = [value for value in correlations if value is not None]
+        mean = self._row(np.s_[...]) | {
+            "split_half_mae": _number(np.nanmean(split) if not np.isnan(split).all() else np.nan),
+            "one_rater_mae": _number(np.nanmean(alone) if not np.isnan(alone).all() else np.nan),
+            "rank_correlation": float(np.mean(known)) if known else None,
+            "rank_correlation_sd": None,
+        }
+        return {"per_word": rows, "mean": mean}
+
+    def _row(self, part: Any) -> dict[str, Any]:
+        errors, guess = self.errors[part], self.constant_errors[part]
+        runs = np.nanmean(errors, axis=(1, 2))
+        gain = np.nanmean(guess, axis=(0, 2)) - np.nanmean(errors, axis=(0, 2))
+        row: dict[str, Any] = {
+            "mae": float(np.nanmean(errors)),
+            "mae_sd": float(runs.std(ddof=1)) if len(runs) > 1 else None,
+            "constant_mae": float(np.nanmean(guess)),
+            "p_against_constant": float(stats.wilcoxon(gain).pvalue) if np.any(gain) else None,
+        }
+        found = [
+            _correlation(s.ravel(), t.ravel())
+            for s, t in zip(self.scores[part], self.truth[part], strict=True)
+        ]
+        known = [value for value in found if value is not None]
+        row["rank_correlation"] = float(np.mean(known)) if known else None
+        row["rank_correlation_sd"] = float(np.std(known, ddof=1)) if len(known) > 1 else None
+        return row
+
+
+def split_half_error(cube: Floats, *, rng: np.random.Generator, splits: int = SPLITS) -> Floats:
+    """Return how far the mean of one half of the raters is from that of the other: people predicting people.
+
+    Half as many raters stand on either side as in the whole, so that means of all of them are closer than this.
+
+    Parameters
+    ----------
+    cube : float64 array, shape (item, rater, word)
+        NaN where there is no score.
+    rng : numpy Generator
+        Draws the halves.
+    splits : int
+
+    Returns
+    -------
+    float64 array, shape (word,)
+        Mean absolute difference over items and halves; NaN with fewer than four raters.
+    """
+    raters = cube.shape[1]
+    if raters < 4:
+        return np.full(cube.shape[2], np.nan)
+    found = []
+    for _ in range(splits):
+        drawn = rng.permutation(raters)
+        one, other = cube[:, drawn[: raters // 2]], cube[:, drawn[raters // 2 :]]
+        found.append(np.abs(_means(one) - _means(other)))
+    return _over(np.array(found), (0, 1))
+
+
+def one_rater_error(cube: Floats) -> Floats:
+    """Return how far a rater is from the mean of the others, float64, shape (word,), mean over raters and items.
+
+    NaN with fewer than two raters. ``cube`` is as in `split_half_error`.
+    """
+    if cube.shape[1] < 2:
+        return np.full(cube.shape[2], np.nan)
+    given = ~np.isnan(cube)
+    total, count = np.where(given, cube, 0).sum(1, keepdims=True), given.sum(1, keepdims=True)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        others = (total - cube) / (count - 1)
+    return _over(np.abs(cube - others), (0, 1))
+
+
+def distances_to_targets(
+    scores: Mapping[str, Floats], targets: Mapping[str, Floats]
+) -> dict[str, tuple[str, float]]:
+    """Return each generated item's target and its root mean square distance to it over words, points of the scale.
+
+    Parameters
+    ----------
+    scores : mapping from str to float64 array, shape (word,)
+        Named ``GROUP/TARGET``.
+    targets : mapping from str to float64 array, shape (word,)
+
+    Raises
+    ------
+    ParameterError
+        If a name has no target.
+    """
+    found = {}
+    for name, row in scores.items():
+        target = name.rpartition("/")[2]
+        if target not in targets:
+            raise ParameterError(f"{name}: target must be one of {', '.join(targets)}, got {target!r}")
+        found[name] = (target, float(np.sqrt(np.nanmean((row - targets[target]) ** 2))))
+    return found
+
+
+def _means(cube: Floats) -> Floats:
+    given = ~np.isnan(cube)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.where(given, cube, 0).sum(1) / given.sum(1))
+
+
+def _over(values: Floats, axes: tuple[int, ...]) -> Floats:
+    """Return means over ``axes`` of what is finite; NaN where nothing is."""
+    given = np.isfinite(values)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.where(given, values, 0).sum(axes) / given.sum(axes))
+
+
+def _correlation(said: Floats, truth: Floats) -> float | None:
+    both = ~(np.isnan(said) | np.isnan(truth))
+    if both.sum() < FEWEST_PAIRS or np.ptp(said[both]) == 0 or np.ptp(truth[both]) == 0:
+        return None
+    return float(stats.spearmanr(said[both], truth[both]).statistic)
+
+
+def _number(value: float | np.floating[Any]) -> float | None:
+    return float(value) if np.isfinite(value) else None

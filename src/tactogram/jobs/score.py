@@ -1,0 +1,52 @@
+"""Score recordings, generated signals or images in the words of a rater model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from tactogram.errors import ParameterError
+from tactogram.jobs.training import LoadedRun, load_run
+from tactogram.model import Predictor
+from tactogram.signal import Image, Signal
+
+
+def score(run: Path | str | LoadedRun, given: Signal | Image) -> dict[str, Any]:
+    """Return what people would say of ``given``, as a trained predictor has it.
+
+    Parameters
+    ----------
+    run : path or LoadedRun
+    given : Signal or Image
+        A signal as recorded; it is prepared as the run's recipe says.
+
+    Returns
+    -------
+    dict
+        ``scores`` (by word, on the raters' scale), ``scale`` (lowest and highest), ``predicted_by`` (which model, and
+        that its raters were simulated where they were), ``novelty`` (share of features beyond what was trained on; the
+        scores deserve the less trust the larger it is; None where the model has no such figure) and ``simulated``.
+    """
+    loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    if not isinstance(loaded.model, Predictor):
+        raise ParameterError(f"{loaded.run.name}: {loaded.facts.name} is not a predictor of scores")
+    prepared = loaded.prepare(given) if isinstance(given, Signal) else given
+    novelty = loaded.model.novelty(prepared) if hasattr(loaded.model, "novelty") else None
+    scale = loaded.any_kind.scale
+    return {
+        "scores": dict(loaded.model.predict(prepared)),
+        "scale": None if scale is None else list(scale),
+        "predicted_by": f"{loaded.facts.name} model" + (" of simulated raters" if loaded.simulated else ""),
+        "novelty": novelty,
+        "simulated": loaded.simulated,
+    }
+
+
+def read_given(loaded: LoadedRun, path: Path | str, **arguments: Any) -> Signal | Image:
+    """Return the signal in a file, or the image where the run is of images."""
+    from tactogram.model import ImageKind
+    from tactogram.signal.io import read_image, read_signal
+
+    if isinstance(loaded.any_kind, ImageKind):
+        return read_image(path)
+    return read_signal(path, **arguments)

@@ -1,0 +1,216 @@
+"""Describe what was rated, fit a regression in one step; score a signal or an image on the raters' scale."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import ParameterError
+from tactogram.model import Example, ImageExample, Kind, SignalKind, Stage
+from tactogram.models.rater.config import Config
+from tactogram.models.rater.image_features import ImageFeatures
+from tactogram.models.rater.regression import Regression, fit_regression
+from tactogram.models.rater.signal_features import signal_features
+from tactogram.signal import Image, Signal
+from tactogram.training.seeds import child_rng
+
+if TYPE_CHECKING:
+    import torch
+
+Rateable = Example | ImageExample
+FEWEST_ITEMS = 3
+
+
+class RaterLearner:
+    """Scores of a signal, or of an image, as the mean of the raters would be.
+
+    Parameters
+    ----------
+    config : Config
+    kind : SignalKind or ImageKind
+        What was rated, in which words, on which scale.
+    seed : int
+        Shuffles the items by which the form of the regression is chosen.
+    """
+
+    def __init__(self, config: Config, kind: Kind, *, seed: int) -> None:
+        if not kind.words or kind.scale is None:
+            raise ParameterError(
+                "rater needs what was rated, in words and on a scale; got signals without ratings"
+            )
+        self.config, self.kind, self.seed = config, kind, seed
+        self.words = kind.words
+        self.low, self.high = kind.scale
+        self.images = ImageFeatures(config.trunk, config.image_size)
+        self.regression: Regression | None = None
+        self.noise = np.full(len(self.words), np.nan)
+        """Standard deviation between raters of one item, in points of the scale; NaN where one rater stands for all."""
+
+    def setup(self, fabric: Any) -> None:
+        """Nothing to hand over: the fit is a closed form on the processor."""
+
+    # -- training ----------------------------------------------------------------------------------------
+
+    def stages(self, examples: Sequence[Rateable]) -> tuple[Stage, ...]:
+        if (items := len({e.item for e in examples if e.rated is not None})) < FEWEST_ITEMS:
+            raise ParameterError(
+                f"a rater needs at least {FEWEST_ITEMS} rated items to learn from, got {items}"
+            )
+        return (Stage("fit", 1),)
+
+    def batches(
+        self, stage: Stage, examples: Sequence[Rateable], *, seed: int, start: int = 0
+    ) -> Iterator[Any]:
+        if start == 0:
+            yield examples
+
+    def step(self, stage: Stage, batch: Any) -> dict[str, float]:
+        examples: Sequence[Rateable] = [example for example in batch if example.rated is not None]
+        if not isinstance(self.kind, SignalKind):
+            self.images.prepare()
+        features, blocks = self._features(examples)
+        means, noise, weights = _of_raters(examples)
+        self.regression = fit_regression(
+            features,
+            means,
+            items=[str(example.item) for example in examples],
+            weights=weights,
+            blocks=blocks,
+            config=self.config,
+            rng=child_rng(self.seed, "items"),
+        )
+        points = self.high - self.low
+        self.noise = noise * points
+        guess = np.nanmean(np.abs(means - self.regression.intercepts))
+        return {
+            "mae_in_choosing": float(self.regression.error.mean() * points),
+            "mae_of_training_mean": float(guess * points),
+        }
+
+    def validate(self, examples: Sequence[Rateable]) -> dict[str, float]:
+        """Return the mean absolute error to the raters' means, and the training mean's, in points of the scale."""
+        rated = [example for example in examples if example.rated is not None]
+        if not rated:
+            return {}
+        said = np.array([list(self.predict(content_of(example)).values()) for example in rated])
+        truth = self._on_scale(np.array([example.rated.means for example in rated if example.rated]))
+        guess = self._on_scale(self._fitted.intercepts)
+        return {
+            "mae": float(np.nanmean(np.abs(said - truth))),
+            "mae_of_training_mean": float(np.nanmean(np.abs(guess - truth))),
+        }
+
+    def state(self) -> dict[str, Any]:
+        return {
+            "words": list(self.words),
+            "noise": self.noise,
+            "images": self.images.state(),
+            "regression": {} if self.regression is None else self.regression.state(),
+        }
+
+    def load_state(self, state: Mapping[str, Any]) -> None:
+        if tuple(state["words"]) != self.words:
+            raise ParameterError(f"state is of {', '.join(state['words'])}; expected {', '.join(self.words)}")
+        self.noise = np.asarray(state["noise"], np.float64)
+        self.images.load_state(state["images"])
+        self.regression = Regression.of_state(state["regression"]) if state["regression"] else None
+
+    # -- use ---------------------------------------------------------------------------------------------
+
+    def predict(self, given: Signal | Image) -> Mapping[str, float]:
+        scores = self._on_scale(self._fitted.predict(self._described(given))[0])
+        return dict(zip(self.words, scores.tolist(), strict=True))
+
+    def novelty(self, given: Signal | Image) -> float:
+        """Return the share of features that lie beyond all that was trained on: near 0 for what is alike.
+
+        Features are held within what was met in training, so that scores of a novel signal are those of the nearest
+        known ones; they deserve the less trust the larger this is.
+        """
+        return self._fitted.scaling.beyond(self._described(given)[0])
+
+    @property
+    def described_by(self) -> str:
+        """Which features are used, in words."""
+        if isinstance(self.kind, SignalKind):
+            return "third-octave levels, spectral shape, envelope and length"
+        trunk = "" if self.images.used == "none" else f", pooled features of {self.images.used}"
+        return f"colour and texture statistics{trunk}"
+
+    @property
+    def _fitted(self) -> Regression:
+        if self.regression is None:
+            raise ParameterError("rater has not been trained")
+        return self.regression
+
+    def _on_scale(self, shares: NDArray[np.float64]) -> NDArray[np.float64]:
+        return self.low + shares * (self.high - self.low)
+
+    def _features(self, examples: Sequence[Rateable]) -> tuple[NDArray[np.float64], tuple[int, ...]]:
+        contents = [content_of(example) for example in examples]
+        rows = [self._described(content)[0] for content in contents]
+        found = np.array(rows)
+        return found, self.images.blocks or (found.shape[1],)
+
+    def _described(self, given: Signal | Image) -> NDArray[np.float64]:
+        """Return the features of one signal or image, shape (1, feature)."""
+        if isinstance(self.kind, SignalKind):
+            if not isinstance(given, Signal):
+                raise ParameterError(f"this rater is of signals, got {type(given).__name__}")
+            self.kind.check(given)
+            return signal_features(given)[None]
+        if not isinstance(given, Image):
+            raise ParameterError(f"this rater is of images, got {type(given).__name__}")
+        return self.images([given])
+
+
+def build(config: Config, kind: Kind, *, seed: int, device: str | torch.device = "cpu") -> RaterLearner:
+    """Return an untrained rater; it has no random weights and always computes on the processor."""
+    return RaterLearner(config, kind, seed=seed)
+
+
+def content_of(example: Rateable) -> Signal | Image:
+    """Return what of an example was rated."""
+    return example.image if isinstance(example, ImageExample) else example.signal
+
+
+def _of_raters(
+    examples: Sequence[Rateable],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return means to be met, the noise of a rater, and how much each example counts.
+
+    An item's mean counts by its reliability, ``t² / (t² + s² / n)`` with variance t² between items and s² between the
+    n raters of one item (classical test theory), shared by the item's examples.
+
+    Returns
+    -------
+    means : float64 array, shape (example, word)
+    noise : float64 array, shape (word,)
+        s; NaN where no item has two raters.
+    weights : float64 array, shape (example,)
+        1 in the mean.
+    """
+    rated = {str(e.item): e.rated for e in examples if e.rated is not None}
+    means = {item: given.means for item, given in rated.items()}
+    counts = {item: (~np.isnan(given.scores)).sum(0) for item, given in rated.items()}
+    several = [given for given in rated.values() if len(given.raters) > 1]
+    squares = sum((np.nansum((g.scores - g.means) ** 2, axis=0) for g in several), np.zeros(1))
+    freedom = sum((np.maximum((~np.isnan(g.scores)).sum(0) - 1, 0) for g in several), np.zeros(1))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        within = np.where(freedom > 0, squares / freedom, np.nan) + np.zeros(len(next(iter(means.values()))))
+        between = np.nanvar(np.array(list(means.values())), axis=0) + 1e-6
+        reliability = {
+            item: float(np.nanmean(between / (between + np.nan_to_num(within) / np.maximum(n, 1))))
+            for item, n in counts.items()
+        }
+    share = Counter(str(e.item) for e in examples)
+    weights = np.array([reliability[str(e.item)] / share[str(e.item)] for e in examples])
+    return (
+        np.array([means[str(e.item)] for e in examples]),
+        np.sqrt(within),
+        weights / weights.mean(),
+    )
