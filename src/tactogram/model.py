@@ -271,6 +271,16 @@ class Generator(Protocol):
 
 
 @runtime_checkable
+class RatedGenerator(Generator, Protocol):
+    """A generator that goes by words and knows what people said of what it learned from."""
+
+    @property
+    def rated_means(self) -> Mapping[str, NDArray[np.float64]]:
+        """Mean scores of each rated surface or image, 0 to 1, shape (word,), in the order of its kind's words."""
+        ...
+
+
+@runtime_checkable
 class Classifier(Protocol):
     """A trained model that names the material of a signal."""
 

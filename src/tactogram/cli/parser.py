@@ -85,7 +85,7 @@ def make_parser() -> argparse.ArgumentParser:
     add("--seconds", type=float, help="length (default: the model's own)")
     add("--seed", type=int, default=0)
     add("--count", type=int, default=1, help="how many (default %(default)s)")
-    add("--out", required=True, metavar="FILE", help=".wav, .flac, .csv, .tsv, .npz, .xlsx, .png; of words a folder")
+    add("--out", required=True, metavar="FILE", help=".wav, .flac, .csv, .npz, .xlsx, .png; of words a folder")
 
     add = verb("mix", verbs.mix)
     add("run_folder", metavar="RUN")

@@ -1,8 +1,8 @@
-"""Signals from a trained generator, to files."""
+"""Signals and images from a trained generator, to files."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +10,7 @@ from tactogram.errors import ParameterError
 from tactogram.jobs.training import LoadedRun, load_run
 from tactogram.model import Condition, Generator
 from tactogram.signal import Image, Signal
-from tactogram.signal.io import read_image, write_signal
+from tactogram.signal.io import read_image, write_image, write_signal
 from tactogram.training.seeds import child_seed
 
 LONGEST_S = 3600.0
@@ -24,17 +24,18 @@ def generate(
     seconds: float | None = None,
     seed: int = 0,
     count: int = 1,
-) -> Iterator[Signal]:
-    """Yield ``count`` signals for ``condition``; number n of a seed is always the same.
+) -> Iterator[Signal | Image]:
+    """Yield ``count`` signals or images for ``condition``; number n of a seed is always the same.
 
     Parameters
     ----------
     run : path or LoadedRun
         A trained generator.
     condition : mapping
-        Names from `tactogram.model.CONDITIONS`, e.g. ``{"material": {"cork": 0.6, "tile": 0.4}}``.
+        Names from `tactogram.model.CONDITIONS`, e.g. ``{"material": {"cork": 0.6, "tile": 0.4}}``. Words are on the
+        scale of the ratings that the run learned from.
     seconds : float, optional
-        Length; by default the model's own.
+        Length; by default the model's own. An image has none.
     seed, count : int
 
     Raises
@@ -51,12 +52,13 @@ def generate(
         raise ParameterError(f"seed must be >= 0, got {seed}")
     if count < 1:
         raise ParameterError(f"count must be at least 1, got {count}")
-    for number in range(count):
-        drawn = seed if number == 0 else child_seed(seed, "generate", number)
-        signal = loaded.model.generate(condition, seconds=seconds, seed=drawn)
-        if not isinstance(signal, Signal):
-            raise ParameterError(f"{loaded.facts.name} generates images, not signals")
-        yield signal
+    for drawn in seeds_of(seed, count):
+        yield loaded.model.generate(condition, seconds=seconds, seed=drawn)
+
+
+def seeds_of(seed: int, count: int) -> list[int]:
+    """Return the seed of each of ``count`` pieces; the first is ``seed`` itself."""
+    return [seed, *(child_seed(seed, "generate", number) for number in range(1, count))]
 
 
 def generate_files(
@@ -69,7 +71,7 @@ def generate_files(
     count: int = 1,
     photograph: Path | str | None = None,
 ) -> list[dict[str, Any]]:
-    """Write ``count`` signals to ``out``, numbered ``NAME-1.wav`` and so on where there are several.
+    """Write ``count`` signals or images to ``out``, numbered ``NAME-1.wav`` and so on where there are several.
 
     What they are, and whether the model was trained on simulated data, is written into the files.
 
@@ -85,9 +87,9 @@ def generate_files(
     -------
     list of dict
         ``file``, ``seconds``, ``rate_hz``, ``unit``, ``axes``, ``simulated`` (whether what it learned from
-        was), ``rms`` per file; over displacement ``length_mm`` and ``rate_per_mm`` instead of seconds and Hz. Where
-        the model names the surface in a photograph: ``taken_for`` and, if it gives one, ``confidence``; of several of a
-        model without noise ``differ_by``.
+        was), ``rms`` per file; over displacement ``length_mm`` and ``rate_per_mm`` instead of seconds and Hz; of an
+        image ``rows``, ``columns`` and ``simulated``. Where the model names the surface in a photograph: ``taken_for``
+        and, if it gives one, ``confidence``; of several of a model without noise ``differ_by``.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     seen: dict[str, Any] = {}
@@ -95,40 +97,65 @@ def generate_files(
         image = read_image(photograph)
         condition = {**condition, "image": image}
         seen = _taken_for(loaded.model, image)
-    metadata = {
-        "generated_by": f"tactogram {loaded.facts.name}",
-        "run": loaded.run.data["run_id"],
-        "seed": seed,
-        "simulated": loaded.simulated,
-        **{name: value for name, value in condition.items() if value is not None and name != "image"},
-        **({} if photograph is None else {"photograph": Path(photograph).name}),
-        **seen,
-    }
+    more = {} if photograph is None else {"photograph": Path(photograph).name}
+    facts = made_by(loaded, seed) | _named(condition) | more | seen
     if count > 1 and (differ_by := getattr(loaded.model, "differ_by", "")):
         seen["differ_by"] = differ_by
-    written = []
-    for number, signal in enumerate(
-        generate(loaded, condition, seconds=seconds, seed=seed, count=count), start=1
-    ):
-        file = out if count == 1 else out.with_name(f"{out.stem}-{number}{out.suffix}")
-        write_signal(file, signal, metadata={**metadata, "number": number})
-        extent = (
-            {"seconds": signal.seconds, "rate_hz": signal.rate}
-            if signal.domain == "time"
-            else {"length_mm": signal.length_mm, "rate_per_mm": signal.rate}
+    return [
+        write_made(numbered(out, number, count), made, facts | {"number": number}, simulated=loaded.simulated)
+        | seen
+        for number, made in enumerate(
+            generate(loaded, condition, seconds=seconds, seed=seed, count=count), start=1
         )
-        written.append(
-            {
-                "file": str(file),
-                **extent,
-                "unit": signal.unit,
-                "axes": list(signal.axes),
-                "simulated": loaded.simulated,
-                "rms": float((signal.samples.astype(float) ** 2).mean() ** 0.5),
-                **seen,
-            }
-        )
-    return written
+    ]
+
+
+def made_by(run: LoadedRun, seed: int) -> dict[str, Any]:
+    """Return what is written into every file that a run made."""
+    return {
+        "generated_by": f"tactogram {run.facts.name}",
+        "run": run.run.data["run_id"],
+        "seed": seed,
+        "simulated": run.simulated,
+    }
+
+
+def numbered(file: Path, number: int, count: int) -> Path:
+    """Return ``file``, or where there are several the one of ``number``."""
+    return file if count == 1 else file.with_name(f"{file.stem}-{number}{file.suffix}")
+
+
+def write_made(
+    file: Path, made: Signal | Image, metadata: Mapping[str, Any], *, simulated: bool
+) -> dict[str, Any]:
+    """Write a signal or an image and return what it is."""
+    if isinstance(made, Image):
+        write_image(file, made, metadata=metadata)
+        rows, columns = made.size
+        return {"file": str(file), "rows": rows, "columns": columns, "simulated": simulated}
+    write_signal(file, made, metadata=metadata)
+    extent = (
+        {"seconds": made.seconds, "rate_hz": made.rate}
+        if made.domain == "time"
+        else {"length_mm": made.length_mm, "rate_per_mm": made.rate}
+    )
+    return {
+        "file": str(file),
+        **extent,
+        "unit": made.unit,
+        "axes": list(made.axes),
+        "simulated": simulated,
+        "rms": float((made.samples.astype(float) ** 2).mean() ** 0.5),
+    }
+
+
+def _named(condition: Condition) -> dict[str, Any]:
+    """Return what of a condition can be written into a file."""
+    return {
+        name: value
+        for name, value in condition.items()
+        if value is not None and name not in ("image", "vibration")
+    }
 
 
 def _taken_for(model: Any, image: Image) -> dict[str, Any]:
@@ -150,16 +177,31 @@ def parse_mix(text: str) -> dict[str, float]:
     ParameterError
         If a part is not NAME=NUMBER, or a name stands twice.
     """
-    weights: dict[str, float] = {}
+    return _numbers(text, option="--mix", number="WEIGHT")
+
+
+def parse_words(text: str) -> dict[str, float]:
+    """Return ``"rough=6,uneven=5"`` as scores by word.
+
+    Raises
+    ------
+    ParameterError
+        If a part is not WORD=NUMBER, or a word stands twice.
+    """
+    return _numbers(text, option="--words", number="SCORE")
+
+
+def _numbers(text: str, *, option: str, number: str) -> dict[str, float]:
+    found: dict[str, float] = {}
     for part in text.split(","):
         name, sign, value = part.rpartition("=")
         try:
-            weight = float(value)
+            read = float(value)
         except ValueError:
             sign = ""
         if not (sign and name.strip()):
-            raise ParameterError(f"--mix needs NAME=WEIGHT,NAME=WEIGHT…, got {part!r}")
-        if name.strip() in weights:
-            raise ParameterError(f"--mix names {name.strip()!r} twice")
-        weights[name.strip()] = weight
-    return weights
+            raise ParameterError(f"{option} needs NAME={number},NAME={number}…, got {part!r}")
+        if name.strip() in found:
+            raise ParameterError(f"{option} names {name.strip()!r} twice")
+        found[name.strip()] = read
+    return found

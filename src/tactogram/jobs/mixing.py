@@ -83,6 +83,8 @@ def mix_ladder(
         asked = {**(condition or {}), "material": material}
         found = []
         for signal in generate(loaded, asked, seconds=seconds, seed=own, count=count):
+            if not isinstance(signal, Signal):
+                raise ParameterError(f"{loaded.run.name}: {loaded.facts.name} gives images, which are not mixed")
             found.append(signal)
             done += 1
             progress("mix", done, total)

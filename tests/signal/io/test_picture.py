@@ -10,7 +10,15 @@ from PIL import Image as Pillow
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io import picture
-from tactogram.signal.io.picture import decode_image, is_plain, picture_size, read_image
+from tactogram.signal.io.picture import (
+    decode_image,
+    is_plain,
+    picture_size,
+    read_image,
+    read_image_metadata,
+    write_image,
+)
+from tactogram.signal.signal import Image
 
 
 def photo(rows=40, columns=60, seed=0):
@@ -162,3 +170,27 @@ def test_damage_anywhere_is_a_picture_or_one_line(place, byte, length, kind):
         assert "\n" not in str(error)  # noqa: PT017
     else:
         assert image.size[0] * image.size[1] <= picture.MOST_PIXELS
+
+
+def test_an_image_is_written_whole_with_what_is_known_of_it(tmp_path):
+    image = Image(np.random.default_rng(0).integers(0, 256, (5, 7, 3), np.uint8))
+    facts = {"simulated": True, "words": {"rough": 6.0, "ざらざらする": 2}}
+    write_image(tmp_path / "new" / "x.png", image, metadata=facts)
+    np.testing.assert_array_equal(read_image(tmp_path / "new" / "x.png").pixels, image.pixels)
+    assert read_image_metadata(tmp_path / "new" / "x.png") == facts
+    assert [file.name for file in (tmp_path / "new").iterdir()] == ["x.png"]
+
+
+def test_a_foreign_picture_says_nothing(tmp_path):
+    Pillow.new("RGB", (2, 2)).save(tmp_path / "x.png")
+    assert read_image_metadata(tmp_path / "x.png") == {}
+
+
+@pytest.mark.parametrize(
+    ("name", "metadata", "message"),
+    [("x.jpg", {}, "written as .png, got '.jpg'"), ("x.png", {"a": np.nan}, "metadata must be JSON")],
+)
+def test_what_an_image_file_cannot_hold_is_refused(tmp_path, name, metadata, message):
+    with pytest.raises(ParameterError, match=message):
+        write_image(tmp_path / name, Image(np.zeros((2, 2, 3), np.uint8)), metadata=metadata)
+    assert not any(tmp_path.iterdir())

@@ -1,4 +1,4 @@
-"""Photographs from files, as 8-bit sRGB: what is converted, what is refused, and how large one may be.
+"""Photographs from files, as 8-bit sRGB: what is converted, what is refused, and how large one may be; images to PNG.
 
 What is done, in this order: the picture is turned as its EXIF tag says; 16-bit grey is scaled so that 65535
 becomes 255 (16-bit colour loses its low byte); transparent pixels are laid over white, as a page shows them;
@@ -13,15 +13,19 @@ whole numbers beyond 16 bits.
 from __future__ import annotations
 
 import io
+import json
 import warnings
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image as Pillow
-from PIL import ImageOps, UnidentifiedImageError
+from PIL import ImageOps, PngImagePlugin, UnidentifiedImageError
 
 from tactogram.errors import DataError, ParameterError
+from tactogram.signal.io.files import written_beside
 from tactogram.signal.signal import Image
 
 PICTURE_FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "PPM")
@@ -31,6 +35,8 @@ MOST_PIXELS = 2**26
 """8192 x 8192, 192 MiB unpacked: more than any camera's texture photo, far less than a decompression bomb."""
 
 EXIF_ORIENTATION = 0x0112
+METADATA = "tactogram"
+"""Key of the PNG text that holds what is known of an image, as JSON."""
 
 
 def read_image(
@@ -58,6 +64,53 @@ def read_image(
         If both scales are given, or one is not > 0.
     """
     return decode_image(picture_bytes(path), name=str(path), mm_per_pixel=mm_per_pixel, width_mm=width_mm)
+
+
+def write_image(path: Path | str, image: Image, *, metadata: Mapping[str, Any] | None = None) -> None:
+    """Write an image as PNG, so that `read_image` gives its pixels back.
+
+    The file is written beside its place and then renamed: there is the whole file or none.
+
+    Parameters
+    ----------
+    path : Path
+        Ends in ``.png``. The folder is made if it is not there.
+    image : Image
+    metadata : mapping from str to JSON values, optional
+        Whatever else is known, such as ``{"simulated": True}``; `read_image_metadata` gives it back.
+
+    Raises
+    ------
+    ParameterError
+        For another suffix, or metadata that is not JSON.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".png":
+        raise ParameterError(f"{path}: an image is written as .png, got {path.suffix or 'no suffix'!r}")
+    text = PngImagePlugin.PngInfo()
+    try:
+        text.add_itxt(METADATA, json.dumps(dict(metadata or {}), ensure_ascii=False, allow_nan=False))
+    except (TypeError, ValueError) as error:
+        raise ParameterError(f"metadata must be JSON: {error}") from error
+    with written_beside(path) as part:
+        Pillow.fromarray(image.pixels).save(part, format="PNG", pnginfo=text)
+
+
+def read_image_metadata(path: Path | str) -> dict[str, Any]:
+    """Return the metadata that was given to `write_image`; of another picture nothing.
+
+    Raises
+    ------
+    DataError
+        If the file is no picture, or what it says is damaged.
+    """
+    with _opened(picture_bytes(path), str(path)) as picture:
+        text = getattr(picture, "text", {}).get(METADATA, "{}")
+    try:
+        found = json.loads(text)
+    except ValueError as error:
+        raise DataError(f"{path}: its {METADATA!r} text is not JSON: {error}") from error
+    return dict(found)
 
 
 def decode_image(
