@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
@@ -68,6 +68,29 @@ SEVEN_POINT = Scale("7-point unipolar", 1.0, 7.0, 1.0)
 EVOKED = Scale("evoked", 0.0, 1.0, 1.0)
 """0: the word was not evoked; 1: it was."""
 SCALES: Mapping[str, Scale] = {scale.name: scale for scale in (SEVEN_POINT, EVOKED)}
+
+
+def scale_of(text: str) -> Scale:
+    """Return the scale of that name, or ``LOW:HIGH`` or ``LOW:HIGH:STEP``.
+
+    Raises
+    ------
+    ParameterError
+        If it is neither.
+    """
+    if text in SCALES:
+        return SCALES[text]
+    if text == "7-point":
+        return SEVEN_POINT
+    try:
+        low, high, *rest = (float(part) for part in text.split(":"))
+        if len(rest) > 1:
+            raise ValueError(text)  # noqa: TRY301
+    except ValueError:
+        raise ParameterError(
+            f"a scale must be 7-point, evoked, LOW:HIGH or LOW:HIGH:STEP (--scale=-3:3:1), got {text!r}"
+        ) from None
+    return Scale(text, low, high, *rest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,9 +283,10 @@ def check_rows(
     words: Sequence[str],
     scale: Scale,
     *,
-    place: Callable[[int], str] = lambda number: f"row {number + 1}",
+    rows: Sequence[int] = (),
+    table: str = "",
 ) -> None:
-    """Refuse what `Ratings` refuses, naming the ``place`` of a row as whoever wrote the table knows it.
+    """Refuse what `Ratings` refuses, naming the ``table`` and its ``rows`` as whoever wrote it counts them.
 
     Raises
     ------
@@ -272,13 +296,14 @@ def check_rows(
     first: dict[tuple[str, str, str, str], int] = {}
     known = set(words)
     for number, key in enumerate(zip(rater, item, word, session, strict=True)):
-        where = f"{place(number)} ({key[0]}, {key[1]}, {key[2]})"
+        where = f"{table}row {rows[number] if rows else number + 1} ({key[0]}, {key[1]}, {key[2]})"
         if key[2] not in known:
             raise DataError(f"{where}: word must be one of {', '.join(words)}, got {key[2]!r}")
         if not scale.holds(score[number]):
             raise DataError(f"{where}: score must be {scale}, got {score[number]:g}")
         if (before := first.setdefault(key, number)) != number:
-            raise DataError(f"{where}: {place(before)} is the same rating; leave one out")
+            same = rows[before] if rows else before + 1
+            raise DataError(f"{where}: row {same} is the same rating; leave one out")
 
 
 def _frozen(values: NDArray[Any]) -> NDArray[Any]:

@@ -8,6 +8,8 @@ learned from, these or others.
 
 from __future__ import annotations
 
+import re
+import unicodedata
 from collections.abc import Mapping
 
 JAPANESE: Mapping[str, str] = {
@@ -26,3 +28,45 @@ JAPANESE: Mapping[str, str] = {
 
 WORDS: tuple[str, ...] = tuple(JAPANESE)
 """The words in the order of the tables."""
+
+ROMAJI: Mapping[str, str] = {
+    "dry": "sarasara-suru",
+    "sleek": "subesube-suru",
+    "slippery": "tsurutsuru-suru",
+    "rugged": "gotsugotsu-suru",
+    "uneven": "bokoboko-suru",
+    "rough": "zarazara-suru",
+    "squishy": "gunyagunya-suru",
+    "prickle": "chikuchiku-suru",
+    "sticky": "petapeta-suru",
+    "rustle": "gasagasa-suru",
+}
+"""The same as [1] and [2] print them."""
+
+
+def word_of(text: str) -> str | None:
+    """Return which of `WORDS` a heading means, or None.
+
+    English, Japanese or romaji, with or without ``する`` (``suru``), or both as printed: ``Dry (Sarasara-suru)``. Case,
+    width and spaces do not matter.
+    """
+    plain = _plain(text)
+    printed = re.fullmatch(r"(.+)\((.+)\)", plain)
+    if printed:
+        first, second = (_KNOWN.get(part) for part in printed.groups())
+        return first if first == second else None
+    return _KNOWN.get(plain)
+
+
+def _plain(text: str) -> str:
+    return re.sub(r"[\s_-]", "", unicodedata.normalize("NFKC", text)).casefold()
+
+
+def _spellings(word: str) -> set[str]:
+    whole = {_plain(name) for name in (word, JAPANESE[word], ROMAJI[word])}
+    return (
+        whole | {name.removesuffix("する") for name in whole} | {name.removesuffix("suru") for name in whole}
+    )
+
+
+_KNOWN = {spelling: word for word in WORDS for spelling in _spellings(word)}

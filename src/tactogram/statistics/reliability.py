@@ -1,0 +1,157 @@
+"""How far raters agree: Krippendorff's alpha and intraclass correlations.
+
+K. Krippendorff, "Computing Krippendorff's Alpha-Reliability", 2011 (NLTK's form of it). P. E. Shrout, J. L. Fleiss,
+"Intraclass Correlations: Uses in Assessing Rater Reliability", Psychological Bulletin 86 (1979), with the mean squares
+of statsmodels' analysis of variance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import pandas as pd
+from nltk.metrics.agreement import AnnotationTask
+from numpy.typing import ArrayLike, NDArray
+from statsmodels.formula.api import ols
+from statsmodels.stats.anova import anova_lm
+
+from tactogram.errors import ParameterError
+
+Level = Literal["nominal", "ordinal", "interval"]
+LEVELS = ("nominal", "ordinal", "interval")
+
+
+@dataclass(frozen=True)
+class IntraclassCorrelation:
+    """What `intraclass_correlation` gives.
+
+    Parameters
+    ----------
+    single : float
+        ICC(2,1): agreement of one rater with another.
+    average : float
+        ICC(2,k): agreement of the mean of these raters with that of others.
+    items, raters : int
+        What it was computed from: those of whom nothing is missing.
+    left_out_items, left_out_raters : int
+        What was left out for that.
+    """
+
+    single: float
+    average: float
+    items: int
+    raters: int
+    left_out_items: int
+    left_out_raters: int
+
+
+def krippendorff_alpha(scores: ArrayLike, *, level: Level) -> float | None:
+    """Return Krippendorff's alpha: 1 where all agree, 0 where they agree as by chance.
+
+    Parameters
+    ----------
+    scores : float array, shape (item, rater)
+        NaN where there is none: items with fewer than two scores say nothing.
+    level : {"nominal", "ordinal", "interval"}
+        What the difference of two scores means.
+
+    Returns
+    -------
+    float or None
+        None where alpha is undefined: no item has two scores, or all scores are alike.
+
+    Raises
+    ------
+    ParameterError
+        If ``scores`` is no table, or ``level`` none of the three.
+    """
+    table = _table(scores)
+    if level not in LEVELS:
+        raise ParameterError(f"level must be one of {', '.join(LEVELS)}, got {level!r}")
+    there = ~np.isnan(table)
+    there &= there.sum(1, keepdims=True) >= 2
+    values, codes = np.unique(table[there], return_inverse=True)
+    if len(values) < 2:
+        return None
+    distance = _distances(values, np.bincount(codes), level)
+    items, raters = np.nonzero(there)
+    task = AnnotationTask(
+        data=list(zip(raters.tolist(), items.tolist(), codes.tolist(), strict=True)),
+        distance=lambda a, b: float(distance[a, b]),
+    )
+    return float(task.alpha())
+
+
+def intraclass_correlation(scores: ArrayLike) -> IntraclassCorrelation | None:
+    """Return ICC(2,1) and ICC(2,k): raters and items both drawn at random, absolute agreement.
+
+    Parameters
+    ----------
+    scores : float array, shape (item, rater)
+        NaN where there is none. The analysis needs a complete table: whoever, or whatever item, lacks the largest
+        share of scores is left out until nothing is missing.
+
+    Returns
+    -------
+    IntraclassCorrelation or None
+        None where fewer than two items or raters are complete, or all scores are alike.
+
+    Raises
+    ------
+    ParameterError
+        If ``scores`` is no table.
+    """
+    table = _table(scores)
+    whole = _complete(table)
+    items, raters = whole.shape
+    if items < 2 or raters < 2 or np.ptp(whole) == 0:
+        return None
+    data = pd.DataFrame(
+        {
+            "score": whole.ravel(),
+            "item": np.repeat(np.arange(items), raters),
+            "rater": np.tile(np.arange(raters), items),
+        }
+    )
+    squares = anova_lm(ols("score ~ C(item) + C(rater)", data).fit())["mean_sq"]
+    between, judges, rest = (float(squares[name]) for name in ("C(item)", "C(rater)", "Residual"))
+    shared = (judges - rest) / items
+    return IntraclassCorrelation(
+        (between - rest) / (between + (raters - 1) * rest + raters * shared),
+        (between - rest) / (between + shared),
+        items,
+        raters,
+        table.shape[0] - items,
+        table.shape[1] - raters,
+    )
+
+
+def _table(scores: ArrayLike) -> NDArray[np.float64]:
+    table = np.asarray(scores, np.float64)
+    if table.ndim != 2 or np.isinf(table).any():
+        raise ParameterError(f"scores must be finite or NaN, shape (item, rater), got shape {table.shape}")
+    return table
+
+
+def _distances(values: NDArray[np.float64], counts: NDArray[np.int64], level: Level) -> NDArray[np.float64]:
+    """Return the squared difference of every two values, shape (value, value)."""
+    if level == "nominal":
+        return 1.0 - np.eye(len(values))
+    # Of ranks that count every score between two: sum of n_g from c to k, less half of n_c and n_k.
+    place = np.cumsum(counts) - counts / 2 if level == "ordinal" else values
+    squared: NDArray[np.float64] = (place[:, None] - place[None, :]) ** 2
+    return squared
+
+
+def _complete(table: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the table without the items and raters that lack most, one at a time, until nothing is missing."""
+    held = table
+    while held.size and np.isnan(held).any():
+        by_item, by_rater = np.isnan(held).mean(1), np.isnan(held).mean(0)
+        if by_item.max() >= by_rater.max():
+            held = np.delete(held, by_item.argmax(), 0)
+        else:
+            held = np.delete(held, by_rater.argmax(), 1)
+    return held
