@@ -158,6 +158,11 @@ class UltrasonicCGANLearner:
             raise ParameterError("ultrasonic_cgan is not trained yet: its surfaces are not measured")
         return self.surfaces
 
+    @property
+    def rated_means(self) -> dict[str, NDArray[np.float64]]:
+        """Mean scores of each surface, 0 to 1, shape (word,)."""
+        return dict(zip(self._measured.plates, self._measured.means, strict=True))
+
     # -- what came of it ---------------------------------------------------------------------------------
 
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
