@@ -219,3 +219,32 @@ def test_bad_input_is_one_line():
         SpectrogramPicture(rate=1.0, floor_db=0.0, ceiling_db=1.0, frames=1)
     with pytest.raises(UnitError, match="m/s"):
         SMALL.spectrogram.check_signal(Signal(np.zeros(9), 2000.0, "N"))
+
+
+def test_noise_of_a_picture_has_the_recordings_spectrum_and_level():
+    # Noise of a falling spectrum: what comes back is other noise of that spectrum.
+    taps = np.array([1.0, 0.6, 0.2])
+    samples = torch.from_numpy(np.convolve(noise(40 * SMALL.length).numpy(), taps, "same").copy())
+    cut = samples.reshape(40, -1)
+    back = torch.stack([SMALL.noise(SMALL.encode(x), smooth=17, seed=seed) for seed, x in enumerate(cut)])
+    power = (scipy_signal.welch(x.numpy(), nperseg=64)[1].mean(0)[:-2] for x in (cut, back))
+    for one, other in zip(*power, strict=True):
+        assert 10 * np.log10(other / one) == pytest.approx(0, abs=0.6)
+
+
+def test_noise_forgets_the_grain_and_keeps_what_changes_slowly():
+    x = noise(SMALL.length)
+    x[: len(x) // 2] *= 0.01
+    picture = SMALL.encode(x)
+    back = SMALL.noise(picture, smooth=9, seed=1)
+    assert abs(np.corrcoef(x, back)[0, 1]) < 0.2
+    quiet, loud = back[: len(x) // 2 - 300].std(), back[len(x) // 2 + 300 :].std()
+    assert 20 * torch.log10(loud / quiet).item() == pytest.approx(40, abs=3)
+    torch.testing.assert_close(back, SMALL.noise(picture, smooth=9, seed=1), rtol=0, atol=0)
+    together = SMALL.noise(torch.stack([picture, picture]), smooth=9, seed=1)
+    torch.testing.assert_close(together[1], back)
+
+
+def test_noise_is_smoothed_over_an_odd_number_of_columns():
+    with pytest.raises(ParameterError, match="odd number of columns, got 4"):
+        SMALL.noise(SMALL.encode(noise(SMALL.length)), smooth=4, seed=0)

@@ -286,8 +286,11 @@ class SpectrogramPicture:
             self.length, dtype=torch.float64, generator=torch.Generator().manual_seed(seed)
         ).to(amplitudes)
         s = self.spectrogram.stft(white)
-        grain = torch.log(self.spectrogram.amplitudes(s)[1:-1]).mean()
-        gain = torch.exp(torch.log(amplitudes.clamp_min(floor.item())) - grain)
+        grain = torch.log(self.spectrogram.amplitudes(s)[1:-1])
+        # A mean of few logarithms keeps some grain, and grain adds power: what it adds to noise is taken off.
+        left = _smoothed(grain, smooth) - grain.mean()
+        grain_level = grain.mean() + torch.log(torch.exp(2 * left).mean()) / 2
+        gain = torch.exp(torch.log(amplitudes.clamp_min(floor.item())) - grain_level)
         return self.spectrogram.istft(s * gain, self.length).to(pictures.dtype)
 
 

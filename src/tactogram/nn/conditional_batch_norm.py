@@ -16,7 +16,8 @@ class ConditionalBatchNorm(nn.Module):
     """``gamma(y) (x - mu) / sigma + beta(y)`` with ``gamma(y) = y Wg + bg`` and ``beta(y) = y Wb + bb``.
 
     mu and sigma are those of each channel over the batch and all places; in use, the running ones of training.
-    It begins as plain batch normalisation: the weights of the label small and normal, bg = 1, bb = 0.
+    It begins with weights of the label from N(0, gain), bg = 1 and bb = 0: with a small gain as plain batch
+    normalisation.
 
     Parameters
     ----------
@@ -24,16 +25,18 @@ class ConditionalBatchNorm(nn.Module):
         F of the paper.
     labels : int
         C of the paper.
+    gain : float
+        Standard deviation of the label's first weights.
     """
 
-    def __init__(self, channels: int, labels: int) -> None:
+    def __init__(self, channels: int, labels: int, *, gain: float = 0.02) -> None:
         super().__init__()
         self.norm = nn.BatchNorm2d(channels, affine=False)
         self.scale = nn.Linear(labels, channels)
         self.shift = nn.Linear(labels, channels)
-        nn.init.normal_(self.scale.weight, 0, 0.02)
+        nn.init.normal_(self.scale.weight, 0, gain)
         nn.init.ones_(self.scale.bias)
-        nn.init.normal_(self.shift.weight, 0, 0.02)
+        nn.init.normal_(self.shift.weight, 0, gain)
         nn.init.zeros_(self.shift.bias)
 
     def forward(self, x: Tensor, label: Tensor) -> Tensor:

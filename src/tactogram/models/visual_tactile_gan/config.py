@@ -41,6 +41,10 @@ class Config(BaseModel):
     conditional: bool = True
     """Conditional batch norm at the bottleneck. Sec. 3.1; without it nothing stands there, as in pix2pix, and no label
     predictor is trained ("W/o CBN", Table 4)."""
+    label_gain: float = Field(default=0.02, ge=0, allow_inf_nan=False)
+    """Standard deviation of the first weights of the label in conditional batch norm. Assumed: that of the others. Adam
+    moves a weight by about its learning rate in a step, so that a training of some hundred steps never hears a label
+    that begins so quietly; short recipes begin at 1."""
     label: Literal["predicted", "true"] = "predicted"
     """What conditions the generator in training. Sec. 3.1, "this predicted label"; the true one is a variant."""
     discriminators: int = Field(default=3, gt=0)

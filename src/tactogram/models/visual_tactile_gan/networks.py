@@ -20,7 +20,9 @@ def generator(config: Config, labels: int) -> UNet:
     labels : int
         C, classes.
     """
-    bottleneck = ConditionalBatchNorm(config.widths[-1], labels) if config.conditional else None
+    bottleneck = None
+    if config.conditional:
+        bottleneck = ConditionalBatchNorm(config.widths[-1], labels, gain=config.label_gain)
     network = UNet(into=1, out=1, widths=config.widths, bottleneck=bottleneck)
     normal_(network, config.gain)
     return network

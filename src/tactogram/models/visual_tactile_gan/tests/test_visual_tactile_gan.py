@@ -303,3 +303,51 @@ def test_small_photographs_missing_ones_and_several_axes_are_one_line_each(train
     facts = models.find("visual_tactile_gan")
     with pytest.raises(ParameterError, match="prepare.axes=\\['z'\\]"):
         facts.build(facts.config(), SignalKind(1000.0, "m/s^2", ("x", "y", "z"), ("a",)), seed=0)
+
+
+def hum_db(x):
+    """Level of what lies above 30 Hz, dB."""
+    power = np.abs(np.fft.rfft(x * np.hanning(len(x)))) ** 2
+    return 10 * np.log10(power[np.fft.rfftfreq(len(x), 1e-3) > 30].sum())
+
+
+def test_matched_bands_give_the_labels_recordings_their_level_whatever_was_drawn():
+    made = learner(match_bands=True, **{"pairs.excitation": "noise", "pairs.smooth": 9})
+    figures = []
+    fit(made, TRAINING, seed=0, on_step=lambda place, stage, losses: figures.append(losses))
+    assert figures[-1]["band_correction_db"] > 3  # four steps teach next to nothing
+    off = []
+    for name in KIND.materials:
+        real = np.mean([hum_db(e.signal.samples[0]) for e in UNSEEN if e.material == name])
+        condition = {"image": photo(name), "material": name}
+        ours = [hum_db(made.generate(condition, seed=seed).samples[0]) for seed in range(6)]
+        plain = [hum_db(made._unmatched(condition, 0.8, seed=seed).samples[0]) for seed in range(6)]
+        assert abs(np.mean(ours) - real) < 3
+        off.append(abs(np.mean(plain) - real))
+    assert max(off) > 6
+    signal = made.generate({"image": photo("fine")}, seed=0)
+    assert len(signal) == 800
+    assert len(made.generate({"image": photo("fine")}, seconds=1.7, seed=0)) == 1700
+    again = learner(match_bands=True, **{"pairs.excitation": "noise", "pairs.smooth": 9})
+    again.load_state(made.state())
+    np.testing.assert_array_equal(again.generate({"image": photo("fine")}, seed=0).samples, signal.samples)
+
+
+def test_matching_needs_labels_and_recordings_longer_than_its_filters():
+    with pytest.raises(ParameterError, match="goes by the label"):
+        learner(match_bands=True, conditional=False)
+    made = learner(match_bands=True)
+    brief = [Example(e.id, e.signal.cut(0, 480), e.material, photographs=e.photographs) for e in TRAINING]
+    with pytest.raises(ParameterError, match=r"recordings of coarse of at least 0.501 s"):
+        fit(made, brief, seed=0)
+
+
+def test_a_label_is_heard_from_the_first_step_where_its_weights_begin_large():
+    def heard(gain):
+        made, image = learner(label_gain=gain), photo("fine")
+        made.ends.fit(TRAINING)
+        one, other = (made._label({"image": image, "material": name}) for name in KIND.materials)
+        crop = made.ends.photo({"image": image}, 0, seed=0)
+        return (made._made(crop, one) - made._made(crop, other)).abs().mean().item()
+
+    assert heard(1.0) > 10 * heard(0.02)
