@@ -67,6 +67,7 @@ def make_parser() -> argparse.ArgumentParser:
         default=[],
         help="of a generator: steps, window_s, longest_s, most or seed of what it is judged with",
     )
+    add("--rater", metavar="RUN", help="of a generator that goes by words: the rater model that judges it")
 
     add = verb("generate", verbs.generate)
     add("run_folders", metavar="RUN", nargs="+", help="two for an image and a vibration from the same words")
@@ -85,7 +86,9 @@ def make_parser() -> argparse.ArgumentParser:
     add("--seconds", type=float, help="length (default: the model's own)")
     add("--seed", type=int, default=0)
     add("--count", type=int, default=1, help="how many (default %(default)s)")
-    add("--out", required=True, metavar="FILE", help=".wav, .flac, .csv, .npz, .xlsx, .png; of words a folder")
+    add(
+        "--out", required=True, metavar="FILE", help=".wav, .flac, .csv, .npz, .xlsx, .png; of words a folder"
+    )
 
     add = verb("mix", verbs.mix)
     add("run_folder", metavar="RUN")
@@ -158,7 +161,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 def _data_verbs(subparsers: Any) -> None:
     data = subparsers.add_parser("data", help="import, simulate, look at and check data sets").add_subparsers(
-        metavar="list|import|simulate|info|check|add", required=True
+        metavar="list|import|simulate|info|check|add|rate", required=True
     )
 
     def verb(name: str, run: Verb) -> Add:
@@ -190,7 +193,12 @@ def _data_verbs(subparsers: Any) -> None:
     add("--rate", type=float, metavar="HZ")
     add("--seconds", type=float, help="length of a recording")
     add("--photographs", type=int, metavar="N", help="of each surface, up to 9 places (default: one picture)")
-    add("--raters", type=int, metavar="N", help="simulated people who score, in sets with ratings (default: the paper's)")
+    add(
+        "--raters",
+        type=int,
+        metavar="N",
+        help="simulated people who score, in sets with ratings (default: the paper's)",
+    )
     add("--workers", type=int, help="processes (default: all cores)")
     for name, function in (("info", verbs.data_info), ("check", verbs.data_check)):
         verb(name, function)("path", metavar="DIR")
@@ -202,6 +210,29 @@ def _data_verbs(subparsers: Any) -> None:
     add("--speed", type=float, metavar="MM_S", help="stroking speed, mm/s")
     add("--force", type=float, metavar="N", help="normal force, N")
     _signal_options(add)
+    add = verb("rate", verbs.data_rate)
+    add("path", metavar="DIR")
+    add(
+        "files",
+        metavar="FILE",
+        nargs="+",
+        help=".csv, .tsv or .parquet: a row per score, or a column per word",
+    )
+    add(
+        "--scale",
+        default="7-point",
+        help="7-point, evoked, LOW:HIGH or LOW:HIGH:STEP (default %(default)s)",
+    )
+    add("--replace", action="store_true", help="in the place of ratings that are there already")
+    add(
+        "--set",
+        dest="options",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="column.rater=HEADING (or item, word, score, order, session, a word), words=A,B, ignore=A,B, "
+        "item=plate{:0>2}, encoding=cp932",
+    )
 
 
 def _run_verbs(subparsers: Any) -> None:

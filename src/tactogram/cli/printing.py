@@ -52,3 +52,23 @@ def columns(rows: Sequence[Sequence[str]]) -> str:
         return "none"
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     return "\n".join("  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip() for row in rows)
+
+
+def ratings_text(facts: Mapping[str, Any]) -> str:
+    """Return what ratings hold, lack and are worth, with a row per word."""
+    scale, missing, agreed = facts["scale"], facts["missing"], facts["reliability"]
+    lines = [
+        f"ratings: {facts['scores']} scores of {facts['items']} items by {facts['raters']} raters, "
+        f"{scale['name']} ({scale['low']:g} to {scale['high']:g})"
+    ]
+    by_rater = f" ({text_of(missing['blank_by_rater'])})" if missing["blank"] else ""
+    lines.append(
+        f"missing: {missing['blank']} left blank{by_rater}, {missing['not_met']} items not met by a rater"
+    )
+    names = ("mean", "sd", "alpha", "icc_single", "icc_average")
+    rows = [("word", "mean", "sd", f"alpha, {agreed['level']}", "ICC(2,1)", "ICC(2,k)", "of items x raters")]
+    for word, known in agreed["words"].items():
+        size = "-" if known["icc_items"] is None else f"{known['icc_items']} x {known['icc_raters']}"
+        cells = ["-" if known[name] is None else f"{known[name]:.2f}" for name in names]
+        rows.append((word, *cells, size))
+    return "\n".join(lines) + "\n" + columns(rows)

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from tactogram.cli.printing import Arguments, accuracies, columns, lines_of, print_result, text_of
+from tactogram.cli.printing import (
+    Arguments,
+    accuracies,
+    columns,
+    lines_of,
+    print_result,
+    ratings_text,
+    text_of,
+)
 
 
 def demo(a: Arguments) -> None:
@@ -90,6 +98,17 @@ def data_info(a: Arguments) -> None:
     from tactogram.jobs.data import store_info
 
     facts = store_info(a.path)
+    ratings = facts["ratings"]
+    text = lines_of({name: value for name, value in facts.items() if name != "ratings"})
+    print_result(a, facts, text if ratings is None else f"{text}\n{ratings_text(ratings)}")
+
+
+def data_rate(a: Arguments) -> None:
+    """Put tables of ratings into a store."""
+    from tactogram.jobs.ratings import rate_store
+    from tactogram.recipe import parse_changes
+
+    facts = rate_store(a.path, a.files, scale=a.scale, settings=parse_changes(a.options), replace=a.replace)
     print_result(a, facts, lines_of(facts))
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.datasets import (
+    Ratings,
     Recording,
     Store,
     add_recordings,
@@ -73,7 +74,8 @@ def store_info(path: Path | str) -> dict[str, Any]:
         (unit, domain, axes, rates, recordings and total seconds or mm by name), ``materials`` (recordings by
         name), and the numbers of different ``contactors``, ``sessions``, ``subjects``, ``images``; ``photographs``
         (of each material that has any, by name), ``without_photographs`` and ``without_recordings`` (materials that
-        have only the other), ``duplicates`` and ``skipped`` as lists.
+        have only the other), ``ratings`` (`tactogram.jobs.ratings.ratings_info`; null where there are none),
+        ``duplicates`` and ``skipped`` as lists.
     """
     store = open_store(path)
     facts = store.facts
@@ -95,6 +97,7 @@ def store_info(path: Path | str) -> dict[str, Any]:
         "photographs": {name: len(keys) for name, keys in store.photographs_by_material.items()},
         "without_photographs": list(materials_without_photographs(store)),
         "without_recordings": list(materials_without_recordings(store)),
+        "ratings": None if store.ratings is None else _ratings_info(store.ratings),
         "duplicates": [dict(entry) for entry in facts.duplicates],
         "skipped": [dict(entry) for entry in facts.skipped],
     }
@@ -183,6 +186,13 @@ def add_signal(
         "recordings": len(bigger),
         "sha256": bigger.sha256,
     }
+
+
+def _ratings_info(ratings: Ratings) -> dict[str, Any]:
+    # Brings the statistics, which take longer to import than most stores to look at.
+    from tactogram.jobs.ratings import ratings_info
+
+    return ratings_info(ratings)
 
 
 def _stream_facts(store: Store, name: str) -> dict[str, Any]:
