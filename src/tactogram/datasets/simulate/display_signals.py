@@ -1,8 +1,8 @@
 """The 39 arbitrary signals of the simulated display study: one-second loops that modulate the display's carrier.
 
 The study's own 39 are not at hand ("arbitrary signals", Sec. III-C). These are sines, squares, bursts,
-amplitude-modulated tones, bands of noise, trains of pulses, sweeps and sums, some of them at several levels. Each is a loop without
-a seam: every frequency in it is a whole number of cycles per second, noise is periodic.
+amplitude-modulated tones, bands of noise, trains of pulses, sweeps and sums, some of them at several levels. Each is a
+loop without a seam: every frequency in it is a whole number of cycles per second, noise is periodic.
 """
 
 from __future__ import annotations

@@ -66,12 +66,13 @@ SETS: Mapping[str, SimulatedSet] = {
     ),
     "ultrasonic": SimulatedSet(
         "simulated: twelve metal plates, ten measurements each by four strain gauges at 20 mm/s, 0.98 N, 10 kHz; 39 "
-        "signals for an ultrasonic display; ten words scored 1-7 by 32 simulated raters (layout of the ultrasonic study)",
+        "signals for an ultrasonic display; ten words scored 1-7 by 32 simulated raters (layout of the study of "
+        "ultrasonic_cgan)",
         tuple(plate.surface for plate in PLATES), (SENSOR.name,), (20.0,), 2.5, 10, wired(10_000.0), False, "strain",
     ),
     "tactile_images": SimulatedSet(
-        "simulated: 320 pictures of made-up materials, ten words each called evoked or not by 30 of 37 simulated raters "
-        "(layout of the cross-modal study)",
+        "simulated: 320 pictures of made-up materials, ten words each called evoked or not by 30 of 37 simulated "
+        "raters (layout of the study of tactile_image_cgan)",
         (), (), (), 1.0, 20, wired(), False,
     ),
 }  # fmt: skip

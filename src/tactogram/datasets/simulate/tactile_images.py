@@ -55,7 +55,7 @@ def _lit(
     lamp = np.array(
         [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
     )
-    half = (lamp + [0, 0, 1]) / np.linalg.norm(lamp + [0, 0, 1])
+    half = (lamp + np.array([0.0, 0.0, 1.0])) / np.linalg.norm(lamp + np.array([0.0, 0.0, 1.0]))
     lambert = np.clip(np.einsum("i,iyx->yx", lamp, normal), 0, None) / lamp[2]
     mirror = np.clip(np.einsum("i,iyx->yx", half, normal), 0, 1) ** shine
     hollow = 1 / (1 + 2 * relief * np.clip(gaussian_filter(height, 6) - height, 0, None))
@@ -86,9 +86,8 @@ def _nearest(points: Array) -> tuple[Array, Array, NDArray[np.intp]]:
 def _polished(rng: Rng) -> Array:
     sky = gaussian_filter(_noise(rng, 2.0, 0.5, 3, stretch=rng.uniform(1, 4), turn=rng.uniform(0, 3)), 3)
     base = _hue(rng, (0.30, 0.31, 0.33), (0.55, 0.54, 0.52)) * (1 + 0.35 * sky[..., None])
-    return (
-        base + rng.uniform(0.2, 0.7) * np.exp(-(((_X + _Y - rng.uniform(0.5, 1.5)) / 0.12) ** 2))[..., None]
-    )
+    streak = rng.uniform(0.2, 0.7) * np.exp(-(((_X + _Y - rng.uniform(0.5, 1.5)) / 0.12) ** 2))
+    return np.asarray(base + streak[..., None])
 
 
 def _brushed(rng: Rng) -> Array:
@@ -115,9 +114,9 @@ def _stones(rng: Rng) -> Array:
     colour = _hue(rng, (0.22, 0.21, 0.20), (0.42, 0.36, 0.30)) * np.clip(shade, 0.3, 2)
     return _lit(
         rng,
-        0.12 * gaussian_filter(dome, 1),
-        colour,
-        relief=rng.uniform(1.0, 2.0),
+        0.3 * gaussian_filter(dome, 1),
+        0.8 * colour,
+        relief=rng.uniform(1.2, 2.4),
         gloss=rng.choice([0, 0, 0.15]),
     )
 
@@ -145,7 +144,7 @@ def _holes(rng: Rng) -> Array:
         1 + 0.1 * _noise(rng, 1.5, 0.5, 4)[..., None]
     )
     return _lit(rng, -0.06 * gaussian_filter(open_, 0.8), sheet, relief=1.0, gloss=0.1) * (
-        1 - 0.85 * open_[..., None]
+        1 - 0.5 * open_[..., None]
     )
 
 
@@ -168,11 +167,11 @@ def _gel(rng: Rng) -> Array:
     glow = 1 + 0.25 * height[..., None]
     return _lit(
         rng,
-        0.10 * height,
-        colour * glow,
+        0.4 * height,
+        0.7 * colour * glow,
         relief=rng.uniform(0.5, 1.2),
-        gloss=rng.uniform(0.3, 0.9),
-        shine=rng.uniform(20, 80),
+        gloss=rng.uniform(0.4, 1.0),
+        shine=rng.uniform(60, 200),
     )
 
 
@@ -212,15 +211,17 @@ def _wet(rng: Rng) -> Array:
 def _crumpled(rng: Rng) -> Array:
     height = np.zeros((PIXELS, PIXELS))
     for scale in (rng.uniform(2, 4), rng.uniform(5, 9)):
-        near, far, which = _nearest(_points(rng, scale, 0.0))
-        tilt = rng.standard_normal((which.max() + 1, 2))[which]
-        height += (tilt[..., 0] * _Y + tilt[..., 1] * _X) / scale * 1.2 + 0.3 * (far - near)
+        points = _points(rng, scale, 0.0)
+        near, far, which = _nearest(points)
+        away = np.stack([_Y, _X], -1) - points[which]
+        tilt = rng.standard_normal((len(points), 2))[which]
+        height += (tilt * away).sum(-1) + 0.3 * (far - near)
     colour = _hue(rng, (0.60, 0.58, 0.52), (0.78, 0.78, 0.80))
     return _lit(
         rng,
-        0.5 * gaussian_filter(height, 0.8),
-        colour,
-        relief=rng.uniform(0.5, 1.0),
+        4.0 * gaussian_filter(height, 0.8),
+        0.8 * colour,
+        relief=rng.uniform(0.6, 1.2),
         gloss=rng.choice([0, 0, 0.4]),
     )
 
@@ -273,7 +274,7 @@ def _bark(rng: Rng) -> Array:
     colour = _hue(rng, (0.18, 0.12, 0.08), (0.40, 0.33, 0.27)) * (
         1 + 0.2 * _noise(rng, 1.5, 1, 10)[..., None]
     )
-    return _lit(rng, 0.5 * height, np.clip(colour, 0.02, 1), relief=rng.uniform(0.6, 1.2))
+    return _lit(rng, 0.8 * height, np.clip(colour, 0.02, 1), relief=rng.uniform(0.8, 1.6))
 
 
 def _glazed(rng: Rng) -> Array:

@@ -17,7 +17,7 @@ from scipy.fft import rfft2
 from tactogram.datasets.simulate.contact import FINGER, feel
 from tactogram.datasets.simulate.metal_plates import Plate, fine_heights
 from tactogram.datasets.simulate.stroke import stroke
-from tactogram.datasets.simulate.surfaces import frequencies, height_field, inverse
+from tactogram.datasets.simulate.surfaces import frequencies, height_field
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.filters import resample
@@ -91,7 +91,7 @@ def plate_touched(plate: Plate) -> Touched:
     drag = (forces[0] / np.maximum(forces[1], 0.1 * forces[1].mean()))[middle]
     relief_mm, steepness = _relief(plate)
     skin = _skin(forces)[:, middle]
-    return Touched(_moved(skin), float(np.median(drag)), drag, relief_mm, steepness)
+    return Touched(_moved(skin), float(drag.mean()), drag, relief_mm, steepness)
 
 
 def display_touched(drive: Signal) -> Touched:
@@ -113,7 +113,8 @@ def display_touched(drive: Signal) -> Touched:
     """
     if drive.unit != "1" or len(drive.axes) != 1 or drive.domain != "time":
         raise ParameterError(
-            f"a display is driven by one axis of unit 1 over time, got {len(drive.axes)} of {drive.unit} over {drive.domain}"
+            f"a display is driven by one axis of unit 1 over time, got {len(drive.axes)} of {drive.unit} over "
+            f"{drive.domain}"
         )
     if drive.seconds < 0.1:
         raise ParameterError(f"a drive signal must last at least 0.1 s, got {drive.seconds:g} s")
@@ -127,7 +128,7 @@ def display_touched(drive: Signal) -> Touched:
     drag = HORN_FRICTION * (1 - gone)
     forces = np.stack([FORCE_N * drag, np.full(len(drag), FORCE_N)])
     skin = _skin(forces)[:, count:]
-    return Touched(_moved(skin), float(np.median(drag[count:])), drag[count:], 0.0, 0.0)
+    return Touched(_moved(skin), float(drag[count:].mean()), drag[count:], 0.0, 0.0)
 
 
 def _skin(forces: Array) -> Array:
@@ -143,11 +144,13 @@ def _moved(skin: Array) -> Signal:
 
 
 def _relief(plate: Plate) -> tuple[float, float]:
-    """Return rms height of the coarse and rms slope of all but the finest of a plate."""
+    """Return rms height of the coarse and rms slope of all but the finest of a plate, by Parseval's theorem."""
     ky, kx = frequencies()
     k = np.hypot(ky, kx)
-    spectrum = rfft2(height_field(plate.surface).astype(np.float64))
-    coarse = inverse(spectrum * (k <= 1 / COARSE_MM))
-    edges = spectrum * (k <= 1 / FELT_EDGE_MM) * 2j * np.pi
-    slope = np.sqrt(inverse(edges * kx).var() + inverse(edges * ky).var())
-    return float(coarse.std()), float(slope)
+    heights = height_field(plate.surface)
+    power = np.abs(rfft2(heights)) ** 2 / heights.size**2
+    # Half of the plane is stored; its inner columns stand for two.
+    power[:, 1:-1] *= 2
+    coarse = power[k <= 1 / COARSE_MM].sum()
+    slope = (power * (2 * np.pi * k) ** 2)[k <= 1 / FELT_EDGE_MM].sum()
+    return float(np.sqrt(coarse)), float(np.sqrt(slope))

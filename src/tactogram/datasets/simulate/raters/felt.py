@@ -106,7 +106,7 @@ def touch_words(cues: TouchCues, *, sensitivity_db: float = 0.0) -> NDArray[np.f
         "sticky": 0.03 + 0.65 * c.friction**1.2 * (1 - 0.5 * vibration) + 0.30 * c.catching,
         "rustle": 0.03 + 0.8 * vibration * c.irregular * (0.45 + 0.35 * c.coarse + 0.35 * c.impulsive),
     }
-    return np.clip([words[word] for word in WORDS], 0.0, 1.0)
+    return np.asarray(np.clip([words[word] for word in WORDS], 0.0, 1.0))
 
 
 def _slow(x: NDArray[np.float64]) -> float:

@@ -12,9 +12,9 @@ from tactogram.datasets.words import WORDS
 from tactogram.errors import ParameterError
 
 LEAN, LEAN_WORD, SPREAD, SENSITIVITY_DB, OWN_TASTE = 0.45, 0.35, 0.20, 4.0, 0.55
-"""Spreads over people: of a lean on all words and on single ones (points of 7), of the logarithm of how much of the scale
-is used, of the sensitivity to vibration (dB), and of how a person takes one item and word (points of 7). Our assumptions,
-chosen so that one rater's scores agree with another's about as far as such panels' do: see docs/simulated-raters.md."""
+"""Spreads over people: of a lean on all words and on single ones (points of 7), of the logarithm of how much of the
+scale is used, of the sensitivity to vibration (dB), and of how a person takes one item and word (points of 7). Our
+assumptions, so that raters agree as moderately as untrained ones do: docs/simulated-raters.md has the figures."""
 SIGHT_LEAN, SIGHT_WORD, SIGHT_TASTE = 0.5, 0.5, 0.8
 """The same for yes or no to an image, in logits."""
 

@@ -1,7 +1,7 @@
 """The rule by which an image becomes words: cues from pixels, and how readily each of ten words is evoked.
 
-Simulated; docs/simulated-raters.md says where each part comes from. It goes by pixels alone, so a photograph, a formula's
-picture and what a network made are judged alike.
+Simulated; docs/simulated-raters.md says where each part comes from. It goes by pixels alone, so a photograph, a
+formula's picture and what a network made are judged alike.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image as Pillow
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import black_tophat, gaussian_filter, white_tophat
 from scipy.stats import skew
 
 from tactogram.datasets.words import WORDS
@@ -31,14 +31,16 @@ class SightCues:
     ----------
     coarse, middle, fine : float
         Contrast of luminance in `BANDS`: shading that reads as relief of that size.
+    irregular : float
+        In how many directions and sizes the coarse and middle contrast lies: 0 a grid of stripes, 1 noise.
     streaks : float
         How much the edges lie one way: 0 no way, 1 all the same.
+    thin : float
+        Contrast in thin lines: spikes, needles, creases, hair.
     gloss : float
-        Highlights: positive skewness of the finer bands, and pixels that are much brighter than the rest and colourless.
-    sharp : float
-        How much contrast sits in few, steep edges: spikes, cracks, creases.
-    dark : float
-        1 - mean lightness.
+        Highlights: positive skewness of the finer bands, and colourless pixels much brighter than the rest.
+    light : float
+        Mean luminance.
     colour : float
         Mean saturation.
     warm : float
@@ -48,10 +50,11 @@ class SightCues:
     coarse: float
     middle: float
     fine: float
+    irregular: float
     streaks: float
+    thin: float
     gloss: float
-    sharp: float
-    dark: float
+    light: float
     colour: float
     warm: float
 
@@ -62,24 +65,19 @@ def sight_cues(image: Image) -> SightCues:
     light = rgb @ np.array([0.2126, 0.7152, 0.0722])
     contrast = {name: _band(light, *band) for name, band in BANDS.items()}
     rms = {name: float(x.std()) for name, x in contrast.items()}
-    detail = contrast["middle"] + contrast["fine"]
     gy, gx = np.gradient(gaussian_filter(light, 0.7))
     xx, yy, xy = (float(np.mean(a * b)) for a, b in ((gx, gx), (gy, gy), (gx, gy)))
-    steep = np.hypot(gx, gy)
-    high, low = rgb.max(2), rgb.min(2)
-    saturation = (high - low) / np.maximum(high, 0.05)
-    spots = float(np.mean((light > light.mean() + 0.35) & (saturation < 0.35)))
-    lopsided = float(skew(detail.ravel())) if detail.std() > 0.004 else 0.0
+    high, low, thin = rgb.max(2), rgb.min(2), _thin(light)
     return SightCues(
-        coarse=_clip(rms["coarse"] / 0.16),
-        middle=_clip(rms["middle"] / 0.12),
+        coarse=_clip(rms["coarse"] / 0.10),
+        middle=_clip(rms["middle"] / 0.10),
         fine=_clip(rms["fine"] / 0.09),
+        irregular=_irregular(contrast["coarse"] + contrast["middle"]),
         streaks=float(np.hypot(xx - yy, 2 * xy) / max(xx + yy, 1e-6)),
-        gloss=_clip(0.25 * max(lopsided, 0.0) + 5 * spots),
-        sharp=_clip((float(np.percentile(steep, 98)) / max(float(np.mean(steep)), 1e-3) - 2) / 4)
-        * _clip(float(np.percentile(steep, 98)) / 0.12),
-        dark=_clip(1 - float(light.mean())),
-        colour=_clip(float(saturation.mean())),
+        thin=thin,
+        gloss=_gloss(rgb, light, thin),
+        light=_clip(float(light.mean())),
+        colour=_clip(float(((high - low) / np.maximum(high, 0.05)).mean())),
         warm=_clip(0.5 + float((rgb[..., 0] - rgb[..., 2]).mean())),
     )
 
@@ -87,26 +85,58 @@ def sight_cues(image: Image) -> SightCues:
 def sight_words(cues: SightCues) -> NDArray[np.float64]:
     """Return how readily each word is evoked, logits, float64, shape (word,), in the order of `WORDS`."""
     c = cues
+    matt, dark, wild = 1 - c.gloss, 1 - c.light, c.irregular * (1 - 0.7 * c.streaks)
     relief = 1 - (1 - c.coarse) * (1 - 0.8 * c.middle)
+    soft = (1 - c.fine) * (1 - 0.7 * c.middle)
     even = (1 - c.fine) * (1 - c.middle) * (1 - 0.7 * c.coarse)
-    grain = c.fine * (1 - 0.6 * c.gloss)
     words = {
-        "dry": -2.6 + 3.0 * grain * (1 - c.coarse) + 1.6 * (1 - c.gloss) * (1 - c.dark) + 0.8 * c.warm * (1 - c.gloss),
-        "sleek": -2.8 + 4.2 * even + 1.0 * c.streaks * (1 - c.coarse) + 0.8 * c.gloss * (1 - c.fine),
-        "slippery": -3.2 + 3.0 * even + 3.2 * c.gloss * (1 - 0.6 * c.fine),
-        "rugged": -3.4 + 3.6 * relief * (1 - c.streaks) + 2.0 * c.dark * relief + 1.0 * c.sharp - 1.0 * c.colour,
-        "uneven": -3.0 + 4.6 * c.coarse * (1 - 0.5 * c.streaks) + 1.4 * c.middle * (1 - c.fine),
-        "rough": -3.0 + 4.4 * c.fine * (1 - c.gloss) + 1.8 * c.middle,
-        "squishy": -3.6 + 3.2 * c.coarse * (1 - c.fine) * (1 - c.sharp) + 2.2 * c.colour * (1 - c.fine) + 1.0 * c.gloss,
-        "prickle": -3.6 + 4.2 * c.sharp + 2.4 * c.fine * c.sharp + 0.8 * c.streaks * c.fine,
-        "sticky": -3.6 + 3.4 * c.gloss * (0.4 + 0.6 * c.colour) + 1.4 * c.colour * (1 - c.fine) + 1.0 * c.dark * c.gloss,
-        "rustle": -3.4 + 2.4 * c.middle * (1 - c.streaks) + 2.6 * c.sharp * (1 - c.gloss) + 2.0 * c.fine * (1 - c.gloss),
+        "dry": -2.8 + 3.0 * c.fine * (1 - c.coarse) * matt + 1.5 * matt * c.light + 0.8 * c.warm * matt * c.fine,
+        "sleek": -2.8 + 4.2 * even + 0.9 * c.streaks * (1 - c.coarse) * (1 - c.thin) + 0.8 * c.gloss * (1 - c.fine),
+        "slippery": -3.4 + 2.8 * even + 3.4 * c.gloss * (1 - 0.6 * c.fine) - 1.0 * c.colour * (1 - c.gloss),
+        "rugged": -3.6 + 4.4 * relief * wild * (1 - 0.8 * c.gloss) + 1.5 * dark * relief * matt,
+        "uneven": -3.2 + 3.2 * relief * (1 - 0.5 * c.streaks) + 1.8 * c.coarse * (1 - c.thin),
+        "rough": -3.0 + 4.2 * c.fine * matt + 1.8 * c.middle * c.irregular * matt,
+        "squishy": -3.0 + 2.2 * c.coarse * soft + 4.0 * c.colour * even + 2.4 * c.gloss * c.colour * soft,
+        "prickle": -3.2 + 9.0 * c.thin * c.fine * c.irregular * (1 - 0.6 * c.coarse) + 1.2 * c.fine * matt,
+        "sticky": -3.3 + 3.8 * c.gloss * (0.3 + 0.7 * c.colour) + 2.8 * c.colour * c.warm * soft + dark * c.gloss,
+        "rustle": -4.0 + 4.0 * c.middle * wild + 1.5 * c.thin * matt + 1.2 * c.warm + 1.2 * c.light * wild * relief,
     }  # fmt: skip
     return np.array([words[word] for word in WORDS])
 
 
+def _thin(light: NDArray[np.float64]) -> float:
+    """Return how much an image shows few, thin lines: narrower than 3 pixels, curved across and straight along.
+
+    Grain has narrow marks everywhere; needles and creases stand out, so it is what exceeds 3.5 times the mean.
+    """
+    bright = white_tophat(light, 3)
+    yy, xx, xy = (gaussian_filter(light, 1.0, order=order) for order in ((2, 0), (0, 2), (1, 1)))
+    middle, half = np.abs(yy + xx) / 2, np.hypot((yy - xx) / 2, xy)
+    straight = middle + half > 3 * np.abs(middle - half)
+    lines = np.where(straight, np.maximum(bright, black_tophat(light, 3)), 0.0)
+    stands_out = [max(float(np.percentile(x, 97.5) - 3.5 * x.mean()), 0.0) for x in (bright, lines)]
+    return _clip(float(np.sqrt(stands_out[0] * stands_out[1])) / 0.10)
+
+
+def _gloss(rgb: NDArray[np.float64], light: NDArray[np.float64], thin: float) -> float:
+    """Return how much an image shines: lopsided luminance and pale spots, both without what is thinner than a spot."""
+    soft = gaussian_filter(light, 0.8)
+    high, low = (gaussian_filter(x, 0.8) for x in (rgb.max(2), rgb.min(2)))
+    pale = (high - low) < 0.5 * np.maximum(high, 0.05)
+    spots = float(np.mean(pale & (soft > soft.mean() + 0.2)))
+    detail = soft - gaussian_filter(light, 6.0)
+    lopsided = max(float(skew(detail.ravel())), 0.0) if detail.std() > 0.01 else 0.0
+    return _clip((0.35 * lopsided + 5 * spots) * (1 - 0.7 * thin))
+
+
+def _irregular(contrast: NDArray[np.float64]) -> float:
+    power = np.abs(np.fft.rfft2(contrast)) ** 2
+    share = power / max(float(power.sum()), 1e-12)
+    return _clip(float(-(share * np.log(share + 1e-12)).sum()) / np.log(300.0))
+
+
 def _square(image: Image) -> NDArray[np.float64]:
-    """Return the middle square at `SEEN_AT` pixels a side, each the mean of what it covers, 0 to 1, (row, column, 3)."""
+    """Return the middle square, 0 to 1, `SEEN_AT` pixels a side, each the mean of what it covers, (row, column, 3)."""
     pixels = image.pixels
     side = min(pixels.shape[:2])
     top, left = ((length - side) // 2 for length in pixels.shape[:2])
