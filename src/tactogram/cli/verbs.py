@@ -206,9 +206,18 @@ def evaluate(a: Arguments) -> None:
 
     judging = validated(Judging, parse_changes(a.judging, option="--judging"), where="--judging")
     with shown() as progress:
-        result = evaluate(a.run_folder, data=a.data, unknown=a.unknown, judging=judging, progress=progress)
+        result = evaluate(
+            a.run_folder, data=a.data, unknown=a.unknown, judging=judging, rater=a.rater, progress=progress
+        )
     if "window_accuracy" in result:
         lines = [accuracies(result)]
+    elif "per_word" in result:
+        lines = [_words_text(result)]
+    elif "told_by" in result:
+        lines = [f"mean absolute error to the surfaces' scores, told by {result['told_by']}"]
+        lines += [f"{name}: {text_of(row['mae'])}" for name, row in result["conditions"].items()]
+        lines += [f"{name}: {text_of(value)}" for name, value in result["beside"].items()]
+        lines += [f"{item}: {why}" for item, why in result["failed"].items()]
     else:
         lines = [
             f"{measure}: " + ", ".join(f"{column} {text_of(value)}" for column, value in row.items())
@@ -434,7 +443,7 @@ def table(a: Arguments) -> None:
 def _crossval_ratings(a: Arguments) -> None:
     from tactogram.errors import ParameterError
     from tactogram.jobs.progress import shown
-    from tactogram.jobs.rating_crossval import COLUMNS, crossval_ratings
+    from tactogram.jobs.rating_crossval import crossval_ratings
 
     if a.split or a.only_folds:
         raise ParameterError(
@@ -446,14 +455,22 @@ def _crossval_ratings(a: Arguments) -> None:
         result = crossval_ratings(
             a.model, a.data, **arguments, folds=a.folds, repeats=a.repeats, out=a.out, progress=progress
         )
+    of = " of simulated raters" if result["data"]["simulated"] else ""
+    head = f"mean absolute error{of}, points of a scale of {result['scale'][0]:g} to {result['scale'][1]:g}"
+    print_result(
+        a, result, f"{head}\n{_words_text(result)}\nsplit: {result['split']}\nreport: {result['report']}"
+    )
+
+
+def _words_text(result: dict[str, Any]) -> str:
+    from tactogram.jobs.rating_crossval import COLUMNS
+
     rows = [("word", *COLUMNS.values())]
     rows += [
         (word, *(text_of(row[name]) for name in COLUMNS))
         for word, row in (*result["per_word"].items(), ("mean", result["mean"]))
     ]
-    of = " of simulated raters" if result["data"]["simulated"] else ""
-    head = f"mean absolute error{of}, points of a scale of {result['scale'][0]:g} to {result['scale'][1]:g}"
-    print_result(a, result, f"{head}\n{columns(rows)}\nsplit: {result['split']}\nreport: {result['report']}")
+    return columns(rows)
 
 
 def _training_arguments(a: Arguments) -> dict[str, Any]:

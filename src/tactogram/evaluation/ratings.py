@@ -85,7 +85,8 @@ class Predicted:
     def _row(self, part: Any) -> dict[str, Any]:
         errors, guess = self.errors[part], self.constant_errors[part]
         runs = np.nanmean(errors, axis=(1, 2))
-        gain = np.nanmean(guess, axis=(0, 2)) - np.nanmean(errors, axis=(0, 2))
+        gain = _over(guess, (0, 2)) - _over(errors, (0, 2))
+        gain = gain[~np.isnan(gain)]
         row: dict[str, Any] = {
             "mae": float(np.nanmean(errors)),
             "mae_sd": float(runs.std(ddof=1)) if len(runs) > 1 else None,

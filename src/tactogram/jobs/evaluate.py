@@ -17,8 +17,10 @@ from tactogram.evaluation.figures import confusion_figure, losses_figure
 from tactogram.evaluation.report import Picture, Section, Table, Text, write_report
 from tactogram.jobs.judge import judge_generator
 from tactogram.jobs.judges import Judging
+from tactogram.jobs.made_by_words import judged_by_words
 from tactogram.jobs.pictures import judged_pictures, makes_pictures
 from tactogram.jobs.progress import Progress, silent
+from tactogram.jobs.rating_judging import judged_predictor
 from tactogram.jobs.search import SurfaceIndex, calibration_text
 from tactogram.jobs.training import LoadedRun, load_run, part_examples, test_part
 from tactogram.model import Example
@@ -30,6 +32,7 @@ def evaluate(
     data: Path | str | None = None,
     unknown: bool = False,
     judging: Judging | None = None,
+    rater: Path | str | None = None,
     progress: Progress = silent,
 ) -> dict[str, Any]:
     """Judge ``run`` and write ``evaluation.json`` and ``report.html`` into it.
@@ -44,6 +47,9 @@ def evaluate(
         Judge "none of these" on the materials that the run left out; only of a classifier, and without ``data``.
     judging : Judging, optional
         How much is spent on judging a generator.
+    rater : path, optional
+        A run of a predictor of ratings, by which a generator that learned from rated surfaces and rated signals is
+        judged.
 
     Returns
     -------
@@ -53,7 +59,9 @@ def evaluate(
         generator what `GenerationResult.as_dict` gives: ``measures`` and ``per_material`` with the columns
         ``model``, ``floor``, ``ceiling``, ``nearest_other``, ``ar_texture``, ``replay``, and what follows from them;
         with photographs also ``nearest_photo`` and ``pictures`` (`judge_pictures`), ``as_published`` where the
-        publication's own figure is another.
+        publication's own figure is another; for a predictor of ratings ``per_word`` and ``mean`` as
+        `tactogram.evaluation.ratings.Predicted` gives them; with ``rater`` what
+        `tactogram.jobs.made_by_words.judged_by_words` gives.
 
     Raises
     ------
@@ -61,7 +69,9 @@ def evaluate(
         If a recording of ``data`` was trained on.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
-    figures, sections = judged(loaded, data=data, unknown=unknown, judging=judging, progress=progress)
+    figures, sections = judged(
+        loaded, data=data, unknown=unknown, judging=judging, rater=rater, progress=progress
+    )
     facts = figures["data"]
     report = write_report(
         loaded.run.folder / "report.html",
@@ -82,9 +92,14 @@ def judged(
     data: Path | str | None = None,
     unknown: bool = False,
     judging: Judging | None = None,
+    rater: Path | str | None = None,
     progress: Progress = silent,
 ) -> tuple[dict[str, Any], list[Section]]:
     """Return the figures of `evaluate` and the sections of its report, without writing either."""
+    if loaded.facts.task == "prediction":
+        return judged_predictor(loaded, data=data)
+    if loaded.facts.learns_from == "both":
+        return judged_by_words(loaded, rater=rater)
     if data is None and not unknown and (protocol := _splits_within(loaded)):
         return _judged_within(loaded, protocol, progress)
     examples, described = _what(loaded, data, unknown)

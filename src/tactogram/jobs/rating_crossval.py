@@ -124,7 +124,7 @@ def crossval_ratings(
             judged = sorted(unseen_items or items)
             at = [place[item] for item in judged]
             judges = ratings.select(raters=sorted(unseen_people)) if unseen_people else ratings
-            scores[row, at] = _said(learner, examples, judged)
+            scores[row, at] = said_of(learner, examples, judged)
             truth[row, at] = _rows(judges, judged)
             means = {str(e.item): e.rated.means for e in known if e.rated is not None}
             constant[row, at] = ratings.scale.from_unit(np.nanmean(np.array(list(means.values())), axis=0))
@@ -162,7 +162,7 @@ def words_table(figures: Mapping[str, Any], *, caption: str = "") -> Table:
     return Table(("word", *COLUMNS.values()), rows, caption or "Mean absolute errors, points of the scale.")
 
 
-def _said(learner: Predictor, examples: Sequence[Rateable], items: Sequence[str]) -> NDArray[np.float64]:
+def said_of(learner: Predictor, examples: Sequence[Rateable], items: Sequence[str]) -> NDArray[np.float64]:
     """Return the scores predicted of each of ``items``, the mean over its examples, shape (item, word)."""
     found: dict[str, list[list[float]]] = {item: [] for item in items}
     for example in examples:

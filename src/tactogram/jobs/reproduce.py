@@ -16,11 +16,15 @@ from tactogram.errors import ParameterError
 from tactogram.jobs.crossval import crossval
 from tactogram.jobs.evaluate import evaluate
 from tactogram.jobs.generate import generate
+from tactogram.jobs.made_by_words import made_by_words
 from tactogram.jobs.mixing import mixing_ladder, recorded
 from tactogram.jobs.pictures import compare_pictures, judge_pictures
 from tactogram.jobs.progress import Progress, silent
+from tactogram.jobs.rating_crossval import crossval_ratings
+from tactogram.jobs.rating_judging import judge_reproduction, predicted_ratings
+from tactogram.jobs.score import score
 from tactogram.jobs.simulate import simulate_to_store
-from tactogram.jobs.training import train
+from tactogram.jobs.training import load_run, train
 from tactogram.training.run import write_text
 
 
@@ -33,10 +37,16 @@ class Jobs:
         self.train = partial(train, progress=progress)
         self.evaluate = partial(evaluate, progress=progress)
         self.judge_pictures = partial(judge_pictures, progress=progress)
+        self.crossval_ratings = partial(crossval_ratings, progress=progress)
         self.compare_pictures = partial(compare_pictures, progress=progress)
         self.mixing_ladder = partial(mixing_ladder, progress=progress)
         self.generate = generate
+        self.made_by_words = made_by_words
+        self.predicted_ratings = predicted_ratings
+        self.judge_reproduction = judge_reproduction
         self.recorded = recorded
+        self.load_run = load_run
+        self.score = score
 
 
 def experiments() -> dict[str, str]:

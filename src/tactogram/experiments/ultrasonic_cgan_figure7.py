@@ -1,0 +1,346 @@
+"""Hatori & Takemura 2023, Figure 7: what is felt of generated signals against the plates, groups A to E.
+
+Without people: told by simulated people who had no part in the training data, and by a rater model that was trained on
+the display signals; every figure and table says which. With ``ratings=FILE`` the same figure is made of real answers
+about the signals that this experiment wrote (``items.csv`` names them). Beside the paper's conditions stands the
+display signal nearest in words, which any model has to beat.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping
+from pathlib import Path
+from statistics import mean, stdev
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+
+from tactogram.datasets import Ratings, Store, open_store
+from tactogram.datasets.ratings_table import read_table, write_table
+from tactogram.datasets.simulate.raters import draw_people, score_vibrations
+from tactogram.errors import DataError
+from tactogram.evaluation.rating_figures import word_map_figure
+from tactogram.evaluation.ratings import distances_to_targets, one_rater_error, split_half_error
+from tactogram.evaluation.report import Picture, Section, Table, Text, save_figure, write_report
+from tactogram.signal import Signal
+from tactogram.signal.io import write_signal
+from tactogram.training.run import write_text
+
+GROUPS = {"A": 1, "B": 2, "C": 3, "D": 4, "E": 12}
+"""Clusters of the plates in each group. Sec. IV-B."""
+SIGNIFICANT = ("B", "C", "D")
+"""Published: errors below those of the sensor's signal, p < 0.01; A not; E's training failed. Sec. V-A. No means are
+printed."""
+PEOPLE = 20
+"""Other people than those who made the training data. Sec. V-A."""
+STRAIGHT, NEAREST = "sensor", "nearest"
+SIMULATED_RATERS, RATER_MODEL = "simulated raters", "a rater model"
+
+
+def run(
+    jobs: Any,
+    folder: Path,
+    *,
+    paper: bool,
+    data: str = "",
+    ratings: str = "",
+    groups: str = "A,B,C,D,E",
+    trainings: int = 1,
+    iterations: int = 0,
+) -> dict[str, Any]:
+    """Return the errors of each group, by whom they are told, and where the figures are.
+
+    Parameters
+    ----------
+    jobs, folder, paper
+        As of every experiment.
+    data : str
+        A store of rated plates and rated display signals; by default the simulated study.
+    ratings : str
+        A table of answers about what is in ``items.csv``: CSV, TSV or Parquet.
+    groups : str
+        Which, joined by commas.
+    trainings : int
+        Seeds of each group. Answers are about the first; the others say how far trainings differ.
+    iterations : int
+        Of each network instead of the recipe's; 0 takes the recipe's.
+    """
+    store = _data(jobs, folder, data)
+    chosen = {name: GROUPS[name] for name in GROUPS if name in groups.split(",")}
+    recipe = "paper" if paper else "quick"
+    changes: dict[str, Any] = {"config.iterations": iterations} if iterations else {}
+    made: dict[str, list[Any]] = {}
+    for name, clusters in chosen.items():
+        made[name] = []
+        for seed in range(trainings):
+            out = folder / "runs" / f"{name}-{seed}"
+            jobs.train(
+                "ultrasonic_cgan",
+                store.path,
+                recipe=recipe,
+                by="session",
+                changes=changes | {"config.clusters": clusters, "seed": seed},
+                out=out,
+                resume=(out / "recipe.toml").exists(),
+            )
+            made[name].append(jobs.made_by_words(out, seed=seed))
+    first = next(iter(made.values()))[0]
+    rater, own = _rater(jobs, folder, store)
+    signals = {f"{STRAIGHT}/{item}": one for item, one in first.straight.items()}
+    signals |= {f"{NEAREST}/{item}": one for item, one in first.nearest.items()}
+    for name, held in made.items():
+        signals |= {f"{name}/{item}": one for item, one in held[0].signals.items()}
+    items = _write_signals(folder, signals)
+    conditions = (STRAIGHT, NEAREST, *chosen)
+    plates = first.ratings.select(items=list(first.targets))
+    rng = np.random.default_rng(0)
+    alone = float(np.nanmean(one_rater_error(plates.cube)))
+    halves = float(np.nanmean(split_half_error(plates.cube, rng=rng)))
+    tables: dict[str, Ratings] = {}
+    beside: dict[str, dict[str, float]] = {}
+    of = " of simulated raters" if store.simulated else ""
+    if store.simulated:
+        people = draw_people(PEOPLE, seed=1, prefix="judge")
+        tables[SIMULATED_RATERS] = score_vibrations(signals, people, seed=0)
+        beside[SIMULATED_RATERS] = {"one rater of the plates, the others": alone}
+        write_table(folder / "simulated-answers.csv", tables[SIMULATED_RATERS])
+    tables[RATER_MODEL + of] = jobs.predicted_ratings(rater, signals)
+    beside[RATER_MODEL + of] = {
+        "half of the plates' raters, other half": halves,
+        "the rater model itself": own["mean"]["mae"],
+    }
+    if ratings:
+        tables["people"] = read_table(Path(ratings)).ratings
+        beside["people"] = {"one rater of the plates, the others": alone}
+    told = {
+        by: jobs.judge_reproduction(
+            table,
+            first.targets,
+            conditions=conditions,
+            told_by=by,
+            out=folder / f"figure7-{by.replace(' ', '-')}.png",
+            beside=beside[by],
+        )
+        for by, table in tables.items()
+    }
+    spread = _spread(jobs, made, rater, first.targets) if trainings > 1 else {}
+    shown_by = next(by for by in ("people", SIMULATED_RATERS, RATER_MODEL + of) if by in tables)
+    word_map = _word_map(folder, tables[shown_by], shown_by, first, told[shown_by], tuple(chosen))
+    result: dict[str, Any] = {
+        "figure": 7,
+        "simulated": store.simulated,
+        "data": store.name,
+        "data_sha256": store.sha256,
+        "recipe": recipe,
+        "iterations": iterations or None,
+        "split": f"rated surfaces by session; the sensor's recordings: {first.recordings}",
+        "trainings": trainings,
+        "failed": {name: dict(held[0].failed) for name, held in made.items() if held[0].failed},
+        "told_by": told,
+        "spread_over_trainings": spread,
+        "rater": {
+            "error": own["mean"],
+            "per_word": own["per_word"],
+            "split": own["split"],
+            "described_by": own["described_by"],
+        },
+        "human": {"one_rater_mae": alone, "split_half_mae": halves},
+        "word_map": word_map,
+        "items": str(items),
+        "published": {"below_sensor_p_001": list(SIGNIFICANT), "not": ["A"], "failed": ["E"]},
+    }
+    result["text"] = _text(result, conditions)
+    result["report"] = str(_report(folder, result, conditions))
+    return result
+
+
+def _data(jobs: Any, folder: Path, data: str) -> Store:
+    """Return the store at ``data``, or the simulated study, made once."""
+    if data:
+        return open_store(data)
+    made = folder / "data"
+    try:
+        return open_store(made)
+    except DataError:
+        jobs.simulate("ultrasonic", made, seed=0)
+        return open_store(made)
+
+
+def _rater(jobs: Any, folder: Path, store: Store) -> tuple[Path, dict[str, Any]]:
+    """Return a rater model of all display signals, and its own error on signals kept apart."""
+    out = folder / "runs" / "rater"
+    changes = {"prepare.stream": "drive"}
+    jobs.train(
+        "rater",
+        store.path,
+        recipe="quick",
+        split="all",
+        changes=changes,
+        out=out,
+        resume=(out / "recipe.toml").exists(),
+    )
+    own = jobs.crossval_ratings(
+        "rater", store.path, changes=changes, folds=10, repeats=1, out=folder / "rater-crossval"
+    )
+    return out, own
+
+
+def _write_signals(folder: Path, signals: Mapping[str, Signal]) -> Path:
+    """Write each signal as a file, and a table of what they are: for people to be asked about."""
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(("item", "condition", "plate", "file"))
+    for item, signal in signals.items():
+        condition, _, plate = item.partition("/")
+        path = folder / "signals" / f"{condition}-{plate}.wav"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_signal(path, signal)
+        table.writerow((item, condition, plate, path.relative_to(folder).as_posix()))
+    write_text(folder / "items.csv", text.getvalue())
+    return folder / "items.csv"
+
+
+def _spread(
+    jobs: Any, made: Mapping[str, list[Any]], rater: Path, targets: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return each group's error as the rater model tells it, mean and sd over trainings."""
+    found = {}
+    for name, trained in made.items():
+        errors = []
+        for one in trained:
+            if one.signals:
+                said = jobs.predicted_ratings(rater, one.signals)
+                away = said.means - np.array([targets[item] for item in said.items])
+                errors.append(float(np.nanmean(np.abs(away))))
+        found[name] = {
+            "mean": mean(errors) if errors else None,
+            "sd": stdev(errors) if len(errors) > 1 else None,
+            "values": errors,
+            "plates": [len(one.signals) for one in trained],
+        }
+    return found
+
+
+def _word_map(
+    folder: Path, table: Ratings, told_by: str, made: Any, told: Mapping[str, Any], groups: tuple[str, ...]
+) -> dict[str, Any]:
+    """Draw plates, display signals and what the best group made by their scores; return all distances to targets."""
+    scores = dict(zip(table.items, table.means, strict=True))
+    targets = {item: np.array(row) for item, row in made.targets.items()}
+    distances = distances_to_targets(scores, targets)
+    means = dict(zip(made.ratings.items, made.ratings.means, strict=True))
+    known = [name for name in groups if name in told["conditions"] and name not in told["incomplete"]]
+    kinds = {"plates": targets, "display signals": {n: m for n, m in means.items() if n not in targets}}
+    lines: dict[str, str] = {}
+    best = min(known, key=lambda name: told["conditions"][name]["mae"]) if known else None
+    for name in (STRAIGHT, *([best] if best else [])):
+        kind = "sensor straight" if name == STRAIGHT else f"generated, group {name}"
+        kinds[kind] = {i: scores[f"{name}/{i}"] for i in targets if f"{name}/{i}" in scores}
+        if name == best:
+            lines = {f"{kind}:{item}": f"plates:{item}" for item in kinds[kind]}
+    title = (
+        f"Words of plates, display signals and generated signals ({told_by}); line: rms distance to its plate"
+    )
+    figure = word_map_figure(kinds, table.words, targets=lines, title=title)
+    return {
+        "figure": str(save_figure(folder / "word-map.png", figure)),
+        "told_by": told_by,
+        "drawn": best,
+        "distance_to_target": {name: away for name, (_, away) in distances.items()},
+    }
+
+
+def _rows(result: Mapping[str, Any], by: str, conditions: tuple[str, ...]) -> list[tuple[Any, ...]]:
+    """Return a row per condition: error, standard errors, n, p as printed and by rater, against the sensor."""
+    told = result["told_by"][by]
+    rows = []
+    for name in conditions:
+        found = told["conditions"].get(name)
+        if found is None:
+            rows.append((name, None, None, None, "failed", None, None, None))
+            continue
+        ps = [_p(told["tests"][test], name) for test in ("as_printed", "by_rater", "by_target")]
+        rows.append((name, found["mae"], found["se"], found["n"], found["targets"], *ps))
+    return rows
+
+
+def _p(pairs: list[dict[str, Any]] | None, name: str) -> float | None:
+    for pair in pairs or ():
+        if {pair["first"], pair["second"]} == {STRAIGHT, name}:
+            return pair["p"]  # type: ignore[no-any-return]
+    return None
+
+
+HEADER = ("condition", "MAE", "SE", "n", "plates", "p as printed", "p by rater", "p by plate")
+
+
+def _text(result: Mapping[str, Any], conditions: tuple[str, ...]) -> str:
+    lines = [
+        f"Figure 7 on {result['data']}, recipe {result['recipe']}"
+        + (f" at {result['iterations']} iterations" if result["iterations"] else "")
+        + "; p against the sensor's signal. Published: B, C and D below it with p < 0.01, A not, E failed."
+    ]
+    for by, told in result["told_by"].items():
+        lines.append(f"Told by {by}:")
+        lines.append("  " + "".join(f"{name:>14}" for name in HEADER))
+        rows = _rows(result, by, conditions)
+        lines += ["  " + "".join(f"{_cell(value):>14}" for value in row) for row in rows]
+        lines += [f"  {name}: {value:.3f}" for name, value in told["beside"].items()]
+    for name, row in result["spread_over_trainings"].items():
+        if row["mean"] is not None:
+            sd = "" if row["sd"] is None else f" ± {row['sd']:.3f}"
+            lines.append(
+                f"group {name} over {len(row['values'])} trainings, by the rater model: {row['mean']:.3f}{sd}"
+            )
+    for name, failed in result["failed"].items():
+        lines += [f"group {name}, {item}: {why}" for item, why in failed.items()]
+    return "\n".join(lines)
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.2g}" if abs(value) < 0.01 else f"{value:.3f}"
+    return "-" if value is None else str(value)
+
+
+def _picture(path: str, caption: str) -> Picture:
+    pixels = imread(path)
+    figure = Figure(figsize=(pixels.shape[1] / 150, pixels.shape[0] / 150))
+    axes = figure.add_axes((0, 0, 1, 1))
+    axes.imshow(pixels)
+    axes.set_axis_off()
+    return Picture(figure, caption)
+
+
+def _report(folder: Path, result: Mapping[str, Any], conditions: tuple[str, ...]) -> Path:
+    sections = [
+        Section(
+            f"Told by {by}",
+            [
+                Table(
+                    HEADER,
+                    _rows(result, by, conditions),
+                    f"Mean absolute error to the plates' scores, told by {by}.",
+                ),
+                *[Text(f"{name}: {value:.3f}.") for name, value in told["beside"].items()],
+                _picture(told["figure"], f"Figure 7's layout, told by {by}."),
+            ],
+        )
+        for by, told in result["told_by"].items()
+    ]
+    sections.append(
+        Section(
+            "The space of words", [_picture(result["word_map"]["figure"], "Principal components of scores.")]
+        )
+    )
+    return write_report(
+        folder / "report.html",
+        title="Figure 7: what is felt of generated signals",
+        summary=result["text"].split("\n")[0],
+        sections=sections,
+        simulated=result["simulated"],
+    )
