@@ -193,7 +193,8 @@ class PhotoTranslation:
 
     def unseen(self, examples: Sequence[Example]) -> WeakPairs | None:
         """Return the pairs of the validation part; None where no example has a photograph and is long enough."""
-        usable = any(self._usable(example) for example in examples)
+        kept = self._pairs.get((id(examples), "validation"))
+        usable = kept is not None or any(self._usable(example) for example in examples)
         return self.pairs(examples, "validation") if usable else None
 
     def _usable(self, example: Example) -> bool:
