@@ -1,9 +1,9 @@
 """Distances of pictures in networks that know photographs: LPIPS, FID, and our own in a small trunk.
 
 **The protocol**, one for all of them: pictures of one channel in [-1, 1]; resized to 256 x 256 (bilinear) where they
-are of another size; grey stands for red, green and blue alike (no colour map). LPIPS (Zhang et al. 2018) takes that;
-FID (Heusel et al. 2017) takes it rounded to 8 bits. Published figures on tactile spectrograms name no protocol, and
-a colour map alone changes them: compare only figures of one.
+are of another size; grey stands for red, green and blue alike (no colour map), colour images stay as they are. LPIPS
+(Zhang et al. 2018) takes that; FID (Heusel et al. 2017) takes it rounded to 8 bits. Published figures on tactile
+spectrograms name no protocol, and a colour map alone changes them: compare only figures of one.
 
 LPIPS and the Inception network of FID are torchmetrics' and torch-fidelity's. Their weights are read from a local
 file or torch's cache; what cannot be had is said, never replaced. `TrunkDistance` needs no file, bears its own name,
@@ -190,10 +190,10 @@ class TrunkDistance:
 
 
 def check_pictures(*sets: Tensor, paired: bool = False) -> None:
-    """Refuse what is not (picture, 1, rows, columns) in [-1, 1], or, ``paired``, not as many of one size."""
+    """Refuse what is not (picture, 1 or 3, rows, columns) in [-1, 1], or, ``paired``, not as many of one size."""
     for pictures in sets:
-        if pictures.ndim != 4 or pictures.shape[1] != 1 or not len(pictures):
-            raise ParameterError(f"pictures must be (picture, 1, rows, columns), got {tuple(pictures.shape)}")
+        if pictures.ndim != 4 or pictures.shape[1] not in (1, 3) or not len(pictures):
+            raise ParameterError(f"pictures must be (picture, 1 or 3, rows, columns), got {tuple(pictures.shape)}")
         if not bool((pictures.abs() <= 1 + 1e-6).all()):
             raise ParameterError("pictures must be finite and in -1..1, got a value that is not")
     if paired and len({pictures.shape for pictures in sets}) > 1:

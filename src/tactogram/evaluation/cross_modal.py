@@ -1,0 +1,144 @@
+"""Errors of what is felt and seen against what plates were scored, and their tests: Hatori et al. 2025, Sec. II-D.
+
+The paper counts every answer as independent (n = 2,400 of 20 people) and compares with people of an earlier study. So
+its Steel-Dwass tests stand here as printed, with what they take for granted, and beside them tests that go by person:
+Friedman and Wilcoxon among conditions that the same people met, Mann-Whitney of people's means against other people.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from statsmodels.stats.multitest import multipletests
+
+from tactogram.datasets import Ratings
+from tactogram.errors import ParameterError
+from tactogram.statistics.comparison import Comparison, friedman_wilcoxon, mann_whitney, steel_dwass
+from tactogram.statistics.summary import Summary, summary
+
+Array = NDArray[np.float64]
+ALPHA = 0.01
+"""Sec. III-B: "at the 1% significance level"."""
+
+
+def errors_of(table: Ratings, targets: Mapping[str, Sequence[float]], condition: str) -> Array:
+    """Return the absolute errors of one condition, in points of the scale.
+
+    Parameters
+    ----------
+    table : Ratings
+        Of items called ``CONDITION/TARGET``.
+    targets : mapping from str to sequence of float
+        Mean scores of each target, in the order of ``table.words``.
+    condition : str
+
+    Returns
+    -------
+    float64 array, shape (rater, target, word)
+        NaN where a score was not given. Raters of the condition, sorted; targets that were scored, in the order given.
+
+    Raises
+    ------
+    ParameterError
+        If the condition has no item.
+    """
+    place = {item: number for number, item in enumerate(table.items)}
+    met = [target for target in targets if f"{condition}/{target}" in place]
+    if not met:
+        raise ParameterError(f"nothing was scored of {condition}: items must be called {condition}/TARGET")
+    cube = table.cube[[place[f"{condition}/{target}"] for target in met]]  # target, rater, word
+    there = ~np.isnan(cube).all((0, 2))
+    wanted = np.array([targets[target] for target in met])
+    errors: Array = np.abs(cube[:, there] - wanted[:, None]).transpose(1, 0, 2)
+    return errors
+
+
+@dataclass(frozen=True, eq=False)
+class CrossModal:
+    """Errors by condition, and what tests say of them.
+
+    Parameters
+    ----------
+    overall : mapping from str to Summary
+        Over all answers: mean and standard error as in Fig. 5.
+    by_word : mapping from str to mapping from str to Summary
+        By condition and word: Fig. 6.
+    as_printed : Comparison
+        Steel-Dwass over all answers.
+    as_printed_by_word : mapping from str to Comparison
+        The same per word, over `shown`.
+    by_person : Comparison
+        Friedman and Wilcoxon with Holm among the conditions that the later group met.
+    against_earlier : mapping from str to mapping from str to float
+        p of Mann-Whitney on people's means, by condition and earlier condition, Holm over all of them.
+    """
+
+    overall: Mapping[str, Summary]
+    by_word: Mapping[str, Mapping[str, Summary]]
+    as_printed: Comparison
+    as_printed_by_word: Mapping[str, Comparison]
+    by_person: Comparison
+    against_earlier: Mapping[str, Mapping[str, float]]
+
+    def improved(self, condition: str, over: str, *, alpha: float = 0.05) -> list[str]:
+        """Return the words in which ``condition`` errs less than ``over``, by the tests as printed."""
+        found = []
+        for word, comparison in self.as_printed_by_word.items():
+            lower = self.by_word[condition][word].mean < self.by_word[over][word].mean
+            if lower and comparison.pair(condition, over).p < alpha:
+                found.append(word)
+        return found
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain values, for JSON."""
+        return {
+            "overall": {name: vars(one) for name, one in self.overall.items()},
+            "by_word": {
+                name: {word: vars(one) for word, one in row.items()} for name, row in self.by_word.items()
+            },
+            "as_printed": self.as_printed.as_dict(),
+            "as_printed_by_word": {word: one.as_dict() for word, one in self.as_printed_by_word.items()},
+            "by_person": self.by_person.as_dict(),
+            "against_earlier": {name: dict(row) for name, row in self.against_earlier.items()},
+        }
+
+
+def compare_cross_modal(
+    earlier: Mapping[str, Array], later: Mapping[str, Array], words: Sequence[str], *, shown: Sequence[str]
+) -> CrossModal:
+    """Return summaries and tests of the errors of two groups of people.
+
+    Parameters
+    ----------
+    earlier, later : mapping from str to float64 array, shape (rater, target, word)
+        By condition; within each group the same people, in one order.
+    words : sequence of str
+    shown : sequence of str
+        Conditions that are compared per word.
+    """
+    every = {**earlier, **later}
+    flat = {name: _given(errors) for name, errors in every.items()}
+    per_word = {
+        word: {name: _given(errors[..., k]) for name, errors in every.items()} for k, word in enumerate(words)
+    }
+    people = {name: np.nanmean(errors, (1, 2)) for name, errors in every.items()}
+    pairs = [(condition, other) for condition in later for other in earlier]
+    ps = [mann_whitney({a: people[a], b: people[b]}, correction="none").pair(a, b).p for a, b in pairs]
+    corrected = dict(zip(pairs, multipletests(ps, method="holm")[1].tolist(), strict=True))
+    return CrossModal(
+        {name: summary(values) for name, values in flat.items()},
+        {name: {word: summary(per_word[word][name]) for word in words} for name in every},
+        steel_dwass(flat),
+        {word: steel_dwass({name: per_word[word][name] for name in shown}) for word in words},
+        friedman_wilcoxon({name: people[name] for name in later}),
+        {condition: {other: corrected[condition, other] for other in earlier} for condition in later},
+    )
+
+
+def _given(errors: Array) -> Array:
+    values: Array = errors[~np.isnan(errors)]
+    return values

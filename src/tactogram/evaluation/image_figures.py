@@ -1,0 +1,190 @@
+"""Figures of image generators: images per label beside the losses, and what a weight trades for what."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from tactogram.errors import ParameterError
+from tactogram.signal import Image
+
+SMOOTHED = 25
+"""Updates that the darker line of a loss is averaged over."""
+
+
+@dataclass(frozen=True, eq=False)
+class GeneratedRow:
+    """One generator in a figure of several.
+
+    Parameters
+    ----------
+    title : str
+    trials : sequence of sequences of Image
+        Per noise, the image of each label.
+    losses : mapping from str to sequence of (int, float)
+        Update and loss, by the network's name.
+    """
+
+    title: str
+    trials: Sequence[Sequence[Image]]
+    losses: Mapping[str, Sequence[tuple[int, float]]]
+
+
+def generated_figure(rows: Sequence[GeneratedRow], labels: Sequence[str], *, title: str = "") -> Figure:
+    """Draw, per generator, the images of each label from two or more noises, and the losses: Fig. 4 of the paper.
+
+    Parameters
+    ----------
+    rows : sequence of GeneratedRow
+        With as many images per trial as ``labels``.
+    labels : sequence of str
+        What each image was asked to evoke, e.g. a plate's name.
+
+    Raises
+    ------
+    ParameterError
+        If there is no row, or a trial has another number of images.
+    """
+    if not rows:
+        raise ParameterError("at least one generator is needed, got none")
+    for row in rows:
+        if any(len(trial) != len(labels) for trial in row.trials):
+            raise ParameterError(f"{row.title}: each trial needs {len(labels)} images, one per label")
+    across = 6
+    down = -(-len(labels) // across)
+    trials = len(rows[0].trials)
+    figure = Figure(
+        figsize=(1.1 * across * trials + 4.2, 0.4 + len(rows) * (1.12 * down + 0.45)), layout="constrained"
+    )
+    if title:
+        figure.suptitle(title, fontsize=11)
+    parts = figure.subfigures(len(rows), 1, squeeze=False)
+    for part, row in zip(parts.ravel(), rows, strict=True):
+        part.suptitle(row.title, fontsize=10, x=0.01, ha="left")
+        cells = part.subfigures(1, trials + 1, width_ratios=[1.1 * across] * trials + [4.2])
+        for number, (cell, trial) in enumerate(zip(cells[:-1], row.trials, strict=True), start=1):
+            places = cell.subplots(down, across, squeeze=False).ravel()
+            for place in places:
+                place.axis("off")
+            for place, image, label in zip(places, trial, labels, strict=False):
+                place.imshow(image.pixels, interpolation="nearest")
+                place.set_title(label, fontsize=7, pad=2)
+            places[0].text(
+                -0.18,
+                0.5,
+                f"noise {number}",
+                rotation=90,
+                va="center",
+                ha="center",
+                fontsize=7,
+                transform=places[0].transAxes,
+            )
+        _losses(cells[-1].subplots(), row.losses)
+    return figure
+
+
+def _losses(axes: Axes, losses: Mapping[str, Sequence[tuple[int, float]]]) -> None:
+    for colour, (name, points) in zip(("tab:blue", "tab:orange"), losses.items(), strict=False):
+        steps, values = np.array(points, np.float64).T
+        axes.plot(steps, values, color=colour, alpha=0.3, linewidth=0.6)
+        axes.plot(steps, _smoothed(steps, values), color=colour, linewidth=1.2, label=name)
+    axes.set(xlabel="update", ylabel="cross-entropy")
+    axes.set_ylim(bottom=0)
+    axes.tick_params(labelsize=7)
+    axes.legend(fontsize=7, loc="upper right")
+
+
+def _smoothed(steps: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the mean over the updates within `SMOOTHED` before each."""
+    first = np.searchsorted(steps, steps - SMOOTHED, side="right")
+    total = np.concatenate([[0.0], np.cumsum(values)])
+    last = np.arange(1, len(values) + 1)
+    smoothed: NDArray[np.float64] = (total[last] - total[first]) / (last - first)
+    return smoothed
+
+
+@dataclass(frozen=True)
+class TradeOff:
+    """What one weight gives.
+
+    Parameters
+    ----------
+    weight : float
+    correlation : sequence of float
+        Of what a rater model says with what was asked, per training.
+    distance : sequence of float
+        Fréchet distance from real images, per training.
+    noise_share, label_share : sequence of float
+        What images differ by, as a share of what real ones do, per training.
+    """
+
+    weight: float
+    correlation: Sequence[float]
+    distance: Sequence[float]
+    noise_share: Sequence[float]
+    label_share: Sequence[float]
+
+
+def trade_off_figure(
+    weights: Sequence[TradeOff], *, distance: str, best: float | None = None, title: str = ""
+) -> Figure:
+    """Draw how far images follow their label against how far they are from real ones, and what they differ by.
+
+    Parameters
+    ----------
+    weights : sequence of TradeOff
+    distance : str
+        What the distance is called.
+    best : float, optional
+        Correlation that the rater model reaches on real images: what could be reached.
+    """
+    figure = Figure(figsize=(10.5, 4.0), layout="constrained")
+    curve, spread = figure.subplots(1, 2)
+    x = [float(np.mean(one.distance)) for one in weights]
+    y = [float(np.mean(one.correlation)) for one in weights]
+    curve.plot(x, y, "-o", color="tab:blue")
+    for one, left, up in zip(weights, x, y, strict=True):
+        curve.plot(one.distance, one.correlation, ".", color="tab:blue", alpha=0.4)
+        curve.annotate(
+            f"weight {one.weight:,.0f}", (left, up), xytext=(6, 6), textcoords="offset points", fontsize=8
+        )
+    curve.axhline(0, color="0.7", linewidth=0.8)
+    if best is not None:
+        curve.axhline(best, color="0.4", linewidth=0.8, linestyle="--")
+        curve.text(
+            0.99,
+            best,
+            "real images that the rater model did not see",
+            fontsize=7,
+            color="0.3",
+            ha="right",
+            va="bottom",
+            transform=curve.get_yaxis_transform(),
+        )
+    curve.margins(x=0.2, y=0.15)
+    curve.set(
+        xlabel=f"{distance} (lower: more like real images)",
+        ylabel="correlation of predicted with asked scores",
+    )
+    places = np.arange(len(weights))
+    for shift, name, colour in ((-0.18, "noise_share", "tab:green"), (0.18, "label_share", "tab:purple")):
+        values = [float(np.mean(getattr(one, name))) for one in weights]
+        spread.bar(
+            places + shift,
+            values,
+            0.36,
+            color=colour,
+            label="over noises of one label" if name == "noise_share" else "over labels of one noise",
+        )
+    spread.axhline(1, color="0.7", linewidth=0.8)
+    spread.set_xticks(places, [f"{one.weight:,.0f}" for one in weights])
+    spread.set(xlabel="image weight", ylabel="what images differ by, share of real ones")
+    spread.legend(fontsize=8)
+    if title:
+        figure.suptitle(title, fontsize=10)
+    return figure

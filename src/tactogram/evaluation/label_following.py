@@ -1,0 +1,84 @@
+"""Whether what was generated follows its label, as somebody who scores it says: a rater model, or people.
+
+The error alone says little: scores near the middle have a small one whatever was asked. So beside it stand the error of
+the same scores against other labels, and the correlation of what was said with what was asked, each word's own mean
+taken away. A generator that does not look at its label has no correlation, and one error with both.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import ParameterError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Following:
+    """How far scores of what was generated follow what was asked.
+
+    Parameters
+    ----------
+    error : float
+        Mean absolute error, in what the scores are in.
+    error_of_others : float
+        Of the same scores against every other label: what following is worth is the difference.
+    correlation : float
+        Of mean scores of each label with the label over labels and words, each word's mean taken away; 0 where the
+        scores do not vary.
+    by_word : tuple of float
+        The correlation of each word by itself.
+    """
+
+    error: float
+    error_of_others: float
+    correlation: float
+    by_word: tuple[float, ...]
+
+    def as_dict(self) -> dict[str, float | tuple[float, ...]]:
+        """Return it as plain values, for JSON."""
+        return asdict(self)
+
+
+def following(asked: Array, said: Array) -> Following:
+    """Return how far ``said`` follows ``asked``.
+
+    Parameters
+    ----------
+    asked : float array, shape (label, word)
+        At least 3 labels.
+    said : float array, shape (label, draw, word)
+        Scores of what was generated for each label from several noises.
+
+    Raises
+    ------
+    ParameterError
+        If the shapes do not fit.
+    """
+    if said.ndim != 3 or asked.shape != (len(said), said.shape[2]) or len(asked) < 3:
+        raise ParameterError(
+            "asked must be (label, word) of at least 3 labels and said (label, draw, word), "
+            f"got {asked.shape} and {said.shape}"
+        )
+    errors = np.abs(said[:, None] - asked[None, :, None]).mean((2, 3))  # of what was said, against each label
+    own = np.eye(len(asked), dtype=bool)
+    wanted = asked - asked.mean(0)
+    heard = said.mean(1)
+    heard = heard - heard.mean(0)
+    by_word = tuple(_correlation(wanted[:, word], heard[:, word]) for word in range(asked.shape[1]))
+    return Following(
+        float(errors[own].mean()),
+        float(errors[~own].mean()),
+        _correlation(wanted.ravel(), heard.ravel()),
+        by_word,
+    )
+
+
+def _correlation(a: Array, b: Array) -> float:
+    """Return the correlation of two deviations from a mean; 0 where one does not vary."""
+    power = float(np.sqrt(np.sum(a**2) * np.sum(b**2)))
+    return float(np.sum(a * b) / power) if power > 1e-12 else 0.0

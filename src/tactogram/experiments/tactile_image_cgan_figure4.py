@@ -1,0 +1,194 @@
+"""Hatori et al. 2025, Figure 4: images of twelve plates from two noises and the losses, for four image weights.
+
+Beside the figure what the paper lacks: whether an image follows its label as a rater model says, whether noises and
+labels make a difference at all, how far the images are from real ones, and so the trade-off of the weights as a curve.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tactogram.evaluation.image_figures import GeneratedRow, TradeOff, generated_figure, trade_off_figure
+from tactogram.evaluation.image_quality import TITLES, ImageQuality
+from tactogram.evaluation.report import save_figure
+from tactogram.experiments._image_cells import (
+    DRAWS,
+    WEIGHTS,
+    Plates,
+    draws_of,
+    image_run,
+    judge,
+    of_real_images,
+    plates_of,
+    rater_run,
+    real_images,
+    store_of,
+)
+
+TRIALS = 2
+"""Noises that the figure shows. Fig. 4, "Images from two trials are shown"."""
+LETTERS = "abcd"
+PUBLISHED = {
+    1: "discriminator's loss near 0; images of one label alike, unlike real ones",
+    1000: "losses oscillate; images like real ones",
+    5000: "losses oscillate; images like real ones",
+    10000: "losses oscillate; images like real ones, least control by the label",
+}
+"""Sec. III-A, in words: the paper measures nothing here."""
+
+
+def run(
+    jobs: Any,
+    folder: Path,
+    *,
+    paper: bool,
+    images: str = "",
+    plates: str = "",
+    rater: str = "",
+    trainings: int = 1,
+    recipe: str = "",
+) -> dict[str, Any]:
+    """Return what each weight gives, and draw Fig. 4 and the trade-off.
+
+    Parameters
+    ----------
+    jobs, folder, paper
+        As of every experiment.
+    images, plates : str
+        Stores of rated images and of rated surfaces; by default simulated.
+    rater : str
+        A run of a rater of images; by default one is trained.
+    trainings : int
+        Seeds of each weight.
+    recipe : str
+        Of the generators; by default ``paper``, or ``quick`` for the bench.
+    """
+    seen, felt = (
+        store_of(jobs, folder, "tactile_images", images),
+        store_of(jobs, folder, "ultrasonic", plates),
+    )
+    wanted = plates_of(felt)
+    scoring = rater_run(jobs, folder, seen, rater)
+    recipe = recipe or ("paper" if paper else "quick")
+    quality = ImageQuality(real_images(seen))
+    cells: dict[int, list[dict[str, Any]]] = {}
+    for weight in WEIGHTS:
+        made = [
+            image_run(jobs, folder, seen, weight=weight, seed=seed, recipe=recipe)
+            for seed in range(trainings)
+        ]
+        cells[weight] = [judge(jobs, folder, each, scoring, wanted, quality) for each in made]
+    best = of_real_images(jobs, seen, scoring)
+    simulated = seen.simulated or felt.simulated
+    said = "simulated images, surfaces and raters" if simulated else "recorded"
+    figure, curve = folder / "figure4.png", folder / "trade_off.png"
+    rows = [
+        _row(jobs, folder, weight, wanted, letter) for letter, weight in zip(LETTERS, WEIGHTS, strict=True)
+    ]
+    labels = [name.removeprefix("plate").lstrip("0") or name for name in wanted.names]
+    title = f"Fig. 4, {recipe} recipe, {said}"
+    save_figure(figure, generated_figure(rows, [f"ID{label}" for label in labels], title=title))
+    measure = "fid" if "fid" in cells[WEIGHTS[0]][0]["quality"] else "efficientnet_lite0_frechet_distance"
+    if all(measure in cell["quality"] for row in cells.values() for cell in row):
+        drawn = trade_off_figure(
+            [_trade(weight, row, measure) for weight, row in cells.items()],
+            distance=TITLES[measure],
+            best=None if best is None else best.correlation,
+            title=f"{said}; scores predicted by a rater model; {len(wanted.names)} plates, {DRAWS} noises each",
+        )
+        save_figure(curve, drawn)
+    result: dict[str, Any] = {
+        "figure": str(figure),
+        "trade_off": str(curve) if curve.is_file() else None,
+        "recipe": recipe,
+        "trainings": trainings,
+        "simulated": simulated,
+        "images": {"name": seen.name, "sha256": seen.sha256},
+        "plates": {"name": felt.name, "sha256": felt.sha256},
+        "rater": str(scoring),
+        "rater_on_unseen_images": None if best is None else best.as_dict(),
+        "missing": quality.missing,
+        "weights": {str(weight): row for weight, row in cells.items()},
+        "losses": {str(weight): _losses_of(jobs, folder, weight) for weight in WEIGHTS},
+    }
+    return result | {"text": _text(result, said)}
+
+
+def _row(jobs: Any, folder: Path, weight: int, plates: Plates, letter: str) -> GeneratedRow:
+    loaded = jobs.load_run(folder / "runs" / f"weight-{weight}-0")
+    made = draws_of(loaded, plates, draws=TRIALS)
+    trials = [[row[trial] for row in made] for trial in range(TRIALS)]
+    metrics = loaded.run.metrics()
+    losses = {
+        name: [(line["step"], line[name]) for line in metrics] for name in ("generator", "discriminator")
+    }
+    return GeneratedRow(f"({letter}) image weight {weight:,}", trials, losses)
+
+
+def _losses_of(jobs: Any, folder: Path, weight: int) -> dict[str, float]:
+    """Return the losses over the last half of a training: means, and how far the discriminator's swings."""
+    lines = jobs.load_run(folder / "runs" / f"weight-{weight}-0").run.metrics()
+    late = lines[len(lines) // 2 :]
+    discriminator = np.array([line["discriminator"] for line in late])
+    return {
+        "discriminator": float(discriminator.mean()),
+        "discriminator_sd": float(discriminator.std()),
+        "generator": float(np.mean([line["generator"] for line in late])),
+        "correct": float(np.mean([line["correct"] for line in late])),
+    }
+
+
+def _trade(weight: int, row: Sequence[Mapping[str, Any]], measure: str) -> TradeOff:
+    return TradeOff(
+        weight,
+        [cell["following"]["correlation"] for cell in row],
+        [cell["quality"][measure] for cell in row],
+        [cell["spread"]["noise_share"] for cell in row],
+        [cell["spread"]["label_share"] for cell in row],
+    )
+
+
+def _text(result: Mapping[str, Any], said: str) -> str:
+    names = list(result["weights"][str(WEIGHTS[0])][0]["quality"])
+    head = ("weight", "follows r", "error", "of others", "by noise", "by label", "D loss", "sd")
+    lines = [
+        f"Fig. 4 on {said}, {result['recipe']} recipe, mean over {result['trainings']} training(s); scores 0..1 "
+        "predicted by a rater model",
+        "".join(f"{name:>11}" for name in head)
+        + "".join(f"  {TITLES[name]}" for name in names)
+        + "  collapse; published",
+    ]
+    for weight in WEIGHTS:
+        row, losses = result["weights"][str(weight)], result["losses"][str(weight)]
+
+        def mean(part: str, name: str, row: Sequence[Mapping[str, Any]] = row) -> float:
+            return float(np.mean([cell[part][name] for cell in row]))
+
+        collapse = ", ".join(sorted({cell["collapse"] or "none" for cell in row}))
+        values = (
+            mean("following", "correlation"),
+            mean("following", "error"),
+            mean("following", "error_of_others"),
+            mean("spread", "noise_share"),
+            mean("spread", "label_share"),
+            losses["discriminator"],
+            losses["discriminator_sd"],
+        )
+        lines.append(
+            f"{weight:>11,}"
+            + "".join(f"{value:>11.3f}" for value in values)
+            + "".join(f"  {mean('quality', name):>{len(TITLES[name])}.1f}" for name in names)
+            + f"  {collapse}; {PUBLISHED[weight]}"
+        )
+    best = result["rater_on_unseen_images"]
+    if best:
+        lines.append(
+            f"the rater model on real images that it did not see: r {best['correlation']:.2f}, "
+            f"error {best['error']:.3f}, of others {best['error_of_others']:.3f}"
+        )
+    lines += [f"{name}: {why}" for name, why in result["missing"].items()]
+    return "\n".join(lines)
