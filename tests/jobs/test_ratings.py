@@ -7,6 +7,7 @@ import pytest
 import soundfile
 
 from tactogram.cli import main
+from tactogram.cli.printing import shortened
 from tactogram.datasets import EVOKED, Ratings, Recording, create_store, open_store
 from tactogram.datasets.importing import import_dataset
 from tactogram.datasets.store import problems
@@ -138,7 +139,7 @@ def test_the_command_rates_and_tells(store, tmp_path, capsys):
     assert main(["data", "info", str(store)]) == 0
     text = capsys.readouterr().out
     assert "ratings: 90 scores of 3 items by 3 raters, 7-point unipolar (1 to 7)" in text
-    assert "missing: 0 left blank, 0 items not met by a rater" in text
+    assert "missing: 0 left blank; 0 of 9 pairs of rater and item without any score" in text
     assert "rustle" in text
     assert main(["data", "rate", str(store), str(tmp_path / "r.csv")]) == 1
     assert "--replace" in capsys.readouterr().err
@@ -165,3 +166,12 @@ def test_a_study_of_ones_own_files_comes_in(tmp_path):
         "plate01": ("strain",),
         None: ("drive",),
     }
+
+
+def test_long_lists_of_names_are_told_by_number():
+    names = [f"image{n:03d}" for n in range(320)]
+    assert shortened(names)[-1] == "… (320 in all)"
+    assert len(shortened(names)) == 11
+    assert shortened(names[:12]) == names[:12]
+    assert shortened(dict.fromkeys(names, 1))["…"] == "(320 in all)"
+    assert shortened(dict.fromkeys(names[:40], 1)) == dict.fromkeys(names[:40], 1)

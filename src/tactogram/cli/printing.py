@@ -54,6 +54,15 @@ def columns(rows: Sequence[Sequence[str]]) -> str:
     return "\n".join("  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip() for row in rows)
 
 
+def shortened(value: Any) -> Any:
+    """Return the first of a long list, or of more names than anybody reads, and how many there are."""
+    if isinstance(value, Mapping) and len(value) > 40:
+        return dict(list(value.items())[:10]) | {"…": f"({len(value)} in all)"}
+    if isinstance(value, list) and len(value) > 12:
+        return [*value[:10], f"… ({len(value)} in all)"]
+    return value
+
+
 def ratings_text(facts: Mapping[str, Any]) -> str:
     """Return what ratings hold, lack and are worth, with a row per word."""
     scale, missing, agreed = facts["scale"], facts["missing"], facts["reliability"]
@@ -61,9 +70,13 @@ def ratings_text(facts: Mapping[str, Any]) -> str:
         f"ratings: {facts['scores']} scores of {facts['items']} items by {facts['raters']} raters, "
         f"{scale['name']} ({scale['low']:g} to {scale['high']:g})"
     ]
-    by_rater = f" ({text_of(missing['blank_by_rater'])})" if missing["blank"] else ""
+    most = sorted(missing["blank_by_rater"].items(), key=lambda entry: -entry[1])
+    by_rater = (
+        f" by {len(most)} raters ({text_of(dict(most[:5]))}{', …' if len(most) > 5 else ''})" if most else ""
+    )
     lines.append(
-        f"missing: {missing['blank']} left blank{by_rater}, {missing['not_met']} items not met by a rater"
+        f"missing: {missing['blank']} left blank{by_rater}; {missing['not_met']} of "
+        f"{facts['items'] * facts['raters']} pairs of rater and item without any score"
     )
     names = ("mean", "sd", "alpha", "icc_single", "icc_average")
     rows = [("word", "mean", "sd", f"alpha, {agreed['level']}", "ICC(2,1)", "ICC(2,k)", "of items x raters")]

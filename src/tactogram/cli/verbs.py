@@ -11,6 +11,7 @@ from tactogram.cli.printing import (
     lines_of,
     print_result,
     ratings_text,
+    shortened,
     text_of,
 )
 
@@ -99,7 +100,7 @@ def data_info(a: Arguments) -> None:
 
     facts = store_info(a.path)
     ratings = facts["ratings"]
-    text = lines_of({name: value for name, value in facts.items() if name != "ratings"})
+    text = lines_of({name: shortened(value) for name, value in facts.items() if name != "ratings"})
     print_result(a, facts, text if ratings is None else f"{text}\n{ratings_text(ratings)}")
 
 
@@ -109,7 +110,7 @@ def data_rate(a: Arguments) -> None:
     from tactogram.recipe import parse_changes
 
     facts = rate_store(a.path, a.files, scale=a.scale, settings=parse_changes(a.options), replace=a.replace)
-    print_result(a, facts, lines_of(facts))
+    print_result(a, facts, lines_of({name: shortened(value) for name, value in facts.items()}))
 
 
 def data_check(a: Arguments) -> int:

@@ -16,6 +16,7 @@ from nltk.metrics.agreement import AnnotationTask
 from numpy.typing import ArrayLike, NDArray
 from statsmodels.formula.api import ols
 from statsmodels.stats.anova import anova_lm
+from threadpoolctl import threadpool_limits
 
 from tactogram.errors import ParameterError
 
@@ -115,7 +116,9 @@ def intraclass_correlation(scores: ArrayLike) -> IntraclassCorrelation | None:
             "rater": np.tile(np.arange(raters), items),
         }
     )
-    squares = anova_lm(ols("score ~ C(item) + C(rater)", data).fit())["mean_sq"]
+    # Two threads that wait on each other take a hundred times as long over small arrays.
+    with threadpool_limits(1):
+        squares = anova_lm(ols("score ~ C(item) + C(rater)", data).fit())["mean_sq"]
     between, judges, rest = (float(squares[name]) for name in ("C(item)", "C(rater)", "Residual"))
     shared = (judges - rest) / items
     return IntraclassCorrelation(
