@@ -1,5 +1,7 @@
 """What tables of ratings may look like, and what is said of those that may not."""
 
+from pathlib import Path
+
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -13,6 +15,7 @@ from tactogram.datasets.ratings_table import Columns, read_table, write_table
 from tactogram.datasets.words import JAPANESE, ROMAJI, WORDS, word_of
 from tactogram.errors import DataError, ParameterError
 
+ROOT = Path(__file__).parents[2]
 LONG = "rater,item,word,score\nr1,plate01,rough,6\nr1,plate01,sleek,2\nr2,plate01,rough,4\n"
 WIDE = "rater,item," + ",".join(WORDS) + "\nr1,plate01,1,2,3,4,5,6,7,1,2,3\nr2,plate01,7,6,5,4,3,2,1,7,6,5\n"
 
@@ -192,8 +195,8 @@ BROKEN = {
         "rater,item,word,score,dry\nr,p,dry,1,1\n",
         "columns word and score, or a column per word, got both",
     ),
-    "only headings": ("rater,item,word,score\n", "holds no ratings, but no row below its headings"),
-    "only empty cells": ("rater,item,word,score\nr,p,dry,\n", "holds no ratings, but 1 rows without a score"),
+    "only headings": ("rater,item,word,score\n", "holds no row below its headings"),
+    "only empty cells": ("rater,item,word,score\nr,p,dry,\n", r"holds no score in any of its rows \(1\)"),
     "nothing": ("", "must begin with a row of headings, got none"),
     "an open quote": (LONG + '"r3,p,rough,1\n', "not a table: unexpected end of data"),
 }
@@ -205,7 +208,8 @@ def test_a_broken_table_is_refused_with_its_row(tmp_path, name):
     with pytest.raises(DataError, match=says) as caught:
         read_table(write(tmp_path / "r.csv", text))
     assert "\n" not in str(caught.value)
-    assert str(caught.value).startswith(f"{tmp_path / 'r.csv'}: ")
+    said = str(caught.value).removeprefix(f"{tmp_path / 'r.csv'}: ")
+    assert f"| {name} | `{said}` |" in (ROOT / "docs/ratings.md").read_text(encoding="utf-8")
 
 
 def test_files_that_are_no_tables_are_refused(tmp_path):

@@ -83,6 +83,7 @@ def test_earlier_ratings_go_only_when_it_is_said(store, tmp_path):
         ("rater,item,word,score\nr,plate01,dry,0\n", {}, "row 2 .*must be 1 to 7"),
         ("rater,item,word,score\nr,plate01,dry,1\n", {"settings": {"colum.rater": "x"}}, "got 'colum.rater'"),
         ("rater,item,word,score\nr,plate01,dry,1\n", {"settings": {"column.who": "x"}}, "got 'who'"),
+        ("rater,item,word,score\nr,1,dry,1\n", {"settings": {"item": "a{},b{}"}}, "each of 1 files, got 2"),
     ],
 )
 def test_what_is_refused_leaves_the_store_as_it_was(store, tmp_path, text, options, says):
@@ -149,23 +150,26 @@ def test_the_command_rates_and_tells(store, tmp_path, capsys):
 def test_a_study_of_ones_own_files_comes_in(tmp_path):
     """What docs/ratings.md shows: plates that were measured, signals that were displayed, two tables."""
     rng = np.random.default_rng(0)
-    lines = ["file,stream,unit,session"]
+    lines = ["file,stream,unit,axes,session,speed_mm_s,force_n"]
     for name, stream in [("plate01/m01", "strain"), ("plate01/m02", "strain"), ("signals/signal01", "drive")]:
         path = tmp_path / "study" / f"{name}.wav"
         path.parent.mkdir(parents=True, exist_ok=True)
-        soundfile.write(path, rng.uniform(-0.5, 0.5, 100), 10_000, subtype="FLOAT")
-        session = name.replace("/", "-") if stream == "strain" else ""
-        lines.append(f"{name}.wav,{stream},{'V' if stream == 'strain' else '1'},{session}")
+        samples = rng.uniform(-0.5, 0.5, (100, 4 if stream == "strain" else 1))
+        soundfile.write(path, samples, 10_000, subtype="FLOAT")
+        about = f"V,g1 g2 g3 g4,{name.replace('/', '-')},20,0.98" if stream == "strain" else "1,drive,,,"
+        lines.append(f"{name}.wav,{stream},{about}")
     (tmp_path / "study" / "recordings.csv").write_text("\n".join(lines) + "\n")
     import_dataset("folder", tmp_path / "study", tmp_path / "s", options={"items": "signals"})
-    tables = [wide(tmp_path / "plates.csv", ["plate01"]), wide(tmp_path / "signals.csv", ["signal01"])]
-    facts = rate_store(tmp_path / "s", tables)
+    tables = [wide(tmp_path / "plates.csv", ["1"]), wide(tmp_path / "signals.csv", ["1"])]
+    facts = rate_store(tmp_path / "s", tables, settings={"item": "plate{:0>2},signal{:0>2}"})
     assert facts["unrated"] == []
     store = open_store(tmp_path / "s")
     assert {info.material: store.streams_of(info.id) for info in store.index} == {
         "plate01": ("strain",),
         None: ("drive",),
     }
+    assert store.streams["strain"].axes == ("g1", "g2", "g3", "g4")
+    assert store.ratings.items == ("plate01", "signal01")
 
 
 def test_long_lists_of_names_are_told_by_number():

@@ -225,8 +225,8 @@ class _Reader:
                     score = _number(f"{where} ({rater}, {item}, {word})", "score", text)
                     found.append((number, rater, item, word, score, order, session))
         if not found:
-            rest = f"{count} rows without a score" if count else "no row below its headings"
-            raise DataError(f"{self.path}: holds no ratings, but {rest}")
+            rest = f"score in any of its rows ({count})" if count else "row below its headings"
+            raise DataError(f"{self.path}: holds no {rest}")
         numbers, raters, items, words, scores, orders, sessions = zip(*found, strict=True)
         asked = self.columns.words or (
             self.columns.asked if self.wide else tuple(word for word in WORDS if word in set(words))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from dataclasses import replace as replace_field
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +40,8 @@ def rate_store(
         As `tactogram.datasets.ratings.scale_of` takes it.
     settings : mapping, optional
         How to read the tables: ``column.rater``, ``column.WORD``, … (the table's heading of it), ``words`` and
-        ``ignore`` (names divided by commas), ``item`` (``plate{:0>2}``), ``encoding``.
+        ``ignore`` (names divided by commas), ``item`` (``plate{:0>2}``, or one for each file, divided by commas),
+        ``encoding``.
     replace : bool
         Whether ratings that are there already may go.
 
@@ -64,8 +66,10 @@ def rate_store(
         raise DataError(
             f"{path} has ratings already ({store.facts.ratings.rows} scores); --replace puts these in their place"
         )
-    chosen, columns = scale_of(scale), _columns(settings or {})
-    tables = [read_table(Path(file), scale=chosen, columns=columns) for file in files]
+    chosen, columns = scale_of(scale), _columns(settings or {}, len(files))
+    tables = [
+        read_table(Path(file), scale=chosen, columns=how) for file, how in zip(files, columns, strict=True)
+    ]
     ratings = joined([table.ratings for table in tables])
     rated = add_ratings(store, ratings, replace=replace)
     blank: dict[str, int] = {}
@@ -147,15 +151,22 @@ def _level(scale: Scale) -> Level:
     return "nominal" if scale.high - scale.low <= scale.step else "ordinal"
 
 
-def _columns(settings: Mapping[str, Any]) -> Columns:
+def _columns(settings: Mapping[str, Any], files: int) -> list[Columns]:
+    """Return how to read each of ``files`` tables."""
     named = {key.removeprefix("column."): str(value) for key, value in settings.items() if "." in key}
     for key in settings:
         if not key.startswith("column.") and key not in SETTINGS:
             raise ParameterError(f"a setting must be column.NAME, {', '.join(SETTINGS)}, got {key!r}")
-    changes = {key: str(settings[key]) for key in ("item", "encoding") if key in settings}
-    return Columns(
-        named=named, words=_names(settings.get("words")), ignored=_names(settings.get("ignore")), **changes
+    items = _names(settings.get("item", "{}"))
+    if len(items) not in (1, files):
+        raise ParameterError(f"item must be said once, or once for each of {files} files, got {len(items)}")
+    known = Columns(
+        named=named,
+        words=_names(settings.get("words")),
+        ignored=_names(settings.get("ignore")),
+        encoding=str(settings.get("encoding", "utf-8-sig")),
     )
+    return [replace_field(known, item=item) for item in (items * files if len(items) == 1 else items)]
 
 
 def _names(value: Any) -> tuple[str, ...]:
