@@ -54,6 +54,9 @@ def simulate_to_store(
     if workers is not None and workers < 1:
         raise ParameterError(f"workers must be at least 1, got {workers}")
     shown = surface_photographs(set_name, photographs)
+    todo = tasks(
+        set_name, seed=seed, per_class=per_class, seconds=seconds, rate=rate, own_images=not photographs
+    )
     rated = study(set_name, seed=seed, per_class=per_class, raters=raters)
     given = {
         "per-class": per_class,
@@ -65,9 +68,6 @@ def simulate_to_store(
     command = " ".join(
         [f"tactogram data simulate {set_name} --seed {seed}"]
         + [f"--{name} {value:g}" for name, value in given.items() if value is not None]
-    )
-    todo = tasks(
-        set_name, seed=seed, per_class=per_class, seconds=seconds, rate=rate, own_images=not photographs
     )
     store = create_store(
         Path(out),

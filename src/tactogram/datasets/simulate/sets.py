@@ -1,4 +1,4 @@
-"""The named sets, and how one recording of a set is made."""
+"""The named sets, and how one recording of a surface is made; `studies` has what else the rated sets hold."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def simulate(
     seconds: float | None = None,
     rate: float | None = None,
 ) -> Iterator[Recording]:
-    """Yield the recordings of a named set, one at a time.
+    """Yield the recordings of surfaces of a named set, one at a time.
 
     Parameters
     ----------
@@ -145,6 +145,8 @@ def tasks(
     takes = facts.per_class if per_class is None else per_class
     length = facts.seconds if seconds is None else seconds
     hertz = facts.sensor.rate if rate is None else rate
+    if not facts.surfaces and not (seconds is None and rate is None):
+        raise ParameterError(f"{set_name} holds images alone; leave seconds and rate out")
     if takes < 1:
         raise ParameterError(f"per_class must be at least 1, got {takes}")
     if not 0.1 <= length <= 3600:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactogram.datasets.ratings import Ratings
+from tactogram.datasets.ratings import Ratings, joined
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.simulate.display_signals import drives
 from tactogram.datasets.simulate.metal_plates import PLATES
@@ -90,17 +90,3 @@ def study(
         dealt = {name: images[name] for name in names[number::IMAGE_SETS]}
         parts.append(score_images(dealt, present, seed=seed, session=f"set{number + 1}"))
     return Study((), tuple(images.items()), joined(parts))
-
-
-def joined(tables: list[Ratings]) -> Ratings:
-    """Return the rows of several tables of one scale, one after the other."""
-    return Ratings(
-        tuple(name for table in tables for name in table.rater),
-        tuple(name for table in tables for name in table.item),
-        tuple(name for table in tables for name in table.word),
-        np.concatenate([table.score for table in tables]),
-        tables[0].scale,
-        np.concatenate([table.order for table in tables if table.order is not None]),
-        tuple(name for table in tables for name in table.session),
-        tables[0].words,
-    )

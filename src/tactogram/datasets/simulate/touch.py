@@ -118,9 +118,11 @@ def display_touched(drive: Signal) -> Touched:
         )
     if drive.seconds < 0.1:
         raise ParameterError(f"a drive signal must last at least 0.1 s, got {drive.seconds:g} s")
-    loop = np.clip(resample(drive, RATE).samples[0].astype(np.float64), -1, 1)
     count = round(RATE)
-    x = np.tile(loop, -(-2 * count // len(loop)))[: 2 * count]
+    loop = np.clip(drive.samples, -1, 1)
+    thrice = drive.with_samples(np.tile(loop, -(-3 * round(drive.rate) // len(drive))))
+    # The ends of what is resampled are no part of the loop, and its first second is for the skin to settle.
+    x = resample(thrice, RATE).samples[0, count // 2 :][: 2 * count].astype(np.float64)
     corner = 2 * np.pi * CARRIER_HZ / (2 * QUALITY)
     b, a = dsp.bilinear([corner], [1, corner], RATE)
     envelope = np.clip(dsp.lfilter(b, a, (1 + x) / 2, zi=[(1 + x[0]) / 2 * (1 - b[0])])[0], 0, 1)

@@ -14,7 +14,7 @@ from scipy.stats import kurtosis
 
 from tactogram.datasets.simulate.touch import RATE, Touched
 from tactogram.datasets.words import WORDS
-from tactogram.signal.perception import sensation_level_db, weighted
+from tactogram.signal.perception import weighted
 
 PACINIAN_HZ = (40.0, 1000.0)
 FLUTTER_HZ = (2.0, 40.0)
@@ -27,7 +27,8 @@ class TouchCues:
     Parameters
     ----------
     level_db : float
-        Level of the vibration above 40 Hz, over the threshold of touch.
+        Level of the vibration above 40 Hz over the threshold of touch: 0 is a sine that is just felt. It is that of the
+        whole second, where `tactogram.signal.perception.sensation_level_db` weighs its middle: a loop has no middle.
     fine : float
         How high it is: 1 for content well above 150 Hz, 0 well below.
     irregular : float
@@ -68,7 +69,7 @@ def touch_cues(touched: Touched) -> TouchCues:
     slow, drag = (_slow(x) for x in (touched.skin.samples.astype(np.float64), touched.drag[None]))
     jolts = float(kurtosis(felt[0])) if felt[0].std() > 0 else 0.0
     return TouchCues(
-        level_db=max(sensation_level_db(touched.skin, band=PACINIAN_HZ), -100.0),
+        level_db=float(10 * np.log10(max(2 * np.mean(felt**2, axis=1).sum(), 1e-10))),
         fine=float(1 / (1 + np.exp(-(mean_hz - 150) / 35))),
         irregular=_clip(np.log(lines) / np.log(200)),
         impulsive=_clip(np.log1p(max(jolts, 0.0)) / np.log(61)),
