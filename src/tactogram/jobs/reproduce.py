@@ -14,6 +14,7 @@ from typing import Any
 from tactogram import experiments as package
 from tactogram.errors import ParameterError
 from tactogram.jobs.crossval import crossval
+from tactogram.jobs.data import import_store
 from tactogram.jobs.evaluate import evaluate
 from tactogram.jobs.generate import generate
 from tactogram.jobs.made_by_words import made_by_words
@@ -33,6 +34,7 @@ class Jobs:
 
     def __init__(self, progress: Progress) -> None:
         self.simulate = partial(simulate_to_store, progress=progress)
+        self.import_store = partial(import_store, progress=progress)
         self.crossval = partial(crossval, progress=progress)
         self.train = partial(train, progress=progress)
         self.evaluate = partial(evaluate, progress=progress)

@@ -92,12 +92,16 @@ class Regression:
 
     def predict(self, features: Floats) -> Floats:
         """Return scores, float64, shape (example, word), from features (example, feature); 0 to 1."""
+        return np.clip(self.unbounded(features), 0, 1)
+
+    def unbounded(self, features: Floats) -> Floats:
+        """Return scores as `predict`, but where they are: for putting in order, in which what is clipped is tied."""
         x = self.scaling.apply(features)
         columns = [
             kernel_of(x, self.support, form) @ self.coefficients[:, word]
             for word, form in enumerate(self.chosen)
         ]
-        return np.clip(np.stack(columns, axis=1) + self.intercepts, 0, 1)
+        return np.asarray(np.stack(columns, axis=1) + self.intercepts)
 
     def state(self) -> dict[str, Any]:
         """Return all of it as arrays and numbers."""
