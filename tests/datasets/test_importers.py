@@ -9,7 +9,17 @@ import soundfile
 from PIL import Image as Pillow
 from scipy import signal as scipy_signal
 
-from tactogram.datasets import biotac_slide, cluster, folder, item_of, lmt108, open_store, vibviz
+from tactogram.datasets import (
+    Ratings,
+    add_ratings,
+    biotac_slide,
+    cluster,
+    folder,
+    item_of,
+    lmt108,
+    open_store,
+    vibviz,
+)
 from tactogram.datasets.importing import import_dataset
 from tactogram.errors import DataError
 from tactogram.signal import Signal
@@ -397,6 +407,13 @@ class TestFolder:
         ]
         assert sorted(store.photographs_by_material) == ["image1", "image2"]
         assert set(store.streams) == {"strain", "drive", "vibration"}
+
+    def test_ratings_that_were_added_do_not_make_it_another_import(self, tmp_path):
+        self.write(tmp_path / "f", "cork/1.wav")
+        _, store = imported("folder", tmp_path / "f", tmp_path)
+        rated = add_ratings(store, Ratings(("r",), ("cork",), ("rough",), np.array([2.0])))
+        assert imported("folder", tmp_path / "f", tmp_path)[0]["unchanged"]
+        assert open_store(store.path).sha256 == rated.sha256
 
     def test_images_alone_make_a_store(self, tmp_path):
         (tmp_path / "f" / "images").mkdir(parents=True)

@@ -204,6 +204,13 @@ class TestStore:
             create_store(tmp_path / "s", surfaces()[:1], ratings=table(), **FACTS)
         assert list(tmp_path.iterdir()) == []
 
+    def test_one_signal_cannot_be_two_items(self, tmp_path):
+        twice = [recording(1, labels={"item": "signal01"}), recording(1, labels={"item": "signal02"})]
+        with pytest.raises(
+            DataError, match="the same samples as 1.wav, but called 'signal02' here and 'signal01'"
+        ):
+            create_store(tmp_path / "s", twice, **FACTS)
+
     def test_recordings_that_are_added_leave_them(self, tmp_path):
         store = create_store(tmp_path / "s", surfaces(), ratings=table(), **FACTS)
         bigger = add_recordings(store, [recording(3, material="plate02")])

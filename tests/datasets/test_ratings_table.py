@@ -20,6 +20,11 @@ LONG = "rater,item,word,score\nr1,plate01,rough,6\nr1,plate01,sleek,2\nr2,plate0
 WIDE = "rater,item," + ",".join(WORDS) + "\nr1,plate01,1,2,3,4,5,6,7,1,2,3\nr2,plate01,7,6,5,4,3,2,1,7,6,5\n"
 
 
+NAMES = st.text(st.characters(codec="utf-8", exclude_characters="\0"), min_size=1, max_size=6).filter(
+    lambda name: name == name.strip()
+)
+
+
 def write(path, text, encoding="utf-8"):
     path.write_bytes(text.encode(encoding))
     return path
@@ -145,6 +150,21 @@ class TestReading:
         back = read_table(tmp_path / name, columns=Columns(words=WORDS)).ratings
         assert back.sha256 == ratings.sha256
         assert [path.name for path in tmp_path.iterdir()] == [name]
+
+    @settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+    @given(
+        rows=st.dictionaries(
+            st.tuples(NAMES, NAMES, st.sampled_from(WORDS)), st.integers(1, 7), min_size=1, max_size=20
+        ),
+        form=st.sampled_from(["long", "wide"]),
+        suffix=st.sampled_from([".csv", ".tsv"]),
+    )
+    def test_any_names_come_back(self, tmp_path, rows, form, suffix):
+        rater, item, word = zip(*rows, strict=True)
+        ratings = Ratings(rater, item, word, np.array(list(rows.values()), float), words=WORDS)
+        write_table(tmp_path / f"r{suffix}", ratings, form=form)
+        back = read_table(tmp_path / f"r{suffix}", columns=Columns(words=WORDS)).ratings
+        assert back.sha256 == ratings.sha256
 
     def test_means_keep_every_digit(self, tmp_path):
         scale = Scale("means", 1, 7)

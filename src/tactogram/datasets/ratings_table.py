@@ -17,6 +17,7 @@ import os
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from io import StringIO
 from pathlib import Path
 from typing import Any, Literal
 
@@ -154,7 +155,7 @@ def write_table(path: Path, ratings: Ratings, *, form: Form = "long") -> None:
     part = path.with_name(f"{path.name}.part-{os.getpid()}")
     try:
         with part.open("w", encoding="utf-8", newline="") as file:
-            csv.writer(file, delimiter="\t" if suffix == ".tsv" else ",", lineterminator="\n").writerows(rows)
+            csv.writer(file, delimiter="\t" if suffix == ".tsv" else ",").writerows(rows)
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
@@ -293,7 +294,7 @@ def _text_rows(path: Path, encoding: str) -> tuple[list[str], Iterator[tuple[int
     first = text.partition("\n")[0]
     divider = "\t" if path.suffix.lower() == ".tsv" else max(",;\t", key=first.count)
     try:
-        rows = list(csv.reader(text.splitlines(), delimiter=divider, strict=True))
+        rows = list(csv.reader(StringIO(text, newline=""), delimiter=divider, strict=True))
     except csv.Error as error:
         raise DataError(f"{path}: not a table: {error}") from error
     if not rows or not any(cell.strip() for cell in rows[0]):

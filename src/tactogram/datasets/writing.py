@@ -243,16 +243,16 @@ class StoreWriter:
         Raises
         ------
         DataError
-            If it cannot stand beside the others: another unit, or the same samples with another material.
+            If it cannot stand beside the others: another unit, or the same samples of another material or item.
         """
         where = recording.source or recording.id
         if recording.id != content_id(recording.streams):
             raise DataError(f"{where}: id must follow from the samples, got {recording.id!r}; leave it empty")
         kept = self._met(recording.id)
         if kept is not None:
-            if kept[0] != recording.material:
+            if kept[0] != item_of(recording):
                 raise DataError(
-                    f"{where}: the same samples as {kept[1]}, but called {recording.material!r} here "
+                    f"{where}: the same samples as {kept[1]}, but called {item_of(recording)!r} here "
                     f"and {kept[0]!r} there; leave one out"
                 )
             self.duplicates.append({"id": recording.id, "kept": kept[1], "dropped": where})
@@ -267,7 +267,7 @@ class StoreWriter:
             self._close_shard()
             self.streams = widened
         key = self._keep_picture(recording, photograph)
-        self._seen[recording.id] = (recording.material, where)
+        self._seen[recording.id] = (item_of(recording), where)
         if item := item_of(recording):
             self._items.add(item)
         self._simulated |= recording.simulated
@@ -385,7 +385,7 @@ class StoreWriter:
             return self._seen[id]
         if self._store is not None and id in self._store:
             info = self._store.info(id)
-            return info.material, info.source or id
+            return item_of(info), info.source or id
         return None
 
     def _save_ids(self, ids: np.ndarray, path: Path) -> None:
