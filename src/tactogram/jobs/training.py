@@ -207,9 +207,13 @@ def train(
             from tactogram.jobs.search import index_run
 
             index_run(run, learner, examples, validation)
+        outcome = {"outcome": learner.outcome()} if hasattr(learner, "outcome") else {}
+        _draw(run, learner)
         # Last: the run counts as finished from here on.
         run.finish(
-            learner, kind, {"model": model, "label": label, "validation": learner.validate(validation)}
+            learner,
+            kind,
+            {"model": model, "label": label, **outcome, "validation": learner.validate(validation)},
         )
     fabric.barrier()
     return run
@@ -346,6 +350,17 @@ def _begin(run: Run, recipe: Recipe, identity: str, store: Store, split: Split, 
     # Before the recipe, which makes it a run: a kill leaves a run with its split, or none.
     split.save(run.folder / "split.json")
     Run.create(run.folder, recipe=recipe, data=data, identity=identity)
+
+
+def _draw(run: Run, learner: Learner) -> None:
+    """Write what a learner draws of its training to ``figures/NAME.png``."""
+    drawn = learner.figures() if hasattr(learner, "figures") else {}
+    for name, figure in drawn.items():
+        file = run.folder / "figures" / f"{name}.png"
+        file.parent.mkdir(exist_ok=True)
+        part = file.with_name(file.name + ".part")
+        figure.savefig(part, dpi=120, format="png")
+        part.replace(file)
 
 
 def _take_back(run: Run) -> None:

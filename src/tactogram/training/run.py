@@ -2,7 +2,7 @@
 
 recipe.toml  environment.json  data.json  split.json  metrics.jsonl  metrics.csv
 checkpoint.safetensors (while it trains)  model.safetensors + model.json (when it is done)
-samples/  evaluation.json  report.html
+samples/  figures/  evaluation.json  report.html
 """
 
 from __future__ import annotations

@@ -34,6 +34,9 @@ class Config(BaseModel):
     """Between one-second windows. Sec. III-B."""
     bins: int = Field(default=1000, gt=0)
     """Of the amplitude spectrum, 1 Hz apart, from 1 Hz on. Sec. III-B."""
+    spectrum_weight: float = Field(default=1.0, gt=0, allow_inf_nan=False)
+    """Root mean square of all bins of each side's spectra as the networks see them, beside labels of 0 to 1. Assumed:
+    the paper does not say how it scales spectra. Hatori et al. 2025, Sec. II-C, weigh images against labels so."""
 
     # -- networks, Tables 2 and 3
     generator_widths: tuple[Count, ...] = Field(default=(1024, 512, 256, 128), min_length=1)
@@ -50,6 +53,8 @@ class Config(BaseModel):
     # -- training, Table 4
     learning_rate: float = Field(default=1e-3, gt=0, allow_inf_nan=False)
     """Of Adam, alpha. Table 4."""
+    discriminator_learning_rate: float | None = Field(default=None, gt=0, allow_inf_nan=False)
+    """Of the discriminator's Adam where it is another: a slower one gives the generator time. Ours."""
     betas: tuple[Beta, Beta] = (0.9, 0.999)
     """Of Adam. Table 4."""
     epsilon: float = Field(default=1e-8, gt=0, allow_inf_nan=False)

@@ -62,7 +62,7 @@ class UltrasonicCGANLearner:
         self.surfaces: Surfaces | None = None
         self.trained: list[Trained] = []
         """What came of the clusters that are done."""
-        self._data: _Data | None = None
+        self._data: Data | None = None
 
     def setup(self, fabric: Any) -> None:
         self.pair.setup(fabric)
@@ -136,13 +136,13 @@ class UltrasonicCGANLearner:
             "display_scores_filled": data.display.filled,
         }
 
-    def _of(self, examples: Sequence[Example]) -> _Data:
+    def _of(self, examples: Sequence[Example]) -> Data:
         """Return the spectra of ``examples``, computed once."""
         if self._data is None or self._data.examples is not examples:
             signals = signals_of(examples)
             for example in signals:
                 self.kind.check(example.signal)
-            self._data = _Data(
+            self._data = Data(
                 examples,
                 sensor_side(surfaces_of(examples), self.config, self.kind.materials),
                 display_side(signals, self.config),
@@ -202,10 +202,7 @@ class UltrasonicCGANLearner:
         """Return the tree of the surfaces, and the curves with the chosen iterations, as figures by name."""
         surfaces = self._measured
         data = "simulated data" if self.kind.simulated else ""
-        names = [
-            f"cluster {number + 1}: {', '.join(surfaces.members(number))}"
-            for number in range(len(self.trained))
-        ]
+        names = [_named(number, surfaces.members(number)) for number in range(len(self.trained))]
         title = ", ".join(text for text in (self.config.group, data) if text)
         return {
             "clusters": clusters_figure(surfaces, method=self.config.linkage, title=title),
@@ -275,7 +272,7 @@ class UltrasonicCGANLearner:
         return make(condition, self._measured, self.trained, self.kind, self.config, seed=seed)
 
 
-class _Data:
+class Data:
     """The spectra of the training part, and the tables on the device that batches are taken from."""
 
     def __init__(self, examples: Sequence[Example], sensor: Side, display: Side) -> None:
@@ -308,6 +305,12 @@ def build(
 ) -> UltrasonicCGANLearner:
     """Return an untrained model for signals of ``kind``."""
     return UltrasonicCGANLearner(config, kind, seed=seed, device=device)
+
+
+def _named(number: int, members: Sequence[str]) -> str:
+    """Return what a cluster is called in a figure; many surfaces are counted."""
+    shown = ", ".join(members) if len(members) < 6 else f"{members[0]} … {members[-1]} ({len(members)})"
+    return f"cluster {number + 1}: {shown}"
 
 
 def _number(stage: Stage) -> int:

@@ -30,8 +30,8 @@ class Surfaces:
     clusters : int64 array, shape (surface,)
         From 0.
     sensor_scale, display_scale : float
-        What spectra are divided by before the networks see them: the rms of all their bins. The display's is in
-        the display signals' unit, so that levels come back as they were.
+        What spectra are divided by before the networks see them: the rms of all their bins, over the weight of
+        the config. The display's is in the display signals' unit, so that levels come back as they were.
     stored : float32 array, shape (surface, spectrum, bin)
         Some of each surface's sensor spectra.
     stored_place : int64 array, shape (surface, spectrum, 3)
@@ -69,8 +69,8 @@ class Surfaces:
             means=sensor.means,
             tree=tree,
             clusters=clusters_of(tree, config.clusters, items=len(sensor.items)),
-            sensor_scale=_rms(sensor.spectra),
-            display_scale=_rms(display.spectra),
+            sensor_scale=_rms(sensor.spectra) / config.spectrum_weight,
+            display_scale=_rms(display.spectra) / config.spectrum_weight,
             stored=sensor.spectra[rows],
             stored_place=sensor.place[rows],
             recordings=sensor.recordings,
