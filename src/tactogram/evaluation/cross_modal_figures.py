@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tactogram.evaluation.cross_modal import CrossModal
+from tactogram.statistics.comparison import Comparison
 
 COLOURS = {"first": "0.55", "second": "tab:blue", "weights": "tab:orange"}
 STARS = ((0.01, "**"), (0.05, "*"))
@@ -43,7 +44,7 @@ def overall_figure(
         range(len(names)), means, yerr=errors, capsize=3, color=_colours(names), width=0.65, label="ours"
     )
     for place, name in enumerate(names):
-        mark = "" if name == against else stars(found.as_printed.pair(name, against).p)
+        mark = "" if name == against else _mark(found.as_printed, name, against)
         axes.text(
             place, means[place] + errors[place] + 0.03, f"{means[place]:.2f}{mark}", ha="center", fontsize=8
         )
@@ -58,8 +59,8 @@ def overall_figure(
     axes.set_ylabel("mean absolute error, points of 7")
     n = found.overall[names[0]].n
     axes.set_title(
-        f"Fig. 5, {told_by}; n = {n:,} answers, mean ± SE\n** p < 0.01, * p < 0.05 against {against}, Steel-Dwass as "
-        "printed (takes answers as independent)",
+        f"Fig. 5, {told_by}; n = {n:,} answers, mean ± SE\n** p < 0.01, * p < 0.05 against {against} (↑ larger), "
+        "Steel-Dwass as printed (takes answers as independent)",
         fontsize=9,
     )
     axes.legend(fontsize=8, loc="upper right")
@@ -91,12 +92,19 @@ def per_word_figure(found: CrossModal, conditions: Sequence[str], *, told_by: st
     axes.set_ylabel("mean absolute error, points of 7")
     n = found.by_word[conditions[0]][words[0]].n
     axes.set_title(
-        f"Fig. 6, {told_by}; n = {n:,} answers per word, mean ± SE; ** p < 0.01, * p < 0.05 against {conditions[0]}, "
-        "Steel-Dwass",
+        f"Fig. 6, {told_by}; n = {n:,} answers per word, mean ± SE; ** p < 0.01, * p < 0.05 against {conditions[0]} "
+        "(↑ larger), Steel-Dwass",
         fontsize=9,
     )
     axes.legend(fontsize=8, ncols=len(conditions), loc="upper right")
     return figure
+
+
+def _mark(comparison: Comparison, name: str, against: str) -> str:
+    """Return the stars of a difference, with an arrow where ``name`` errs more."""
+    mark = stars(comparison.pair(name, against).p)
+    worse = comparison.groups[name].mean > comparison.groups[against].mean
+    return f"{mark}↑" if mark and worse else mark
 
 
 def _star(
@@ -104,7 +112,7 @@ def _star(
 ) -> None:
     for place, word in zip(places, words, strict=True):
         row = found.by_word[name][word]
-        mark = stars(found.as_printed_by_word[word].pair(first, name).p)
+        mark = _mark(found.as_printed_by_word[word], name, first)
         axes.text(place, row.mean + row.se + 0.02, mark, ha="center", fontsize=8)
 
 

@@ -39,9 +39,9 @@ class Following:
     correlation: float
     by_word: tuple[float, ...]
 
-    def as_dict(self) -> dict[str, float | tuple[float, ...]]:
+    def as_dict(self) -> dict[str, float | list[float]]:
         """Return it as plain values, for JSON."""
-        return asdict(self)
+        return {**asdict(self), "by_word": list(self.by_word)}
 
 
 def following(asked: Array, said: Array) -> Following:

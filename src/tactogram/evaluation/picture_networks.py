@@ -193,7 +193,9 @@ def check_pictures(*sets: Tensor, paired: bool = False) -> None:
     """Refuse what is not (picture, 1 or 3, rows, columns) in [-1, 1], or, ``paired``, not as many of one size."""
     for pictures in sets:
         if pictures.ndim != 4 or pictures.shape[1] not in (1, 3) or not len(pictures):
-            raise ParameterError(f"pictures must be (picture, 1 or 3, rows, columns), got {tuple(pictures.shape)}")
+            raise ParameterError(
+                f"pictures must be (picture, 1, rows, columns), or 3 for colours, got {tuple(pictures.shape)}"
+            )
         if not bool((pictures.abs() <= 1 + 1e-6).all()):
             raise ParameterError("pictures must be finite and in -1..1, got a value that is not")
     if paired and len({pictures.shape for pictures in sets}) > 1:

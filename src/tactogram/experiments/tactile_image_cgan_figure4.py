@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from tactogram.errors import ParameterError
 from tactogram.evaluation.image_figures import GeneratedRow, TradeOff, generated_figure, trade_off_figure
 from tactogram.evaluation.image_quality import TITLES, ImageQuality
 from tactogram.evaluation.report import save_figure
@@ -31,7 +32,7 @@ from tactogram.experiments._image_cells import (
 
 TRIALS = 2
 """Noises that the figure shows. Fig. 4, "Images from two trials are shown"."""
-LETTERS = "abcd"
+LETTERS = "abcdefgh"
 PUBLISHED = {
     1: "discriminator's loss near 0; images of one label alike, unlike real ones",
     1000: "losses oscillate; images like real ones",
@@ -51,6 +52,7 @@ def run(
     rater: str = "",
     trainings: int = 1,
     recipe: str = "",
+    weights: str = ",".join(map(str, WEIGHTS)),
 ) -> dict[str, Any]:
     """Return what each weight gives, and draw Fig. 4 and the trade-off.
 
@@ -66,7 +68,10 @@ def run(
         Seeds of each weight.
     recipe : str
         Of the generators; by default ``paper``, or ``quick`` for the bench.
+    weights : str
+        Whole numbers, joined by commas.
     """
+    chosen = _weights(weights)
     seen, felt = (
         store_of(jobs, folder, "tactile_images", images),
         store_of(jobs, folder, "ultrasonic", plates),
@@ -76,7 +81,7 @@ def run(
     recipe = recipe or ("paper" if paper else "quick")
     quality = ImageQuality(real_images(seen))
     cells: dict[int, list[dict[str, Any]]] = {}
-    for weight in WEIGHTS:
+    for weight in chosen:
         made = [
             image_run(jobs, folder, seen, weight=weight, seed=seed, recipe=recipe)
             for seed in range(trainings)
@@ -87,12 +92,12 @@ def run(
     said = "simulated images, surfaces and raters" if simulated else "recorded"
     figure, curve = folder / "figure4.png", folder / "trade_off.png"
     rows = [
-        _row(jobs, folder, weight, wanted, letter) for letter, weight in zip(LETTERS, WEIGHTS, strict=True)
+        _row(jobs, folder, weight, wanted, letter) for letter, weight in zip(LETTERS, chosen, strict=False)
     ]
     labels = [name.removeprefix("plate").lstrip("0") or name for name in wanted.names]
     title = f"Fig. 4, {recipe} recipe, {said}"
     save_figure(figure, generated_figure(rows, [f"ID{label}" for label in labels], title=title))
-    measure = "fid" if "fid" in cells[WEIGHTS[0]][0]["quality"] else "efficientnet_lite0_frechet_distance"
+    measure = "fid" if "fid" in cells[chosen[0]][0]["quality"] else "efficientnet_lite0_frechet_distance"
     if all(measure in cell["quality"] for row in cells.values() for cell in row):
         drawn = trade_off_figure(
             [_trade(weight, row, measure) for weight, row in cells.items()],
@@ -113,9 +118,22 @@ def run(
         "rater_on_unseen_images": None if best is None else best.as_dict(),
         "missing": quality.missing,
         "weights": {str(weight): row for weight, row in cells.items()},
-        "losses": {str(weight): _losses_of(jobs, folder, weight) for weight in WEIGHTS},
+        "losses": {str(weight): _losses_of(jobs, folder, weight) for weight in chosen},
     }
     return result | {"text": _text(result, said)}
+
+
+def _weights(text: str) -> list[int]:
+    """Return the weights in a text, ascending."""
+    try:
+        found = sorted({int(part) for part in str(text).split(",")})
+    except ValueError:
+        found = []
+    if not found or found[0] < 1 or len(found) > len(LETTERS):
+        raise ParameterError(
+            f"weights must be 1 to {len(LETTERS)} whole numbers from 1 on, joined by commas; got {text!r}"
+        )
+    return found
 
 
 def _row(jobs: Any, folder: Path, weight: int, plates: Plates, letter: str) -> GeneratedRow:
@@ -153,7 +171,7 @@ def _trade(weight: int, row: Sequence[Mapping[str, Any]], measure: str) -> Trade
 
 
 def _text(result: Mapping[str, Any], said: str) -> str:
-    names = list(result["weights"][str(WEIGHTS[0])][0]["quality"])
+    names = list(next(iter(result["weights"].values()))[0]["quality"])
     head = ("weight", "follows r", "error", "of others", "by noise", "by label", "D loss", "sd")
     lines = [
         f"Fig. 4 on {said}, {result['recipe']} recipe, mean over {result['trainings']} training(s); scores 0..1 "
@@ -162,7 +180,7 @@ def _text(result: Mapping[str, Any], said: str) -> str:
         + "".join(f"  {TITLES[name]}" for name in names)
         + "  collapse; published",
     ]
-    for weight in WEIGHTS:
+    for weight in map(int, result["weights"]):
         row, losses = result["weights"][str(weight)], result["losses"][str(weight)]
 
         def mean(part: str, name: str, row: Sequence[Mapping[str, Any]] = row) -> float:
@@ -182,7 +200,7 @@ def _text(result: Mapping[str, Any], said: str) -> str:
             f"{weight:>11,}"
             + "".join(f"{value:>11.3f}" for value in values)
             + "".join(f"  {mean('quality', name):>{len(TITLES[name])}.1f}" for name in names)
-            + f"  {collapse}; {PUBLISHED[weight]}"
+            + f"  {collapse}; {PUBLISHED.get(weight, 'not tried')}"
         )
     best = result["rater_on_unseen_images"]
     if best:

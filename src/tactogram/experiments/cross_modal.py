@@ -1,0 +1,213 @@
+"""Hatori et al. 2025, Figures 5 and 6: what is felt while an image is seen, against what plates were scored.
+
+Six conditions: the sensor's signal straight to the display; generated signals alone; and generated signals beside
+images of the four weights, from the same scores. Without people, simulated observers score them: one group the first
+two, as in the earlier study, another the rest. They weigh touch and sight by reliability (Ernst & Banks 2002); the rule
+is in docs/simulated-raters.md and unknown to every model. With ``ratings=FILE`` the same figures are made of real
+answers.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tactogram.datasets import Ratings
+from tactogram.datasets.ratings_table import read_table
+from tactogram.datasets.simulate.raters import draw_people, score_together, score_vibrations
+from tactogram.errors import ParameterError
+from tactogram.evaluation.cross_modal import ALPHA, CrossModal, compare_cross_modal, errors_of
+from tactogram.evaluation.cross_modal_figures import overall_figure, per_word_figure
+from tactogram.evaluation.report import save_figure
+from tactogram.experiments._image_cells import WEIGHTS, draws_of, image_run, plates_of, store_of
+from tactogram.signal import Image, Signal
+from tactogram.signal.io import write_image, write_signal
+from tactogram.training.run import write_text
+
+PEOPLE = 20
+"""In each of the two groups. Sec. II-D; n = 2,400 answers of 12 plates and 10 words in Fig. 5."""
+WITHOUT_MODELS, WITHOUT_IMAGES = "without models", "without images"
+SHOWN = 5000
+"""Weight that Fig. 6 is of."""
+PUBLISHED = {f"weight {SHOWN}": 1.6, WITHOUT_MODELS: 2.2}
+"""Abstract: "reduced the mean absolute error … from 2.2 to 1.6"; that 2.2 is of the first condition is our reading."""
+PUBLISHED_BETTER = (1, 1000, 5000)
+"""Weights that err less than without images, p < 0.01. Sec. III-B."""
+PUBLISHED_WORDS = (3, 8, ("rugged", "uneven"))
+"""Words that improve without images; with images; and which do not. Sec. III-B."""
+
+
+def run(
+    jobs: Any,
+    folder: Path,
+    *,
+    paper: bool,
+    images: str = "",
+    data: str = "",
+    signal_run: str = "",
+    image_runs: str = "",
+    ratings: str = "",
+    recipe: str = "",
+    seed: int = 0,
+) -> dict[str, Any]:
+    """Return the errors of the six conditions, overall and per word, and draw Figs. 5 and 6.
+
+    Parameters
+    ----------
+    jobs, folder, paper
+        As of every experiment.
+    images, data : str
+        Stores of rated images, and of rated plates and display signals; by default simulated.
+    signal_run : str
+        A run of ultrasonic_cgan on ``data``; by default group D is trained.
+    image_runs : str
+        A folder with ``weight-W-SEED`` of each weight, as ``tactile_image_cgan_figure4`` leaves under ``runs``.
+    ratings : str
+        A table of answers about what is in ``items.csv``.
+    recipe : str
+        Of the generators; by default ``paper``, or ``quick`` for the bench.
+    seed : int
+        Of trainings and of the noise.
+    """
+    recipe = recipe or ("paper" if paper else "quick")
+    seen, felt = store_of(jobs, folder, "tactile_images", images), store_of(jobs, folder, "ultrasonic", data)
+    touch = Path(signal_run) if signal_run else folder / "runs" / f"signals-{seed}"
+    if not signal_run:
+        jobs.train(
+            "ultrasonic_cgan",
+            felt.path,
+            recipe=recipe,
+            by="session",
+            changes={"seed": seed},
+            out=touch,
+            resume=(touch / "recipe.toml").exists(),
+        )
+    made = jobs.made_by_words(touch, seed=seed)
+    shown: dict[str, dict[str, Image]] = {}
+    plates = plates_of(felt)
+    for weight in WEIGHTS:
+        sight = (
+            Path(image_runs) / f"weight-{weight}-{seed}"
+            if image_runs
+            else image_run(jobs, folder, seen, weight=weight, seed=seed, recipe=recipe)
+        )
+        drawn = draws_of(jobs.load_run(sight), plates, draws=1)
+        shown[f"weight {weight}"] = {name: row[0] for name, row in zip(plates.names, drawn, strict=True)}
+    met = [name for name in plates.names if name in made.signals]
+    if not met:
+        raise ParameterError(f"{touch}: gives no signal of any plate: {'; '.join(made.failed.values())}")
+    alone = {f"{WITHOUT_MODELS}/{n}": made.straight[n] for n in met}
+    alone |= {f"{WITHOUT_IMAGES}/{n}": made.signals[n] for n in met}
+    pairs = {f"{weight}/{n}": (made.signals[n], held[n]) for weight, held in shown.items() for n in met}
+    items = _write_items(folder, alone, pairs)
+    if ratings:
+        table, told_by = read_table(Path(ratings)).ratings, "people"
+        tables = (table, table)
+    else:
+        tables, told_by = _simulated(alone, pairs), "simulated observers"
+    targets = {name: made.targets[name] for name in met}
+    earlier = {name: errors_of(tables[0], targets, name) for name in (WITHOUT_MODELS, WITHOUT_IMAGES)}
+    later = {name: errors_of(tables[1], targets, name) for name in shown}
+    of_three = (WITHOUT_MODELS, WITHOUT_IMAGES, f"weight {SHOWN}")
+    found = compare_cross_modal(earlier, later, tables[0].words, shown=of_three)
+    save_figure(
+        folder / "figure5.png",
+        overall_figure(found, against=WITHOUT_IMAGES, published=PUBLISHED, told_by=told_by),
+    )
+    save_figure(folder / "figure6.png", per_word_figure(found, of_three, told_by=told_by))
+    result: dict[str, Any] = {
+        "figures": [str(folder / "figure5.png"), str(folder / "figure6.png")],
+        "items": str(items),
+        "told_by": told_by,
+        "simulated": seen.simulated or felt.simulated or not ratings,
+        "recipe": recipe,
+        "seed": seed,
+        "images": {"name": seen.name, "sha256": seen.sha256},
+        "plates": {"name": felt.name, "sha256": felt.sha256, "judged": met, "failed": dict(made.failed)},
+        **found.as_dict(),
+        "improved_words": {name: found.improved(name, WITHOUT_MODELS) for name in of_three[1:]},
+        "published": {
+            "errors": PUBLISHED,
+            "better_than_without_images": list(PUBLISHED_BETTER),
+            "improved_words": {"without images": PUBLISHED_WORDS[0], "with images": PUBLISHED_WORDS[1]},
+            "not_improved_with_images": list(PUBLISHED_WORDS[2]),
+        },
+    }
+    return result | {"text": _text(result, found)}
+
+
+def _simulated(
+    alone: Mapping[str, Signal], pairs: Mapping[str, tuple[Signal, Image]]
+) -> tuple[Ratings, Ratings]:
+    """Return what two groups of simulated people say; neither had a part in the training data."""
+    earlier, later = (
+        draw_people(PEOPLE, seed=seed, prefix=name) for seed, name in ((1, "judge"), (2, "viewer"))
+    )
+    return score_vibrations(alone, earlier, seed=0), score_together(pairs, later, seed=0)
+
+
+def _write_items(
+    folder: Path, alone: Mapping[str, Signal], pairs: Mapping[str, tuple[Signal, Image]]
+) -> Path:
+    """Write every signal and image, and a table of what belongs together: for people to be asked about."""
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(("item", "vibration", "image"))
+    for item, given in {**alone, **pairs}.items():
+        signal, image = given if isinstance(given, tuple) else (given, None)
+        name = item.replace("/", "-").replace(" ", "-")
+        write_signal(folder / "items" / f"{name}.wav", signal)
+        if image is not None:
+            write_image(folder / "items" / f"{name}.png", image)
+        table.writerow((item, f"items/{name}.wav", "" if image is None else f"items/{name}.png"))
+    write_text(folder / "items.csv", text.getvalue())
+    return folder / "items.csv"
+
+
+def _text(result: Mapping[str, Any], found: CrossModal) -> str:
+    lines = [
+        f"Figs. 5 and 6 told by {result['told_by']}, recipe {result['recipe']}, "
+        f"{len(result['plates']['judged'])} plates; mean absolute error, points of 7",
+        f"{'':16}{'MAE':>7}{'SE':>7}{'n':>7}{'published':>11}{'p as printed':>14}{'p by person':>13}",
+    ]
+    for name, one in found.overall.items():
+        printed = "" if name == WITHOUT_IMAGES else f"{found.as_printed.pair(name, WITHOUT_IMAGES).p:.2g}"
+        person = found.against_earlier.get(name, {}).get(WITHOUT_IMAGES)
+        lines.append(
+            f"{name:16}{one.mean:>7.3f}{one.se:>7.3f}{one.n:>7}"
+            f"{PUBLISHED.get(name, np.nan):>11.1f}{printed:>14}{'' if person is None else f'{person:.2g}':>13}".replace(
+                "nan", "  –"
+            )
+        )
+    better = [
+        name
+        for name in found.against_earlier
+        if found.overall[name].mean < found.overall[WITHOUT_IMAGES].mean
+        and found.as_printed.pair(name, WITHOUT_IMAGES).p < ALPHA
+    ]
+    overall = found.by_person.overall
+    lines += [
+        "p against without images: as printed, Steel-Dwass (takes every answer as independent); by person, "
+        "Mann-Whitney on people's means against other people, Holm",
+        f"below without images as printed: {', '.join(better) or 'none'} (published: weights 1, 1,000, 5,000)",
+        f"among the four weights by person: Friedman p {overall[1]:.2g}; Wilcoxon with Holm: "
+        if overall
+        else "",
+    ]
+    lines[-1] += ", ".join(f"{p.first} - {p.second} {p.p:.2g}" for p in found.by_person.pairs)
+    for name, words in result["improved_words"].items():
+        count = PUBLISHED_WORDS[0] if name == WITHOUT_IMAGES else PUBLISHED_WORDS[1]
+        lines.append(
+            f"words improved over without models, {name}: {len(words)} ({', '.join(words) or 'none'}; "
+            f"published {count} of 10" + (")" if name == WITHOUT_IMAGES else ", not rugged and uneven)")
+        )
+    if result["plates"]["failed"]:
+        lines.append(
+            f"no signal of {', '.join(result['plates']['failed'])}: the training of their cluster failed"
+        )
+    return "\n".join(lines)
