@@ -8,6 +8,7 @@ import pytest
 from tactogram.cli import main
 from tactogram.datasets import Ratings, Recording, create_store
 from tactogram.errors import LeakError, ParameterError
+from tactogram.jobs.data import import_store
 from tactogram.jobs.evaluate import evaluate
 from tactogram.jobs.made_by_words import made_by_words
 from tactogram.jobs.rating_crossval import crossval_ratings
@@ -15,7 +16,7 @@ from tactogram.jobs.rating_judging import MODEL, judge_reproduction, predicted_r
 from tactogram.jobs.score import score
 from tactogram.jobs.training import train
 from tactogram.signal import Signal
-from tactogram.signal.io import write_signal
+from tactogram.signal.io import read_signal, write_signal
 
 RATE = 400.0
 FACTS = {"name": "made up", "licence": "-", "simulated": True}
@@ -201,3 +202,18 @@ def test_a_generator_by_words_is_judged_by_a_rater_model_beside_the_sensor_and_t
     assert set(found["conditions"]) == {"sensor", "nearest", "run"}
     assert found["told_by"] == "a rater model of simulated raters"
     assert found["conditions"]["nearest"]["mae"] < found["conditions"]["sensor"]["mae"]
+
+
+def test_vibviz_recipe_copes_with_mixed_rates_and_channels(real_data, tmp_path):
+    folder = real_data("vibviz")
+    stereo = [next((folder / "wav").glob(f"*{name}.wav")) for name in ("4-20", "4-23", "7-34", "6-59")]
+    chosen = [*stereo, *sorted(set((folder / "wav").glob("*.wav")) - set(stereo))[:6]]
+    (tmp_path / "v").mkdir()
+    for path in (next(folder.glob("*.csv")), *chosen):
+        (tmp_path / "v" / path.name).symlink_to(path)
+    import_store("vibviz", tmp_path / "v", tmp_path / "s", workers=1)
+    few = {"config.penalties": [1.0], "config.kernels": ["linear"], "config.folds": 2}
+    out = train("rater", tmp_path / "s", recipe="vibviz", changes=few, split="all", out=tmp_path / "run")
+    scores = score(out.folder, read_signal(stereo[1], unit="1"))["scores"]
+    assert list(scores) == ["energy", "tempo", "roughness", "pleasantness", "arousal"]
+    assert all(-3 <= value <= 3 for value in scores.values())
