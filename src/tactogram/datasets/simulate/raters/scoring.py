@@ -21,10 +21,12 @@ from tactogram.signal import Image, Signal
 NOISE = 0.75
 """Of one score, points of 7: what the same person says differently when asked again."""
 WARMING, WARMING_ITEMS = 0.25, 5.0
-"""The first items are scored nearer the middle of the scale by this share, which is gone after so many items: who has
-met little holds the ends of a scale back (Poulton 1979, Psychol. Bull. 86:777, on centring and range effects)."""
+"""The first items are scored nearer the middle of the scale by this share, which is gone after so many items.
+Judgments are contracted towards the middle (Poulton 1979, Psychol. Bull. 86:777); that it is most at first, and how
+much, is our assumption."""
 CONTRAST = 0.06
-"""Share of the last item's distance from the middle that is taken off this one (Poulton 1979)."""
+"""Share of the last item's distance from the middle that is taken off this one: transfer from what came before
+(Poulton 1979). Our figure."""
 MISSING = 0.004
 """Share of scores that were not given."""
 SIGHT_SD: Mapping[str, float] = {
