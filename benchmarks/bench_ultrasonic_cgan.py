@@ -24,7 +24,7 @@ from tactogram.models.ultrasonic_cgan.spectra import Side
 from tactogram.models.ultrasonic_cgan.surfaces import Surfaces
 from tactogram.training.seeds import torch_seeded
 
-REPETITIONS, ITERATIONS = 7, 50
+REPETITIONS, ITERATIONS = 5, 20
 WORDS = tuple("abcdefghij")
 
 
