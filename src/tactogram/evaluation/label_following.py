@@ -1,8 +1,9 @@
 """Whether what was generated follows its label, as somebody who scores it says: a rater model, or people.
 
 The error alone says little: scores near the middle have a small one whatever was asked. So beside it stand the error of
-the same scores against other labels, and the correlation of what was said with what was asked, each word's own mean
-taken away. A generator that does not look at its label has no correlation, and one error with both.
+the same scores against other labels, and how single scores go with what was asked, each word's own mean taken away: as
+a correlation, and as a slope. Single ones, not means over noises: a generator that hardly looks at its label may still
+turn every image a hair the right way, which means show and nobody would see.
 """
 
 from __future__ import annotations
@@ -28,8 +29,10 @@ class Following:
     error_of_others : float
         Of the same scores against every other label: what following is worth is the difference.
     correlation : float
-        Of mean scores of each label with the label over labels and words, each word's mean taken away; 0 where the
-        scores do not vary.
+        Of each score with the label, over labels, draws and words, each word's mean taken away; 0 where the scores do
+        not vary.
+    slope : float
+        By how much scores change per change of the label: 1 follows it fully, 0 not at all.
     by_word : tuple of float
         The correlation of each word by itself.
     """
@@ -37,6 +40,7 @@ class Following:
     error: float
     error_of_others: float
     correlation: float
+    slope: float
     by_word: tuple[float, ...]
 
     def as_dict(self) -> dict[str, float | list[float]]:
@@ -66,14 +70,15 @@ def following(asked: Array, said: Array) -> Following:
         )
     errors = np.abs(said[:, None] - asked[None, :, None]).mean((2, 3))  # of what was said, against each label
     own = np.eye(len(asked), dtype=bool)
-    wanted = asked - asked.mean(0)
-    heard = said.mean(1)
-    heard = heard - heard.mean(0)
-    by_word = tuple(_correlation(wanted[:, word], heard[:, word]) for word in range(asked.shape[1]))
+    wanted = np.broadcast_to((asked - asked.mean(0))[:, None], said.shape)
+    heard = said - said.mean((0, 1))
+    by_word = tuple(_correlation(wanted[..., word], heard[..., word]) for word in range(asked.shape[1]))
+    power = float(np.sum(wanted**2))
     return Following(
         float(errors[own].mean()),
         float(errors[~own].mean()),
-        _correlation(wanted.ravel(), heard.ravel()),
+        _correlation(wanted, heard),
+        float(np.sum(wanted * heard)) / power if power > 0 else 0.0,
         by_word,
     )
 

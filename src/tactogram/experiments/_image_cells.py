@@ -133,6 +133,7 @@ def judge(
     found = {
         "asked": asked_of,
         "following": result.as_dict(),
+        "said": said.round(4).tolist(),
         "spread": spread.as_dict(),
         "collapse": spread.collapse,
         "quality": quality(as_tensor(flat)),

@@ -172,7 +172,7 @@ def _trade(weight: int, row: Sequence[Mapping[str, Any]], measure: str) -> Trade
 
 def _text(result: Mapping[str, Any], said: str) -> str:
     names = list(next(iter(result["weights"].values()))[0]["quality"])
-    head = ("weight", "follows r", "error", "of others", "by noise", "by label", "D loss", "sd")
+    head = ("weight", "follows r", "slope", "error", "of others", "by noise", "by label", "D loss", "sd")
     lines = [
         f"Fig. 4 on {said}, {result['recipe']} recipe, mean over {result['trainings']} training(s); scores 0..1 "
         "predicted by a rater model",
@@ -189,6 +189,7 @@ def _text(result: Mapping[str, Any], said: str) -> str:
         collapse = ", ".join(sorted({cell["collapse"] or "none" for cell in row}))
         values = (
             mean("following", "correlation"),
+            mean("following", "slope"),
             mean("following", "error"),
             mean("following", "error_of_others"),
             mean("spread", "noise_share"),
@@ -206,7 +207,7 @@ def _text(result: Mapping[str, Any], said: str) -> str:
     if best:
         lines.append(
             f"the rater model on real images that it did not see: r {best['correlation']:.2f}, "
-            f"error {best['error']:.3f}, of others {best['error_of_others']:.3f}"
+            f"slope {best['slope']:.2f}, error {best['error']:.3f}, of others {best['error_of_others']:.3f}"
         )
     lines += [f"{name}: {why}" for name, why in result["missing"].items()]
     return "\n".join(lines)
