@@ -14,7 +14,8 @@ from tactogram.datasets.store import problems
 from tactogram.datasets.words import WORDS
 from tactogram.errors import DataError, ParameterError
 from tactogram.jobs.data import check_store, store_info
-from tactogram.jobs.ratings import rate_store, ratings_info
+from tactogram.jobs.rating_tables import rate_store
+from tactogram.jobs.ratings import ratings_info
 from tactogram.signal import Signal
 
 

@@ -106,7 +106,7 @@ def data_info(a: Arguments) -> None:
 
 def data_rate(a: Arguments) -> None:
     """Put tables of ratings into a store."""
-    from tactogram.jobs.ratings import rate_store
+    from tactogram.jobs.rating_tables import rate_store
     from tactogram.recipe import parse_changes
 
     facts = rate_store(a.path, a.files, scale=a.scale, settings=parse_changes(a.options), replace=a.replace)

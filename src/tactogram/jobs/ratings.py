@@ -1,95 +1,15 @@
-"""Ratings of a store: putting a table of them in, and saying what they hold, lack and are worth."""
+"""What the ratings of a store hold, lack and are worth."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from dataclasses import replace as replace_field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.datasets import Ratings, Scale, add_ratings, item_of, joined, open_store
-from tactogram.datasets.ratings import scale_of
-from tactogram.datasets.ratings_table import Columns, read_table
-from tactogram.errors import DataError, ParameterError
+from tactogram.datasets import Ratings, Scale
 from tactogram.statistics.reliability import Level, intraclass_correlation, krippendorff_alpha
-
-SETTINGS = ("words", "ignore", "item", "encoding")
-
-
-def rate_store(
-    path: Path | str,
-    files: Sequence[Path | str],
-    *,
-    scale: str = "7-point",
-    settings: Mapping[str, Any] | None = None,
-    replace: bool = False,
-) -> dict[str, Any]:
-    """Put tables of ratings into a store; it is changed at once, or not at all.
-
-    Parameters
-    ----------
-    path : Path
-        A store.
-    files : sequence of Path
-        Tables of one scale and the same words (`tactogram.datasets.ratings_table`): they become one.
-    scale : str
-        As `tactogram.datasets.ratings.scale_of` takes it.
-    settings : mapping, optional
-        How to read the tables: ``column.rater``, ``column.WORD``, … (the table's heading of it), ``words`` and
-        ``ignore`` (names divided by commas), ``item`` (``plate{:0>2}``, or one for each file, divided by commas),
-        ``encoding``.
-    replace : bool
-        Whether ratings that are there already may go.
-
-    Returns
-    -------
-    dict
-        ``path``, ``files``, ``replaced``, ``scale``, ``words``, ``items``, ``raters``, ``scores``, ``blank`` (cells
-        without a score, by rater), ``unrated`` (items of the store that nobody rated), ``sha256`` (of the store).
-
-    Raises
-    ------
-    ParameterError
-        For a setting that is none, or no file.
-    DataError
-        As `tactogram.datasets.ratings_table.read_table` and `tactogram.datasets.add_ratings`.
-    """
-    store = open_store(path)
-    if not files:
-        raise ParameterError("a table of ratings must be given, got none")
-    if store.facts.ratings is not None and not replace:
-        # Said before tables are read, which may take a while.
-        raise DataError(
-            f"{path} has ratings already ({store.facts.ratings.rows} scores); --replace puts these in their place"
-        )
-    chosen, columns = scale_of(scale), _columns(settings or {}, len(files))
-    tables = [
-        read_table(Path(file), scale=chosen, columns=how) for file, how in zip(files, columns, strict=True)
-    ]
-    ratings = joined([table.ratings for table in tables])
-    rated = add_ratings(store, ratings, replace=replace)
-    blank: dict[str, int] = {}
-    for table in tables:
-        for rater, count in table.blank.items():
-            blank[rater] = blank.get(rater, 0) + count
-    there = {item_of(info) for info in rated.index} | set(rated.facts.photographs)
-    return {
-        "path": str(path),
-        "files": [str(file) for file in files],
-        "replaced": store.facts.ratings is not None,
-        "scale": asdict(ratings.scale),
-        "words": list(ratings.words),
-        "items": len(ratings.items),
-        "raters": len(ratings.raters),
-        "scores": len(ratings),
-        "blank": blank,
-        "unrated": sorted(name for name in there if name and name not in ratings),
-        "sha256": rated.sha256,
-    }
 
 
 def ratings_info(ratings: Ratings) -> dict[str, Any]:
@@ -149,26 +69,3 @@ def _level(scale: Scale) -> Level:
     if scale.step is None:
         return "interval"
     return "nominal" if scale.high - scale.low <= scale.step else "ordinal"
-
-
-def _columns(settings: Mapping[str, Any], files: int) -> list[Columns]:
-    """Return how to read each of ``files`` tables."""
-    named = {key.removeprefix("column."): str(value) for key, value in settings.items() if "." in key}
-    for key in settings:
-        if not key.startswith("column.") and key not in SETTINGS:
-            raise ParameterError(f"a setting must be column.NAME, {', '.join(SETTINGS)}, got {key!r}")
-    items = _names(settings.get("item", "{}"))
-    if len(items) not in (1, files):
-        raise ParameterError(f"item must be said once, or once for each of {files} files, got {len(items)}")
-    known = Columns(
-        named=named,
-        words=_names(settings.get("words")),
-        ignored=_names(settings.get("ignore")),
-        encoding=str(settings.get("encoding", "utf-8-sig")),
-    )
-    return [replace_field(known, item=item) for item in (items * files if len(items) == 1 else items)]
-
-
-def _names(value: Any) -> tuple[str, ...]:
-    parts = value if isinstance(value, list) else str(value or "").split(",")
-    return tuple(str(part).strip() for part in parts if str(part).strip())

@@ -15,7 +15,6 @@ from itertools import combinations
 from typing import Any, Literal
 
 import numpy as np
-import scikit_posthocs
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 from statsmodels.stats.multitest import multipletests
@@ -114,6 +113,8 @@ def steel_dwass(groups: Mapping[str, ArrayLike]) -> Comparison:
     ParameterError
         If a group is too small or holds a value that is not finite.
     """
+    import scikit_posthocs  # brings its plotting along, which takes seconds
+
     held = _groups(groups)
     with np.errstate(invalid="ignore"):  # two groups of one and the same value: told apart below
         table = scikit_posthocs.posthoc_dscf(list(held.values())).to_numpy()

@@ -12,7 +12,6 @@ from typing import Literal
 
 import numpy as np
 import pandas as pd
-from nltk.metrics.agreement import AnnotationTask
 from numpy.typing import ArrayLike, NDArray
 from statsmodels.formula.api import ols
 from statsmodels.stats.anova import anova_lm
@@ -68,6 +67,8 @@ def krippendorff_alpha(scores: ArrayLike, *, level: Level) -> float | None:
     ParameterError
         If ``scores`` is no table, or ``level`` none of the three.
     """
+    from nltk.metrics.agreement import AnnotationTask  # brings a whole toolkit along, which takes seconds
+
     table = _table(scores)
     if level not in LEVELS:
         raise ParameterError(f"level must be one of {', '.join(LEVELS)}, got {level!r}")
