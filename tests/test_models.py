@@ -17,6 +17,7 @@ from tactogram.model import (
     ImageKind,
     Learner,
     Rated,
+    RatedGenerator,
     SignalKind,
 )
 from tactogram.recipe import Recipe
@@ -125,6 +126,9 @@ def generators(gives):
     return pytest.mark.parametrize("facts", found, ids=lambda facts: facts.name)
 
 
+by_words = pytest.mark.parametrize(
+    "facts", [f for f in models.available().values() if "words" in f.needs], ids=lambda facts: facts.name
+)
 every = with_task("classification", "generation", "prediction")
 
 
@@ -256,6 +260,29 @@ def test_generates_signals_of_its_kind(facts):
     np.testing.assert_array_equal(one.samples, learner.generate(asked(facts), seconds=0.5, seed=3).samples)
     assert not np.array_equal(one.samples, learner.generate(asked(facts), seconds=0.5, seed=4).samples)
     assert len(learner.generate(asked(facts), seed=3)) > 0
+
+
+@generators("image")
+def test_generates_images_by_seed(facts):
+    learner = trained(facts)
+    assert isinstance(learner, Generator)
+    one = learner.generate(asked(facts), seed=3)
+    assert isinstance(one, Image)
+    np.testing.assert_array_equal(one.pixels, learner.generate(asked(facts), seed=3).pixels)
+    assert not np.array_equal(one.pixels, learner.generate(asked(facts), seed=4).pixels)
+    with pytest.raises(ParameterError, match="an image has no length"):
+        learner.generate(asked(facts), seconds=1.0, seed=3)
+
+
+@by_words
+def test_knows_how_what_it_learned_from_was_rated(facts):
+    learner = trained(facts)
+    assert isinstance(learner, RatedGenerator)
+    assert learner.rated_means
+    for means in learner.rated_means.values():
+        assert means.shape == (len(WORDS),)
+        assert means.min() >= 0
+        assert means.max() <= 1
 
 
 @with_task("generation")
