@@ -49,7 +49,7 @@ def prediction_figure(found: Predicted, figures: Mapping[str, Any], *, title: st
     left.set(xlabel="mean absolute error, points of the scale", title=title)
     left.grid(axis="x", alpha=0.3)
     figure.legend(loc="outside lower left", fontsize=8, frameon=False, ncols=2)
-    given, said = np.nanmean(found.truth, axis=0), _mean(found.scores)
+    given, said = _mean(found.truth), _mean(found.scores)
     ends = [float(np.nanmin([given, said])), float(np.nanmax([given, said]))]
     right.plot(ends, ends, color=GRAY, lw=0.8)
     right.plot(given.ravel(), said.ravel(), ".", color=BLUE, alpha=0.4, ms=4)

@@ -25,6 +25,10 @@ from tactogram.statistics.comparison import Comparison, paired_t, student_t
 from tactogram.statistics.summary import summary
 
 Floats = NDArray[np.float64]
+STRAIGHT = "sensor"
+"""The condition without a model: the sensor's signal straight to the display. Sec. V-A."""
+NEAREST = "nearest"
+"""Ours: the display signal whose mean scores are nearest to the surface's, which a model has to beat."""
 
 
 @dataclass(frozen=True, eq=False)

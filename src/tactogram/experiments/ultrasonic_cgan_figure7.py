@@ -26,6 +26,7 @@ from tactogram.errors import DataError
 from tactogram.evaluation.rating_figures import word_map_figure
 from tactogram.evaluation.ratings import distances_to_targets, one_rater_error, split_half_error
 from tactogram.evaluation.report import Picture, Section, Table, Text, save_figure, write_report
+from tactogram.evaluation.reproduction import NEAREST, STRAIGHT
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
 from tactogram.training.run import write_text
@@ -37,7 +38,6 @@ SIGNIFICANT = ("B", "C", "D")
 printed."""
 PEOPLE = 20
 """Other people than those who made the training data. Sec. V-A."""
-STRAIGHT, NEAREST = "sensor", "nearest"
 SIMULATED_RATERS, RATER_MODEL = "simulated raters", "a rater model"
 
 

@@ -14,17 +14,13 @@ import numpy as np
 from tactogram.datasets import Ratings
 from tactogram.errors import ParameterError
 from tactogram.evaluation.report import Section, Table, Text
+from tactogram.evaluation.reproduction import NEAREST, STRAIGHT
 from tactogram.jobs.rated import RatedData
 from tactogram.jobs.rating_judging import judge_reproduction, predicted_ratings
 from tactogram.jobs.training import LoadedRun, load_run, test_part
 from tactogram.model import Example
 from tactogram.signal import Signal
 from tactogram.signal.full_scale import straight_to_display
-
-STRAIGHT = "sensor"
-"""The condition of Fig. 7 without a model: the sensor's signal straight to the display."""
-NEAREST = "nearest"
-"""Ours: the display signal whose mean scores are nearest to the surface's. What a model has to beat."""
 
 
 @dataclass(frozen=True, eq=False)

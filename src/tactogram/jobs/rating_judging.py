@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.datasets import Ratings, Scale, Split, Store, open_store
+from tactogram.datasets import Ratings, Scale, Split, Store, item_of, open_store
 from tactogram.errors import LeakError, ParameterError
 from tactogram.evaluation.rating_figures import error_figure, prediction_figure
 from tactogram.evaluation.ratings import Predicted
@@ -205,6 +205,9 @@ def _trained_mean(loaded: LoadedRun) -> Floats:
     """Return the mean scores over the items that a run was trained on, shape (word,)."""
     store, split = test_part(loaded.run)
     rated = RatedData(store, loaded.facts.learns_from)
-    examples: Sequence[Rateable] = rated.examples(split, "train", loaded.recipe.prepare)
-    means = {str(e.item): e.rated.means for e in examples if e.rated is not None}
-    return np.asarray(rated.ratings.scale.from_unit(np.nanmean(np.array(list(means.values())), axis=0)))
+    items = {str(item_of(store.info(segment.id))) for segment in split.train}
+    if rated.of_images:
+        keys = {region.key for region in split.photographs["train"]}
+        items = {item for item, held in store.photographs_by_material.items() if keys & set(held)}
+    means = rated.ratings.select(items=sorted(items)).means
+    return np.asarray(np.nanmean(means, axis=0))

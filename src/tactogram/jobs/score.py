@@ -7,8 +7,9 @@ from typing import Any
 
 from tactogram.errors import ParameterError
 from tactogram.jobs.training import LoadedRun, load_run
-from tactogram.model import Predictor
+from tactogram.model import ImageKind, Predictor
 from tactogram.signal import Image, Signal
+from tactogram.signal.io import read_image, read_signal
 
 
 def score(run: Path | str | LoadedRun, given: Signal | Image) -> dict[str, Any]:
@@ -44,9 +45,6 @@ def score(run: Path | str | LoadedRun, given: Signal | Image) -> dict[str, Any]:
 
 def read_given(loaded: LoadedRun, path: Path | str, **arguments: Any) -> Signal | Image:
     """Return the signal in a file, or the image where the run is of images."""
-    from tactogram.model import ImageKind
-    from tactogram.signal.io import read_image, read_signal
-
     if isinstance(loaded.any_kind, ImageKind):
         return read_image(path)
     return read_signal(path, **arguments)
