@@ -52,6 +52,12 @@ def test_nothing_is_taken_before_the_window_is_full():
     assert choose(*curves([0.1, 0.2, 0.3], [0.5, 0.5, 0.5]), RULE) == Chosen(3, 0.3, 0.5)
 
 
+def test_none_of_the_beginning_is_taken_where_the_rule_says_so():
+    losses, rates = curves([0.1, 0.2, 0.3, 0.4], [0.5] * 4)
+    assert choose(losses, rates, Rule(window=1, after=2)) == Chosen(3, 0.3, 0.5)
+    assert choose(losses, rates, Rule(window=1, after=4)) is None
+
+
 def test_of_equals_the_first_is_taken():
     assert choose(np.ones(6), np.full(6, 0.5), RULE).iteration == 3
 
@@ -72,10 +78,10 @@ made_up = st.lists(
 
 
 @settings(deadline=None)
-@given(made_up, st.integers(1, 8), st.integers(0, 59))
-def test_followed_while_training_and_resumed_it_takes_the_same(made_up, window, pause):
+@given(made_up, st.integers(1, 8), st.integers(0, 59), st.integers(0, 9))
+def test_followed_while_training_and_resumed_it_takes_the_same(made_up, window, pause, after):
     losses, rates = curves(*zip(*((loss, right / 128) for loss, right in made_up), strict=True))
-    rule = Rule(window=window)
+    rule = Rule(window=window, after=after)
     follower, kept = Follower(rule), None
     for number, (loss, rate) in enumerate(zip(losses, rates, strict=True)):
         if number == pause:

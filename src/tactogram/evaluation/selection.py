@@ -28,21 +28,26 @@ class Rule:
     window : int
         Iterations that the rate is averaged over: the one in question and those before it, none after it, so that
         the rule can be followed while training. Before ``window`` iterations are done, none is taken.
+    after : int
+        None of the first so many iterations is taken: an untrained discriminator is right in half of the cases too.
     """
 
     low: float = 0.4
     high: float = 0.6
     window: int = 100
+    after: int = 0
 
     def __post_init__(self) -> None:
         if not 0 <= self.low < self.high <= 1:
             raise ParameterError(f"limits must be 0 <= low < high <= 1, got {self.low:g} and {self.high:g}")
-        if self.window < 1:
-            raise ParameterError(f"window must be at least 1, got {self.window}")
+        if self.window < 1 or self.after < 0:
+            raise ParameterError(
+                f"window must be at least 1 and after at least 0, got {self.window} and {self.after}"
+            )
 
-    def allows(self, loss: float, smoothed_rate: float) -> bool:
-        """Say whether an iteration may be taken at all."""
-        return loss > 0 and self.low <= smoothed_rate <= self.high
+    def allows(self, iteration: int, loss: float, smoothed_rate: float) -> bool:
+        """Say whether an iteration, counted from 1, may be taken at all."""
+        return iteration > self.after and loss > 0 and self.low <= smoothed_rate <= self.high
 
 
 @dataclass(frozen=True)
@@ -79,6 +84,7 @@ def choose(losses: NDArray[np.floating], rates: NDArray[np.floating], rule: Rule
     averaged = smoothed(rates, rule.window)
     with np.errstate(invalid="ignore"):
         allowed = (losses > 0) & (averaged >= rule.low) & (averaged <= rule.high)
+    allowed[: rule.after] = False
     if not allowed.any():
         return None
     place = int(np.argmin(np.where(allowed, losses, np.inf)))
@@ -124,7 +130,7 @@ class Follower:
         if self.chosen is not None and loss >= self.chosen.loss:
             return False
         averaged = self.rate
-        if not self.rule.allows(loss, averaged):
+        if not self.rule.allows(self.seen, loss, averaged):
             return False
         self.chosen = Chosen(self.seen, loss, averaged)
         return True

@@ -72,6 +72,9 @@ class Config(BaseModel):
     smooth: int = Field(default=100, gt=0)
     """Iterations that the correct rate is averaged over, the one in question last. Ours: one batch is 128 answers,
     whose share has a standard deviation of 4.4 points by chance alone."""
+    choose_after: int = Field(default=0, ge=0)
+    """Iterations at the beginning of which none is taken. Ours: an untrained discriminator is right in half of them
+    too, and the rule as printed takes that for success."""
 
     # -- ours
     phase: Literal["low_crest", "random"] = "low_crest"

@@ -194,7 +194,8 @@ class UltrasonicCGANLearner:
             "group": self.config.group,
             "linkage": f"{self.config.linkage}, Euclidean",
             "rule": f"smallest non-zero generator loss where the correct rate over the last {rule.window} iterations "
-            f"is {rule.low:.0%} to {rule.high:.0%}",
+            f"is {rule.low:.0%} to {rule.high:.0%}"
+            + (f", after iteration {rule.after}" if rule.after else ""),
             "clusters": clusters,
         }
 

@@ -53,7 +53,7 @@ class Pair:
         ]
         self.unused = [optimiser.state_dict() for optimiser in self.optimisers]
         self.backward: Callable[[Tensor], None] = Tensor.backward
-        self.rule = Rule(config.rate_low, config.rate_high, config.smooth)
+        self.rule = Rule(config.rate_low, config.rate_high, config.smooth, config.choose_after)
         self.begin(0)
 
     def setup(self, fabric: Any) -> None:

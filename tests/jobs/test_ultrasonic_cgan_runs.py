@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from tactogram import jobs
 from tactogram.datasets import Ratings, Recording, create_store
 from tactogram.errors import ParameterError
-from tactogram.jobs.training import load_run
+from tactogram.jobs.training import load_run, train
 from tactogram.signal import Signal
 
 WORDS = ("rough", "sticky")
@@ -47,7 +46,7 @@ def store(tmp_path_factory):
 
 def trained(store, out, **changes):
     changes = {f"config.{name}": value for name, value in changes.items()}
-    return jobs.train(
+    return train(
         "ultrasonic_cgan", store, recipe="tiny", by="session", changes=changes, out=out, accelerator="cpu"
     )
 
