@@ -27,7 +27,7 @@ def test_changes_replace_values_by_dotted_key(file):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ("prepare.rat=1", "unknown key 'prepare.rat'; known here: axes, band, rate, stream"),
+        ("prepare.rat=1", "unknown key 'prepare.rat'; known here: axes, band, length, rate, stream"),
         ("sed=1", "unknown key 'sed'; known here: config, model, prepare, seed, training"),
         ("prepare.rate=-5", "prepare.rate"),
         ("prepare.band=[1000,20]", "prepare.band: band must be low < high in Hz, got 1000 20"),
@@ -83,6 +83,16 @@ def test_acceleration_is_the_default_stream_then_the_first():
     assert Prepare(stream="tdc").stream_of(["pac", "tdc"]) == "tdc"
     with pytest.raises(ParameterError, match="prepare.stream must be one of pac, tdc, got 'x'"):
         Prepare(stream="x").stream_of(["pac", "tdc"])
+
+
+def test_the_beginning_is_kept_where_takes_end_at_rest():
+    signal = Signal(np.arange(500.0), 100, "m/s^2")
+    assert Prepare(length=2.5).apply(signal).samples[0, -1] == 249
+    assert len(Prepare(length=9).apply(signal)) == 500
+    along = Signal(np.arange(500.0), 40, "1", domain="displacement")
+    assert Prepare(length=10).apply(along).length_mm == 10
+    with pytest.raises(ParameterError, match="length"):
+        Recipe.of({"model": "stroke_cnn", "prepare": {"length": 0}})
 
 
 def test_axes_are_chosen_or_combined():

@@ -20,13 +20,16 @@ from tactogram.validation import validated
 class Prepare(BaseModel):
     """What is done to a recording before a model sees it: the same in training, evaluation and use.
 
-    In this order: take ``stream``; take ``axes``; band-pass ``band``; resample to ``rate``.
+    In this order: take ``stream``; cut to ``length``; take ``axes``; band-pass ``band``; resample to ``rate``.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     stream: str | None = None
     """Name of the stream; None takes ``acceleration`` where there is one, else the first of the data set."""
+    length: float | None = Field(default=None, gt=0, allow_inf_nan=False)
+    """How much of a recording's beginning is kept, s, or mm over displacement: for takes that end at rest. None, and
+    one that is shorter, is kept whole."""
     axes: tuple[str, ...] | Literal["all", "dft321", "mean"] = "all"
     """Axes to keep by name, all of them, three combined to one by DFT321, or the mean of however many there are: for
     recordings of one and two channels, as a player with one channel plays them."""
@@ -53,6 +56,8 @@ class Prepare(BaseModel):
 
     def apply(self, signal: Signal) -> Signal:
         """Return ``signal`` as a model sees it."""
+        if self.length is not None:
+            signal = signal.cut(0, max(1, round(self.length * signal.rate)))
         if self.axes == "dft321":
             signal = dft321(signal)
         elif self.axes == "mean":
