@@ -84,7 +84,9 @@ def mix_ladder(
         found = []
         for signal in generate(loaded, asked, seconds=seconds, seed=own, count=count):
             if not isinstance(signal, Signal):
-                raise ParameterError(f"{loaded.run.name}: {loaded.facts.name} gives images, which are not mixed")
+                raise ParameterError(
+                    f"{loaded.run.name}: {loaded.facts.name} gives images, which are not mixed"
+                )
             found.append(signal)
             done += 1
             progress("mix", done, total)

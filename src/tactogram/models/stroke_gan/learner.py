@@ -14,7 +14,6 @@ from torch import Tensor, nn
 
 from tactogram.errors import ParameterError
 from tactogram.model import Condition, Example, SignalKind, Stage, check_condition, material_weights
-from tactogram.signal.band_levels import BandLevels
 from tactogram.models.stroke_gan.config import Config
 from tactogram.models.stroke_gan.crops import NUMBERS, Crops, Number, numbers
 from tactogram.models.stroke_gan.domain import domain_of
@@ -23,6 +22,7 @@ from tactogram.models.stroke_gan.networks import Discriminator, Generator
 from tactogram.models.stroke_gan.texture_statistics import energy_distance, statistics
 from tactogram.nn import MovingAverage, gradient_penalty
 from tactogram.signal import Signal
+from tactogram.signal.band_levels import BandLevels
 from tactogram.signal.joining import extend
 from tactogram.training.seeds import child_generator, child_rng, child_seed, torch_seeded
 

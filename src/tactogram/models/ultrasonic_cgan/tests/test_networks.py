@@ -114,10 +114,12 @@ def test_first_losses_are_the_cross_entropy_by_hand():
 def test_an_iteration_is_adam_on_both_networks_in_turn():
     """Beside the plainest form: two forward passes, two optimisers without a trick."""
     ours, plain = pair(), pair()
+    for each in (ours, plain):  # Adam divides by a gradient's size: rounding alone moves a weight whose gradient is none
+        each.generator.double(), each.discriminator.double()
     optimisers = [torch.optim.Adam(n.parameters(), lr=1e-3) for n in (plain.generator, plain.discriminator)]
-    ones, zeros = torch.ones(8, 1), torch.zeros(8, 1)
+    ones, zeros = torch.ones(8, 1).double(), torch.zeros(8, 1).double()
     for seed in range(5):
-        sensor, display = batch(seed), batch(seed + 100)
+        sensor, display = batch(seed).double(), batch(seed + 100).double()
         ours.iterate(sensor, display)
         label = sensor[0, :, 6:]
         fake = torch.cat((plain.generator(sensor[0]), label), 1)
