@@ -114,7 +114,10 @@ def test_first_losses_are_the_cross_entropy_by_hand():
 def test_an_iteration_is_adam_on_both_networks_in_turn():
     """Beside the plainest form: two forward passes, two optimisers without a trick."""
     ours, plain = pair(), pair()
-    for each in (ours, plain):  # Adam divides by a gradient's size: rounding alone moves a weight whose gradient is none
+    for each in (
+        ours,
+        plain,
+    ):  # Adam divides by a gradient's size: rounding alone moves a weight whose gradient is none
         each.generator.double(), each.discriminator.double()
     optimisers = [torch.optim.Adam(n.parameters(), lr=1e-3) for n in (plain.generator, plain.discriminator)]
     ones, zeros = torch.ones(8, 1).double(), torch.zeros(8, 1).double()
