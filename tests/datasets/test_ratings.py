@@ -158,6 +158,14 @@ class TestRatings:
         with pytest.raises(DataError, match="one scale and the same words"):
             joined([plates, table(ROWS[3:], scale=Scale("x", 1, 7))])
 
+    def test_words_are_brought_into_the_order_of_what_they_are_held_against(self):
+        ratings = table(words=("rough", "sleek", "dry"))
+        turned = ratings.in_words(("dry", "sleek", "rough"))
+        assert turned.words == ("dry", "sleek", "rough")
+        np.testing.assert_array_equal(turned.cube, ratings.cube[..., ::-1])
+        with pytest.raises(DataError, match="must be of rough, loud, got rough, sleek, dry"):
+            ratings.in_words(("rough", "loud"))
+
 
 class TestFile:
     def test_what_goes_in_comes_out(self, tmp_path):

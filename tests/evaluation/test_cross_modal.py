@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from tactogram.datasets.ratings import Ratings
+from tactogram.datasets.ratings import Ratings, Scale
 from tactogram.errors import ParameterError
 from tactogram.evaluation.cross_modal import compare_cross_modal, errors_of
 from tactogram.evaluation.cross_modal_figures import overall_figure, per_word_figure, stars
@@ -38,12 +38,35 @@ def test_errors_are_against_the_plates_means():
     columns = [list(column) for column in zip(*rows, strict=True)]
     table = Ratings(*columns[:3], np.array(columns[3]), words=WORDS)
     targets = {"p1": (2.0, 5.5), "p2": (6.5, 1.0), "p3": (1.0, 1.0)}
-    got = errors_of(table, targets, "a")
+    got = errors_of(table, targets, ["a"])["a"]
     assert got.shape == (2, 2, 2)
     np.testing.assert_allclose(got[0, 0], [1.0, 0.5])
     np.testing.assert_allclose(got[1, 1], [0.5, np.nan])
     with pytest.raises(ParameterError, match="nothing was scored of c"):
-        errors_of(table, targets, "c")
+        errors_of(table, targets, ["a", "c"])
+
+
+def test_people_stay_in_their_rows_where_one_missed_a_condition_and_another_another():
+    """As many in each condition, but not the same: they must not be paired with each other."""
+    rng = np.random.default_rng(3)
+    met = {"x": "abcdefgh", "y": "bcdefghi", "z": "abcdefghi"}
+    rows = [
+        (rater, f"{condition}/p1", word, 4.0 + "abcdefghi".index(rater) / 4 + rng.random() / 9)
+        for condition, raters in met.items()
+        for rater in raters
+        for word in WORDS
+    ]
+    columns = [list(column) for column in zip(*rows, strict=True)]
+    table = Ratings(*columns[:3], np.array(columns[3]), Scale("any", 0, 9), words=WORDS)
+    got = errors_of(table, {"p1": (1.0, 1.0)}, ["x", "y", "z"])
+    assert {len(errors) for errors in got.values()} == {9}
+    assert np.isnan(got["x"][8]).all()
+    assert np.isnan(got["y"][0]).all()
+    result = compare_cross_modal({"e": errors(2, 0)}, got, WORDS, shown=("e", "x", "y"))
+    assert (result.by_person.left_out, result.by_person.groups["x"].n) == (2, 7)
+    both = [got[name][1:8].mean((1, 2)) for name in "xy"]
+    assert result.by_person.pair("x", "y").difference == pytest.approx(both[0].mean() - both[1].mean())
+    assert result.overall["x"].n == 8 * 2
 
 
 def test_tests_as_printed_take_every_answer(found):

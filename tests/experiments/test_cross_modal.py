@@ -94,6 +94,7 @@ class MadeUpJobs:
             straight={plate: loop(n) for n, plate in enumerate(PLATES)},
             targets=targets,
             failed={"plate03": "the training of cluster 2 failed"},
+            ratings=store_means,
         )
 
 

@@ -99,11 +99,10 @@ def test_figure_7_is_told_by_simulated_raters_and_a_rater_model_and_says_what_fa
 
 
 def test_figure_7_of_real_answers_is_made_by_the_same_command(tmp_path):
-    jobs = MadeUpJobs()
-    ultrasonic_cgan_figure7.run(jobs, tmp_path, paper=False, groups="A")
-    with (tmp_path / "items.csv").open(newline="") as file:
-        items = [row["item"] for row in csv.DictReader(file)]
-    assert len(items) == 3 * 3
+    jobs, items = MadeUpJobs(), [f"{name}/{plate}" for name in ("sensor", "nearest", "A") for plate in PLATES]
+    for run in ("A-0", "rater"):
+        (tmp_path / "runs" / run).mkdir(parents=True)
+        (tmp_path / "runs" / run / "recipe.toml").touch()
     write_table(tmp_path / "answers.csv", ratings_of(items, seed=3))
     found = ultrasonic_cgan_figure7.run(
         jobs, tmp_path, paper=False, groups="A", ratings=str(tmp_path / "answers.csv")
@@ -111,7 +110,15 @@ def test_figure_7_of_real_answers_is_made_by_the_same_command(tmp_path):
     assert found["told_by"]["people"]["raters"] == 4
     assert found["told_by"]["people"]["conditions"]["A"]["n"] == 4 * 3 * 10
     assert found["word_map"]["told_by"] == "people"
-    assert jobs.trained[-1][3], "finished runs are gone on with, not made again"
+    with (tmp_path / "items.csv").open(newline="") as file:
+        assert [row["item"] for row in csv.DictReader(file)] == items
+    assert all(run[3] for run in jobs.trained), "finished runs are gone on with, not made again"
+
+
+@pytest.mark.parametrize("groups", ["", "A,F", "a"])
+def test_groups_that_are_none_are_refused(tmp_path, groups):
+    with pytest.raises(ParameterError, match="groups must be of A, B, C, D, E"):
+        ultrasonic_cgan_figure7.run(MadeUpJobs(), tmp_path, paper=False, groups=groups)
 
 
 def test_vibviz_is_cross_validated_by_item(tmp_path):

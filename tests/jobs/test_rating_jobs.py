@@ -1,12 +1,13 @@
 """Predictors of ratings: trained, cross-validated by item and by rater, judged, and used on files."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tactogram.cli import main
-from tactogram.datasets import Ratings, Recording, create_store
+from tactogram.datasets import Ratings, Recording, Scale, create_store
 from tactogram.errors import LeakError, ParameterError
 from tactogram.jobs.data import import_store
 from tactogram.jobs.evaluate import evaluate
@@ -40,7 +41,7 @@ def ratings_of(levels, raters=6, seed=0):
     return Ratings(rater, item, word, np.array(value), words=WORDS)
 
 
-def rated_store(path, count=20, seed=0):
+def rated_store(path, count=20, seed=0, change=lambda ratings: ratings):
     levels = {f"s{n:02d}": float(10 ** -np.random.default_rng([seed, n]).uniform(0, 2)) for n in range(count)}
     recordings = [
         Recording(
@@ -51,7 +52,7 @@ def rated_store(path, count=20, seed=0):
         )
         for n, (item, level) in enumerate(levels.items())
     ]
-    return create_store(path, recordings, ratings=ratings_of(levels), **FACTS).path
+    return create_store(path, recordings, ratings=change(ratings_of(levels)), **FACTS).path
 
 
 @pytest.fixture(scope="module")
@@ -202,6 +203,19 @@ def test_a_generator_by_words_is_judged_by_a_rater_model_beside_the_sensor_and_t
     assert set(found["conditions"]) == {"sensor", "nearest", "run"}
     assert found["told_by"] == "a rater model of simulated raters"
     assert found["conditions"]["nearest"]["mae"] < found["conditions"]["sensor"]["mae"]
+
+    turned = rated_store(tmp_path / "turned", change=lambda ratings: ratings.in_words(WORDS[::-1]))
+    rater = train("rater", turned, recipe="tiny", out=tmp_path / "turned-run", accelerator="cpu").folder
+    again = evaluate(trained.folder, rater=rater)
+    for name, row in found["conditions"].items():
+        assert again["conditions"][name]["mae"] == pytest.approx(row["mae"], rel=1e-6), "words by their names"
+
+    other = rated_store(
+        tmp_path / "other", change=lambda ratings: replace(ratings, scale=Scale("wide", 0.0, 10.0))
+    )
+    rater = train("rater", other, recipe="tiny", out=tmp_path / "other-run", accelerator="cpu").folder
+    with pytest.raises(ParameterError, match=r"on the scale of the surfaces, 1 to 7; got \(0.0, 10.0\)"):
+        evaluate(trained.folder, rater=rater)
 
 
 def test_vibviz_recipe_copes_with_mixed_rates_and_channels(real_data, tmp_path):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -245,6 +245,18 @@ class Ratings:
             tuple(self.session[n] for n in keep),
             self.words,
         )
+
+    def in_words(self, words: Sequence[str]) -> Ratings:
+        """Return the same ratings with their words in another order: that of scores they are held against.
+
+        Raises
+        ------
+        DataError
+            If they are of other words.
+        """
+        if sorted(words) != sorted(self.words):
+            raise DataError(f"ratings must be of {', '.join(words)}, got {', '.join(self.words)}")
+        return replace(self, words=tuple(words))
 
 
 def joined(tables: Sequence[Ratings]) -> Ratings:

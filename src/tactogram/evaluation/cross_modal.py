@@ -25,8 +25,10 @@ ALPHA = 0.01
 """Sec. III-B: "at the 1% significance level"."""
 
 
-def errors_of(table: Ratings, targets: Mapping[str, Sequence[float]], condition: str) -> Array:
-    """Return the absolute errors of one condition, in points of the scale.
+def errors_of(
+    table: Ratings, targets: Mapping[str, Sequence[float]], conditions: Sequence[str]
+) -> dict[str, Array]:
+    """Return the absolute errors of conditions that one group of people met, in points of the scale.
 
     Parameters
     ----------
@@ -34,27 +36,32 @@ def errors_of(table: Ratings, targets: Mapping[str, Sequence[float]], condition:
         Of items called ``CONDITION/TARGET``.
     targets : mapping from str to sequence of float
         Mean scores of each target, in the order of ``table.words``.
-    condition : str
+    conditions : sequence of str
 
     Returns
     -------
-    float64 array, shape (rater, target, word)
-        NaN where a score was not given. Raters of the condition, sorted; targets that were scored, in the order given.
+    dict from str to float64 array, shape (rater, target, word)
+        By condition; NaN where a score was not given. The raters are those of any of the conditions, sorted: row n is
+        one person in all of them. The targets are those that were scored, in the order given.
 
     Raises
     ------
     ParameterError
-        If the condition has no item.
+        If a condition has no item.
     """
     place = {item: number for number, item in enumerate(table.items)}
-    met = [target for target in targets if f"{condition}/{target}" in place]
-    if not met:
-        raise ParameterError(f"nothing was scored of {condition}: items must be called {condition}/TARGET")
-    cube = table.cube[[place[f"{condition}/{target}"] for target in met]]  # target, rater, word
-    there = ~np.isnan(cube).all((0, 2))
-    wanted = np.array([targets[target] for target in met])
-    errors: Array = np.abs(cube[:, there] - wanted[:, None]).transpose(1, 0, 2)
-    return errors
+    found: dict[str, Array] = {}
+    for condition in conditions:
+        met = [target for target in targets if f"{condition}/{target}" in place]
+        if not met:
+            raise ParameterError(
+                f"nothing was scored of {condition}: items must be called {condition}/TARGET"
+            )
+        cube = table.cube[[place[f"{condition}/{target}"] for target in met]]  # target, rater, word
+        wanted = np.array([targets[target] for target in met])
+        found[condition] = np.abs(cube - wanted[:, None]).transpose(1, 0, 2)
+    there = np.any([~np.isnan(errors).all((1, 2)) for errors in found.values()], axis=0)
+    return {condition: errors[there] for condition, errors in found.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +122,8 @@ def compare_cross_modal(
     Parameters
     ----------
     earlier, later : mapping from str to float64 array, shape (rater, target, word)
-        By condition; within each group the same people, in one order.
+        By condition; within each group the same people, in one order, as `errors_of` gives them: who did not meet a
+        condition has NaN there, and no part in the tests that go by person among the later ones.
     words : sequence of str
     shown : sequence of str
         Conditions that are compared per word.
@@ -125,9 +133,10 @@ def compare_cross_modal(
     per_word = {
         word: {name: _given(errors[..., k]) for name, errors in every.items()} for k, word in enumerate(words)
     }
-    people = {name: np.nanmean(errors, (1, 2)) for name, errors in every.items()}
+    people = {name: _by_person(errors) for name, errors in every.items()}
+    asked = {name: _given(means) for name, means in people.items()}
     pairs = [(condition, other) for condition in later for other in earlier]
-    ps = [mann_whitney({a: people[a], b: people[b]}, correction="none").pair(a, b).p for a, b in pairs]
+    ps = [mann_whitney({a: asked[a], b: asked[b]}, correction="none").pair(a, b).p for a, b in pairs]
     corrected = dict(zip(pairs, multipletests(ps, method="holm")[1].tolist(), strict=True))
     return CrossModal(
         {name: summary(values) for name, values in flat.items()},
@@ -137,6 +146,14 @@ def compare_cross_modal(
         friedman_wilcoxon({name: people[name] for name in later}),
         {condition: {other: corrected[condition, other] for other in earlier} for condition in later},
     )
+
+
+def _by_person(errors: Array) -> Array:
+    """Return each person's mean error, shape (rater,), NaN for who gave no answer."""
+    given = ~np.isnan(errors)
+    count = given.sum((1, 2))
+    total = np.where(given, errors, 0).sum((1, 2))
+    return np.asarray(np.divide(total, count, out=np.full(len(errors), np.nan), where=count > 0))
 
 
 def _given(errors: Array) -> Array:

@@ -111,10 +111,11 @@ def run(
     else:
         tables, told_by = _simulated(alone, pairs), "simulated observers"
     targets = {name: made.targets[name] for name in met}
-    earlier = {name: errors_of(tables[0], targets, name) for name in (WITHOUT_MODELS, WITHOUT_IMAGES)}
-    later = {name: errors_of(tables[1], targets, name) for name in shown}
+    words = made.ratings.words
+    earlier = errors_of(tables[0].in_words(words), targets, (WITHOUT_MODELS, WITHOUT_IMAGES))
+    later = errors_of(tables[1].in_words(words), targets, tuple(shown))
     of_three = (WITHOUT_MODELS, WITHOUT_IMAGES, f"weight {SHOWN}")
-    found = compare_cross_modal(earlier, later, tables[0].words, shown=of_three)
+    found = compare_cross_modal(earlier, later, words, shown=of_three)
     save_figure(
         folder / "figure5.png",
         overall_figure(found, against=WITHOUT_IMAGES, published=PUBLISHED, told_by=told_by),

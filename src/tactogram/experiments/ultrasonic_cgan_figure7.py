@@ -22,7 +22,7 @@ from matplotlib.image import imread
 from tactogram.datasets import Ratings, Store, open_store
 from tactogram.datasets.ratings_table import read_table, write_table
 from tactogram.datasets.simulate.raters import draw_people, score_vibrations
-from tactogram.errors import DataError
+from tactogram.errors import DataError, ParameterError
 from tactogram.evaluation.rating_figures import word_map_figure
 from tactogram.evaluation.ratings import distances_to_targets, one_rater_error, split_half_error
 from tactogram.evaluation.report import Picture, Section, Table, Text, save_figure, write_report
@@ -70,7 +70,7 @@ def run(
         Of each network instead of the recipe's; 0 takes the recipe's.
     """
     store = _data(jobs, folder, data)
-    chosen = {name: GROUPS[name] for name in GROUPS if name in groups.split(",")}
+    chosen = _chosen(groups)
     recipe = "paper" if paper else "quick"
     changes: dict[str, Any] = {"config.iterations": iterations} if iterations else {}
     made: dict[str, list[Any]] = {}
@@ -105,7 +105,7 @@ def run(
     of = " of simulated raters" if store.simulated else ""
     if store.simulated:
         people = draw_people(PEOPLE, seed=1, prefix="judge")
-        tables[SIMULATED_RATERS] = score_vibrations(signals, people, seed=0)
+        tables[SIMULATED_RATERS] = score_vibrations(signals, people, seed=0).in_words(plates.words)
         beside[SIMULATED_RATERS] = {"one rater of the plates, the others": alone}
         write_table(folder / "simulated-answers.csv", tables[SIMULATED_RATERS])
     tables[RATER_MODEL + of] = jobs.predicted_ratings(rater, signals)
@@ -114,7 +114,7 @@ def run(
         "the rater model itself": own["mean"]["mae"],
     }
     if ratings:
-        tables["people"] = read_table(Path(ratings)).ratings
+        tables["people"] = read_table(Path(ratings)).ratings.in_words(plates.words)
         beside["people"] = {"one rater of the plates, the others": alone}
     told = {
         by: jobs.judge_reproduction(
@@ -156,6 +156,14 @@ def run(
     result["text"] = _text(result, conditions)
     result["report"] = str(_report(folder, result, conditions))
     return result
+
+
+def _chosen(groups: str) -> dict[str, int]:
+    """Return the clusters of each group that is named."""
+    names = [name.strip() for name in groups.split(",")]
+    if unknown := [name for name in names if name not in GROUPS]:
+        raise ParameterError(f"groups must be of {', '.join(GROUPS)}, joined by commas; got {unknown[0]!r}")
+    return {name: clusters for name, clusters in GROUPS.items() if name in names}
 
 
 def _data(jobs: Any, folder: Path, data: str) -> Store:

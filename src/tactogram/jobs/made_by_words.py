@@ -128,12 +128,18 @@ def judged_by_words(
         )
     judge = rater if isinstance(rater, LoadedRun) else load_run(rater)
     made = made_by_words(loaded, seed=seed)
+    scale = (made.ratings.scale.low, made.ratings.scale.high)
+    if judge.any_kind.scale != scale:
+        raise ParameterError(
+            f"--rater {judge.run.name}: must score on the scale of the surfaces, {scale[0]:g} to {scale[1]:g}; "
+            f"got {judge.any_kind.scale}"
+        )
     name = loaded.run.name
     kinds = {STRAIGHT: made.straight, NEAREST: made.nearest, name: made.signals}
     given = {f"{kind}/{item}": one for kind, held in kinds.items() for item, one in held.items()}
     told_by = "a rater model" + (" of simulated raters" if judge.simulated else "")
     figures = judge_reproduction(
-        predicted_ratings(judge, given),
+        predicted_ratings(judge, given).in_words(made.ratings.words),
         made.targets,
         conditions=tuple(kinds),
         told_by=told_by,

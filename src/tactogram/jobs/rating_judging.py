@@ -166,7 +166,9 @@ def judge_reproduction(
     marked = [
         (pair["first"], pair["second"], "*")
         for pair in figures["tests"]["as_printed"] or ()
-        if (first or next(iter(rows))) in (pair["first"], pair["second"]) and (pair["p"] or 0) < 0.01
+        if (first or next(iter(rows))) in (pair["first"], pair["second"])
+        and pair["p"] is not None
+        and pair["p"] < 0.01
     ]
     count = max(row["n"] for row in figures["conditions"].values())
     title = f"Told by {told_by}\nn = {count:,} answers, mean ± SE, *: p < 0.01 (Student's t)"
