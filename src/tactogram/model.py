@@ -253,6 +253,25 @@ class ImageKind:
 Kind = SignalKind | ImageKind
 
 
+def unit_scores(words: Mapping[str, float], kind: Kind) -> NDArray[np.float64]:
+    """Return scores as 0 to 1 in the order of ``kind.words``, shape (word,): (x - 1) / 6 on the 7-point scale.
+
+    Raises
+    ------
+    ParameterError
+        Naming what is unknown, off the scale or missing.
+    """
+    low, high = kind.scale or (0.0, 1.0)
+    for word, score in words.items():
+        if word not in kind.words:
+            raise ParameterError(f"words must be of {', '.join(kind.words)}; got {word!r}")
+        if not low <= score <= high:
+            raise ParameterError(f"{word} must be {low:g} to {high:g}, got {score:g}")
+    if missing := [word for word in kind.words if word not in words]:
+        raise ParameterError(f"a score is needed of {', '.join(missing)}")
+    return np.array([(float(words[word]) - low) / (high - low) for word in kind.words])
+
+
 def _kind(signal: Signal | SignalKind) -> str:
     per = "Hz" if signal.domain == "time" else "samples per mm"
     return f"{signal.rate:g} {per}, {signal.unit}, axes {','.join(signal.axes)}"

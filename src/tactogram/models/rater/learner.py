@@ -56,10 +56,17 @@ class RaterLearner:
     # -- training ----------------------------------------------------------------------------------------
 
     def stages(self, examples: Sequence[Rateable]) -> tuple[Stage, ...]:
-        if (items := len({e.item for e in examples if e.rated is not None})) < FEWEST_ITEMS:
+        rated = {e.item: ~np.isnan(e.rated.scores).all(0) for e in examples if e.rated is not None}
+        if len(rated) < FEWEST_ITEMS:
             raise ParameterError(
-                f"a rater needs at least {FEWEST_ITEMS} rated items to learn from, got {items}"
+                f"a rater needs at least {FEWEST_ITEMS} rated items to learn from, got {len(rated)}"
             )
+        for word, items in zip(self.words, np.sum(list(rated.values()), axis=0), strict=True):
+            if items < FEWEST_ITEMS:
+                raise ParameterError(
+                    f"a rater needs at least {FEWEST_ITEMS} items with a score in {word}, got {items}; leave the word "
+                    "out of the ratings"
+                )
         return (Stage("fit", 1),)
 
     def batches(

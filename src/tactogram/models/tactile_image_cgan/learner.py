@@ -13,7 +13,7 @@ from torch import Tensor
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.image_spread import ImageSpread, image_spread, mean_distance
-from tactogram.model import Condition, ImageExample, ImageKind, Kind, Stage, check_condition
+from tactogram.model import Condition, ImageExample, ImageKind, Kind, Stage, check_condition, unit_scores
 from tactogram.models.tactile_image_cgan.config import Config
 from tactogram.models.tactile_image_cgan.images import LabelledImages, as_floats, as_pixels
 from tactogram.models.tactile_image_cgan.networks import Discriminator, Generator
@@ -124,10 +124,12 @@ class TactileImageLearner:
         return self.spread(examples).as_dict()
 
     def spread(self, examples: Sequence[ImageExample] = ()) -> ImageSpread:
-        """Return what images differ by, by noise and by label; its ``collapse`` names what it collapsed to."""
-        labels = (
-            np.stack([example.rated.means for example in examples]) if len(examples) > 1 else self._known()
-        )
+        """Return what images differ by, by noise and by label; its ``collapse`` names what it collapsed to.
+
+        An example that nobody scored in some word has no label and is left out.
+        """
+        asked = [means for e in examples if np.isfinite(means := e.rated.means).all()]
+        labels = np.stack(asked) if len(asked) > 1 else self._known()
         rng = child_rng(0, "spread")
         some = rng.permutation(len(labels))[:LABELS]
         noises = rng.standard_normal((NOISES, self.config.noise)).astype(np.float32)
@@ -187,25 +189,6 @@ class TactileImageLearner:
         given = (torch.from_numpy(part).to(self.gan.device) for part in (noise, scores))
         made: NDArray[np.float32] = self.gan.bare_generator.eval()(*given).float().cpu().numpy()
         return made
-
-
-def unit_scores(words: Mapping[str, float], kind: ImageKind) -> NDArray[np.float64]:
-    """Return scores in the order of ``kind.words``, brought from its scale to 0 to 1.
-
-    Raises
-    ------
-    ParameterError
-        Naming what is missing, unknown or off the scale.
-    """
-    low, high = kind.scale
-    for word, score in words.items():
-        if word not in kind.words:
-            raise ParameterError(f"words must be of {', '.join(kind.words)}; got {word!r}")
-        if not low <= score <= high:
-            raise ParameterError(f"{word} must be {low:g} to {high:g}, got {score:g}")
-    if missing := [word for word in kind.words if word not in words]:
-        raise ParameterError(f"a score is needed of {', '.join(missing)}")
-    return np.array([(words[word] - low) / (high - low) for word in kind.words])
 
 
 def _cross_entropy(scores: Tensor, label: float) -> Tensor:

@@ -82,7 +82,8 @@ class Config(BaseModel):
     stored: int = Field(default=84, gt=0)
     """Sensor spectra of each surface that are kept with the weights, for use without a recording."""
     iterations_per_step: int = Field(default=50, gt=0)
-    """Iterations in one step of the training loop; changes nothing but how often it logs and saves."""
+    """Iterations in one step of the training loop, after which it may log and save. Batches and dropout are drawn by
+    step: another number is another draw of the same training."""
 
     @model_validator(mode="after")
     def _is_in_order(self) -> Config:

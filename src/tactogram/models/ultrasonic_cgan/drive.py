@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.model import Condition, SignalKind, check_condition
+from tactogram.model import Condition, SignalKind, check_condition, unit_scores
 from tactogram.models.ultrasonic_cgan.clusters import nearest
 from tactogram.models.ultrasonic_cgan.config import Config
 from tactogram.models.ultrasonic_cgan.judging import clamped, distance
@@ -102,25 +102,6 @@ def make(
     spectrum, source = _sensor_spectrum(condition.get("vibration"), surface, surfaces, config, seed=seed)
     made, _ = trained[cluster].answers(spectrum[None] / surfaces.sensor_scale, scores)
     return Made(np.maximum(made[0], 0) * surfaces.display_scale, surface, away, source, clamped(made))
-
-
-def unit_scores(words: Mapping[str, float], kind: SignalKind) -> NDArray[np.float64]:
-    """Return scores as 0 to 1 in the order of the run's words, shape (word,): (x - 1) / 6 on the 7-point scale.
-
-    Raises
-    ------
-    ParameterError
-        If a word is missing or unknown, or a score off the scale.
-    """
-    low, high = kind.scale or (0.0, 1.0)
-    if unknown := [word for word in words if word not in kind.words]:
-        raise ParameterError(f"words are {', '.join(kind.words)}; unknown: {', '.join(unknown)}")
-    if missing := [word for word in kind.words if word not in words]:
-        raise ParameterError(f"words must have a score each, got none for {', '.join(missing)}")
-    for word, score in words.items():
-        if not low <= score <= high:
-            raise ParameterError(f"score of {word} must be {low:g} to {high:g}, got {score:g}")
-    return np.array([(float(words[word]) - low) / (high - low) for word in kind.words])
 
 
 def loop(

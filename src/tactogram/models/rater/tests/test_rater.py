@@ -118,6 +118,14 @@ def test_an_item_that_nobody_scored_in_a_word_is_left_out_of_that_word():
     np.testing.assert_array_equal(fitted[1].coefficients[:5, 1], 0)
 
 
+def test_a_word_with_scores_of_too_few_items_is_refused_by_name():
+    given = examples(6)
+    for example in given[:4]:
+        example.rated.scores[:, 1] = np.nan
+    with pytest.raises(ParameterError, match="at least 3 items with a score in fast, got 2"):
+        build(FAST, KIND, seed=0).stages(given)
+
+
 def test_scores_images_too():
     kind = ImageKind(WORDS, (0.0, 1.0), tuple("abc"), simulated=True)
     brightness = np.linspace(0.1, 0.9, 20)

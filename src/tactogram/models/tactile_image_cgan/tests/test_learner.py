@@ -153,6 +153,14 @@ def test_collapse_is_named():
     assert model.validate(given)["collapsed"] == 1.0
 
 
+def test_an_example_without_a_label_leaves_the_spread_finite():
+    given, model = examples(6), learner()
+    model.stages(given)
+    expected = model.validate(given[1:])
+    given[0].rated.scores[:, 0] = np.nan
+    assert model.validate(given) == expected
+
+
 def test_the_four_weights_are_recipes():
     from tactogram import models
 

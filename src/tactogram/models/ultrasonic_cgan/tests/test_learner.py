@@ -5,10 +5,9 @@ import pytest
 from scipy.spatial.distance import pdist, squareform
 
 from tactogram.errors import ParameterError
-from tactogram.model import Example, Rated, SignalKind
+from tactogram.model import Example, Rated, SignalKind, unit_scores
 from tactogram.models.ultrasonic_cgan import Config, build
 from tactogram.models.ultrasonic_cgan.clusters import clusters_of, tree_of
-from tactogram.models.ultrasonic_cgan.drive import unit_scores
 from tactogram.models.ultrasonic_cgan.spectra import display_spectra, filled, sensor_side, sensor_spectra
 from tactogram.signal import Signal
 from tactogram.training.loop import fit
@@ -204,12 +203,11 @@ def test_scores_beside_the_spectra_are_a_raters_own():
     )
 
 
-def test_iterations_per_step_change_nothing_but_dropouts_draw():
-    """Without dropout, steps of 5 and of 24 iterations are one training."""
-    for_each = [TINY.model_copy(update={"dropout": 0.0, "iterations_per_step": n}) for n in (1, 24)]
+def test_iterations_are_as_many_whatever_a_step_holds():
+    for_each = [TINY.model_copy(update={"iterations_per_step": n}) for n in (1, 7, 24)]
     stage_of = [build(config, KIND, seed=0).stages(data())[1].steps for config in for_each]
-    assert stage_of == [24, 1]
-    assert [trained(config).trained[0].curves.shape for config in for_each] == [(3, 24)] * 2
+    assert stage_of == [24, 4, 1]
+    assert [trained(config).trained[0].curves.shape for config in for_each] == [(3, 24)] * 3
 
 
 def test_curves_of_every_iteration_and_the_choice_are_kept():
@@ -329,9 +327,9 @@ def test_scores_are_normalised_as_published():
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ({"rough": 3}, "got none for sticky"),
-        ({"rough": 3, "sticky": 2, "loud": 3}, "unknown: loud"),
-        ({"rough": 8, "sticky": 2}, "score of rough must be 1 to 7, got 8"),
+        ({"rough": 3}, "a score is needed of sticky"),
+        ({"rough": 3, "sticky": 2, "loud": 3}, "words must be of rough, sticky; got 'loud'"),
+        ({"rough": 8, "sticky": 2}, "rough must be 1 to 7, got 8"),
         ({"rough": float("nan"), "sticky": 2}, "got nan"),
     ],
 )
