@@ -151,6 +151,7 @@ def test_cross_modal_has_six_conditions_and_two_groups_of_people(tmp_path):
     assert "no signal of plate03: the training of their cluster failed" in found["text"]
     assert 0.9 * 20 * 2 * 10 < found["overall"]["weight 1"]["n"] <= 20 * 2 * 10
     assert found["by_person"]["groups"]["weight 1"]["n"] == 20
+    assert found["people_in_both_groups"] == []
     with (tmp_path / "items.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 6 * 2
@@ -174,4 +175,6 @@ def test_cross_modal_of_real_answers_says_people(tmp_path):
     (tmp_path / "answers.csv").write_text("\n".join(lines) + "\n")
     found = cross_modal.run(jobs, tmp_path / "out", paper=False, ratings=str(tmp_path / "answers.csv"))
     assert found["told_by"] == "people"
+    assert found["people_in_both_groups"] == ["p1", "p2", "p3"]
+    assert "3 people are in both groups: p by person takes them for others" in found["text"]
     assert found["overall"]["weight 5000"]["mean"] < 0.3 < found["overall"]["weight 1"]["mean"]

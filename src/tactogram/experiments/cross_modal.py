@@ -11,13 +11,13 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tactogram.datasets import Ratings
+from tactogram.datasets import Ratings, Store
 from tactogram.datasets.ratings_table import read_table
 from tactogram.datasets.simulate.raters import draw_people, score_together, score_vibrations
 from tactogram.errors import ParameterError
@@ -76,20 +76,9 @@ def run(
     """
     recipe = recipe or ("paper" if paper else "quick")
     seen, felt = store_of(jobs, folder, "tactile_images", images), store_of(jobs, folder, "ultrasonic", data)
-    touch = Path(signal_run) if signal_run else folder / "runs" / f"signals-{seed}"
-    if not signal_run:
-        jobs.train(
-            "ultrasonic_cgan",
-            felt.path,
-            recipe=recipe,
-            by="session",
-            changes={"seed": seed},
-            out=touch,
-            resume=(touch / "recipe.toml").exists(),
-        )
-    made = jobs.made_by_words(touch, seed=seed)
-    shown: dict[str, dict[str, Image]] = {}
+    made = _signals(jobs, folder, felt, Path(signal_run) if signal_run else None, recipe=recipe, seed=seed)
     plates = plates_of(felt)
+    shown: dict[str, dict[str, Image]] = {}
     for weight in WEIGHTS:
         sight = (
             Path(image_runs) / f"weight-{weight}-{seed}"
@@ -100,7 +89,7 @@ def run(
         shown[f"weight {weight}"] = {name: row[0] for name, row in zip(plates.names, drawn, strict=True)}
     met = [name for name in plates.names if name in made.signals]
     if not met:
-        raise ParameterError(f"{touch}: gives no signal of any plate: {'; '.join(made.failed.values())}")
+        raise ParameterError(f"no signal of any plate was made: {'; '.join(made.failed.values())}")
     alone = {f"{WITHOUT_MODELS}/{n}": made.straight[n] for n in met}
     alone |= {f"{WITHOUT_IMAGES}/{n}": made.signals[n] for n in met}
     pairs = {f"{weight}/{n}": (made.signals[n], held[n]) for weight, held in shown.items() for n in met}
@@ -130,6 +119,7 @@ def run(
         "seed": seed,
         "images": {"name": seen.name, "sha256": seen.sha256},
         "plates": {"name": felt.name, "sha256": felt.sha256, "judged": met, "failed": dict(made.failed)},
+        "people_in_both_groups": sorted(_people(tables[0], earlier) & _people(tables[1], later)),
         **found.as_dict(),
         "improved_words": {name: found.improved(name, WITHOUT_MODELS) for name in of_three[1:]},
         "published": {
@@ -140,6 +130,31 @@ def run(
         },
     }
     return result | {"text": _text(result, found)}
+
+
+def _signals(jobs: Any, folder: Path, felt: Store, given: Path | None, *, recipe: str, seed: int) -> Any:
+    """Return what the run ``given`` makes of each plate, or one of group D that is trained here."""
+    run = given or folder / "runs" / f"signals-{seed}"
+    if given is None:
+        jobs.train(
+            "ultrasonic_cgan",
+            felt.path,
+            recipe=recipe,
+            by="session",
+            changes={"seed": seed},
+            out=run,
+            resume=(run / "recipe.toml").exists(),
+        )
+    return jobs.made_by_words(run, seed=seed)
+
+
+def _people(table: Ratings, conditions: Collection[str]) -> set[str]:
+    """Return who scored something of ``conditions``."""
+    return {
+        rater
+        for rater, item in zip(table.rater, table.item, strict=True)
+        if item.partition("/")[0] in conditions
+    }
 
 
 def _simulated(
@@ -206,6 +221,10 @@ def _text(result: Mapping[str, Any], found: CrossModal) -> str:
         lines.append(
             f"words improved over without models, {name}: {len(words)} ({', '.join(words) or 'none'}; "
             f"published {count} of 10" + (")" if name == WITHOUT_IMAGES else ", not rugged and uneven)")
+        )
+    if same := result["people_in_both_groups"]:
+        lines.append(
+            f"{len(same)} people are in both groups: p by person takes them for others and is not to be relied on"
         )
     if result["plates"]["failed"]:
         lines.append(
