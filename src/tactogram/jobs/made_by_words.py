@@ -165,7 +165,10 @@ def judged_by_words(
     rows += [(n, value, None, "–") for n, value in figures["beside"].items()]
     blocks: list[Any] = [
         Table(
-            ("", "mean absolute error", "SE", "surfaces"), rows, f"Points of the scale, told by {told_by}."
+            ("", "mean absolute error", "SE", "surfaces"),
+            rows,
+            f"Points of the scale, told by {told_by}. Where it was trained on the display signals, what it says of "
+            f"{NEAREST!r}, or of a copy, comes closer than what it says of a signal it never met.",
         ),
     ]
     blocks += [Text(f"{item}: {why}.") for item, why in made.failed.items()]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -106,29 +106,24 @@ def crossval_ratings(
     if kept != "item" and len(people) < folds:
         raise ParameterError(f"--folds {folds} needs as many raters, got {len(people)}; use --by item")
 
-    rows = repeats * (folds if kept == "rater" else 1)
-    scores, truth, constant = (np.full((rows, len(items), len(ratings.words)), np.nan) for _ in range(3))
-    place = {item: number for number, item in enumerate(items)}
-    for repeat in range(repeats):
-        parts = _parts(kept, items, people, folds, np.random.default_rng([chosen.seed, repeat]))
-        for number, (unseen_items, unseen_people) in enumerate(parts):
-            progress("crossval", repeat * folds + number + 1, repeats * folds)
-            known = _known(examples, unseen_items, unseen_people)
-            learner = facts.build(config, kind, seed=chosen.seed + repeat)
-            learner.setup(make_fabric(chosen.training, accelerator=accelerator))
-            learner.stages(known)
-            run_training(learner, known, chosen)
-            if not isinstance(learner, Predictor):
-                raise ParameterError(f"{model} is no predictor of ratings")
-            row = repeat if kept != "rater" else repeat * folds + number
-            judged = sorted(unseen_items or items)
-            at = [place[item] for item in judged]
-            judges = ratings.select(raters=sorted(unseen_people)) if unseen_people else ratings
-            scores[row, at] = said_of(learner, examples, judged)
-            truth[row, at] = _rows(judges, judged)
-            means = {str(e.item): e.rated.means for e in known if e.rated is not None}
-            constant[row, at] = ratings.scale.from_unit(np.nanmean(np.array(list(means.values())), axis=0))
-    found = Predicted(ratings.words, items, scores, constant, truth, ratings.cube)
+    learner: Any = None
+
+    def trained(known: Sequence[Any], repeat: int) -> Predictor:
+        nonlocal learner
+        learner = facts.build(config, kind, seed=chosen.seed + repeat)
+        learner.setup(make_fabric(chosen.training, accelerator=accelerator))
+        learner.stages(known)
+        run_training(learner, known, chosen)
+        if not isinstance(learner, Predictor):
+            raise ParameterError(f"{model} is no predictor of ratings")
+        return learner
+
+    parts = [
+        (repeat, *unseen)
+        for repeat in range(repeats)
+        for unseen in _parts(kept, items, people, folds, np.random.default_rng([chosen.seed, repeat]))
+    ]
+    found = _predicted(trained, examples, ratings, parts, kept, progress)
     figures: dict[str, Any] = {
         **found.as_dict(seed=chosen.seed),
         "folds": folds,
@@ -153,6 +148,37 @@ def crossval_ratings(
     figures["report"] = str(_report(folder / "report.html", found, figures))
     write_text(folder / "crossval.json", json.dumps(figures, indent=1) + "\n")
     return figures
+
+
+def _predicted(
+    trained: Callable[[Sequence[Any], int], Predictor],
+    examples: Sequence[Rateable],
+    ratings: Ratings,
+    parts: Sequence[tuple[int, frozenset[str], frozenset[str]]],
+    kept: KeptApart,
+    progress: Progress,
+) -> Predicted:
+    """Return what was predicted of each part (repetition, items and raters kept apart) by what the rest trained.
+
+    A repetition is a row; where raters are kept apart each part is one, for all items are predicted in each.
+    """
+    items = ratings.items
+    rows = len(parts) if kept == "rater" else parts[-1][0] + 1
+    scores, truth, constant = (np.full((rows, len(items), len(ratings.words)), np.nan) for _ in range(3))
+    place = {item: number for number, item in enumerate(items)}
+    for number, (repeat, unseen_items, unseen_people) in enumerate(parts):
+        progress("crossval", number + 1, len(parts))
+        known = _known(examples, unseen_items, unseen_people)
+        learner = trained(known, repeat)
+        row = number if kept == "rater" else repeat
+        judged = sorted(unseen_items or items)
+        at = [place[item] for item in judged]
+        judges = ratings.select(raters=sorted(unseen_people)) if unseen_people else ratings
+        scores[row, at] = said_of(learner, examples, judged)
+        truth[row, at] = _rows(judges, judged)
+        means = {str(e.item): e.rated.means for e in known if e.rated is not None}
+        constant[row, at] = ratings.scale.from_unit(np.nanmean(np.array(list(means.values())), axis=0))
+    return Predicted(ratings.words, items, scores, constant, truth, ratings.cube)
 
 
 def words_table(figures: Mapping[str, Any], *, caption: str = "") -> Table:
@@ -216,7 +242,10 @@ def _described(kept: KeptApart, folds: int, repeats: int) -> str:
             f"{folds} folds by item{again}: no item is on both sides; judged against the mean of all raters"
         )
     if kept == "rater":
-        return f"{folds} folds by rater{again}: known items, judged against the mean of raters that were not trained on"
+        return (
+            f"{folds} folds by rater{again}: known items, judged against the mean of raters that were not trained on; "
+            "each fold is a repetition"
+        )
     return f"{folds} folds by item and rater at once{again}: unseen items, judged by unseen raters"
 
 
