@@ -56,6 +56,16 @@ def test_items_that_were_not_predicted_count_nowhere():
     assert part.as_dict()["mean"]["constant_mae"] == pytest.approx(by_hand)
 
 
+def test_a_repetition_whose_judges_all_left_a_word_out_has_no_part_in_its_spread():
+    found = predicted(repeats=3)
+    truth, scores = found.truth.copy(), found.scores.copy()
+    scores[2] = truth[2] + 0.4
+    truth[0, :, 1] = np.nan
+    row = Predicted(WORDS, found.items, scores, found.constant, truth, found.cube).as_dict()["per_word"]
+    assert row["sticky"]["mae_sd"] == pytest.approx(np.std([0.2, 0.4], ddof=1))
+    assert row["rough"]["mae_sd"] == pytest.approx(np.std([0.2, 0.2, 0.4], ddof=1))
+
+
 def test_half_of_the_raters_is_as_far_from_the_other_as_their_noise_says():
     """The difference of two means of n / 2 has the variance 4 s² / n."""
     error = split_half_error(people(400, 16, 0.5), rng=np.random.default_rng(0), splits=20)

@@ -84,7 +84,8 @@ class Predicted:
 
     def _row(self, part: Any) -> dict[str, Any]:
         errors, guess = self.errors[part], self.constant_errors[part]
-        runs = np.nanmean(errors, axis=(1, 2))
+        runs = _over(errors, (1, 2))
+        runs = runs[~np.isnan(runs)]  # of people who all left a word out there is no figure
         gain = _over(guess, (0, 2)) - _over(errors, (0, 2))
         gain = gain[~np.isnan(gain)]
         row: dict[str, Any] = {

@@ -47,7 +47,7 @@ def judged_predictor(
     Raises
     ------
     LeakError
-        If an item of ``data`` was trained on.
+        If a recording or an image of ``data`` was trained on. An item that is called alike is none of these.
     ParameterError
         If there is nothing to judge on, or it was rated in other words or on another scale.
     """
@@ -195,7 +195,7 @@ def _what(loaded: LoadedRun, data: Path | str | None) -> tuple[Store, Split, str
     both = sorted(held & trained)
     if both:
         raise LeakError(
-            f"{data}: {len(both)} of its {len(held)} items were trained on (first: {both[0]}); "
+            f"{data}: {len(both)} of its {len(held)} rated recordings or images were trained on (first: {both[0]}); "
             "evaluate on others, or without --data on the run's own test part"
         )
     photographs = {"test": whole.photographs["train"]} if whole.photographs else {}
