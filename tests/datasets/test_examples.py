@@ -135,7 +135,10 @@ def test_simulated_is_told(store):
     ("other", "says"),
     [
         (noise(2, rate=500.0), r"one rate, got 1000 and 500 Hz; --set prepare.rate"),
-        (noise(2, axes=("x",)), r"same axes, got x,y,z and x; --set prepare.axes"),
+        (
+            noise(2, axes=("x",)),
+            r"same axes, got x,y,z and x; --set prepare.axes.* prepare.stream=NAME takes one",
+        ),
         (
             noise(2, unit="V"),
             r"one unit and domain, got m/s\^2 over time and V over time; --set prepare.stream",

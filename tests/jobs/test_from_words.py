@@ -1,6 +1,7 @@
 """Words to an image and a vibration: what is asked, filled, refused and written."""
 
 import json
+import shutil
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,8 +12,11 @@ from tactogram.datasets import create_store
 from tactogram.datasets.ratings import EVOKED, Ratings
 from tactogram.errors import ParameterError
 from tactogram.jobs.asked_words import ask, rated_means
+from tactogram.jobs.crossval import crossval
+from tactogram.jobs.evaluate import evaluate
 from tactogram.jobs.from_words import generate_from_words
 from tactogram.jobs.generate import generate, parse_words
+from tactogram.jobs.mixing import mixing_ladder
 from tactogram.jobs.training import LoadedRun, load_run, train
 from tactogram.model import ImageKind, SignalKind, check_condition
 from tactogram.signal import Image, Signal
@@ -277,3 +281,67 @@ def test_signals_come_back_as_they_were_made(tmp_path):
     generate_from_words([touch], tmp_path / "x.wav", words={"rough": 6}, rest="mean", seed=5)
     (signal,) = generate(touch, {"words": touch.model.asked[0]["words"]}, seed=5)
     np.testing.assert_array_equal(read_signal(tmp_path / "x.wav").samples, signal.samples)
+
+
+@pytest.mark.parametrize("name", ["ざらざらする", "Rough", "rough (Zarazara-suru)"])
+def test_words_of_the_studies_go_by_any_of_their_spellings(name):
+    assert ask([pictures()], {name: 6}, rest="mean").given == {"rough": 6.0}
+    with pytest.raises(ParameterError, match="words name 'rough' twice"):
+        ask([pictures()], {name: 6, "rough": 5} if name != "Rough" else {"rough": 5, name: 6}, rest="mean")
+
+
+@pytest.mark.parametrize("out", ["x.jpg", "x.mp3", "file", "file/pair"])
+def test_no_folder_is_made_of_what_looks_like_a_file(tmp_path, out):
+    (tmp_path / "file").write_text("taken")
+    with pytest.raises(ParameterError, match=r"--out must be a folder, or a file that ends in \.png; got"):
+        generate_from_words([pictures()], tmp_path / out, rest="mean")
+    assert [place.name for place in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_length_is_not_for_images_alone(tmp_path):
+    with pytest.raises(ParameterError, match="--seconds is for signals"):
+        generate_from_words([pictures()], tmp_path / "x", rest="mean", seconds=2.0)
+    generate_from_words([vibrations(), pictures()], tmp_path / "pair", rest="mean", seconds=2.0)
+
+
+@pytest.fixture(scope="module")
+def image_rater(image_run):
+    store = load_run(image_run).run.data["path"]
+    return train(
+        "rater", store, recipe="tiny", out=image_run.parent / "rater", accelerator="cpu"
+    ).folder  # fmt: skip
+
+
+def test_a_generator_of_images_is_judged_by_what_they_differ_by_and_a_rater(
+    image_run, image_rater, tmp_path, capsys
+):
+    run = tmp_path / "run"
+    shutil.copytree(image_run, run)
+    assert main(["evaluate", str(run)]) == 0
+    said = capsys.readouterr().out
+    assert "collapsed: one image for all labels and noises" in said
+    assert "give --rater RUN" in said
+    assert main(["evaluate", str(run), "--rater", str(image_rater), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    model = load_run(run).model
+    assert found["spread"]["noise_spread"] == pytest.approx(model.spread().by_noise, rel=1e-5)
+    assert found["told_by"] == "a rater model of simulated raters"
+    assert abs(found["following"]["slope"]) < 0.1, "after 4 updates it cannot look at its label"
+    assert "trained on" in found["data"]["split"], "fewer than 3 were kept apart"
+    assert (run / "evaluation.json").is_file()
+    assert "simulated" in (run / "report.html").read_text(encoding="utf-8")
+
+
+def test_what_does_not_judge_images_is_refused_in_a_line(image_run, image_rater):
+    with pytest.raises(ParameterError, match="judged on the ratings of its own data; leave --data away"):
+        evaluate(image_run, data=load_run(image_run).run.data["path"])
+    with pytest.raises(ParameterError, match="--unknown is for models that name materials"):
+        evaluate(image_run, unknown=True)
+    with pytest.raises(ParameterError, match="tactile_image_cgan is not a predictor of scores"):
+        evaluate(image_run, rater=image_run)
+    with pytest.raises(ParameterError, match="--rater judges generators that go by words; rater is none"):
+        evaluate(image_rater, rater=image_rater)
+    with pytest.raises(ParameterError, match="crossval is for classifiers and predictors of ratings"):
+        crossval("tactile_image_cgan", image_run)
+    with pytest.raises(ParameterError, match="mixes are of materials; tactile_image_cgan goes by words"):
+        mixing_ladder(image_run, "a", "b", out=image_run.parent / "ladder")

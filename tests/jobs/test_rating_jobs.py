@@ -218,6 +218,19 @@ def test_a_generator_by_words_is_judged_by_a_rater_model_beside_the_sensor_and_t
         evaluate(trained.folder, rater=rater)
 
 
+def test_what_a_rater_cannot_score_is_named_with_its_file(run, tmp_path, capsys):
+    good, other = tmp_path / "good.npz", tmp_path / "other.npz"
+    write_signal(good, vibration(0.1, 5))
+    write_signal(other, Signal(vibration(0.1, 5).samples, RATE, "V", ("g1",)))
+    assert main(["score", str(run), str(good), str(other)]) == 1
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.startswith(
+        f"tactogram: {other}: signal must be 400 Hz, 1, axes drive; got 400 Hz, V, axes g1"
+    )
+    assert said.err.count("\n") == 1
+
+
 def test_vibviz_recipe_copes_with_mixed_rates_and_channels(real_data, tmp_path):
     folder = real_data("vibviz")
     stereo = [next((folder / "wav").glob(f"*{name}.wav")) for name in ("4-20", "4-23", "7-34", "6-59")]

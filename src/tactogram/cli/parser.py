@@ -49,7 +49,7 @@ def make_parser() -> argparse.ArgumentParser:
 
     add = verb("crossval", verbs.crossval)
     add("model", metavar="MODEL")
-    _training_options(add)
+    _training_options(add, more_by="; of a predictor of ratings item, rater or both")
     add("--folds", type=int, default=10, help="default %(default)s")
     add("--only-folds", type=int, metavar="N", help="run only the first N of them")
     add("--repeats", type=int, default=3, help="of a predictor of ratings: how often folds are drawn anew")
@@ -257,7 +257,7 @@ def _models_option(add: Add) -> None:
     add("--models", action="append", default=[], metavar="DIR", help="a folder with further models")
 
 
-def _training_options(add: Add) -> None:
+def _training_options(add: Add, *, more_by: str = "") -> None:
     add("--data", required=True, metavar="DIR", help="a store made by `data import` or `data simulate`")
     add(
         "--recipe",
@@ -271,7 +271,7 @@ def _training_options(add: Add) -> None:
     add(
         "--by",
         default="recording",
-        help="recording, session, subject, material or condition: never on two sides",
+        help=f"recording, session, subject, material or condition: never on two sides{more_by}",
     )
     add(
         "--label",

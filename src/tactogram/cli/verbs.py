@@ -214,9 +214,14 @@ def evaluate(a: Arguments) -> None:
         lines = [accuracies(result)]
     elif "per_word" in result:
         lines = [_words_text(result)]
+    elif "spread" in result:
+        lines = _images_lines(result)
     elif "told_by" in result:
         lines = [f"mean absolute error to the surfaces' scores, told by {result['told_by']}"]
-        lines += [f"{name}: {text_of(row['mae'])}" for name, row in result["conditions"].items()]
+        lines += [
+            f"{name}: {text_of(row['mae'])} (of {row['targets']} surfaces)"
+            for name, row in result["conditions"].items()
+        ]
         lines += [f"{name}: {text_of(value)}" for name, value in result["beside"].items()]
         lines += [f"{item}: {why}" for item, why in result["failed"].items()]
     else:
@@ -229,6 +234,25 @@ def evaluate(a: Arguments) -> None:
         lines += [f"{name}: {text_of(value)}" for name, value in alone.items()]
         lines += [result["as_published_missing"]] if "as_published_missing" in result else []
     print_result(a, result, "\n".join([*lines, f"report: {result['report']}"]))
+
+
+def _images_lines(result: Any) -> list[str]:
+    """Return what a generator's images differ by, and how far they follow their labels, as lines."""
+    spread = result["spread"]
+    lines = [
+        f"two images differ by {spread['noise_spread']:.3g} (one label, other noise) and "
+        f"{spread['label_spread']:.3g} (one noise, other label); two real ones by {spread['real_spread']:.3g}",
+        f"collapsed: {result['collapse'] or 'no'}",
+    ]
+    if "following" in result:
+        told = result["following"]
+        lines.append(
+            f"follows its label, told by {result['told_by']}: correlation {told['correlation']:.2f}, slope "
+            f"{told['slope']:.2f}, error {told['error']:.3f}, to other labels {told['error_of_others']:.3f} (of 1)"
+        )
+    else:
+        lines.append("whether images follow their label: give --rater RUN, a rater trained on rated images")
+    return [*lines, f"judged on: {result['data']['split']}"]
 
 
 def generate(a: Arguments) -> None:
@@ -293,15 +317,17 @@ def _generate_from_words(a: Arguments, runs: list[Any]) -> None:
     lines.append(f"asked: {text_of(note['asked']) or 'nothing'}")
     if note["filled"]:
         lines.append(f"filled with the {note['filled_from']}: {text_of(note['filled'])}")
-    lines += [
-        f"taken for the {what}: {text_of(facts['taken'])}"
-        for what, facts in note["made"].items()
-        if "taken" in facts
-    ]
-    lines += [
-        f"{what} scored by {said['by']}: {text_of(said['scores'])}"
-        for what, said in note.get("predicted", {}).items()
-    ]
+    for each in result["scores"]:
+        number = f" {each['number']}" if len(result["scores"]) > 1 else ""
+        lines += [
+            f"taken for the {what}{number}: {text_of(facts['taken'])}"
+            for what, facts in each["made"].items()
+            if "taken" in facts
+        ]
+        lines += [
+            f"{what}{number} scored by {said['by']}: {text_of(said['scores'])}"
+            for what, said in each.get("predicted", {}).items()
+        ]
     if note["simulated"]:
         lines.append("learned from simulated data")
     print_result(a, result, "\n".join(lines))
@@ -349,11 +375,11 @@ def classify(a: Arguments) -> None:
 
 def score(a: Arguments) -> None:
     """Score recordings, generated signals or images in sensory words, as a rater model has it."""
-    from tactogram.jobs.score import read_given, score
+    from tactogram.jobs.score import score_file
     from tactogram.jobs.training import load_run
 
     loaded = load_run(a.run_folder, model_folders=a.models)
-    results = {file: score(loaded, read_given(loaded, file, **_signal_arguments(a))) for file in a.files}
+    results = {file: score_file(loaded, file, **_signal_arguments(a)) for file in a.files}
     first = next(iter(results.values()))
     rows = [("file", *first["scores"], "novel")]
     rows += [

@@ -259,7 +259,7 @@ def signal_kind(examples: Sequence[Example], *, simulated: bool | None = None) -
         if signal.axes != first.axes:
             raise ParameterError(
                 f"all signals must have the same axes, got {','.join(first.axes)} and {','.join(signal.axes)}; "
-                "--set prepare.axes=['NAME'] keeps some, or choose recordings of one kind"
+                "--set prepare.axes=['NAME'] keeps some, --set prepare.stream=NAME takes one stream"
             )
         if (signal.unit, signal.domain) != (first.unit, first.domain):
             raise ParameterError(

@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from tactogram.datasets.ratings import SEVEN_POINT
+from tactogram.datasets.words import word_of
 from tactogram.errors import ParameterError
 from tactogram.jobs.training import LoadedRun
 from tactogram.model import RatedGenerator
@@ -73,7 +74,7 @@ def ask(
     runs : sequence of LoadedRun
         Of the same words.
     words : mapping from str to float, optional
-        On the 7-point scale.
+        On the 7-point scale. The ten words of the studies also in Japanese, romaji or any case.
     rest : {"mean"}, optional
         Fill what is missing with the means over the rated items of the first run that knows any.
     like : str, optional
@@ -86,7 +87,12 @@ def ask(
         words that are missing, each by name.
     """
     names = _names(runs)
-    given = {name: float(score) for name, score in (words or {}).items()}
+    given: dict[str, float] = {}
+    for name, score in (words or {}).items():
+        word = name if name in names else word_of(name) or name
+        if word in given:
+            raise ParameterError(f"words name {word!r} twice")
+        given[word] = float(score)
     for word, score in given.items():
         if word not in names:
             raise ParameterError(f"words must be of {', '.join(names)}; got {word!r}")

@@ -80,8 +80,12 @@ def crossval(
     """
     if only_folds is not None and only_folds < 1:
         raise ParameterError(f"--only-folds must be at least 1, got {only_folds}")
-    store = open_store(data)
     facts = models.find(model, model_folders)
+    if facts.task != "classification":
+        raise ParameterError(
+            f"crossval is for classifiers and predictors of ratings; {model} is for {facts.task}: train and evaluate it"
+        )
+    store = open_store(data)
     chosen = Recipe.load(facts.recipe(recipe), changes=changes)
     config = facts.config(chosen.config)
     index = select(store.index, where)

@@ -18,6 +18,7 @@ from tactogram.evaluation.report import Picture, Section, Table, Text, write_rep
 from tactogram.jobs.judge import judge_generator
 from tactogram.jobs.judges import Judging
 from tactogram.jobs.made_by_words import judged_by_words
+from tactogram.jobs.made_images import judged_images, makes_images
 from tactogram.jobs.pictures import judged_pictures, makes_pictures
 from tactogram.jobs.progress import Progress, silent
 from tactogram.jobs.rating_judging import judged_predictor
@@ -48,8 +49,8 @@ def evaluate(
     judging : Judging, optional
         How much is spent on judging a generator.
     rater : path, optional
-        A run of a predictor of ratings, by which a generator that learned from rated surfaces and rated signals is
-        judged.
+        A run of a predictor of ratings, by which a generator that goes by words is judged. One of signals needs it;
+        one of images is asked without it only what its images differ by.
 
     Returns
     -------
@@ -60,8 +61,8 @@ def evaluate(
         ``model``, ``floor``, ``ceiling``, ``nearest_other``, ``ar_texture``, ``replay``, and what follows from them;
         with photographs also ``nearest_photo`` and ``pictures`` (`judge_pictures`), ``as_published`` where the
         publication's own figure is another; for a predictor of ratings ``per_word`` and ``mean`` as
-        `tactogram.evaluation.ratings.Predicted` gives them; with ``rater`` what
-        `tactogram.jobs.made_by_words.judged_by_words` gives.
+        `tactogram.evaluation.ratings.Predicted` gives them; for a generator by words what
+        `tactogram.jobs.made_by_words.judged_by_words` or `tactogram.jobs.made_images.judged_images` gives.
 
     Raises
     ------
@@ -96,10 +97,25 @@ def judged(
     progress: Progress = silent,
 ) -> tuple[dict[str, Any], list[Section]]:
     """Return the figures of `evaluate` and the sections of its report, without writing either."""
+    by_ratings = (
+        loaded.facts.task == "prediction" or loaded.facts.learns_from == "both" or makes_images(loaded)
+    )
+    if unknown and by_ratings:
+        raise ParameterError(f"{loaded.run.name}: --unknown is for models that name materials; leave it away")
+    if data is not None and by_ratings and loaded.facts.task != "prediction":
+        raise ParameterError(
+            f"{loaded.run.name}: {loaded.facts.name} is judged on the ratings of its own data; leave --data away"
+        )
+    if rater is not None and (not by_ratings or loaded.facts.task == "prediction"):
+        raise ParameterError(
+            f"{loaded.run.name}: --rater judges generators that go by words; {loaded.facts.name} is none"
+        )
     if loaded.facts.task == "prediction":
         return judged_predictor(loaded, data=data)
     if loaded.facts.learns_from == "both":
         return judged_by_words(loaded, rater=rater)
+    if makes_images(loaded):
+        return judged_images(loaded, rater=rater)
     if data is None and not unknown and (protocol := _splits_within(loaded)):
         return _judged_within(loaded, protocol, progress)
     examples, described = _what(loaded, data, unknown)

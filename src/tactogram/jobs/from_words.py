@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import mimetypes
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -67,29 +68,18 @@ def generate_from_words(
     recording = None if vibration is None else read_signal(vibration)
     if recording is not None and not any("vibration" in _conditions(run) for run in loaded):
         raise ParameterError(f"--vibration: no run goes by one ({', '.join(run.run.name for run in loaded)})")
+    if seconds is not None and all(run.facts.gives == "image" for run in loaded):
+        raise ParameterError("--seconds is for signals; an image has no length")
     for judge in judges:
         if not isinstance(judge.model, Predictor):
             raise ParameterError(f"--rater {judge.run.name}: {judge.facts.name} gives no scores")
     made = [_made(run, asked, recording, seconds=seconds, seed=seed, count=count) for run in loaded]
-    written: list[dict[str, Any]] = []
     notes: list[dict[str, Any]] = []
-    for number in range(count):
-        pieces = [each[number] for each in made]
-        note = asked.as_dict() | {
-            "seed": seed,
-            "number": number + 1,
-            "simulated": any(run.simulated for run in (*loaded, *judges)),
-            "made": {
-                CALLED[run.facts.gives]: _facts(run, asked, taken)
-                | {"file": numbered(file, number + 1, count).name}
-                for run, file, (_, taken) in zip(loaded, files, pieces, strict=True)
-            },
-        }
-        if vibration is not None:
-            note["vibration_from"] = Path(vibration).name
-        if judges:
-            note["predicted"] = _predicted(judges, loaded, [piece for piece, _ in pieces])
-        notes.append(note)
+    for number, pieces in enumerate(zip(*made, strict=True), start=1):
+        names = [numbered(file, number, count).name for file in files]
+        note = _note(loaded, judges, asked, pieces, names) | {"seed": seed, "number": number}
+        notes.append(note if vibration is None else note | {"vibration_from": Path(vibration).name})
+    written: list[dict[str, Any]] = []
     for number, note in enumerate(notes, start=1):
         for run, file, each in zip(loaded, files, made, strict=True):
             piece, taken = each[number - 1]
@@ -126,6 +116,9 @@ def _files(runs: Sequence[LoadedRun], out: Path) -> list[Path]:
             "calls of their own"
         )
     if not _is_file(out):
+        media = mimetypes.guess_type(out.name)[0] is not None and not out.is_dir()
+        if media or any(place.is_file() for place in (out, *out.parents)):
+            raise ParameterError(f"--out must be a folder, {_shown(gives)}; got {out}")
         return [out / NAMES[g] for g in gives]
     if len(runs) > 1:
         raise ParameterError(f"--out must be a folder for {len(runs)} runs, got {out}")
@@ -135,6 +128,13 @@ def _files(runs: Sequence[LoadedRun], out: Path) -> list[Path]:
             f"--out for {gives[0]}s must be a folder or end in {', '.join(wanted)}, got {out}"
         )
     return [out]
+
+
+def _shown(gives: Sequence[str]) -> str:
+    """Return which files may stand in a folder's place, in words."""
+    if len(gives) > 1:
+        return "with two runs always"
+    return "or a file that ends in " + (".png" if gives[0] == "image" else ", ".join(WRITABLE))
 
 
 def _made(
@@ -160,6 +160,26 @@ def _made(
 
 def _taken(model: Any, condition: Mapping[str, Any], seed: int) -> dict[str, Any]:
     return dict(model.chosen_for(condition, seed=seed)) if hasattr(model, "chosen_for") else {}
+
+
+def _note(
+    runs: Sequence[LoadedRun],
+    judges: Sequence[LoadedRun],
+    asked: AskedWords,
+    pieces: Sequence[tuple[Signal | Image, Mapping[str, Any]]],
+    names: Sequence[str],
+) -> dict[str, Any]:
+    """Return what was asked, what each run took for its piece, and what rater models say of it."""
+    note = asked.as_dict() | {
+        "simulated": any(run.simulated for run in (*runs, *judges)),
+        "made": {
+            CALLED[run.facts.gives]: _facts(run, asked, taken) | {"file": name}
+            for run, name, (_, taken) in zip(runs, names, pieces, strict=True)
+        },
+    }
+    if judges:
+        note["predicted"] = _predicted(judges, runs, [piece for piece, _ in pieces])
+    return note
 
 
 def _facts(run: LoadedRun, asked: AskedWords, taken: Mapping[str, Any]) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from tactogram.errors import ParameterError, RunError
 from tactogram.evaluation.mixes import MODES, Mixes, Mode
 from tactogram.evaluation.mixing import EndsAlikeError, MixingLadder, positions
 from tactogram.evaluation.report import save_figure
+from tactogram.jobs.asked_words import goes_by_words
 from tactogram.jobs.generate import generate
 from tactogram.jobs.progress import Progress, silent
 from tactogram.jobs.training import LoadedRun, load_run, test_part
@@ -64,6 +65,8 @@ def mix_ladder(
         If the materials are the same, unknown or cannot be told apart, or a number makes no sense.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    if goes_by_words(loaded):
+        raise ParameterError(f"{loaded.run.name}: mixes are of materials; {loaded.facts.name} goes by words")
     if mode not in MODES:
         raise ParameterError(f"mode must be one of {', '.join(MODES)}, got {mode!r}")
     if start == end:

@@ -43,8 +43,28 @@ def score(run: Path | str | LoadedRun, given: Signal | Image) -> dict[str, Any]:
     }
 
 
-def read_given(loaded: LoadedRun, path: Path | str, **arguments: Any) -> Signal | Image:
-    """Return the signal in a file, or the image where the run is of images."""
-    if isinstance(loaded.any_kind, ImageKind):
-        return read_image(path)
-    return read_signal(path, **arguments)
+def score_file(run: Path | str | LoadedRun, path: Path | str, **arguments: Any) -> dict[str, Any]:
+    """Return `score` of the signal in a file, or of the image where the run is of images.
+
+    Parameters
+    ----------
+    run : path or LoadedRun
+    path : path
+    **arguments
+        Of a signal: as of `tactogram.signal.io.read_signal`.
+
+    Raises
+    ------
+    ParameterError
+        Naming the file, if it is not what the run was trained on.
+    """
+    loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    of_images = isinstance(loaded.any_kind, ImageKind)
+    given = read_image(path) if of_images else read_signal(path, **arguments)
+    try:
+        return score(loaded, given)
+    except ParameterError as error:
+        if not isinstance(loaded.model, Predictor):
+            raise
+        hint = "" if of_images else "; where the file does not say its unit, rate and axes, give them"
+        raise ParameterError(f"{path}: {error}{hint}") from error
