@@ -10,7 +10,8 @@ from tactogram.models.ultrasonic_cgan import Config, build
 from tactogram.models.ultrasonic_cgan.clusters import clusters_of, tree_of
 from tactogram.models.ultrasonic_cgan.spectra import display_spectra, filled, sensor_side, sensor_spectra
 from tactogram.signal import Signal
-from tactogram.training.loop import fit
+from tactogram.training.checkpoint import load_state, save_state
+from tactogram.training.loop import Position, fit
 
 RATE = 500.0
 WORDS = ("rough", "sticky")
@@ -244,6 +245,25 @@ def test_weights_are_those_that_the_chosen_loss_was_of():
     for name, values in seen[chosen - 1].items():
         if "num_batches" not in name:
             np.testing.assert_array_equal(kept[name], values)
+
+
+@pytest.mark.parametrize(("stage", "step"), [(1, 2), (1, 5), (2, 3)])
+def test_gone_on_with_in_any_cluster_every_curve_and_choice_is_the_same(tmp_path, stage, step):
+    """In the middle of the first, at its end, and in the second: to the bit."""
+    whole, stopped, resumed = trained(), build(TINY, KIND, seed=0), build(TINY, KIND, seed=0)
+
+    def keep(position, stage_, losses):
+        if position == Position(stage, step):
+            save_state(tmp_path / "state.safetensors", stopped.state())
+
+    fit(stopped, data(), seed=0, on_step=keep)
+    resumed.load_state(load_state(tmp_path / "state.safetensors")[0])
+    fit(resumed, data(), seed=0, start=Position(stage, step))
+    for one, other in zip(whole.trained, resumed.trained, strict=True):
+        np.testing.assert_array_equal(one.curves, other.curves)
+        assert one.chosen == other.chosen
+        for name, values in one.generator.state_dict().items():
+            np.testing.assert_array_equal(values, other.generator.state_dict()[name])
 
 
 def test_a_failed_training_is_said_and_generates_nothing():
