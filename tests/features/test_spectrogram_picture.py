@@ -245,6 +245,16 @@ def test_noise_forgets_the_grain_and_keeps_what_changes_slowly():
     torch.testing.assert_close(together[1], back)
 
 
+def test_what_is_constant_stays_constant_in_noise():
+    x = 9.8 + 0.05 * noise(SMALL.length)
+    back = SMALL.noise(SMALL.encode(x), smooth=17, seed=1)
+    assert back.mean().item() == pytest.approx(9.8, rel=0.02)
+    real, ours = (scipy_signal.welch(y.numpy(), 2000, nperseg=256) for y in (x, back))
+    above = real[0] > 60  # beyond what the window lets through of the constant
+    assert 10 * np.log10(ours[1][above].mean() / real[1][above].mean()) == pytest.approx(0, abs=2)
+    assert back[200:-200].std() < 0.3
+
+
 def test_noise_is_smoothed_over_an_odd_number_of_columns():
     with pytest.raises(ParameterError, match="odd number of columns, got 4"):
         SMALL.noise(SMALL.encode(noise(SMALL.length)), smooth=4, seed=0)

@@ -264,7 +264,8 @@ class SpectrogramPicture:
 
         For pictures whose grain is of no signal: it is smoothed away, and noise, whose grain is that of a real
         texture, is given the levels that are left. A picture smoothed over all its columns gives steady noise of
-        its mean logarithmic spectrum. What is periodic, or a lasting tone, is lost.
+        its mean logarithmic spectrum. What is constant stays constant, its sign +. What is periodic, or a lasting tone,
+        is lost.
 
         Parameters
         ----------
@@ -290,8 +291,13 @@ class SpectrogramPicture:
         # A mean of few logarithms keeps some grain, and grain adds power: what it adds to noise is taken off.
         left = _smoothed(grain, smooth) - grain.mean()
         grain_level = grain.mean() + torch.log(torch.exp(2 * left).mean()) / 2
-        gain = torch.exp(torch.log(amplitudes.clamp_min(floor.item())) - grain_level)
-        return self.spectrogram.istft(s * gain, self.length).to(pictures.dtype)
+        # What is constant, as gravity is, is no noise: it is taken out of all bins that it leaks into, and put back.
+        constant = amplitudes[..., 0, :].mean(-1, keepdim=True)  # ..., 1
+        one = self.spectrogram.amplitudes(self.spectrogram.stft(torch.ones_like(white)))[:, self.frames // 2]
+        leaked = constant[..., None] * one[:, None]  # ..., bin, 1
+        varying = (amplitudes.square() - leaked.square()).clamp_min(floor.item() ** 2).sqrt()
+        gain = torch.exp(torch.log(varying) - grain_level)
+        return (self.spectrogram.istft(s * gain, self.length) + constant).to(pictures.dtype)
 
 
 def _smoothed(pictures: Tensor, columns: int) -> Tensor:
