@@ -294,7 +294,7 @@ class SpectrogramPicture:
         # What is constant, as gravity is, is no noise: it is taken out of all bins that it leaks into, and put back.
         constant = amplitudes[..., 0, :].mean(-1, keepdim=True)  # ..., 1
         one = self.spectrogram.amplitudes(self.spectrogram.stft(torch.ones_like(white)))[:, self.frames // 2]
-        leaked = constant[..., None] * one[:, None]  # ..., bin, 1
+        leaked = 1.5 * constant[..., None] * one[:, None]  # ..., bin, 1; what resizing blurs, too
         varying = (amplitudes.square() - leaked.square()).clamp_min(floor.item() ** 2).sqrt()
         gain = torch.exp(torch.log(varying) - grain_level)
         return (self.spectrogram.istft(s * gain, self.length) + constant).to(pictures.dtype)
