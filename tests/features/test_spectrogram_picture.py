@@ -255,6 +255,14 @@ def test_what_is_constant_stays_constant_in_noise():
     assert back[200:-200].std() < 0.3
 
 
+def test_noise_without_a_constant_gets_none():
+    band = scipy_signal.butter(4, [60, 600], "bandpass", fs=2000, output="sos")
+    x = torch.from_numpy(scipy_signal.sosfiltfilt(band, noise(SMALL.length).numpy()).copy())
+    back = SMALL.noise(SMALL.encode(x), smooth=17, seed=1)
+    assert abs(back.mean()) < 0.02 * back.std()
+    assert back.std().item() == pytest.approx(x.std().item(), rel=0.2)
+
+
 def test_noise_is_smoothed_over_an_odd_number_of_columns():
     with pytest.raises(ParameterError, match="odd number of columns, got 4"):
         SMALL.noise(SMALL.encode(noise(SMALL.length)), smooth=4, seed=0)

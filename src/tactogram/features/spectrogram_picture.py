@@ -292,7 +292,11 @@ class SpectrogramPicture:
         left = _smoothed(grain, smooth) - grain.mean()
         grain_level = grain.mean() + torch.log(torch.exp(2 * left).mean()) / 2
         # What is constant, as gravity is, is no noise: it is taken out of all bins that it leaks into, and put back.
-        constant = amplitudes[..., 0, :].mean(-1, keepdim=True)  # ..., 1
+        lowest, next_one = (
+            amplitudes[..., 0, :].mean(-1, keepdim=True),
+            amplitudes[..., 1, :].mean(-1, keepdim=True),
+        )
+        constant = torch.where(lowest > next_one, lowest, 0.0)  # ..., 1; else it is what leaks from above
         one = self.spectrogram.amplitudes(self.spectrogram.stft(torch.ones_like(white)))[:, self.frames // 2]
         leaked = 1.5 * constant[..., None] * one[:, None]  # ..., bin, 1; what resizing blurs, too
         varying = (amplitudes.square() - leaked.square()).clamp_min(floor.item() ** 2).sqrt()
