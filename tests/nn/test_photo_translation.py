@@ -107,3 +107,8 @@ def test_silence_and_other_conditions_are_one_line():
         ends().photo({"image": "photo.jpg"}, 0, seed=0)
     with pytest.raises(ParameterError, match="none has one"):
         PhotoTranslation(CONFIG, SignalKind(1000.0, "m/s^2", ("z",)), seed=0)
+
+
+def test_an_even_number_of_columns_is_refused_before_a_training():
+    with pytest.raises(ValueError, match="odd number of columns, got 4"):
+        PairConfig(smooth=4)

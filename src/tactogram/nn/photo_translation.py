@@ -14,7 +14,7 @@ from typing import Any, Literal
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 from torch import Tensor
 
 from tactogram.errors import ParameterError
@@ -72,8 +72,15 @@ class PairConfig(BaseModel):
     overlap: float = Field(default=0.125, gt=0, le=0.5)
     """Share of a picture's length by which the pieces of a longer signal are crossfaded. Ours."""
 
+    @field_validator("smooth")
+    @classmethod
+    def _smooth_is_odd(cls, smooth: int) -> int:
+        if smooth % 2 == 0:
+            raise ValueError(f"smooth must be an odd number of columns, got {smooth}")
+        return smooth
 
-DIFFER_BY = "the crop of the photograph and the phase that is found: the network takes no noise"
+
+DIFFER_BY = "the crop of the photograph and the phase, or noise, that is found for it: the network takes none"
 """What signals of several seeds differ by."""
 
 
