@@ -16,6 +16,10 @@ from tactogram.nn.vision_import import vision_module
 EXTRAS = {
     "dev": "tests, style, types, benchmarks",
     "docs": "building the documentation",
+    "devices": "serial boards, audio displays, OSC",
+    "lsl": "Lab Streaming Layer",
+    "daq": "National Instruments devices",
+    "dwf": "Digilent Analog Discovery",
     "vision": "photographs: pretrained trunks, LPIPS, FID, Grad-CAM",
 }
 
