@@ -29,3 +29,7 @@ class RunError(TactogramError):
 
 class MissingExtraError(TactogramError, ImportError):
     """An optional dependency is not installed; the message names the extra that brings it."""
+
+
+class DeviceError(TactogramError):
+    """A device or its driver is not there, did not open, or stopped answering; the message names it."""
