@@ -1,0 +1,82 @@
+"""How strong a rendered signal shall be: always said, never guessed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from tactogram.errors import ParameterError
+
+Kind = Literal["physical", "sensation", "gain", "peak"]
+KINDS = ("physical", "sensation", "sensation=DB", "gain=FACTOR", "peak=SHARE")
+
+
+@dataclass(frozen=True)
+class Level:
+    """How strong the output of a display shall be.
+
+    Parameters
+    ----------
+    kind : {"physical", "sensation", "gain", "peak"}
+        - ``physical``: the output is the signal, in its own unit.
+        - ``sensation``: the output is as far above the detection threshold as the signal, or ``value`` dB above it
+          (`tactogram.signal.perception.sensation_level_db`). Frequencies that the display cannot render are made up for
+          by those that it can.
+        - ``gain``: the output is ``value`` times the signal, in units of output per unit of signal.
+        - ``peak``: the largest drive is ``value`` times the display's limit. How strong the signal was is lost;
+          for signals without a physical level.
+    value : float, optional
+        dB, factor or share.
+
+    Raises
+    ------
+    ParameterError
+        If a value is missing, too much, or out of range.
+    """
+
+    kind: Kind
+    value: float | None = None
+
+    def __post_init__(self) -> None:
+        value = self.value
+        if value is not None and not math.isfinite(value):
+            raise ParameterError(f"a level's value must be finite, got {value}")
+        match self.kind:
+            case "physical" if value is not None:
+                raise ParameterError(f"level physical takes no value, got {value:g}; use gain={value:g}")
+            case "gain" if value is None or value <= 0:
+                raise ParameterError(f"level gain needs a factor > 0, got {value}; write gain=2")
+            case "peak" if value is None or not 0 < value <= 1:
+                raise ParameterError(f"level peak needs a share in 0 to 1, got {value}; write peak=0.8")
+
+    def __str__(self) -> str:
+        return self.kind if self.value is None else f"{self.kind}={self.value:g}"
+
+    def facts(self) -> dict[str, Any]:
+        """Return it as JSON values."""
+        return {"kind": self.kind, "value": self.value, "asked": str(self)}
+
+
+def parse_level(text: str) -> Level:
+    """Return the level that ``"physical"``, ``"sensation"``, ``"sensation=20"``, ``"gain=3"`` or ``"peak=0.8"`` asks for.
+
+    Raises
+    ------
+    ParameterError
+        If it is none of these.
+    """
+    kind, sign, number = (part.strip() for part in text.partition("="))
+    known: dict[str, Kind] = {
+        "physical": "physical",
+        "sensation": "sensation",
+        "gain": "gain",
+        "peak": "peak",
+    }
+    if kind not in known:
+        raise ParameterError(f"level must be one of {', '.join(KINDS)}, got {text!r}")
+    try:
+        value = float(number) if sign else None
+    except ValueError:
+        raise ParameterError(f"level {kind} needs a number after =, got {number!r}") from None
+    return Level(known[kind], value)

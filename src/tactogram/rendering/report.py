@@ -1,0 +1,95 @@
+"""What became of a signal on its way to a display: what was scaled, what was clipped, what cannot be reached."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from tactogram.signal.signal import Signal
+
+SENTENCES = ("scaled", "clipped", "unreachable")
+"""Keys of a family's facts that hold sentences for people."""
+
+
+@dataclass(frozen=True)
+class Report:
+    """What `fit` did. Everything is JSON values.
+
+    Parameters
+    ----------
+    display, family : str
+    level : mapping
+        What was asked for, see `Level.facts`.
+    signal, drive : mapping
+        Unit, rate, axes, duration, peak and rms of what came in and of what is sent.
+    scaled : sequence of str
+        Every factor that was applied, and why.
+    clipped : sequence of str
+        What was cut at a limit.
+    unreachable : sequence of str
+        What of the signal does not come out of this display.
+    facts : mapping
+        The numbers behind it, by family.
+    """
+
+    display: str
+    family: str
+    level: Mapping[str, Any]
+    signal: Mapping[str, Any]
+    drive: Mapping[str, Any]
+    scaled: Sequence[str] = ()
+    clipped: Sequence[str] = ()
+    unreachable: Sequence[str] = ()
+    facts: Mapping[str, Any] = field(default_factory=dict)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it as JSON values.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If a family put something else into its facts, NaN among it: a defect.
+        """
+        values = {name: getattr(self, name) for name in type(self).__dataclass_fields__}
+        plain: dict[str, Any] = json.loads(json.dumps(values, allow_nan=False))
+        return plain
+
+    def as_text(self) -> str:
+        """Return it as lines for people."""
+        lines = [
+            f"{self.display} ({self.family}), level {self.level['asked']}",
+            f"signal: {_in_words(self.signal)}",
+            f"drive: {_in_words(self.drive)}",
+        ]
+        for name in SENTENCES:
+            sentences = getattr(self, name)
+            lines += [f"{name}: {sentence}" for sentence in sentences] or [f"{name}: nothing"]
+        return "\n".join(lines)
+
+
+def signal_facts(signal: Signal) -> dict[str, Any]:
+    """Return unit, rate, axes, extent, peak and rms of a signal over time or displacement, as JSON values."""
+    x = signal.samples.astype(np.float64)
+    return {
+        "unit": signal.unit,
+        "rate": signal.rate,
+        "domain": signal.domain,
+        "axes": list(signal.axes),
+        "extent": signal.extent,
+        "peak": float(np.abs(x).max()),
+        "rms": float(np.sqrt(np.mean(x**2))),
+    }
+
+
+def _in_words(facts: Mapping[str, Any]) -> str:
+    over = "s" if facts["domain"] == "time" else "mm"
+    per = "Hz" if facts["domain"] == "time" else "per mm"
+    unit = "" if facts["unit"] == "1" else f" {facts['unit']}"
+    return (
+        f"{', '.join(facts['axes'])}; {facts['extent']:.4g} {over} at {facts['rate']:g} {per}; "
+        f"peak {facts['peak']:.4g}{unit}, rms {facts['rms']:.4g}{unit}"
+    )

@@ -1,0 +1,258 @@
+"""A display's response, its output over its drive at every frequency: as a table, a formula, a constant; and its inverse."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from scipy.interpolate import PchipInterpolator
+
+from tactogram.errors import DataError, ParameterError
+from tactogram.signal.io.files import written_beside
+from tactogram.signal.signal import UNITS
+
+HEADING = ("frequency [Hz]", "gain", "phase [rad]", "coherence")
+"""Columns of a response's CSV; the last is optional, ``gain`` may carry a unit as ``gain [m/s^2/V]``."""
+EDGE_OCTAVES = 1 / 6
+"""Width of the cosine edges of an inverse, inside its band."""
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Point = tuple[float, float, float]
+
+
+class _Source(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    unit: str
+    """Of the output, one of the units of a Signal; the response is in ``unit`` per unit of the drive."""
+
+    @field_validator("unit")
+    @classmethod
+    def _unit_is_known(cls, unit: str) -> str:
+        if unit not in UNITS:
+            raise ValueError(f"must be one of {', '.join(UNITS)}")
+        return unit
+
+
+class Flat(_Source):
+    """The same at every frequency."""
+
+    kind: Literal["flat"]
+    gain: Positive
+    """Output per drive."""
+
+    def at(self, frequency: ArrayLike) -> NDArray[np.complex128]:
+        """Return the response at ``frequency`` in Hz, complex128, of the same shape."""
+        return np.full(np.shape(frequency), self.gain, np.complex128)
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Where it is known, Hz."""
+        return 0.0, np.inf
+
+
+class Resonator(_Source):
+    """A mass on a spring driven by a force: acceleration rises by 12 dB per octave to a resonance, then stays.
+
+    H(f) = gain (j r)^2 / ((j r)^2 + j r / q + 1) with r = f / resonance_hz: the acceleration of the moved mass per
+    drive. General knowledge of inertial voice coils, no device's data sheet.
+    """
+
+    kind: Literal["resonator"]
+    gain: Positive
+    """Output per drive far above the resonance."""
+    resonance_hz: Positive
+    q: Positive
+    """Height of the resonance over the plateau."""
+
+    def at(self, frequency: ArrayLike) -> NDArray[np.complex128]:
+        """Return the response at ``frequency`` in Hz, complex128, of the same shape."""
+        s = 1j * np.asarray(frequency, np.float64) / self.resonance_hz
+        response: NDArray[np.complex128] = self.gain * s**2 / (s**2 + s / self.q + 1)
+        return response
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Where it is known, Hz."""
+        return 0.0, np.inf
+
+
+class Table(_Source):
+    """Measured points; in between, the logarithm of the gain and the phase go smoothly over the frequency's logarithm."""
+
+    kind: Literal["table"]
+    file: str | None = None
+    """CSV of frequency, gain and phase, beside the display's file; read when that is read."""
+    points: tuple[Point, ...] = ()
+    """Frequency in Hz, gain in output per drive, phase in rad (unwrapped), by rising frequency."""
+
+    @model_validator(mode="after")
+    def _points_are_a_curve(self) -> Table:
+        if self.file is not None and self.points:
+            raise ValueError("give file or points, not both")
+        if self.file is None and len(self.points) < 2:
+            raise ValueError(f"needs a file or at least 2 points, got {len(self.points)}")
+        values = np.array(self.points, np.float64).reshape(-1, 3)
+        if not np.isfinite(values).all() or (values[:, :2] <= 0).any() or (np.diff(values[:, 0]) <= 0).any():
+            raise ValueError("points must be (rising frequency > 0, gain > 0, phase), all finite")
+        return self
+
+    def at(self, frequency: ArrayLike) -> NDArray[np.complex128]:
+        """Return the response at ``frequency`` in Hz, complex128, of the same shape; held outside of its range."""
+        f, gain, phase = np.array(self.points, np.float64).reshape(-1, 3).T
+        place = np.log(np.clip(np.asarray(frequency, np.float64), f[0], f[-1]))
+        level = PchipInterpolator(np.log(f), np.log(gain))(place)
+        turn = PchipInterpolator(np.log(f), phase)(place)
+        response: NDArray[np.complex128] = np.exp(level + 1j * turn)
+        return response
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Where it is known, Hz."""
+        return self.points[0][0], self.points[-1][0]
+
+
+Response = Flat | Resonator | Table
+ResponseSource = Annotated[Response, Field(discriminator="kind")]
+
+
+@dataclass(frozen=True, eq=False)
+class Inverse:
+    """The inverse of a response within a band.
+
+    Parameters
+    ----------
+    gain : complex128 array, shape (bin,)
+        Drive per output; 0 outside of the band.
+    capped : bool array, shape (bin,)
+        Where the cap keeps the output below what is wanted.
+    """
+
+    gain: NDArray[np.complex128]
+    capped: NDArray[np.bool_]
+
+
+def inverse(
+    response: Response,
+    frequency: NDArray[np.float64],
+    band: tuple[float, float],
+    *,
+    cap_db: float,
+    phase: bool = True,
+) -> Inverse:
+    """Return the drive per output at ``frequency``, at most ``cap_db`` above that at the most effective one.
+
+    Parameters
+    ----------
+    response : Response
+    frequency : float64 array, shape (bin,), Hz, rising
+    band : tuple of float, Hz
+        Outside of it nothing is driven; cosine edges of `EDGE_OCTAVES` lie inside.
+    cap_db : float
+        What the least effective frequency may be raised by, relative to the most effective one in the band.
+    phase : bool
+        Whether the phase is inverted as well.
+
+    Raises
+    ------
+    ParameterError
+        If no frequency lies in the band.
+    """
+    inside = (frequency >= band[0]) & (frequency <= band[1]) & (frequency > 0)
+    if not inside.any():
+        raise ParameterError(
+            f"no frequency of the signal lies in the display's band, {band[0]:g} to {band[1]:g} Hz"
+        )
+    needed = np.zeros(len(frequency), np.complex128)
+    needed[inside] = 1 / response.at(frequency[inside])
+    size = np.abs(needed)
+    most = size[inside].min() * 10 ** (cap_db / 20)
+    capped = size > most
+    limited = np.minimum(size, most)
+    turn = np.exp(1j * np.angle(needed)) if phase else 1.0
+    return Inverse(limited * turn * edges(frequency, band), capped)
+
+
+def edges(frequency: NDArray[np.float64], band: tuple[float, float]) -> NDArray[np.float64]:
+    """Return 1 inside of ``band``, 0 outside, cosine edges of `EDGE_OCTAVES` inside; float64, shape (bin,)."""
+    low, high = band
+    octave = np.log2(np.maximum(frequency, 1e-9))
+    rise = np.ones(len(frequency)) if low <= 0 else np.clip((octave - np.log2(low)) / EDGE_OCTAVES, 0, 1)
+    fall = (
+        np.ones(len(frequency)) if np.isinf(high) else np.clip((np.log2(high) - octave) / EDGE_OCTAVES, 0, 1)
+    )
+    smooth: NDArray[np.float64] = np.sin(np.pi / 2 * rise) ** 2 * np.sin(np.pi / 2 * fall) ** 2
+    return smooth
+
+
+def read_response(path: Path) -> tuple[Point, ...]:
+    """Return the points of a CSV of frequency (Hz), gain and phase (rad, or deg where the heading says so).
+
+    Without a phase column the phase is 0. The phase is unwrapped. Lines that begin with ``#`` are comments.
+
+    Raises
+    ------
+    DataError
+        Naming the file and the line.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise DataError(f"{path}: not a readable response: {error}") from error
+    rows = [(n, row) for n, row in enumerate(csv.reader(lines), 1) if row and not row[0].startswith("#")]
+    if not rows:
+        raise DataError(f"{path}: empty; expected columns {', '.join(HEADING[:3])}")
+    degrees = False
+    if not _is_number(rows[0][1][0]):
+        heading = [cell.lower() for cell in rows[0][1]]
+        if not heading[0].startswith("freq") or len(heading) < 2 or not heading[1].strip().startswith("gain"):
+            raise DataError(
+                f"{path}: line {rows[0][0]}: expected columns {', '.join(HEADING[:3])}, got {rows[0][1]}"
+            )
+        degrees = len(heading) > 2 and "deg" in heading[2]
+        rows = rows[1:]
+    values = []
+    for number, row in rows:
+        if len(row) < 2 or not all(_is_number(cell) for cell in row[:3]):
+            raise DataError(
+                f"{path}: line {number}: expected numbers for frequency, gain and phase, got {row}"
+            )
+        values.append([float(cell) for cell in row[:3]] + [0.0] * (3 - len(row)))
+    points = np.array(values, np.float64).reshape(-1, 3)
+    points[:, 2] = np.unwrap(np.radians(points[:, 2]) if degrees else points[:, 2])
+    if len(points) < 2 or (points[:, :2] <= 0).any() or (np.diff(points[:, 0]) <= 0).any():
+        raise DataError(f"{path}: expected at least 2 rows of rising frequencies > 0 with a gain > 0")
+    return tuple((float(f), float(g), float(p)) for f, g, p in points)
+
+
+def write_response(
+    path: Path,
+    frequency: NDArray[np.float64],
+    response: NDArray[np.complex128],
+    *,
+    unit: str,
+    coherence: NDArray[np.float64] | None = None,
+) -> None:
+    """Write a response as CSV, beside and renamed; ``unit`` is that of the gain, such as ``m/s^2/V``."""
+    phase = np.unwrap(np.angle(response))
+    columns: list[NDArray[Any]] = [frequency, np.abs(response), phase]
+    heading = [HEADING[0], f"gain [{unit}]", HEADING[2]]
+    if coherence is not None:
+        columns.append(coherence)
+        heading.append(HEADING[3])
+    with written_beside(path) as part, part.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(heading)
+        writer.writerows([f"{value:.6g}" for value in row] for row in np.stack(columns, axis=1))
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return bool(np.isfinite(float(text)))
+    except ValueError:
+        return False
