@@ -1,0 +1,168 @@
+"""Verbs on data sets: import, simulate, look at, check, add to, rate."""
+
+from __future__ import annotations
+
+from tactogram.cli.options import Verbs, signal_arguments, signal_options
+from tactogram.cli.printing import Arguments, columns, lines_of, print_result, ratings_text, shortened
+
+
+def add_verbs(verbs: Verbs) -> None:
+    """Add what each verb takes."""
+    verbs = verbs.group("data", "import, simulate, look at and check data sets")
+    verbs.add("list", data_list)
+    add = verbs.add("import", data_import)
+    add("set", metavar="SET", help="one of `tactogram data list`; `folder` for MATERIAL/*.wav and the like")
+    add("path", metavar="PATH")
+    add("--out", required=True, metavar="DIR")
+    add("--skip-bad", action="store_true", help="report broken files and go on without them")
+    add(
+        "--set",
+        dest="options",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="what the files do not say, e.g. rate=1000",
+    )
+    add("--workers", type=int, help="processes (default: all cores)")
+    add = verbs.add("simulate", data_simulate)
+    add("set", metavar="SET")
+    add("--out", required=True, metavar="DIR")
+    add("--seed", type=int, default=0)
+    add("--per-class", type=int, metavar="N", help="recordings per class")
+    add("--rate", type=float, metavar="HZ")
+    add("--seconds", type=float, help="length of a recording")
+    add("--photographs", type=int, metavar="N", help="of each surface, up to 9 places (default: one picture)")
+    add(
+        "--raters",
+        type=int,
+        metavar="N",
+        help="simulated people who score, in sets with ratings (default: the paper's)",
+    )
+    add("--workers", type=int, help="processes (default: all cores)")
+    for name, function in (("info", data_info), ("check", data_check)):
+        verbs.add(name, function)("path", metavar="DIR")
+    add = verbs.add("add", data_add)
+    add("path", metavar="DIR")
+    add("file", metavar="FILE")
+    add("--material", required=True, metavar="NAME")
+    add("--stream", default=None, help="what it is (default: the store's only stream)")
+    add("--speed", type=float, metavar="MM_S", help="stroking speed, mm/s")
+    add("--force", type=float, metavar="N", help="normal force, N")
+    signal_options(add)
+    add = verbs.add("rate", data_rate)
+    add("path", metavar="DIR")
+    add(
+        "files",
+        metavar="FILE",
+        nargs="+",
+        help=".csv, .tsv or .parquet: a row per score, or a column per word",
+    )
+    add(
+        "--scale",
+        default="7-point",
+        help="7-point, evoked, LOW:HIGH or LOW:HIGH:STEP (default %(default)s)",
+    )
+    add("--replace", action="store_true", help="in the place of ratings that are there already")
+    add(
+        "--set",
+        dest="options",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="column.rater=HEADING (or item, word, score, order, session, a word), words=A,B, ignore=A,B, "
+        "item=plate{:0>2}, encoding=cp932",
+    )
+
+
+def data_list(a: Arguments) -> None:
+    """List what can be imported and simulated."""
+    from tactogram.jobs.data import list_sets
+
+    facts = list_sets()
+    rows = [(name, s["title"], s["licence"]) for name, s in facts["import"].items()]
+    text = "import:\n" + columns(rows)
+    text += "\nsimulate:\n" + columns(list(facts["simulate"].items()))
+    print_result(a, facts, text)
+
+
+def data_import(a: Arguments) -> None:
+    """Import a data set into a store."""
+    from tactogram.jobs.data import import_store
+    from tactogram.jobs.progress import shown
+    from tactogram.recipe import parse_changes
+
+    options = parse_changes(a.options)
+    with shown() as progress:
+        report = import_store(
+            a.set,
+            a.path,
+            a.out,
+            options=options,
+            skip_bad=a.skip_bad,
+            workers=a.workers,
+            progress=progress,
+        )
+    print_result(a, report, lines_of(report))
+
+
+def data_simulate(a: Arguments) -> None:
+    """Make a data set of simulated surfaces."""
+    from tactogram.jobs.progress import shown
+    from tactogram.jobs.simulate import simulate_to_store
+
+    options = {
+        "per_class": a.per_class,
+        "rate": a.rate,
+        "seconds": a.seconds,
+        "raters": a.raters,
+        "workers": a.workers,
+    }
+    if a.photographs is not None:
+        options["photographs"] = a.photographs
+    with shown() as progress:
+        report = simulate_to_store(a.set, a.out, seed=a.seed, progress=progress, **options)
+    print_result(a, report, lines_of(report))
+
+
+def data_info(a: Arguments) -> None:
+    """Say what a store holds."""
+    from tactogram.jobs.data import store_info
+
+    facts = store_info(a.path)
+    ratings = facts["ratings"]
+    text = lines_of({name: shortened(value) for name, value in facts.items() if name != "ratings"})
+    print_result(a, facts, text if ratings is None else f"{text}\n{ratings_text(ratings)}")
+
+
+def data_check(a: Arguments) -> int:
+    """Read every shard of a store and compare it with its hash."""
+    from tactogram.jobs.data import check_store
+
+    facts = check_store(a.path)
+    print_result(a, facts, lines_of(facts))
+    return 0 if facts["ok"] else 1
+
+
+def data_add(a: Arguments) -> None:
+    """Put a recording into a store."""
+    from tactogram.jobs.data import add_signal
+
+    facts = add_signal(
+        a.path,
+        a.file,
+        material=a.material,
+        stream=a.stream,
+        speed_mm_s=a.speed,
+        force_n=a.force,
+        **signal_arguments(a),
+    )
+    print_result(a, facts, lines_of(facts))
+
+
+def data_rate(a: Arguments) -> None:
+    """Put tables of ratings into a store."""
+    from tactogram.jobs.rating_tables import rate_store
+    from tactogram.recipe import parse_changes
+
+    facts = rate_store(a.path, a.files, scale=a.scale, settings=parse_changes(a.options), replace=a.replace)
+    print_result(a, facts, lines_of({name: shortened(value) for name, value in facts.items()}))

@@ -1,0 +1,120 @@
+"""Options that several verbs share, and how a verb is added."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from typing import Any, cast
+
+from tactogram.cli.printing import Arguments
+
+Add = Callable[..., Any]
+Verb = Callable[[Arguments], int | None]
+
+
+class Verbs:
+    """The verbs of ``tactogram``, or those of one of its groups.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        What they are added to.
+    metavar : str
+        What stands for them in the usage line; by default their names.
+    """
+
+    def __init__(self, parser: argparse.ArgumentParser, *, metavar: str | None = None) -> None:
+        self._subparsers = parser.add_subparsers(metavar=metavar, required=True)
+        self._named_by_all = metavar is None
+
+    def add(self, name: str, run: Verb) -> Add:
+        """Add a verb that calls ``run``, whose docstring's first line is its help; return its ``add_argument``."""
+        line = (run.__doc__ or "").partition("\n")[0]
+        text = line[:1].lower() + line[1:].rstrip(".")
+        sub = self._subparsers.add_parser(name, help=text, description=line)
+        sub.set_defaults(run=run)
+        sub.add_argument("--json", action="store_true", help="print one JSON object")
+        if self._named_by_all:
+            self._subparsers.metavar = "|".join(self._subparsers.choices)
+        return cast(Add, sub.add_argument)
+
+    def group(self, name: str, text: str) -> Verbs:
+        """Add a verb with verbs of its own, such as ``data``."""
+        return Verbs(self._subparsers.add_parser(name, help=text))
+
+    def parser(self, name: str) -> argparse.ArgumentParser:
+        """Return the parser of a verb, for what ``add_argument`` cannot say."""
+        return self._subparsers.choices[name]
+
+
+def models_option(add: Add) -> None:
+    """Add ``--models``."""
+    add("--models", action="append", default=[], metavar="DIR", help="a folder with further models")
+
+
+def training_options(add: Add, *, more_by: str = "") -> None:
+    """Add what `training_arguments` reads: the data, the recipe and the split."""
+    add("--data", required=True, metavar="DIR", help="a store made by `data import` or `data simulate`")
+    add(
+        "--recipe",
+        default="quick",
+        metavar="NAME|FILE",
+        help="paper, quick, tiny or a TOML file (default quick)",
+    )
+    add("--set", action="append", default=[], metavar="KEY=VALUE", help="change a value of the recipe")
+    add("--band", type=float, nargs=2, metavar=("LO", "HI"), help="pass band in Hz; as --set prepare.band=…")
+    add("--split", default="", metavar="last=N|all", help="keep the last N recordings of a class for testing")
+    add(
+        "--by",
+        default="recording",
+        help=f"recording, session, subject, material or condition: never on two sides{more_by}",
+    )
+    add(
+        "--label",
+        default="material",
+        help="what makes a class, e.g. material+contactor (default %(default)s)",
+    )
+    add("--where", action="append", default=[], metavar="KEY=VALUE", help="only recordings that have it")
+    add("--accelerator", default="auto", help="auto, cpu, cuda or mps (default %(default)s)")
+    models_option(add)
+
+
+def signal_options(add: Add) -> None:
+    """Add what `signal_arguments` reads: what a file of a signal does not say."""
+    add("--unit", help="unit of the samples, where the file does not say: m/s^2, m/s, m, N, V or 1")
+    add("--rate", type=float, metavar="HZ", help="sampling rate, where the file does not say")
+    add("--axes", help="names of the columns or channels to read, e.g. x,y,z")
+
+
+def training_arguments(a: Arguments) -> dict[str, Any]:
+    """Return what `training_options` took, as the jobs take it."""
+    from pathlib import Path
+
+    from tactogram.errors import ParameterError
+    from tactogram.recipe import parse_changes
+
+    changes = parse_changes(a.set)
+    if a.band:
+        changes["prepare.band"] = list(a.band)
+    where = {}
+    for text in a.where:
+        key, sign, value = text.partition("=")
+        if not sign:
+            raise ParameterError(f"--where needs KEY=VALUE, got {text!r}")
+        where[key] = value
+    return {
+        "recipe": a.recipe,
+        "changes": changes,
+        "split": a.split,
+        "by": a.by,
+        "label": a.label,
+        "where": where,
+        "accelerator": a.accelerator,
+        "model_folders": [Path(folder) for folder in a.models],
+    }
+
+
+def signal_arguments(a: Arguments) -> dict[str, Any]:
+    """Return what `signal_options` took, as `read_signal` takes it."""
+    axes = tuple(name.strip() for name in a.axes.split(",")) if a.axes else None
+    return {"unit": a.unit, "rate": a.rate, "axes": axes}

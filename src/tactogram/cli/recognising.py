@@ -1,0 +1,79 @@
+"""Verbs that say what a recording is, feels like, or is like."""
+
+from __future__ import annotations
+
+from tactogram.cli.options import Verbs, models_option, signal_arguments, signal_options
+from tactogram.cli.printing import Arguments, columns, print_result, text_of
+
+
+def add_verbs(verbs: Verbs) -> None:
+    """Add what each verb takes."""
+    add = verbs.add("classify", classify)
+    add("run_folder", metavar="RUN")
+    add("files", metavar="FILE", nargs="+")
+    models_option(add)
+    signal_options(add)
+
+    add = verbs.add("score", score)
+    add("run_folder", metavar="RUN")
+    add("files", metavar="FILE", nargs="+", help="signals, or images where the run is of images")
+    models_option(add)
+    signal_options(add)
+
+    add = verbs.add("search", search)
+    add("run_folder", metavar="RUN")
+    add("file", metavar="FILE")
+    add(
+        "--data",
+        metavar="DIR",
+        help="a data set to search in, added recordings too (default: what was trained on)",
+    )
+    add("--count", type=int, default=5, help="how many to show (default %(default)s)")
+    models_option(add)
+    signal_options(add)
+
+
+def classify(a: Arguments) -> None:
+    """Name the material of recordings."""
+    from tactogram.jobs.classify import classify
+    from tactogram.jobs.training import load_run
+    from tactogram.signal.io import read_signal
+
+    loaded = load_run(a.run_folder)
+    results = {file: classify(loaded, read_signal(file, **signal_arguments(a))) for file in a.files}
+    rows = [
+        (file, r["material"], f"{r['probability']:.3f}", "none of these?" if r["none_of_these"] else "")
+        for file, r in results.items()
+    ]
+    print_result(a, {"files": results}, columns(rows))
+
+
+def score(a: Arguments) -> None:
+    """Score recordings, generated signals or images in sensory words, as a rater model has it."""
+    from tactogram.jobs.score import score_file
+    from tactogram.jobs.training import load_run
+
+    loaded = load_run(a.run_folder, model_folders=a.models)
+    results = {file: score_file(loaded, file, **signal_arguments(a)) for file in a.files}
+    first = next(iter(results.values()))
+    rows = [("file", *first["scores"], "novel")]
+    rows += [
+        (file, *(f"{value:.2f}" for value in r["scores"].values()), text_of(r["novelty"]))
+        for file, r in results.items()
+    ]
+    low, high = first["scale"]
+    head = f"predicted by a {first['predicted_by']}, scale {low:g} to {high:g}"
+    print_result(a, {"files": results}, f"{head}\n{columns(rows)}")
+
+
+def search(a: Arguments) -> None:
+    """Find what is most like a recording, or say that nothing is."""
+    from tactogram.jobs.search import search
+    from tactogram.signal.io import read_signal
+
+    signal = read_signal(a.file, **signal_arguments(a))
+    result = search(a.run_folder, signal, data=a.data, count=a.count)
+    verdict = "none of these" if result["none_of_these"] else "known"
+    rows = [(f["material"], f"{f['distance']:.4f}", f["id"]) for f in result["nearest"]]
+    head = f"{verdict}: nearest at {result['distance']:.4f}, threshold {result['threshold']:.4f}"
+    print_result(a, result, head + "\n" + columns(rows))

@@ -1,0 +1,62 @@
+"""Verbs that look around: the demo, what is installed, which models there are."""
+
+from __future__ import annotations
+
+from tactogram.cli.options import Verbs, models_option
+from tactogram.cli.printing import Arguments, columns, print_result
+
+
+def add_verbs(verbs: Verbs) -> None:
+    """Add what each verb takes."""
+    add = verbs.add("demo", demo)
+    add("--out", default="runs/demo", help="folder for everything it makes (default %(default)s)")
+    add("--seed", type=int, default=0)
+
+    verbs.add("doctor", doctor)
+
+    add = verbs.add("models", models)
+    models_option(add)
+
+
+def demo(a: Arguments) -> None:
+    """Simulate, classify, search and give a voice to surfaces; leaves a report."""
+    from tactogram.jobs.demo import demo
+    from tactogram.jobs.progress import shown
+
+    with shown() as progress:
+        result = demo(a.out, seed=a.seed, progress=progress)
+    print_result(a, result, f"report: {result['report']}")
+
+
+def doctor(a: Arguments) -> None:
+    """Say what is installed, what is missing and what for, and which device is used."""
+    from tactogram.jobs.doctor import doctor
+
+    facts = doctor()
+    lines = [f"tactogram {facts['tactogram']}, Python {facts['python']}, {facts['platform']}"]
+    lines.append(
+        f"device {facts['device']}, {facts['cores']} cores, {facts['threads']} threads, "
+        f"{facts['memory_gib']} GiB memory"
+    )
+    lines += [f"  {name} {version or 'MISSING'}" for name, version in facts["packages"].items()]
+    for name, extra in facts["extras"].items():
+        state = f"missing {', '.join(extra['missing'])}" if extra["missing"] else "installed"
+        lines.append(f"extra {name} ({extra['for']}): {state}")
+    lines += [f"! {problem}" for problem in facts["problems"]] or ["no problems found"]
+    print_result(a, facts, "\n".join(lines))
+
+
+def models(a: Arguments) -> None:
+    """List the models."""
+    from tactogram.models import available
+
+    found = {
+        name: m.model_dump(mode="json", exclude={"folder", "package", "name"})
+        | {"recipes": list(m.recipes())}
+        for name, m in available(a.models).items()
+    }
+    rows = [
+        (name, str(m["year"]), f"{'+'.join(m['needs']) or '-'} -> {m['gives']}", m["title"])
+        for name, m in found.items()
+    ]
+    print_result(a, found, columns(rows))
