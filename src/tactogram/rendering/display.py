@@ -3,14 +3,15 @@
 A *drive* is what is sent to a display: volts, parts of full scale, newtons of a string, register values. What comes out
 of the display, on the skin, is its *output*; a `Response` leads from one to the other where it was measured.
 
-A family is a module with a settings model (frozen, unknown keys refused) and one pure function::
+A family is a module of `tactogram.rendering.families.MODULES` with a pydantic model ``Settings`` (frozen, unknown keys
+refused) and one pure function::
 
     drive(signal, settings, *, display, level) -> (Signal, facts)
 
-``signal`` is over time and finite, already one axis (or one per channel, see `tactogram.rendering.axes`), in its own
-unit and at its own rate. The drive comes back at ``display.rate``, in ``display.unit``, with ``display.channels`` as its
-axes. ``facts`` are JSON values; three keys hold sentences for people, each a list of str: ``scaled``, ``clipped`` and
-``unreachable``. Fades, DC and the last word on the limits are `tactogram.rendering.safety`'s, after the family.
+``signal`` is over time, in its own unit and at its own rate: one axis, or one per channel (`tactogram.rendering.axes`).
+The drive comes back at ``display.rate``, in ``display.unit``, its axes named as ``display.channels``. ``facts`` are JSON
+values; three keys hold sentences for people, each a list of str: ``scaled``, ``clipped`` and ``unreachable``. Fades, DC
+and the last word on the limits are `tactogram.rendering.safety`'s, after the family.
 """
 
 from __future__ import annotations

@@ -59,7 +59,7 @@ class Level:
 
 
 def parse_level(text: str) -> Level:
-    """Return the level that ``"physical"``, ``"sensation"``, ``"sensation=20"``, ``"gain=3"`` or ``"peak=0.8"`` asks for.
+    """Return the level that a text such as ``"physical"``, ``"sensation=20"`` or ``"gain=3"`` asks for, see `KINDS`.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A display's response, its output over its drive at every frequency: as a table, a formula, a constant; and its inverse."""
+"""A display's response, its output over its drive by frequency: a table, a formula or a constant; and its inverse."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class Resonator(_Source):
 
 
 class Table(_Source):
-    """Measured points; in between, the logarithm of the gain and the phase go smoothly over the frequency's logarithm."""
+    """Measured points; in between, gain (in dB) and phase go smoothly over the logarithm of the frequency."""
 
     kind: Literal["table"]
     file: str | None = None
