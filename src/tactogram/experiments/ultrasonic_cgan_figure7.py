@@ -55,6 +55,7 @@ def run(
     groups: str = "A,B,C,D,E",
     trainings: int = 1,
     iterations: int = 0,
+    recipe: str = "",
 ) -> dict[str, Any]:
     """Return the errors of each group, by whom they are told, and where the figures are.
 
@@ -72,10 +73,12 @@ def run(
         Seeds of each group. Answers are about the first; the others say how far trainings differ.
     iterations : int
         Of each network instead of the recipe's; 0 takes the recipe's.
+    recipe : str
+        Of the generators; by default ``paper``, or ``quick`` for the bench.
     """
     store = _data(jobs, folder, data)
     chosen = _chosen(groups)
-    recipe = "paper" if paper else "quick"
+    recipe = recipe or ("paper" if paper else "quick")
     changes: dict[str, Any] = {"config.iterations": iterations} if iterations else {}
     made = {
         name: [

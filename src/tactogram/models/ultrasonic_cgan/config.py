@@ -27,6 +27,12 @@ class Config(BaseModel):
     """Divide the display signals too, each to the cluster whose mean ratings are nearest. Ours: the paper has
     "a separate CGAN … for each cluster" (Sec. IV-C) and does not say which display data it sees."""
 
+    fakes_scored_as: Literal["surface", "display"] = "surface"
+    """Whose scores a spectrum is generated for in training: the surface's that the sensor touched (Sec. IV-C), or those
+    that a display signal drawn anew was given. Ours: surfaces and display signals are scored so differently that the
+    scores alone tell the sides apart, whatever is generated; with ``"display"`` both sides have the same scores, and
+    only a spectrum that fits them passes. Generation goes by the surface's scores either way."""
+
     # -- spectra, Sec. III-B
     stable_s: float = Field(default=2.0, ge=1, allow_inf_nan=False)
     """Stable part of a measurement. Sec. III-B: 2 s of 2.5 s; which 2 s is not said. Assumed: the middle."""

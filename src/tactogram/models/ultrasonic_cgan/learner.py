@@ -33,6 +33,7 @@ from tactogram.signal import Signal
 from tactogram.training.seeds import child_rng
 
 FIT = "fit"
+Places = NDArray[np.int64]
 
 
 class UltrasonicCGANLearner:
@@ -100,18 +101,24 @@ class UltrasonicCGANLearner:
                 rng.integers(0, data.sensor.raters[sensor]),
                 rng.integers(0, data.display.raters[display]),
             )
-            yield np.array(step), sensor, raters[0], display, raters[1]
+            asked = (sensor, raters[0])
+            if self.config.fakes_scored_as == "display":
+                again = rng.choice(rows[1], size)
+                asked = (again, rng.integers(0, data.display.raters[again]))
+            yield np.array(step), sensor, asked, display, raters[1]
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         if stage.name == FIT:
             return self._fit(batch[0])
         if self._data is None:
             raise RuntimeError("a step needs batches: take them from `batches`")
-        step, sensor, raters, display, display_raters = batch
+        step, sensor, asked, display, raters = batch
         if step == 0:
             self.pair.begin(_number(stage))
+        scored_as = 1 if self.config.fakes_scored_as == "display" else 0
         figures = self.pair.iterate(
-            self._data.rows(0, sensor, raters), self._data.rows(1, display, display_raters)
+            self._data.rows((0, sensor), (scored_as, *asked)),
+            self._data.rows((1, display), (1, display, raters)),
         )
         if step + 1 == stage.steps:
             self.trained.append(self._trained(self.pair.outcome()))
@@ -293,12 +300,22 @@ class Data:
                 for side, scale in sides
             )
 
-    def rows(self, side: int, places: NDArray[np.int64], raters: NDArray[np.int64]) -> Tensor:
-        """Return spectra with scores, (iteration, batch, bin + word)."""
-        spectra, item, scores = self._tables[side]
-        chosen = torch.from_numpy(places).to(spectra.device)
-        who = torch.from_numpy(raters).to(spectra.device)
-        return torch.cat((spectra[chosen], scores[item[chosen], who]), 2)
+    def rows(self, spectra: tuple[int, Places], scores: tuple[int, Places, Places]) -> Tensor:
+        """Return spectra with scores, (iteration, batch, bin + word).
+
+        Parameters
+        ----------
+        spectra : tuple
+            Which side, 0 the sensor's or 1 the display's, and which of its spectra, shape (iteration, batch).
+        scores : tuple
+            Which side, the scores given to what is in which of its spectra, and by which rater.
+        """
+        which, places = spectra
+        table = self._tables[which][0]
+        side, scored, raters = scores
+        _, item, given = self._tables[side]
+        at = [torch.from_numpy(some).to(table.device) for some in (places, scored, raters)]
+        return torch.cat((table[at[0]], given[item[at[1]], at[2]]), 2)
 
 
 def build(

@@ -195,12 +195,36 @@ def test_scores_beside_the_spectra_are_a_raters_own():
     learner, examples = build(TINY, KIND, seed=0), data()
     fit_stage, first, _ = learner.stages(examples)
     learner.step(fit_stage, next(learner.batches(fit_stage, examples, seed=0)))
-    _, sensor, raters, *_ = next(learner.batches(first, examples, seed=0))
+    _, sensor, (scored, raters), *_ = next(learner.batches(first, examples, seed=0))
     side = sensor_side(examples[:6], TINY, PLATES)
-    rows = learner._data.rows(0, sensor, raters)
+    assert scored is sensor
+    rows = learner._data.rows((0, sensor), (0, scored, raters))
     np.testing.assert_allclose(rows[2, 3, 60:], side.scores[side.item[sensor[2, 3]]][raters[2, 3]])
     np.testing.assert_allclose(
         rows[2, 3, :60] * learner.surfaces.sensor_scale, side.spectra[sensor[2, 3]], rtol=1e-4, atol=1e-6
+    )
+
+
+def test_fakes_can_be_scored_as_display_signals_are():
+    config = TINY.model_copy(update={"fakes_scored_as": "display"})
+    learner, examples = build(config, KIND, seed=0), data()
+    fit_stage, first, _ = learner.stages(examples)
+    learner.step(fit_stage, next(learner.batches(fit_stage, examples, seed=0)))
+    batch = next(learner.batches(first, examples, seed=0))
+    _, sensor, (scored, raters), shown, _ = batch
+    assert not np.array_equal(scored, shown), "drawn anew, not those of the real half of the batch"
+    given = {}
+    learner.pair.iterate = lambda x, display: given.update(x=x, display=display) or {}
+    learner.step(first, batch)
+    side, display_rated = sensor_side(examples[:6], TINY, PLATES), examples[6:]
+    np.testing.assert_allclose(
+        given["x"][2, 3, :60] * learner.surfaces.sensor_scale,
+        side.spectra[sensor[2, 3]],
+        rtol=1e-4,
+        atol=1e-6,
+    )
+    np.testing.assert_allclose(
+        given["x"][2, 3, 60:], display_rated[scored[2, 3]].rated.scores[raters[2, 3]], rtol=1e-6
     )
 
 
