@@ -21,8 +21,14 @@ def shipped() -> dict[str, Path]:
     return {path.stem: path for path in sorted(FOLDER.glob("*.toml"))}
 
 
-def open_display(name: str | Path) -> Display:
+def open_display(name: str | Path, *, changes: Mapping[str, Any] | None = None) -> Display:
     """Return a display by the name of a shipped one, or by the path of its TOML file.
+
+    Parameters
+    ----------
+    name : str or Path
+    changes : mapping, optional
+        Values by dotted key that take the place of the file's, such as ``{"limit": 2.0, "linear.cap_db": 10}``.
 
     Raises
     ------
@@ -39,6 +45,8 @@ def open_display(name: str | Path) -> Display:
         values = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise DataError(f"{path}: not a readable display: {error}") from error
+    for key, value in (changes or {}).items():
+        values = _changed(values, key, value)
     return display_of(values, where=str(path), folder=path.parent)
 
 
@@ -62,10 +70,12 @@ def display_of(values: Mapping[str, Any], *, where: str = "display", folder: Pat
         If a key or value is wrong.
     """
     values = dict(values)
-    family: Family | None = values.get("family")
     families = get_args(Family)
-    if family not in families:
-        raise ParameterError(f"{where}: family must be one of {', '.join(families)}, got {family!r}")
+    if values.get("family") not in families:
+        raise ParameterError(
+            f"{where}: family must be one of {', '.join(families)}, got {values.get('family')!r}"
+        )
+    family: Family = values["family"]
     if "settings" in values:
         raise ParameterError(f"{where}: the settings of a {family} display stand in a table [{family}]")
     own = values.pop(family, {})
@@ -78,3 +88,13 @@ def display_of(values: Mapping[str, Any], *, where: str = "display", folder: Pat
         rest = {key: value for key, value in response.items() if key != "file"}
         values["response"] = {**rest, "points": points}
     return validated(Display, {**values, "settings": settings}, where=where)
+
+
+def _changed(values: Mapping[str, Any], key: str, value: Any) -> dict[str, Any]:
+    first, dot, rest = key.partition(".")
+    if not dot:
+        return {**values, first: value}
+    inner = values.get(first, {})
+    if not isinstance(inner, Mapping):
+        raise ParameterError(f"{key}: {first} is a value, not a table")
+    return {**values, first: _changed(inner, rest, value)}

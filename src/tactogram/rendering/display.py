@@ -8,8 +8,8 @@ refused) and one pure function::
 
     drive(signal, settings, *, display, level) -> (Signal, facts)
 
-``signal`` is over time, in its own unit and at its own rate: one axis, or one per channel (`tactogram.rendering.axes`).
-The drive comes back at ``display.rate``, in ``display.unit``, its axes named as ``display.channels``. ``facts`` are JSON
+``signal`` is over time, in its own unit and at its own rate: one axis, or all of them (`tactogram.rendering.axes`).
+The drive comes back at ``display.rate``, in ``display.unit``, axes named as ``display.channels``. ``facts`` are JSON
 values; three keys hold sentences for people, each a list of str: ``scaled``, ``clipped`` and ``unreachable``. Fades, DC
 and the last word on the limits are `tactogram.rendering.safety`'s, after the family.
 """

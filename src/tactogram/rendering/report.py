@@ -85,11 +85,15 @@ def signal_facts(signal: Signal) -> dict[str, Any]:
     }
 
 
+def amount(value: float, unit: str) -> str:
+    """Return ``value`` with its unit as people read it; a ratio has none."""
+    return f"{value:.4g}" if unit == "1" else f"{value:.4g} {unit}"
+
+
 def _in_words(facts: Mapping[str, Any]) -> str:
     over = "s" if facts["domain"] == "time" else "mm"
     per = "Hz" if facts["domain"] == "time" else "per mm"
-    unit = "" if facts["unit"] == "1" else f" {facts['unit']}"
     return (
         f"{', '.join(facts['axes'])}; {facts['extent']:.4g} {over} at {facts['rate']:g} {per}; "
-        f"peak {facts['peak']:.4g}{unit}, rms {facts['rms']:.4g}{unit}"
+        f"peak {amount(facts['peak'], facts['unit'])}, rms {amount(facts['rms'], facts['unit'])}"
     )

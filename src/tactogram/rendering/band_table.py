@@ -1,0 +1,73 @@
+"""How strong each octave is that was wanted and that comes out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+
+from tactogram.signal.signal import Signal
+
+OCTAVES_HZ = (16.0, 31.5, 63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0)
+"""Centres, IEC 61260's nominal ones: from below the lowest vibration felt to above the highest."""
+
+
+def band_table(
+    wanted: Signal, rendered: Signal, band: tuple[float, float], *, below: float = np.inf
+) -> list[dict[str, Any]]:
+    """Return for each octave its centre in Hz, and the levels wanted and rendered, dB re one unit rms.
+
+    None is silence: more than 200 dB below one unit. Power is added over axes; only octaves that lie within what both
+    signals can hold are there.
+
+    Parameters
+    ----------
+    wanted, rendered : Signal
+        Of one unit.
+    band : tuple of float, Hz
+        ``reachable`` says whether the octave's centre lies in it.
+    below : float, Hz
+        Half the rate at which the signal came: octaves with a higher centre are left out.
+    """
+    rows = []
+    for centre in OCTAVES_HZ:
+        edge = (centre / np.sqrt(2), centre * np.sqrt(2))
+        if centre >= min(wanted.rate / 2, rendered.rate / 2, below):
+            break
+        levels = [_level_db(signal, edge) for signal in (wanted, rendered)]
+        rows.append(
+            {
+                "centre_hz": centre,
+                "wanted_db": levels[0],
+                "rendered_db": levels[1],
+                "reachable": bool(band[0] <= centre <= band[1]),
+            }
+        )
+    return rows
+
+
+def out_of_band_db(signal: Signal, band: tuple[float, float]) -> float:
+    """Return what of the power of ``signal``, its mean left out, is lost outside of ``band``, dB >= 0."""
+    frequency, power = _power(signal)
+    total = float(power[1:].sum())
+    if total == 0:
+        return 0.0
+    inside = float(power[1:][(frequency[1:] >= band[0]) & (frequency[1:] <= band[1])].sum())
+    return float(-10 * np.log10(max(inside / total, 1e-20)))
+
+
+def _level_db(signal: Signal, edges: tuple[float, float]) -> float | None:
+    frequency, power = _power(signal)
+    inside = float(power[(frequency >= edges[0]) & (frequency < edges[1])].sum())
+    return round(float(10 * np.log10(inside)), 2) if inside > 1e-20 else None
+
+
+def _power(signal: Signal) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return frequency in Hz and mean power per bin, axes added; its sum is the mean square."""
+    n = len(signal)
+    x = signal.samples.astype(np.float64)
+    power = np.sum(np.abs(fft.rfft(x - x.mean(axis=1, keepdims=True), axis=1)) ** 2, axis=0) / n**2
+    power[1 : (n + 1) // 2] *= 2
+    return fft.rfftfreq(n, 1 / signal.rate), power
