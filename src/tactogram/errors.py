@@ -11,6 +11,10 @@ class ParameterError(TactogramError, ValueError):
     """An argument is outside what the function is defined for."""
 
 
+class FailedTrainingError(ParameterError):
+    """What is asked for would come from networks whose training failed by the model's own rule."""
+
+
 class UnitError(TactogramError, ValueError):
     """A quantity has another unit than the operation needs."""
 

@@ -51,6 +51,23 @@ def test_a_table_is_put_in(store, tmp_path):
     assert check_store(store)["ok"]
 
 
+@pytest.mark.parametrize("more", [[], ["--wide"]])
+def test_ratings_come_out_as_a_table_that_goes_in_again(store, tmp_path, capsys, more):
+    rate_store(store, [wide(tmp_path / "r.csv", ["plate01", "plate03"])])
+    before = open_store(store).ratings
+    assert main(["data", "ratings", str(store), "--out", str(tmp_path / "out.csv"), "--json", *more]) == 0
+    assert json.loads(capsys.readouterr().out)["scores"] == len(before) == 60
+    assert len((tmp_path / "out.csv").read_text().splitlines()) == (7 if more else 61)
+    rate_store(store, [tmp_path / "out.csv"], replace=True)
+    np.testing.assert_array_equal(open_store(store).ratings.cube, before.cube)
+
+
+def test_ratings_of_a_store_without_any_are_not_written(store, tmp_path, capsys):
+    assert main(["data", "ratings", str(store), "--out", str(tmp_path / "out.csv")]) == 1
+    assert "has no ratings; `data rate` puts a table of them into it" in capsys.readouterr().err
+    assert not (tmp_path / "out.csv").exists()
+
+
 def test_headings_and_items_are_mapped(store, tmp_path):
     table = wide(tmp_path / "r.csv", ["1", "3"], head="Subject,Sample No.")
     settings = {"column.rater": "Subject", "column.item": "Sample No.", "item": "plate{:0>2}"}

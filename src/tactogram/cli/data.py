@@ -72,6 +72,14 @@ def add_verbs(verbs: Verbs) -> None:
         help="column.rater=HEADING (or item, word, score, order, session, a word), words=A,B, ignore=A,B, "
         "item=plate{:0>2}, encoding=cp932",
     )
+    add = verbs.add("ratings", data_ratings)
+    add("path", metavar="DIR")
+    add("--out", required=True, metavar="FILE", help=".csv, .tsv or .parquet")
+    add(
+        "--wide",
+        action="store_true",
+        help="a row per rater and item with a column per word, not a row per score",
+    )
 
 
 def data_list(a: Arguments) -> None:
@@ -132,6 +140,14 @@ def data_info(a: Arguments) -> None:
     ratings = facts["ratings"]
     text = lines_of({name: shortened(value) for name, value in facts.items() if name != "ratings"})
     print_result(a, facts, text if ratings is None else f"{text}\n{ratings_text(ratings)}")
+
+
+def data_ratings(a: Arguments) -> None:
+    """Write the ratings of a store as a table."""
+    from tactogram.jobs.rating_tables import export_ratings
+
+    facts = export_ratings(a.path, a.out, form="wide" if a.wide else "long")
+    print_result(a, facts, lines_of(facts))
 
 
 def data_check(a: Arguments) -> int:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from tactogram.datasets import Ratings
-from tactogram.errors import ParameterError
+from tactogram.errors import FailedTrainingError, ParameterError
 from tactogram.evaluation.report import Section, Table, Text
 from tactogram.evaluation.reproduction import NEAREST, STRAIGHT
 from tactogram.jobs.rated import RatedData
@@ -91,9 +91,7 @@ def made_by_words(run: Path | str | LoadedRun, *, seed: int = 0) -> MadeByWords:
         words = dict(zip(ratings.words, means[item].tolist(), strict=True))
         try:
             signals[item] = loaded.model.generate({"words": words, "vibration": example.signal}, seed=seed)
-        except ParameterError as error:
-            if "failed" not in str(error):
-                raise
+        except FailedTrainingError as error:
             failed[item] = re.sub(r"; ask for.*", "", str(error))
     kind = loaded.kind
     return MadeByWords(

@@ -1,4 +1,4 @@
-"""Putting tables of ratings into a store."""
+"""Tables of ratings: into a store, and out of it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 from tactogram.datasets import add_ratings, item_of, joined, open_store
 from tactogram.datasets.ratings import scale_of
-from tactogram.datasets.ratings_table import Columns, read_table
+from tactogram.datasets.ratings_table import Columns, Form, read_table, write_table
 from tactogram.errors import DataError, ParameterError
 
 SETTINGS = ("words", "ignore", "item", "encoding")
@@ -85,6 +85,44 @@ def rate_store(
         "blank": blank,
         "unrated": sorted(name for name in there if name and name not in ratings),
         "sha256": rated.sha256,
+    }
+
+
+def export_ratings(path: Path | str, out: Path | str, *, form: Form = "long") -> dict[str, Any]:
+    """Write the ratings of a store as a table that `rate_store` reads again.
+
+    Parameters
+    ----------
+    path : Path
+        A store with ratings.
+    out : Path
+        ``.csv``, ``.tsv`` or ``.parquet``; written beside and renamed.
+    form : {"long", "wide"}
+        A row per score, or a row per rater and item with a column per word.
+
+    Returns
+    -------
+    dict
+        ``file``, ``scale``, ``scores``, ``items``, ``raters``, ``words``.
+
+    Raises
+    ------
+    DataError
+        If the store has no ratings.
+    ParameterError
+        For another suffix or form.
+    """
+    ratings = open_store(path).ratings
+    if ratings is None:
+        raise DataError(f"{path} has no ratings; `data rate` puts a table of them into it")
+    write_table(Path(out), ratings, form=form)
+    return {
+        "file": str(out),
+        "scale": asdict(ratings.scale),
+        "scores": len(ratings),
+        "items": len(ratings.items),
+        "raters": len(ratings.raters),
+        "words": list(ratings.words),
     }
 
 

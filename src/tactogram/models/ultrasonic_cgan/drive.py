@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.errors import ParameterError
+from tactogram.errors import FailedTrainingError, ParameterError
 from tactogram.model import Condition, SignalKind, check_condition, unit_scores
 from tactogram.models.ultrasonic_cgan.clusters import nearest
 from tactogram.models.ultrasonic_cgan.config import Config
@@ -94,7 +94,7 @@ def make(
     surface, away = nearest(surfaces.means, scores)
     cluster = int(surfaces.clusters[surface])
     if trained[cluster].chosen is None:
-        raise ParameterError(
+        raise FailedTrainingError(
             f"the training of cluster {cluster + 1} of {config.group} ({', '.join(surfaces.members(cluster))}) "
             f"failed: in none of its {trained[cluster].curves.shape[1]} iterations was the discriminator right in "
             f"{config.rate_low:.0%} to {config.rate_high:.0%}; ask for other words, or train with fewer clusters"
