@@ -73,7 +73,7 @@ class Synthesizer:
             self._turn_to(model)
         noise = self._random.standard_normal((samples, len(self.model.axes)))
         out = np.empty((len(self.model.axes), samples))
-        _ladder(noise, self._state, *self._parameters, self._done, self._glide, out)
+        ladder(noise, self._state, *self._parameters, self._done, self._glide, out)
         self._done = min(self._glide, self._done + samples)
         return Signal(out.astype(np.float32), self.model.rate, self.model.unit, self.model.axes)
 
@@ -119,7 +119,7 @@ def _root(correlation: Array) -> Array:
 
 
 @numba.njit(cache=True)
-def _ladder(
+def ladder(
     noise: Array,  # (time, axis)
     state: Array,  # (axis, order), changed in place
     reflection: Array,  # (waypoint, axis, order)
@@ -130,6 +130,7 @@ def _ladder(
     glide: int,
     out: Array,  # (axis, time), written
 ) -> None:
+    """Write what noise of variance 1 becomes in the ladder, its parameters between their waypoints."""
     last = len(reflection) - 1
     axes, order = state.shape
     for t in range(len(noise)):

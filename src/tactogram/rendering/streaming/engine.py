@@ -1,0 +1,269 @@
+"""Motion in, blocks of samples out.
+
+One call of `Engine.render` makes one block: it hears the motion that has come, goes after the finger sample by sample
+(`following`), lets every texture write its samples, adds them by their weights and adds the transients of landings.
+All arrays exist from the beginning. What a texture feels like never depends on how the time is cut into blocks other
+than through when motion is heard.
+
+Unlike textures are added by the roots of their weights, so that the power of a mix is the weighted mean of their
+powers; friction coefficients, whose means are what is felt, by the weights themselves. A change of weights glides.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import ParameterError
+from tactogram.rendering.streaming.contact import ContactSettings, Transients
+from tactogram.rendering.streaming.following import STATES, Follower
+from tactogram.rendering.streaming.latency import Latency
+from tactogram.rendering.streaming.motion import (
+    Finger,
+    MotionSample,
+    MotionSettings,
+    MotionSource,
+    Tap,
+    Weights,
+)
+from tactogram.rendering.streaming.textures import StreamingTexture
+
+Block = NDArray[np.float32]
+
+LONGEST_BLOCK_S = 0.005
+LEAST_RATE = 8000.0
+GLIDE_S = 0.05
+"""How long a change of weights takes, s."""
+
+
+class Engine:
+    """Textures under a finger.
+
+    Parameters
+    ----------
+    textures : sequence of StreamingTexture
+        Of one unit and number of axes, made for the same ``rate`` and ``most``.
+    motion : MotionSource
+    rate : float
+        Of the blocks, at least `LEAST_RATE` Hz.
+    most : int
+        Samples in a block, at most `LONGEST_BLOCK_S` of them.
+    weights : mapping, optional
+        By a texture's name; those not named have 0. By default all have the same, of sum 1.
+    settings, contact
+        How motion is smoothed, and what a landing feels like.
+
+    Raises
+    ------
+    ParameterError
+        If textures differ in kind or bear the same name, or rate, block or a weight is out of range.
+    """
+
+    def __init__(
+        self,
+        textures: Sequence[StreamingTexture],
+        motion: MotionSource,
+        *,
+        rate: float,
+        most: int,
+        weights: Mapping[str, float] | None = None,
+        settings: MotionSettings | None = None,
+        contact: ContactSettings | None = None,
+    ) -> None:
+        if not textures:
+            raise ParameterError("a stream needs at least one texture, got none")
+        if rate < LEAST_RATE:
+            raise ParameterError(f"rate of a stream must be at least {LEAST_RATE:g} Hz, got {rate:g}")
+        if not 1 <= most <= LONGEST_BLOCK_S * rate + 1e-9:
+            raise ParameterError(
+                f"a block must have 1 to {int(LONGEST_BLOCK_S * rate)} samples at {rate:g} Hz, got {most}"
+            )
+        self.textures = tuple(textures)
+        self.rate, self.most = float(rate), most
+        self.unit, self.axes = _kind(self.textures)
+        self.names = tuple(texture.name for texture in self.textures)
+        self.motion = motion
+        self.finger = Finger(settings or MotionSettings())
+        self.follower = Follower(rate, most)
+        self.transients = Transients(contact or ContactSettings(), rate)
+        self.latency = Latency(most / rate)
+        self.blocks = dict.fromkeys(STATES, 0)
+        """How many blocks began in each state."""
+        count = len(self.textures)
+        self._target = np.full(count, 1 / count) if weights is None else np.zeros(count)
+        if weights is not None:
+            self.set_weights(weights)
+        self._weights = self._target.copy()
+        self._gains = np.array([self._gain(i) for i in range(count)])
+        self._out: Block = np.zeros((len(self.axes), most), np.float32)
+        self._one: Block = np.zeros((len(self.axes), most), np.float32)
+
+    @property
+    def weights(self) -> dict[str, float]:
+        """The weights that are in use now, by name."""
+        return dict(zip(self.names, self._weights.tolist(), strict=True))
+
+    @property
+    def delay_s(self) -> float:
+        """By how much the slowest texture in use answers the motion later than at once, s."""
+        return max((t.delay_s for t, w in zip(self.textures, self._target, strict=True) if w > 0), default=0.0)
+
+    def set_weights(self, weights: Mapping[str, float]) -> None:
+        """Glide to other weights from the next block on; those not named stay.
+
+        Raises
+        ------
+        ParameterError
+            If a name is unknown or a weight is negative or not finite.
+        """
+        for name, weight in weights.items():
+            if name not in self.names:
+                raise ParameterError(f"mix: textures are {', '.join(self.names)}; got {name!r}")
+            if not (weight >= 0 and math.isfinite(weight)):
+                raise ParameterError(f"mix: a weight must be >= 0 and finite, got {name}={weight}")
+        for name, weight in weights.items():
+            self._target[self.names.index(name)] = weight
+
+    def render(self, now_s: float, count: int | None = None) -> Block:
+        """Return the next ``count`` (by default ``most``) samples, the first of them at ``now_s``.
+
+        Returns
+        -------
+        float32 array, shape (axis, count), in ``unit``
+            A view that the next call overwrites.
+        """
+        count = self.most if count is None else count
+        for message in self.motion.poll(now_s):
+            if isinstance(message, MotionSample):
+                self.finger.hear(message, now_s)
+            elif isinstance(message, Tap):
+                self._land(message.strength, now_s - message.arrival_s)
+            else:
+                self._change(message)
+        motion = self.follower.follow(self.finger, now_s, count)
+        self.blocks[self.follower.state] += 1
+        if self.finger.landed_n > 0:
+            self._land(self.finger.landed_n, now_s - self.finger.force_s)
+            self.finger.landed_n = 0.0
+        out, one = self._out, self._one
+        out[:, :count] = 0.0
+        step = min(1.0, count / (GLIDE_S * self.rate))
+        for i, texture in enumerate(self.textures):
+            before = self._gains[i]
+            self._weights[i] += max(-step, min(step, self._target[i] - self._weights[i]))
+            self._gains[i] = self._gain(i)
+            if before == 0.0 and self._gains[i] == 0.0:
+                continue
+            texture.render(motion, one)
+            _add(
+                one,
+                before,
+                self._gains[i],
+                motion.contact,
+                motion.movement,
+                texture.holds_at_rest,
+                count,
+                out,
+            )
+        self.transients.add(out, count)
+        return out[:, :count]
+
+    def warm_up(self) -> None:
+        """Compile what the blocks need, with a texture of its own, so that the first block is as quick as the last."""
+        self.follower.follow(Finger(), 0.0, 1)
+        for texture in self.textures:
+            texture.render(self.follower.block, self._one)
+        _add(
+            self._one,
+            0.0,
+            0.0,
+            self.follower.block.contact,
+            self.follower.block.movement,
+            True,
+            1,
+            self._out,
+        )
+        probe = Transients(self.transients.settings, self.rate)
+        probe.start(1.0, 1.0)
+        probe.add(self._one, 1)
+
+    def facts(self) -> dict[str, Any]:
+        """Return what the stream did so far, as JSON values."""
+        counts = self.finger.counts
+        blocks = sum(self.blocks.values())
+        return {
+            "rate_hz": self.rate,
+            "block_samples": self.most,
+            "unit": self.unit,
+            "textures": list(self.names),
+            "weights": self.weights,
+            "texture_delay_ms": 1e3 * self.delay_s,
+            "motion": {
+                "from": self.motion.name,
+                "simulated": self.motion.simulated,
+                "used": counts.used,
+                "late": counts.late,
+                "out_of_order": counts.out_of_order,
+                "invalid": counts.invalid,
+                "lost_connections": counts.lost_connections,
+            },
+            "states": {name: self.blocks[name] / blocks if blocks else 0.0 for name in STATES},
+            "landings": self.transients.started,
+            "latency": self.latency.facts(),
+        }
+
+    def _gain(self, place: int) -> float:
+        weight = float(self._weights[place])
+        return weight if self.textures[place].holds_at_rest else math.sqrt(weight)
+
+    def _land(self, strength: float, age_s: float) -> None:
+        if strength == strength and strength >= 0:
+            levels = [t.level * t.level for t in self.textures]
+            self.transients.start(strength, math.sqrt(float(np.dot(self._weights, levels))))
+            self.latency.tap.add(max(age_s, 0.0) + self.most / self.rate)
+
+    def _change(self, message: Weights) -> None:
+        """Take up weights that came with the motion; what is not understood is counted, not raised."""
+        try:
+            self.set_weights(message.weights)
+        except ParameterError:
+            self.finger.counts.invalid += 1
+
+
+def _kind(textures: Sequence[StreamingTexture]) -> tuple[str, tuple[str, ...]]:
+    """Return the unit and the axes that all have."""
+    first = textures[0]
+    names = [texture.name for texture in textures]
+    if len(set(names)) < len(names):
+        raise ParameterError(f"textures must have different names, got {', '.join(names)}")
+    for texture in textures:
+        if texture.unit != first.unit or len(texture.axes) != len(first.axes):
+            raise ParameterError(
+                f"textures of a mix must have one unit and number of axes: {first.name} has {first.unit} and "
+                f"{len(first.axes)}, {texture.name} has {texture.unit} and {len(texture.axes)}"
+            )
+    return first.unit, first.axes
+
+
+@numba.njit(cache=True, nogil=True)
+def _add(
+    one: Block,
+    before: float,
+    after: float,
+    contact: Block,
+    movement: Block,
+    holds: bool,
+    count: int,
+    out: Block,
+) -> None:
+    for i in range(count):
+        gain = (before + (after - before) * (i + 1) / count) * contact[i]
+        if not holds:
+            gain *= movement[i]
+        for a in range(len(out)):
+            out[a, i] += gain * one[a, i]
