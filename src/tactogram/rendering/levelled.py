@@ -91,14 +91,16 @@ def factor_of(
 
 def within_limits(
     drive: NDArray[np.float64],
-    display: Display,
+    low: float,
+    high: float,
     *,
+    unit: str,
     over: Literal["scale", "clip", "refuse"],
     clip_share: float,
     scaled: list[str],
     clipped: list[str],
 ) -> tuple[NDArray[np.float64], float]:
-    """Return a drive within the display's limits, and the factor that it was made smaller by.
+    """Return a drive within ``low`` to ``high``, and the factor that it was made smaller by.
 
     Up to ``clip_share`` of the samples are clipped; where more are over, ``over`` decides. Sentences on it are added to
     ``scaled`` and ``clipped``.
@@ -108,29 +110,23 @@ def within_limits(
     ParameterError
         If too much is over the limit and ``over`` is ``refuse``.
     """
-    reach = (
-        np.maximum(drive / display.limit, drive / display.floor)
-        if display.floor < 0
-        else drive / display.limit
-    )
+    reach = drive / high if low >= 0 else np.maximum(drive / high, drive / low)
     share = float(np.mean(reach > 1))
+    limit = amount(high, unit)
     factor = 1.0
     if share > clip_share and over != "clip":
         if over == "refuse":
             raise ParameterError(
-                f"{100 * share:.2g} % of the drive is over the limit of {amount(display.limit, display.unit)} (largest "
-                f"{reach.max() * display.limit:.3g}); lower the level, or let it scale or clip"
+                f"{100 * share:.2g} % of the drive is over the limit of {limit} (largest "
+                f"{amount(float(reach.max()) * high, unit)}); lower the level, or let it scale or clip"
             )
         factor = 1 / float(np.quantile(reach, 1 - clip_share, method="higher"))
         scaled.append(
-            f"times {factor:.4g} ({20 * np.log10(factor):.1f} dB): {100 * share:.2g} % of the drive was over the limit "
-            f"of {amount(display.limit, display.unit)}"
+            f"times {factor:.4g} ({20 * np.log10(factor):.1f} dB): {100 * share:.2g} % of the drive was over the "
+            f"limit of {limit}"
         )
     outside = float(np.mean(reach * factor > 1 + 1e-9))
     if outside > 0:
-        largest = float(reach.max()) * factor
-        clipped.append(
-            f"{100 * outside:.2g} % of the samples at {amount(display.limit, display.unit)}, the largest by "
-            f"{20 * np.log10(largest):.1f} dB"
-        )
-    return np.clip(drive * factor, display.floor, display.limit), factor
+        largest = 20 * np.log10(float(reach.max()) * factor)
+        clipped.append(f"{100 * outside:.2g} % of the samples at {limit}, the largest by {largest:.1f} dB")
+    return np.clip(drive * factor, low, high), factor

@@ -78,7 +78,14 @@ def drive(
         scaled.append(f"{signal.unit} turned into {display.output_unit}, frequency by frequency")
     raw = unit_drive * factor
     samples, limiting = within_limits(
-        raw, display, over=settings.over, clip_share=settings.clip_share, scaled=scaled, clipped=clipped
+        raw,
+        display.floor,
+        display.limit,
+        unit=display.unit,
+        over=settings.over,
+        clip_share=settings.clip_share,
+        scaled=scaled,
+        clipped=clipped,
     )
     result = x.with_samples(samples, unit=display.unit)
     output = plan.output(samples, x).select(*felt)

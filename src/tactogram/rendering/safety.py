@@ -58,13 +58,17 @@ def safe(drive: Signal, display: Display) -> tuple[Signal, dict[str, Any]]:
 
 
 def fade_window(length: int, fade: int) -> NDArray[np.float64]:
-    """Return a raised cosine from 0 to 1 over ``fade`` samples, 1, and back to 0; float64, shape (length,)."""
+    """Return a raised cosine from 0 to 1 over ``fade`` samples, 1, and back to 0; float64, shape (length,).
+
+    The last sample is 0 even without a fade: many devices hold what they were told last.
+    """
     fade = min(fade, length // 2)
     window = np.ones(length)
     if fade > 0:
         rise = np.sin(np.pi / 2 * np.arange(fade) / fade) ** 2
         window[:fade] = rise
         window[-fade:] = rise[::-1]
+    window[-1] = 0.0
     return window
 
 
