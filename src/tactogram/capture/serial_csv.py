@@ -1,0 +1,426 @@
+"""Boards that print a line of numbers per sample: Arduino, Teensy and their kin."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from pathlib import Path
+from time import monotonic
+from types import TracebackType
+from typing import Any, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+from tactogram.capture.byte_stream import ByteStream
+from tactogram.capture.rate_estimate import RateEstimate, RateMeter
+from tactogram.capture.raw_log import RawLog
+from tactogram.capture.source import Block, SourceEnded
+from tactogram.errors import ParameterError, UnitError
+from tactogram.signal.units import parse_seconds, parse_unit, split_heading
+
+LONGEST_LINE = 4096
+COMMENTS = ("#", "%", "//")
+TIME_NAMES = {
+    "t": "s", "time": "s", "timestamp": "us", "s": "s", "sec": "s", "seconds": "s", "ms": "ms", "millis": "ms",
+    "us": "us", "micros": "us",
+}  # fmt: skip
+"""Names of a column that is taken for the time, and its unit where the heading gives none. A ``timestamp`` without a
+unit is taken for microseconds, which boards print."""
+LEARNT_ROWS = 32
+"""Rows whose median step is the nominal period, where none is given."""
+MOST_MISSING_S = 3600.0
+"""A longer leap of the time column is entered as this long."""
+
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+_NOT_FINITE = re.compile(r"[+-]?(?:nan|inf|infinity|ovf)", re.IGNORECASE)
+_LABEL = re.compile(r"^\s*([A-Za-z_][\w ]*)\s*[:=]\s*(.*)$")
+
+
+class CsvFormat(BaseModel):
+    """How the lines of a board are to be read; what is not said is seen from the lines."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    time: str | None = None
+    """Name or place (from 1) of the column with the board's own time; ``"none"`` if there is none. By default the one
+    that a heading calls so (`TIME_NAMES`)."""
+    time_unit: Literal["s", "ms", "us"] | None = None
+    """Unit of that time, where the heading does not say."""
+    unit: str | None = None
+    """Unit of the samples: m/s^2, g, mg, V, mV, N, …; by default the heading's, or 1, which are counts."""
+    scale: float = Field(default=1.0, allow_inf_nan=False)
+    """What numbers are multiplied by to be in that unit."""
+    rate: float | None = Field(default=None, gt=0, allow_inf_nan=False)
+    """Nominal rate, Hz; by default learnt from the board's own time."""
+    axes: str | None = None
+    """Names of the columns without the time, separated by commas; by default the heading's, or x, y, z."""
+
+
+class CsvParser:
+    """Turns bytes into rows of numbers, however they are cut into pieces.
+
+    Attributes
+    ----------
+    rejected : Counter
+        Lines after the first row that are none, by reason.
+    before : int
+        Lines before the first row: what a board prints while it starts, and the piece that reading begins in.
+    comments : int
+    headings : list of str
+        Names of the columns; empty without a heading.
+    """
+
+    def __init__(self) -> None:
+        self.rejected: Counter[str] = Counter()
+        self.before = self.comments = 0
+        self.headings: list[str] = []
+        self.columns = 0
+        self._buffer = bytearray()
+        self._too_long = False
+        self._candidate: tuple[list[float], int] | None = None
+
+    def feed(self, data: bytes) -> list[list[float] | None]:
+        """Return the rows that are complete with ``data``; None stands for a line that was no row."""
+        self._buffer += data
+        rows: list[list[float] | None] = []
+        while True:
+            end = self._buffer.find(b"\n", 0, LONGEST_LINE)
+            if end >= 0:
+                line = bytes(self._buffer[:end])
+                del self._buffer[: end + 1]
+                if self._too_long:
+                    self._too_long = False
+                else:
+                    self._line(line, rows)
+            elif len(self._buffer) > LONGEST_LINE:
+                if not self._too_long:
+                    self._no_row("line without an end", rows)
+                self._too_long = True
+                del self._buffer[:LONGEST_LINE]
+            else:
+                return rows
+
+    def finish(self) -> list[list[float] | None]:
+        """Return nothing more: a last line whose end is missing may lack digits, so it is counted and left out."""
+        if self._buffer.strip():
+            self.rejected["unfinished"] += 1
+        self._buffer.clear()
+        return []
+
+    def told(self) -> str:
+        """Return what was not understood, for an error."""
+        return f"{self.before + sum(self.rejected.values())} lines not understood, {self.comments} comments"
+
+    def _line(self, line: bytes, rows: list[list[float] | None]) -> None:
+        text = line.strip(b"\r \t\0").decode("latin-1")
+        if not text:
+            return
+        if text.startswith(COMMENTS):
+            self.comments += 1
+            return
+        labels, cells = _cells(text)
+        values = [_value(cell) for cell in cells]
+        if any(value is None for value in values):
+            if not self.columns and all(re.match(r"[A-Za-zµ]", cell) for cell in cells):
+                self.headings = cells
+                self._candidate = None
+                self.before += 1
+            else:
+                self._no_row("not numbers", rows)
+            return
+        row = [value for value in values if value is not None]
+        if not self.columns:
+            self._first(row, labels, rows)
+        elif len(row) != self.columns:
+            self._no_row("number of columns", rows)
+        else:
+            rows.append(row)
+
+    def _first(self, row: list[float], labels: list[str], rows: list[list[float] | None]) -> None:
+        """Wait for two rows of equal width, or one as wide as the heading: the first line may be half of one."""
+        if self.headings and len(row) == len(self.headings):
+            self.columns = len(row)
+            rows.append(row)
+            return
+        if self._candidate is not None and self._candidate[1] == len(row):
+            # The one before had as many cells and may yet lack its first digits.
+            self.before += 1
+            self.columns = len(row)
+            self.headings = self.headings if len(self.headings) == len(row) else labels
+            rows.append(row)
+            return
+        if self._candidate is not None:
+            self.before += 1
+        self._candidate = (row, len(row))
+
+    def _no_row(self, why: str, rows: list[list[float] | None]) -> None:
+        if self.columns:
+            self.rejected[why] += 1
+            rows.append(None)
+        else:
+            self.before += 1
+
+
+class CsvSource:
+    """A board that prints a line per sample; see `tactogram.capture.source.Source`.
+
+    With a column of the board's own time, losses are seen from it and put in their place. Without one they are not
+    seen, except for lines that came damaged: each of those stands for one lost sample.
+
+    Parameters
+    ----------
+    stream : ByteStream
+    form : CsvFormat
+    name : str
+        The address.
+    log : Path, optional
+        A new file that all bytes go to.
+    simulated : bool
+    """
+
+    def __init__(
+        self,
+        stream: ByteStream,
+        form: CsvFormat,
+        *,
+        name: str,
+        log: Path | str | None = None,
+        simulated: bool = False,
+    ) -> None:
+        self.name, self.form, self.simulated = name, form, simulated
+        self.parser = CsvParser()
+        self.rate = form.rate
+        self.unit, self._factor = _unit(form.unit)
+        self._factor *= form.scale
+        self.axes: tuple[str, ...] = tuple(a.strip() for a in form.axes.split(",")) if form.axes else ()
+        self.meter = RateMeter()
+        self.received = self.lost = self.backward = 0
+        self._stream, self._log_path = stream, log
+        self._log: RawLog | None = None
+        self._time: int | None = None
+        self._tick_s = 1.0
+        self._last_tick: float | None = None
+        self._ticks = _Unwrapped()
+        self._waiting: list[list[float]] = []
+        self._next = 0
+        self._over: str | None = None
+        self._known = False
+
+    def __enter__(self) -> Self:
+        """Open it, and the log first."""
+        if self._log_path is not None:
+            self._log = RawLog(self._log_path, kind="serial", address=self.name, simulated=self.simulated)
+        try:
+            self._stream.__enter__()
+        except BaseException:
+            self._close_log()
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close it."""
+        self._stream.__exit__(kind, error, trace)
+        self._close_log()
+
+    def read(self, timeout_s: float = 0.1) -> Block | None:
+        """Return what has come; None if no row did within ``timeout_s``."""
+        if self._over is not None:
+            raise SourceEnded(self._over)
+        until = monotonic() + timeout_s
+        while True:
+            try:
+                got = self._stream.read(max(0.0, until - monotonic()))
+            except SourceEnded as end:
+                self._over = str(end)
+                self.parser.finish()
+                block = self._block([], float("nan"), last=True)
+                if block is None:
+                    raise
+                return block
+            if got is None:
+                return None
+            data, arrival = got
+            if self._log is not None:
+                self._log.write(data, arrival)
+            block = self._block(self.parser.feed(data), arrival)
+            if block is not None or monotonic() >= until:
+                return block
+
+    def facts(self) -> dict[str, Any]:
+        """Return what is known."""
+        estimate = self.estimate()
+        return {
+            "samples": self.received,
+            "lost": self.lost,
+            "rejected": dict(self.parser.rejected),
+            "before": self.parser.before,
+            "comments": self.parser.comments,
+            "losses_seen": self._time is not None,
+            "time_went_back": self.backward,
+            "rate": None if estimate is None else estimate.facts(),
+            "simulated": self.simulated,
+        }
+
+    def estimate(self) -> RateEstimate | None:
+        """Return the measured rate: by the board's own time if it prints one, else by the times of arrival."""
+        return self.meter.estimate()
+
+    def _block(self, rows: list[list[float] | None], arrival: float, *, last: bool = False) -> Block | None:
+        if not self._known and self.parser.columns:
+            self._name_columns()
+        columns: list[NDArray[np.float64]] = []
+        first = self._next
+        for row in rows:
+            if row is None:
+                if self._time is None and self._known:
+                    columns.append(np.full((len(self.axes), 1), np.nan))
+                    self._place(columns[-1])
+            elif self._time is None:
+                columns.append(self._values(row))
+                self._place(columns[-1])
+            else:
+                self._waiting.append(row)
+        if self._time is not None and self._ready(last):
+            for row in self._waiting:
+                columns += self._timed(row)
+            self._waiting = []
+        if not columns:
+            return None
+        if self._time is None:
+            self.meter.add(self._next, arrival)
+        return Block(np.concatenate(columns, axis=1).astype(np.float32), first, arrival)
+
+    def _ready(self, last: bool) -> bool:
+        """Learn the nominal rate from the first rows' own time, if it was not given."""
+        if self.rate is None and self._waiting and (len(self._waiting) >= LEARNT_ROWS or last):
+            ticks = [row[self._time or 0] for row in self._waiting]
+            steps = [b - a for a, b in zip(ticks, ticks[1:], strict=False) if b > a]
+            if steps:
+                self.rate = 1 / (float(np.median(steps)) * self._tick_s)
+        return self.rate is not None or last
+
+    def _timed(self, row: list[float]) -> list[NDArray[np.float64]]:
+        """Return a row as samples, behind as many NaN as the board's own time has left out."""
+        seconds = self._ticks.add(row[self._time or 0]) * self._tick_s
+        found: list[NDArray[np.float64]] = []
+        if self._last_tick is not None and self.rate is not None:
+            step = seconds - self._last_tick
+            if step < 0:
+                # Switched on again: its clock began anew, and how long that took is not known.
+                self.backward += 1
+                self.meter.restart()
+                found.append(np.full((len(self.axes), 1), np.nan))
+            elif (missing := round(min(step, MOST_MISSING_S) * self.rate) - 1) > 0:
+                found.append(np.full((len(self.axes), missing), np.nan))
+        found.append(self._values(row))
+        for piece in found:
+            self._place(piece)
+        self._last_tick = seconds
+        self.meter.add(self._next, seconds)
+        return found
+
+    def _values(self, row: list[float]) -> NDArray[np.float64]:
+        kept = [value for place, value in enumerate(row) if place != self._time]
+        column = np.array(kept)[:, None] * self._factor
+        # A sample is there in all axes, or lost.
+        return column if np.isfinite(column).all() else np.full_like(column, np.nan)
+
+    def _place(self, samples: NDArray[np.float64]) -> None:
+        lost = int(np.isnan(samples).any(axis=0).sum())
+        self._next += samples.shape[1]
+        self.lost += lost
+        self.received += samples.shape[1] - lost
+
+    def _name_columns(self) -> None:
+        """Decide, at the first row, which column is the time, and what the others are called and measured in."""
+        headings = [split_heading(name) for name in self.parser.headings]
+        names = [name for name, _ in headings]
+        self._time = self._time_column(names)
+        self._known = True
+        if self._time is not None:
+            named = headings[self._time][1] if headings else None
+            unit = (
+                self.form.time_unit
+                or named
+                or TIME_NAMES.get(names[self._time].lower() if names else "", "us")
+            )
+            seconds = parse_seconds(unit)
+            if seconds is None:
+                raise ParameterError(f"time_unit must be s, ms or us, got {unit!r}")
+            self._tick_s = seconds
+        width = self.parser.columns - (self._time is not None)
+        found = [heading for place, heading in enumerate(headings) if place != self._time]
+        if self.axes and len(self.axes) != width:
+            raise ParameterError(f"{self.name}: axes must be {width} names, got {','.join(self.axes)}")
+        if not width:
+            raise ParameterError(f"{self.name}: the lines hold a time and nothing else")
+        if not self.axes:
+            default = {1: ("z",), 3: ("x", "y", "z")}.get(width, tuple(f"c{i + 1}" for i in range(width)))
+            distinct = len({name for name, _ in found}) == width
+            self.axes = tuple(name for name, _ in found) if found and distinct else default
+        units = {unit for _, unit in found if unit}
+        if self.form.unit is None and len(units) == 1:
+            try:
+                self.unit, factor = parse_unit(units.pop())
+            except UnitError:
+                return
+            self._factor *= factor
+
+    def _time_column(self, names: list[str]) -> int | None:
+        wanted = self.form.time
+        if wanted == "none":
+            return None
+        if wanted is None:
+            found = [place for place, name in enumerate(names) if name.lower() in TIME_NAMES]
+            return found[0] if len(found) == 1 else None
+        if wanted in names:
+            return names.index(wanted)
+        if wanted.isdigit() and 1 <= int(wanted) <= self.parser.columns:
+            return int(wanted) - 1
+        known = ", ".join(names) or f"1 to {self.parser.columns}"
+        raise ParameterError(f"{self.name}: time must be one of the columns {known}, or none, got {wanted!r}")
+
+    def _close_log(self) -> None:
+        if self._log is not None:
+            self._log.close()
+            self._log = None
+
+
+class _Unwrapped:
+    """A counter of 32 bits that goes on: micros() begins again after 71 minutes."""
+
+    def __init__(self) -> None:
+        self._turns, self._last = 0.0, -math.inf
+
+    def add(self, ticks: float) -> float:
+        if self._last - ticks > 2**31 and self._last < 2**32:
+            self._turns += 2**32
+        self._last = ticks
+        return self._turns + ticks
+
+
+def _cells(text: str) -> tuple[list[str], list[str]]:
+    """Return the labels (of ``name:value`` pairs, as plotters like them) and the cells of a line."""
+    separator = next((s for s in ("\t", ";", ",") if s in text), None)
+    pieces = [piece.strip() for piece in (text.split(separator) if separator else text.split())]
+    if separator and pieces and not pieces[-1]:
+        pieces.pop()
+    labelled = [_LABEL.match(piece) for piece in pieces]
+    if all(labelled):
+        return [m[1].strip() for m in labelled if m], [m[2].strip() for m in labelled if m]
+    return [], pieces
+
+
+def _value(cell: str) -> float | None:
+    if _NUMBER.fullmatch(cell):
+        return float(cell)
+    return math.nan if _NOT_FINITE.fullmatch(cell) else None
+
+
+def _unit(text: str | None) -> tuple[str, float]:
+    return ("1", 1.0) if text is None else parse_unit(text)

@@ -1,0 +1,302 @@
+"""What a TWE-Lite receiver (App_Tag parent, App_Wings) says of an ADXL34x sensor: bytes and lines to packets, purely.
+
+Forms, columns and units are facts of the receiver's documentation and firmware (App_Tag 2.2.4); ``docs/capture.md``
+lists them. Only two of the five forms carry a checksum: hex and binary. The others are held to their exact columns
+instead, and a line that is not exactly of its form is refused as a whole: what is half right may be wrong.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.signal.units import STANDARD_GRAVITY
+
+Mode = Literal["single", "fifo", "low_energy", "summary"]
+Form = Literal["hex", "binary", "standard", "semicolon", "comma"]
+
+AXES = ("x", "y", "z")
+SUMMARY_AXES = tuple(f"{axis}_{what}" for axis in AXES for what in ("min", "mean", "max"))
+"""What a summary gives: of each axis the least, the mean and the largest of what was sampled since the last one."""
+
+FIFO_SAMPLES = 10
+"""Samples of a ten-sample packet in the forms that do not say how many there are."""
+
+MILLI_G = 1e-3 * STANDARD_GRAVITY
+UNITS_BY_MODE: dict[Mode, float] = {
+    "single": 10 * MILLI_G,
+    "fifo": MILLI_G,
+    "low_energy": 10 * MILLI_G,
+    "summary": 10 * MILLI_G,
+}
+"""m/s^2 of one step. Ten-sample packets come in mg, single and low-energy ones in 10 mg. That of summaries is stated
+nowhere that we could read, and taken to be that of single samples."""
+
+_MODES: dict[int, Mode] = {0x00: "single", 0xF9: "summary", 0xFA: "fifo", 0xFE: "low_energy"}
+_ADXL = 0x35
+_HEADER = struct.Struct(">IBHIBB")
+_BODY = struct.Struct(">BHHB")
+_START = _HEADER.size + _BODY.size
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Packet:
+    """What one radio packet held.
+
+    Parameters
+    ----------
+    sender : str
+        Serial number of the sensor, 8 hex digits as on its hex frames.
+    sequence : int
+        0 to 65535, one more with every packet that the sensor sent.
+    mode : {"single", "fifo", "low_energy", "summary"}
+    samples : float32 array, shape (axis, n), m/s^2
+        In the order they were taken; NaN where the line of a sample was broken. Axes are `AXES`, or `SUMMARY_AXES` in
+        the mode summary, whose n is 1.
+    form : {"hex", "binary", "standard", "semicolon", "comma"}
+    arrival_s : float
+        When its last byte came; NaN if not known.
+    receiver_s : float
+        What the receiver's own clock said (to 0.01 s in the ten-sample mode); NaN in the forms that do not say.
+    relay : str
+        Who passed it on; 80000000 is nobody.
+    lqi : int
+        Quality of the radio link, 0 to 255.
+    battery_mv, adc1_mv, adc2_mv : int
+        Voltages at the sensor.
+    """
+
+    sender: str
+    sequence: int
+    mode: Mode
+    samples: NDArray[np.float32]
+    form: Form
+    arrival_s: float = float("nan")
+    receiver_s: float = float("nan")
+    relay: str = "80000000"
+    lqi: int = 0
+    battery_mv: int = 0
+    adc1_mv: int = 0
+    adc2_mv: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Other:
+    """What was understood and holds no acceleration: another kind of sensor, the receiver's clock, its greeting."""
+
+    what: str
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """What was not understood, and why."""
+
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class Continuation:
+    """A further sample of the ten-sample packet whose first line came before: x, y, z in mg."""
+
+    values: tuple[int, int, int]
+
+
+def battery_mv(code: int) -> int:
+    """Return the voltage in mV that one byte stands for: steps of 5 mV from 1950, of 10 mV from 2800."""
+    return 1950 + 5 * code if code <= 170 else 2800 + 10 * (code - 170)
+
+
+def battery_code(millivolts: int) -> int:
+    """Return the byte that stands for a voltage, the inverse of `battery_mv`."""
+    return (millivolts - 1950) // 5 if millivolts <= 2800 else 170 + (millivolts - 2800) // 10
+
+
+def checksum(payload: bytes | bytearray) -> int:
+    """Return the byte that brings the sum of all bytes to 0 modulo 256."""
+    return -sum(payload) & 0xFF
+
+
+def decode_hex(body: str, arrival_s: float) -> Packet | Other | Refused:
+    """Return what the hex digits after a colon say.
+
+    Parameters
+    ----------
+    body : str
+        Upper-case hex digits, checksum last.
+    arrival_s : float
+    """
+    if len(body) % 2 or len(body) < 4 or not _HEX.fullmatch(body):
+        return Refused("not hex")
+    data = bytes.fromhex(body)
+    if sum(data) & 0xFF:
+        return Refused("checksum")
+    return decode_payload(data[:-1], "hex", arrival_s)
+
+
+def decode_payload(payload: bytes, form: Form, arrival_s: float) -> Packet | Other | Refused:
+    """Return what the payload of a hex or binary frame says, its checksum being right."""
+    if payload[0] < 0x80:
+        # The standard application and all others that have no relay's address in front.
+        return Other(f"frame of kind 0x{payload[1]:02X}")
+    if len(payload) < _HEADER.size:
+        return Refused("length")
+    relay, lqi, sequence, sender, _, kind = _HEADER.unpack_from(payload)
+    if kind != _ADXL:
+        return Other(f"sensor of kind 0x{kind:02X}")
+    if len(payload) <= _START:
+        return Refused("length")
+    battery, adc1, adc2, code = _BODY.unpack_from(payload, _HEADER.size)
+    mode = _MODES.get(code)
+    if mode is None:
+        return Refused(f"mode 0x{code:02X}")
+    values = payload[_START:]
+    if mode == "fifo":
+        count, values = values[0], values[1:]
+        if not count or len(values) != 6 * count:
+            return Refused("length")
+    elif mode == "summary":
+        # Nine values, then how many samples they are of.
+        if len(values) != 20:
+            return Refused("length")
+        values = values[:18]
+    elif len(values) != 6:
+        return Refused("length")
+    counts = np.frombuffer(values, ">i2").reshape(-1, 9 if mode == "summary" else 3).T
+    return Packet(
+        f"{sender:08X}",
+        sequence,
+        mode,
+        (counts * UNITS_BY_MODE[mode]).astype(np.float32),
+        form,
+        arrival_s,
+        float("nan"),
+        f"{relay:08X}",
+        lqi,
+        battery_mv(battery),
+        adc1 & 0x0FFF,
+        adc2 & 0x0FFF,
+    )
+
+
+def decode_standard(line: str, arrival_s: float) -> Packet | Other | Refused:
+    """Return what a line ``::rc=…`` says. Its separators are colons; one firmware prints ``;`` before the first z."""
+    found = _STANDARD.fullmatch(line)
+    if found is None:
+        return Refused("standard form")
+    relay, lqi, sequence, sender, battery, adc1, adc2, rest = found.groups()
+    mode: Mode
+    if summary := _STANDARD_SUMMARY.fullmatch(rest):
+        mode, rows = "summary", [summary.groups()]
+    elif _STANDARD_SAMPLES.fullmatch(rest):
+        rows = _SAMPLE.findall(rest)
+        if len(rows) not in (1, FIFO_SAMPLES):
+            return Refused("samples missing")
+        mode = "single" if len(rows) == 1 else "fifo"
+        if mode == "single" and ";" in rest:
+            return Refused("samples missing")
+    elif _OTHER_VALUES.fullmatch(rest):
+        return Other("another sensor's line")
+    else:
+        return Refused("standard form")
+    return _of_text(
+        sender, int(sequence, 16), mode, rows, "standard", arrival_s,
+        relay=relay, lqi=int(lqi), battery_mv=int(battery), adc1_mv=int(adc1), adc2_mv=int(adc2),
+    )  # fmt: skip
+
+
+def decode_columns(line: str, arrival_s: float) -> Packet | Continuation | Other | Refused:
+    """Return what a line of the semicolon or comma form says.
+
+    A ten-sample packet comes as one line with the packet's columns and its first sample, which is returned as a
+    packet of one sample in the mode ``"fifo"``, and lines with twelve empty columns and one sample each.
+    """
+    form: Form = "semicolon" if line[0] == ";" else "comma"
+    if form == "comma":
+        line = line.replace("\t", "").replace(",", ";")
+    if further := _CONTINUED.fullmatch(line):
+        x, y, z = further.groups()
+        return Continuation((int(x), int(y), int(z)))
+    found = _COLUMNS.fullmatch(line)
+    if found is None:
+        if _CLOCK.fullmatch(line):
+            return Other("the receiver's clock")
+        if _OTHER_COLUMNS.fullmatch(line):
+            return Other("another sensor's line")
+        return Refused("columns")
+    clock, relay, lqi, sequence, sender, battery, code, adc1, adc2, first, rest = found.groups()
+    mode = _MODES.get(int(code, 16))
+    if mode is None:
+        return Refused(f"mode 0x{int(code, 16):02X}")
+    row = tuple(first.split(";"))
+    if mode == "summary":
+        # The least, mean and largest of x stand where a sample stands; y, z and the count of samples follow.
+        further_values = rest.split(";") if rest else []
+        if len(further_values) != 8:
+            return Refused("columns")
+        row += tuple(further_values[:6])
+    elif rest:
+        return Refused("columns")
+    number = int(sequence)
+    if number > 0xFFFF:
+        return Refused("columns")
+    # Serial numbers are printed without their first digit, which is 8 in all of them.
+    return _of_text(
+        f"8{sender.upper()}", number, mode, [row], form, arrival_s,
+        receiver_s=float(clock), relay=relay, lqi=int(lqi), battery_mv=int(battery), adc1_mv=int(adc1),
+        adc2_mv=int(adc2),
+    )  # fmt: skip
+
+
+def _of_text(
+    sender: str,
+    sequence: int,
+    mode: Mode,
+    rows: list[tuple[str, ...]],
+    form: Form,
+    arrival_s: float,
+    *,
+    receiver_s: float = float("nan"),
+    relay: str,
+    lqi: int,
+    battery_mv: int,
+    adc1_mv: int,
+    adc2_mv: int,
+) -> Packet | Refused:
+    values = np.array([[int(value) for value in row] for row in rows])
+    if values.min() < -32768 or values.max() > 32767 or lqi > 255:
+        return Refused("out of range")
+    samples = (values.T * UNITS_BY_MODE[mode]).astype(np.float32)
+    return Packet(
+        sender, sequence, mode, samples, form, arrival_s, receiver_s, relay, lqi, battery_mv, adc1_mv, adc2_mv
+    )
+
+
+# A value is printed with at least four characters, the sign being one of them.
+_VALUE = r"(?:-\d{3,5}|\d{4,5})"
+_HEX = re.compile(r"[0-9A-F]+")
+_STANDARD = re.compile(
+    r"::rc=([0-9A-F]{8}):lq=(\d{1,3}):ct=([0-9A-F]{4}):ed=([0-9A-F]{8}):id=[0-9A-F]{1,2}"
+    r":ba=(\d{4}):a1=(\d{4}):a2=(\d{4})(.*)"
+)
+_STANDARD_SAMPLES = re.compile(rf"(?:[:;]x={_VALUE}[:;]y={_VALUE}[:;]z={_VALUE})+")
+_SAMPLE = re.compile(rf"[:;]x=({_VALUE})[:;]y=({_VALUE})[:;]z=({_VALUE})")
+_STANDARD_SUMMARY = re.compile(
+    "".join(f"[:;]{axis}{what}=({_VALUE})" for axis in AXES for what in ("min", "ave", "max"))
+)
+_OTHER_VALUES = re.compile(r"(?:[:;](?!x=|y=|z=)[a-z][a-z0-9]{1,3}[=:]-?\d+)+")
+_CONTINUED = re.compile(rf";{{12}}({_VALUE});({_VALUE});({_VALUE});")
+_COLUMNS = re.compile(
+    r";(\d{1,10}(?:\.\d\d)?);([0-9A-Fa-f]{8});(\d{3});(\d{3,5});([0-9A-Fa-f]{7});(\d{4})"
+    rf";([0-9A-Fa-f]{{4}});[0-9A-Fa-f]{{4}};(\d{{4}});(\d{{4}});X;({_VALUE};{_VALUE};{_VALUE});"
+    rf"((?:{_VALUE};){{6}}\d{{1,5}};)?"
+)
+_CLOCK = re.compile(r";\d{1,10};")
+_OTHER_COLUMNS = re.compile(
+    r";\d{1,10}(?:\.\d\d)?;[0-9A-Fa-f]{8};\d{3};\d{3,5};[0-9A-Fa-f]{7};(?:-?[0-9A-Fa-f]*;){4,6}"
+    r"[A-WYZ];(?:(?:-?\d+|[A-Z]|[0-9A-F]{2});)*"
+)
