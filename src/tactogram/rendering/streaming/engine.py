@@ -129,8 +129,16 @@ class Engine:
         for name, weight in weights.items():
             self._target[self.names.index(name)] = weight
 
-    def render(self, now_s: float, count: int | None = None) -> Block:
-        """Return the next ``count`` (by default ``most``) samples, the first of them at ``now_s``.
+    def render(self, now_s: float, count: int | None = None, *, ahead_s: float = 0.0) -> Block:
+        """Return the next ``count`` (by default ``most``) samples.
+
+        Parameters
+        ----------
+        now_s : float
+            On the engine's clock; motion that has come until now is heard.
+        count : int, optional
+        ahead_s : float
+            By how much the first sample is later than now: a backend that asks for several blocks at once.
 
         Returns
         -------
@@ -145,7 +153,7 @@ class Engine:
                 self._land(message.strength, now_s - message.arrival_s)
             else:
                 self._change(message)
-        motion = self.follower.follow(self.finger, now_s, count)
+        motion = self.follower.follow(self.finger, now_s, count, ahead_s=ahead_s)
         self.blocks[self.follower.state] += 1
         if self.finger.landed_n > 0:
             self._land(self.finger.landed_n, now_s - self.finger.force_s)

@@ -81,11 +81,11 @@ class Follower:
         self._rate = rate
         self._values = np.zeros(7)
 
-    def follow(self, finger: Finger, now_s: float, count: int) -> MotionBlock:
-        """Return the finger over the next ``count`` samples, the first of them at ``now_s``."""
+    def follow(self, finger: Finger, now_s: float, count: int, *, ahead_s: float = 0.0) -> MotionBlock:
+        """Return the finger over the next ``count`` samples, the first of them ``ahead_s`` after ``now_s``."""
         settings, values, block = finger.settings, self._values, self.block
         lost = finger.lost(now_s)
-        place = None if lost else finger.place(now_s)
+        place = None if lost else finger.place(now_s, ahead_s)
         vx, vy = (0.0, 0.0) if lost else finger.velocity(now_s)
         silent = values[_CONTACT] == 0.0
         if finger.jumped and place is not None and silent:

@@ -250,13 +250,13 @@ class Finger:
             return self.speed, 0.0
         return vx, vy
 
-    def place(self, now_s: float) -> tuple[float, float] | None:
-        """Return where the finger is now if it went on as it went, mm; None if no position comes."""
+    def place(self, now_s: float, ahead_s: float = 0.0) -> tuple[float, float] | None:
+        """Return where the finger is ``ahead_s`` after now if it goes on as it went, mm; None if no position comes."""
         age = now_s - self.position_s
         if age > self.settings.lost_s:
             return None
         vx, vy = self.velocity(now_s)
-        ahead = min(max(age, 0.0), self.settings.late_s + self.interval_s)
+        ahead = min(max(age, 0.0), self.settings.late_s + self.interval_s) + ahead_s
         return self.x + vx * ahead, self.y + vy * ahead
 
     def _hear_position(self, x: float, y: float, at: float) -> None:

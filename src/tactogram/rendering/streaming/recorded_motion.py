@@ -1,0 +1,175 @@
+"""Motion from a file, and from a computer mouse."""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from tactogram.errors import DataError, DeviceError, ParameterError
+from tactogram.extras import one_line
+from tactogram.rendering.streaming.motion import MotionSample
+
+COLUMNS = ("time_s", "x_mm", "y_mm", "speed_mm_s", "force_n")
+"""Of a motion file; the first is needed, and one of the others. An empty cell is a value not measured then."""
+
+MICE = Path("/dev/input/mice")
+"""Where Linux gives the movements of all mice, three bytes each (PS/2): buttons and signs, right, up."""
+
+
+class MotionFile:
+    """Motion of a CSV, at the times that it says.
+
+    Parameters
+    ----------
+    path : Path
+        Columns of `COLUMNS` by name, in any order; ``y_mm`` is 0 where there is none. Times ascend.
+    loop : bool
+        Begin anew at the end, lifted for a moment, instead of falling silent.
+
+    Raises
+    ------
+    DataError
+        Naming the file and the line.
+    """
+
+    simulated = False
+
+    def __init__(self, path: Path | str, *, loop: bool = False) -> None:
+        self.samples = list(_rows(Path(path)))
+        self.name = Path(path).name
+        self._loop = loop
+        self._next = 0
+        self._offset = -self.samples[0].time_s
+
+    @property
+    def seconds(self) -> float:
+        """From the first sample to the last, s."""
+        return self.samples[-1].time_s - self.samples[0].time_s
+
+    def poll(self, now_s: float) -> list[MotionSample]:
+        """Return what was so until ``now_s``; the first sample is at 0."""
+        found = []
+        while self._next < len(self.samples):
+            sample = self.samples[self._next]
+            at = sample.time_s + self._offset
+            if at > now_s:
+                break
+            found.append(
+                MotionSample(at, at, sample.x_mm, sample.y_mm, sample.speed_mm_s, sample.force_n)
+            )
+            self._next += 1
+            if self._next == len(self.samples) and self._loop and self.seconds > 0:
+                self._next = 0
+                self._offset += self.seconds + 1e-3
+        return found
+
+    def close(self) -> None:
+        """There is nothing to let go of."""
+
+
+def _rows(path: Path) -> Iterator[MotionSample]:
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise DataError(f"{path}: not a readable motion file: {one_line(error)}") from error
+    rows = [(n, row) for n, row in enumerate(csv.reader(lines), 1) if row and not row[0].startswith("#")]
+    heading = [cell.strip() for cell in rows[0][1]] if rows else []
+    if "time_s" not in heading or not set(heading) <= set(COLUMNS) or len(heading) < 2:
+        raise DataError(f"{path}: line 1: expected columns of {', '.join(COLUMNS)}, got {', '.join(heading)}")
+    if "y_mm" in heading and "x_mm" not in heading:
+        raise DataError(f"{path}: line 1: y_mm needs x_mm")
+    if len(rows) < 2:
+        raise DataError(f"{path}: no motion after the heading")
+    last = -math.inf
+    for number, row in rows[1:]:
+        try:
+            values = {
+                name: float(cell) if cell.strip() else math.nan
+                for name, cell in zip(heading, row, strict=True)
+            }
+        except ValueError:
+            raise DataError(f"{path}: line {number}: expected {len(heading)} numbers, got {row}") from None
+        at = values.pop("time_s")
+        if not (math.isfinite(at) and at > last):
+            raise DataError(f"{path}: line {number}: times must ascend and be finite, got {at:g} after {last:g}")
+        if any(math.isinf(v) for v in values.values()) or min(
+            values.get("speed_mm_s", 0), values.get("force_n", 0)
+        ) < 0:
+            raise DataError(f"{path}: line {number}: speed and force must be finite and >= 0, got {row}")
+        last = at
+        if values.get("x_mm", math.nan) == values.get("x_mm", math.nan):
+            values.setdefault("y_mm", 0.0)
+        yield MotionSample(at, at, **values)
+
+
+class MouseMotion:
+    """A mouse on Linux as a finger: it touches while the left button is down.
+
+    Its place is asked for once per block, so that what a block uses may be older than it seems by up to one block and
+    the mouse's own interval (8 ms at 125 Hz).
+
+    Parameters
+    ----------
+    counts_per_mm : float
+        Counts of the mouse per mm: 31.5 at 800 per inch.
+    force_n : float
+        Normal force while the button is down; a mouse has none.
+    path : Path
+
+    Raises
+    ------
+    DeviceError
+        If there is no such device or it may not be read.
+    """
+
+    simulated = False
+
+    def __init__(self, *, counts_per_mm: float = 31.5, force_n: float = 0.5, path: Path = MICE) -> None:
+        if not (counts_per_mm > 0 and math.isfinite(counts_per_mm)):
+            raise ParameterError(f"counts_per_mm must be > 0 and finite, got {counts_per_mm}")
+        self.name = f"mouse:{path}"
+        self._per_mm, self._force = counts_per_mm, force_n
+        self._x = self._y = 0.0
+        self._down = False
+        self._rest = b""
+        try:
+            self._file = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+        except OSError as error:
+            raise DeviceError(
+                f"{self.name}: cannot be read ({one_line(error)}); a mouse needs Linux, and the group input or root"
+            ) from error
+
+    def poll(self, now_s: float) -> list[MotionSample]:
+        """Return where the mouse is now; also where it has not moved, so that the connection does not count as lost."""
+        while True:
+            try:
+                read = os.read(self._file, 3 * 64)
+            except BlockingIOError:
+                break
+            except OSError:
+                return []
+            if not read:
+                break
+            data = self._rest + read
+            whole = len(data) - len(data) % 3
+            self._rest = data[whole:]
+            for place in range(0, whole, 3):
+                self._down, dx, dy = mouse_step(data[place : place + 3])
+                self._x += dx / self._per_mm
+                self._y += dy / self._per_mm
+        return [
+            MotionSample(now_s, now_s, self._x, self._y, math.nan, self._force if self._down else 0.0)
+        ]
+
+    def close(self) -> None:
+        """Close the device."""
+        os.close(self._file)
+
+
+def mouse_step(packet: bytes) -> tuple[bool, int, int]:
+    """Return whether the left button is down, and the counts to the right and up, of a PS/2 packet of three bytes."""
+    head, right, up = packet
+    return bool(head & 1), right - (256 if head & 0x10 else 0), up - (256 if head & 0x20 else 0)
