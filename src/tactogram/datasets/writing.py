@@ -7,6 +7,7 @@ import re
 import shutil
 import socket
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
@@ -171,6 +172,38 @@ def clear_stale_parts(path: Path) -> list[Path]:
     return left
 
 
+def clear_unfinished(path: Path) -> list[str]:
+    """Remove what a killed process left in the store ``path`` on its way into it, and return the files' names.
+
+    Only what was noted before it was written, and what ``dataset.json`` does not name: a reader of all
+    ``shard-*.parquet`` then finds what the store holds. Those of a process that still runs are left alone.
+    """
+    removed = []
+    for noted in sorted(path.glob(f"adding-{_host()}-*.txt")):
+        process = noted.stem.rpartition("-")[2]
+        if process.isdigit() and int(process) != os.getpid() and psutil.pid_exists(int(process)):
+            continue
+        facts = Facts.load(path)
+        named = {stored.file for stored in (*facts.shards, *facts.images)} | {facts.ids, FACTS}
+        named |= {facts.ratings.file} if facts.ratings is not None else set()
+        for name in noted.read_text(encoding="utf-8").split():
+            if name not in named and (path / name).exists():
+                (path / name).unlink()
+                removed.append(name)
+        noted.unlink()
+    return removed
+
+
+def to_disk(*paths: Path) -> None:
+    """Return when files and folders are on the disk itself (fsync): a pulled plug takes nothing of them."""
+    for path in paths:
+        opened = os.open(path, os.O_RDONLY)
+        try:
+            os.fsync(opened)
+        finally:
+            os.close(opened)
+
+
 class StoreWriter:
     """Takes recordings one by one and writes shards.
 
@@ -188,6 +221,9 @@ class StoreWriter:
 
     def __init__(self, folder: Path, facts: Facts, store: Store | None) -> None:
         self.folder, self.facts = folder, facts
+        self.durable = False
+        """Whether what is written shall outlast a pulled plug (`tactogram.datasets.appending`)."""
+        self._noted = folder / f"adding-{_host()}-{os.getpid()}.txt"
         self.added = 0
         self.streams: dict[str, StreamFacts] = dict(facts.streams)
         self.duplicates = list(facts.duplicates)
@@ -222,14 +258,16 @@ class StoreWriter:
         """Remove what was written, unless it was finished."""
         for writer in (self._shard, self._image_file):
             if writer is not None:
-                writer.close()
+                # On a full disk this fails once more; what is there is removed below.
+                with suppress(OSError):
+                    writer.close()
         self._shard = self._image_file = None
-        if self._done:
-            return
-        if self._store is None:
-            shutil.rmtree(self.folder, ignore_errors=True)
-        for path in self._written:
-            path.unlink(missing_ok=True)
+        if not self._done:
+            if self._store is None:
+                shutil.rmtree(self.folder, ignore_errors=True)
+            for path in self._written:
+                path.unlink(missing_ok=True)
+        self._noted.unlink(missing_ok=True)
 
     def add(self, recording: Recording, photograph: Photograph | None = None) -> bool:
         """Take one recording; False if its samples were there already.
@@ -360,8 +398,13 @@ class StoreWriter:
             raise DataError(f"{self.folder} was changed by another process; open it again and repeat")
         part = self.folder / f"{FACTS}.part-{os.getpid()}"
         self._written.append(part)
+        self._note(part)
         part.write_text(facts.text(), encoding="utf-8")
+        if self.durable:
+            to_disk(*(path for path in self._written if path.exists()), self.folder)
         part.replace(self.folder / FACTS)
+        if self.durable:
+            to_disk(self.folder)
         self._done = True
         if self._store is not None and self.facts.ids != ids_file:
             (self.folder / self.facts.ids).unlink(missing_ok=True)
@@ -377,6 +420,8 @@ class StoreWriter:
             self.folder.rename(path)
         except OSError as error:
             raise DataError(f"{path} cannot be made: {error.strerror}") from error
+        if self.durable:
+            to_disk(path.parent)
         self._done = True
         return facts
 
@@ -391,6 +436,8 @@ class StoreWriter:
     def _save_ids(self, ids: np.ndarray, path: Path) -> None:
         part = path.with_name(f"{path.name}.part-{os.getpid()}")
         self._written += [part, path]
+        # The list that stands now, too: it goes last, and a kill may come before that.
+        self._note(part, path, self.folder / self.facts.ids)
         with part.open("wb") as file:
             np.save(file, ids, allow_pickle=False)
         part.replace(path)
@@ -457,7 +504,16 @@ class StoreWriter:
         suffix = "" if self._store is None else f"-{os.urandom(4).hex()}"
         path = self.folder / f"{kind}-{number:05d}{suffix}.parquet"
         self._written.append(path)
+        self._note(path)
         return path
+
+    def _note(self, *paths: Path) -> None:
+        """Write down what is about to be written, so that what a kill leaves of it is known and can be removed."""
+        if self.durable and self._store is not None:
+            with self._noted.open("a", encoding="utf-8") as file:
+                file.writelines(f"{path.name}\n" for path in paths)
+                file.flush()
+                os.fsync(file.fileno())
 
 
 def _columns(

@@ -1,0 +1,114 @@
+"""Talking with whoever records: what is shown, what is asked, and answers that come from a person or from a script."""
+
+from __future__ import annotations
+
+import select
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Protocol, TextIO
+
+from tactogram.capture.feed import Levels
+
+
+@dataclass(frozen=True)
+class Status:
+    """What is going on, for whoever watches.
+
+    Parameters
+    ----------
+    place : str
+        Which take of how many, and what is to be done.
+    phase : str
+        ``"countdown"``, ``"recording"``, ``"question"``.
+    text : str
+        The question, or how long it takes yet.
+    share : float
+        How much of the phase is over, 0 to 1.
+    levels : Levels or None
+    """
+
+    place: str
+    phase: str
+    text: str
+    share: float = 0.0
+    levels: Levels | None = None
+
+
+class Console(Protocol):
+    """Where a session is shown and asked."""
+
+    def show(self, status: Status) -> None:
+        """Show how it goes; called many times a second."""
+        ...
+
+    def say(self, text: str) -> None:
+        """Write a line that stays."""
+        ...
+
+    def ask(self, question: str, keys: Mapping[str, str], *, default: str, idle: Callable[[], None]) -> str:
+        """Return one of ``keys`` (what each means is its value); ``idle`` is called while nobody answers."""
+        ...
+
+
+class LineConsole:
+    """Lines out on stderr; answers from a script, from lines of a pipe, or always the default.
+
+    Parameters
+    ----------
+    answers : text file or None
+        One answer a line, of which the first letter counts; an empty line is the default, the end of the file is
+        ``q``. None answers with the default (``--yes``).
+    out : text file
+    """
+
+    def __init__(self, answers: TextIO | None, out: TextIO | None = None) -> None:
+        self._answers = answers
+        self._out = sys.stderr if out is None else out
+        self._shown: tuple[str, str] = ("", "")
+
+    def show(self, status: Status) -> None:
+        """Write a line when a phase begins."""
+        if (status.place, status.phase) != self._shown and status.phase == "recording":
+            self.say(f"{status.place}: recording")
+        self._shown = (status.place, status.phase)
+
+    def say(self, text: str) -> None:
+        """Write a line."""
+        self._out.write(text + "\n")
+        self._out.flush()
+
+    def ask(self, question: str, keys: Mapping[str, str], *, default: str, idle: Callable[[], None]) -> str:
+        """Return the default, or the next answer that is one of ``keys``."""
+        if self._answers is None:
+            idle()
+            self.say(f"{question} {default}")
+            return default
+        choices = ", ".join(f"{key} {meaning}" for key, meaning in keys.items())
+        while True:
+            self.say(f"{question} ({choices}; default {default})")
+            line = self._line(idle)
+            if line is None:
+                return "q"
+            answer = line.strip().lower()[:1] or default
+            if answer in keys:
+                return answer
+            self.say(f"answer must be one of {', '.join(keys)}, got {line.strip()!r}")
+
+    def _line(self, idle: Callable[[], None]) -> str | None:
+        """Return the next line, None at the end; ``idle`` runs while there is none yet."""
+        ready = _waits(self._answers)
+        while not ready():
+            idle()
+        idle()
+        line = self._answers.readline() if self._answers is not None else ""
+        return line or None
+
+
+def _waits(answers: TextIO | None) -> Callable[[], bool]:
+    """Return a function that says whether a line can be read without waiting; files and scripts always can."""
+    try:
+        number = answers.fileno() if answers is not None else -1
+    except (OSError, ValueError):
+        return lambda: True
+    return lambda: bool(select.select([number], [], [], 0)[0])

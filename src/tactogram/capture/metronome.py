@@ -1,0 +1,142 @@
+"""The beat that a stroking hand follows: one per stroke, at the length of a stroke over its speed."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Callable
+from time import monotonic
+from typing import Protocol
+
+import numpy as np
+
+from tactogram.errors import ParameterError
+from tactogram.signal import Signal
+
+OUT_HZ, BACK_HZ = 1200.0, 800.0
+"""Tone of a stroke away from the body and of one back."""
+CLICK_S = 0.03
+AUDIO_RATE = 48_000.0
+
+
+class Metronome(Protocol):
+    """Something that beats."""
+
+    def start(self, interval_s: float, seconds: float, *, back_and_forth: bool) -> None:
+        """Beat from now on, every ``interval_s``, for at most ``seconds``."""
+        ...
+
+    def stop(self) -> None:
+        """Stop beating; never raises."""
+        ...
+
+
+def interval_s(stroke_mm: float, speed_mm_s: float) -> float:
+    """Return the time from one beat to the next: what one stroke takes, turns included."""
+    if not (stroke_mm > 0 and speed_mm_s > 0):
+        raise ParameterError(f"stroke and speed must be > 0, got {stroke_mm:g} mm and {speed_mm_s:g} mm/s")
+    return stroke_mm / speed_mm_s
+
+
+def click_track(
+    interval_s: float, seconds: float, *, back_and_forth: bool = True, rate: float = AUDIO_RATE
+) -> Signal:
+    """Return the beats as a sound, full scale 0.5, unit 1, one axis: the first at 0 s.
+
+    Parameters
+    ----------
+    interval_s, seconds : float, s
+    back_and_forth : bool
+        Whether every other beat is lower.
+    rate : float, Hz
+    """
+    if not (interval_s > 0 and seconds > 0):
+        raise ParameterError(f"interval and seconds must be > 0, got {interval_s:g} and {seconds:g}")
+    samples = np.zeros(max(1, round(seconds * rate)), np.float32)
+    length = min(CLICK_S, interval_s / 2)
+    t = np.arange(round(length * rate)) / rate
+    fade = 0.5 * np.sin(np.pi * t / length) ** 2
+    for number in range(int(np.ceil(seconds / interval_s))):
+        tone = BACK_HZ if back_and_forth and number % 2 else OUT_HZ
+        # Not number times a rounded interval: the beat must not drift from the clock.
+        first = round(number * interval_s * rate)
+        click = (fade * np.sin(2 * np.pi * tone * t)).astype(np.float32)[: len(samples) - first]
+        samples[first : first + len(click)] = click
+    return Signal(samples, rate, "1", ("mono",))
+
+
+class Silent:
+    """No beat."""
+
+    def start(self, interval_s: float, seconds: float, *, back_and_forth: bool) -> None:
+        """Do nothing."""
+
+    def stop(self) -> None:
+        """Do nothing."""
+
+
+class Played:
+    """Beats through a loudspeaker.
+
+    Parameters
+    ----------
+    play : callable
+        Starts to play a Signal and returns at once.
+    hush : callable
+        Stops it.
+    """
+
+    def __init__(self, play: Callable[[Signal], None], hush: Callable[[], None]) -> None:
+        self._play, self._hush = play, hush
+
+    def start(self, interval_s: float, seconds: float, *, back_and_forth: bool) -> None:
+        """Play the whole track: its beats are as exact as the sound card's clock."""
+        self._play(click_track(interval_s, seconds, back_and_forth=back_and_forth))
+
+    def stop(self) -> None:
+        """Stop the sound."""
+        self._hush()
+
+
+class Bell:
+    """Beats of the terminal's bell, where there is no sound: as exact as a sleeping thread, some milliseconds.
+
+    Parameters
+    ----------
+    ring : callable, optional
+        Rings once; by default the terminal's bell on stderr.
+    """
+
+    def __init__(self, ring: Callable[[], None] | None = None) -> None:
+        self._ring = ring or _bell
+        self._stopped = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def start(self, interval_s: float, seconds: float, *, back_and_forth: bool) -> None:
+        """Ring in a thread of its own."""
+        self.stop()
+        self._stopped = stopped = threading.Event()
+        begun = monotonic()
+
+        def beat() -> None:
+            number = 0
+            while number * interval_s < seconds:
+                if stopped.wait(max(0.0, begun + number * interval_s - monotonic())):
+                    return
+                self._ring()
+                number += 1
+
+        self._thread = threading.Thread(target=beat, daemon=True, name="metronome")
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Stop ringing."""
+        self._stopped.set()
+        if self._thread is not None:
+            self._thread.join(timeout=1.0)
+            self._thread = None
+
+
+def _bell() -> None:
+    sys.stderr.write("\a")
+    sys.stderr.flush()

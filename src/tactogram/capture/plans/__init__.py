@@ -1,0 +1,1 @@
+"""Session plans that come with the package: one TOML file each."""
