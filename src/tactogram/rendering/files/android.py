@@ -1,0 +1,102 @@
+"""Android's vibration waveform: `VibrationEffect.createWaveform(timings, amplitudes, repeat)` as JSON.
+
+``timings`` in whole ms, ``amplitudes`` 0 to 255, of equal length; ``repeat`` is -1 or where to go on from.
+Steps of 10 ms, as Meta's exporter makes them. A phone says neither its frequency nor what 255 is.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from tactogram.errors import ParameterError
+from tactogram.rendering.files.documents import Decoded, Part, problems_of
+from tactogram.rendering.files.envelope import Envelope, carrier, envelope_of
+from tactogram.signal import Signal
+
+STEP_MS = 10
+CARRIER_HZ = 170.0
+"""Assumed for reading back: linear resonant actuators of phones resonate around 150 to 200 Hz. A choice."""
+STRONGEST = 255
+
+
+class Waveform(Part):
+    """A whole file."""
+
+    format: Literal["android-waveform"] = "android-waveform"
+    timings: tuple[Annotated[int, Field(ge=0)], ...] = Field(min_length=1, strict=False)
+    amplitudes: tuple[Annotated[int, Field(ge=0, le=STRONGEST)], ...] = Field(min_length=1, strict=False)
+    repeat: int = -1
+    description: str = ""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Waveform:
+        if len(self.timings) != len(self.amplitudes):
+            raise ValueError(
+                f"timings and amplitudes must be equally many, got {len(self.timings)} and {len(self.amplitudes)}"
+            )
+        if not any(self.timings):
+            raise ValueError("at least one timing must be above 0 ms")
+        if not -1 <= self.repeat < len(self.timings):
+            raise ValueError(f"repeat must be -1 or an entry's number, got {self.repeat}")
+        return self
+
+
+def validate(document: Any) -> list[str]:
+    """Return what is wrong with a document, a line each; empty if it is valid."""
+    return problems_of(Waveform, document)
+
+
+def encode(signal: Signal, description: str) -> dict[str, Any]:
+    """Return the document of a signal of one axis whose envelope is within 0 to 1.
+
+    Raises
+    ------
+    ParameterError
+        If it is shorter than 1 ms.
+    """
+    length = round(1e3 * signal.seconds)
+    if length < 1:
+        raise ParameterError(f"an Android waveform needs at least 1 ms, got {signal.seconds:g} s")
+    edges = np.append(np.arange(0, length, STEP_MS), length)
+    envelope = envelope_of(signal, pulses=False)
+    middle = (edges[:-1] + edges[1:]) / 2e3
+    strength = np.rint(STRONGEST * np.minimum(np.interp(middle, envelope.times, envelope.amplitude), 1))
+    first = np.flatnonzero(np.diff(strength, prepend=-1))
+    return {
+        "format": "android-waveform",
+        "timings": [int(ms) for ms in np.diff(np.append(edges[first], length))],
+        "amplitudes": [int(a) for a in strength[first]],
+        "repeat": -1,
+        "description": description,
+    }
+
+
+def decode(document: Any, rate: float) -> Decoded:
+    """Return what a valid document plays once, as a carrier of `CARRIER_HZ` at ``rate``."""
+    waveform = Waveform.model_validate(document)
+    edges = np.concatenate([[0], np.cumsum(waveform.timings)]) / 1e3
+    strength = np.array(waveform.amplitudes) / STRONGEST
+    envelope = steps(edges, strength, CARRIER_HZ)
+    facts: dict[str, Any] = {
+        "carrier_hz": [CARRIER_HZ],
+        "carrier_from": "nothing in the file: a phone's usual",
+    }
+    if waveform.repeat >= 0:
+        facts["left_out"] = f"repetition from entry {waveform.repeat}"
+    return Decoded(carrier(envelope, rate), waveform.description, facts)
+
+
+def steps(
+    edges: np.typing.NDArray[np.float64], strength: np.typing.NDArray[np.float64], hz: float
+) -> Envelope:
+    """Return the envelope that is constant between ``edges`` (s), at one frequency."""
+    return Envelope(
+        float(edges[-1]),
+        np.repeat(edges, 2)[1:-1],
+        np.repeat(strength, 2),
+        np.array([0.0]),
+        np.array([hz]),
+    )

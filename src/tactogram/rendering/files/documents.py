@@ -1,0 +1,79 @@
+"""JSON documents against their description: everything that is wrong with them, a line each."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from tactogram.errors import DataError
+from tactogram.signal import Signal
+
+
+@dataclass(frozen=True, eq=False)
+class Decoded:
+    """What a document holds.
+
+    Parameters
+    ----------
+    signal : Signal
+        Of unit 1: parts of full scale.
+    description : str
+        The document's own words; what this package wrote into it is there.
+    facts : dict
+        How the signal came about: the carrier that was assumed, what was left out.
+    """
+
+    signal: Signal
+    description: str = ""
+    facts: dict[str, Any] = field(default_factory=dict)
+
+
+class Part(BaseModel):
+    """Part of a document: frozen, of the exact types, finite numbers; unknown keys are left alone."""
+
+    model_config = ConfigDict(frozen=True, strict=True, extra="ignore", allow_inf_nan=False)
+
+
+def parse(text: bytes, where: Path | str) -> Any:
+    """Return what a JSON text holds.
+
+    Raises
+    ------
+    DataError
+        If it is not JSON in UTF-8, holds NaN or infinity, or is nested too deep.
+    """
+    try:
+        return json.loads(text.decode("utf-8-sig"), parse_constant=_refused)
+    except (ValueError, RecursionError) as error:
+        raise DataError(f"{where}: not a JSON document: {str(error) or 'nested too deep'}") from error
+
+
+def encoded(document: Any) -> str:
+    """Return a document as one compact line of ASCII."""
+    return json.dumps(document, separators=(",", ":"), allow_nan=False) + "\n"
+
+
+def problems_of(kind: type[BaseModel], document: Any) -> list[str]:
+    """Return what stands in the way of reading ``document`` as a ``kind``; empty if nothing does."""
+    try:
+        kind.model_validate(document)
+    except ValidationError as error:
+        return [_line(dict(entry)) for entry in error.errors(include_url=False)]
+    return []
+
+
+def _line(entry: dict[str, Any]) -> str:
+    place = ".".join(str(part) for part in entry["loc"]) or "document"
+    message = entry["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
+    if entry["type"] == "missing":
+        return f"{place}: is required"
+    got = repr(entry["input"])
+    return f"{place}: {message}, got {got if len(got) < 60 else got[:57] + '...'}"
+
+
+def _refused(name: str) -> Any:
+    raise ValueError(f"{name} is no JSON number")

@@ -1,0 +1,323 @@
+"""How strong a vibration is over time and at which frequency: what most haptic files hold in the place of samples.
+
+Only what an actuator plays and a finger feels counts: 0 to 1000 Hz without the constant.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+from scipy import signal as dsp
+
+from tactogram.errors import ParameterError
+from tactogram.signal import Signal
+
+STEP_S = 0.005
+"""Grid of an envelope, s."""
+WINDOW_S = 0.020
+"""Hann window over which its power is averaged, s: a curve of a file cannot follow what is faster."""
+FINE_STEP_S, FINE_WINDOW_S = 0.001, 0.004
+"""The same for the search for pulses, s."""
+FREQUENCY_WINDOW_S = 0.040
+"""Hann window over which the frequency is averaged, s."""
+HIGHEST_HZ = 1000.0
+"""Vibration above it is not felt."""
+PULSE_S = 0.020
+"""Length of a pulse as it is played back here, s: it sets in at once and falls like half a Hann window. Devices have
+their own."""
+DUCKED_BEFORE_S = 0.005
+"""How long before a pulse the envelope gives way to it, s."""
+PULSE_SHARE = 0.2
+"""A pulse stands out by this share of the strongest moment at least, and is this much stronger than 20 ms before."""
+PULSE_DISTANCE_S = 0.050
+"""Pulses nearer than this are one, s."""
+QUIET = 0.01
+"""Share of the strongest moment below which a frequency is not read but interpolated."""
+LONGEST_PIECE = 200
+"""Points within which `thinned` looks at once: its time stays proportional to the length."""
+UNKNOWN_HZ = 150.0
+"""Frequency of a signal that has none."""
+
+
+@dataclass(frozen=True)
+class FrequencySpan:
+    """What a file's 0 to 1 of frequency or sharpness stands for.
+
+    Parameters
+    ----------
+    low, high : float, Hz
+        At 0 and at 1; straight between them.
+    """
+
+    low: float
+    high: float
+
+    def share(self, hz: NDArray[np.float64] | float) -> NDArray[np.float64]:
+        """Return where frequencies lie in it, 0 to 1; what is outside becomes the nearest end."""
+        return np.clip((np.asarray(hz) - self.low) / (self.high - self.low), 0, 1)
+
+    def hz(self, share: NDArray[np.float64] | float) -> NDArray[np.float64]:
+        """Return the frequencies of shares."""
+        return np.asarray(self.low + np.asarray(share) * (self.high - self.low))
+
+
+@dataclass(frozen=True)
+class Pulse:
+    """A moment too short for the envelope.
+
+    Parameters
+    ----------
+    time : float, s
+        Of its beginning.
+    amplitude : float, >= 0
+        At its beginning, added to the envelope, in its unit.
+    frequency : float, Hz
+    """
+
+    time: float
+    amplitude: float
+    frequency: float
+
+
+@dataclass(frozen=True, eq=False)
+class Envelope:
+    """Amplitude and frequency of a vibration over time, straight between the points.
+
+    Parameters
+    ----------
+    seconds : float
+        Length.
+    times : float64 array, shape (point,), s
+        Non-decreasing; twice the same is a jump.
+    amplitude : float64 array, shape (point,), >= 0
+        Of the sine of equal power; 0 outside the times.
+    frequency_times : float64 array, shape (point,), s
+    frequency : float64 array, shape (point,), Hz
+        Held outside the times.
+    pulses : tuple of Pulse
+    """
+
+    seconds: float
+    times: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
+    frequency_times: NDArray[np.float64]
+    frequency: NDArray[np.float64]
+    pulses: tuple[Pulse, ...] = ()
+
+    @property
+    def peak(self) -> float:
+        """The largest amplitude, pulses included."""
+        highest = float(self.amplitude.max(initial=0.0))
+        for pulse in self.pulses:
+            below = float(np.interp(pulse.time, self.times, self.amplitude))
+            highest = max(highest, below + pulse.amplitude)
+        return highest
+
+
+def envelope_of(
+    signal: Signal, *, low: float = 0.0, high: float = HIGHEST_HZ, step: float = STEP_S, pulses: bool = True
+) -> Envelope:
+    """Return the envelope of a signal, every ``step`` s.
+
+    The power of the analytic signal (Gabor 1946) within ``low`` to ``high``, averaged over `WINDOW_S`; the frequency
+    is the phase of the analytic signal's autocorrelation at a lag of one sample, averaged over `FREQUENCY_WINDOW_S`:
+    the mean frequency of what is there, exactly that of a sine. Where a pulse sets in, the envelope gives way to it,
+    so that both together have the energy that was there.
+
+    Parameters
+    ----------
+    signal : Signal
+        One axis, over time.
+    low, high : float, Hz
+        The band; low is excluded, so that 0 leaves out the constant.
+    step : float, s
+    pulses : bool
+        Whether to look for what is too short for the envelope.
+
+    Raises
+    ------
+    ParameterError
+        If there are several axes, or the signal is over displacement.
+    """
+    if len(signal.axes) != 1:
+        raise ParameterError(f"an envelope is of one axis, got {', '.join(signal.axes)}; choose one")
+    if signal.domain != "time":
+        raise ParameterError("an envelope is over time; say how fast the finger moves with --play-at MM_S")
+    z, rate = _analytic(signal, low, high)
+    times = np.append(np.arange(0, signal.seconds - step / 2, step), signal.seconds)
+    power = np.abs(z) ** 2
+    amplitude = np.sqrt(_at(_averaged(power, WINDOW_S * rate), times * rate))
+    frequency = _frequency(z, rate, times, amplitude)
+    if not pulses:
+        return Envelope(signal.seconds, times, amplitude, times, frequency)
+    found, ducked = _pulses(power, rate, signal.seconds, times, amplitude, frequency)
+    return Envelope(signal.seconds, times, ducked, times, frequency, found)
+
+
+def carrier(envelope: Envelope, rate: float) -> Signal:
+    """Return a vibration of this envelope: a sine whose frequency and strength follow it, of unit 1.
+
+    Raises
+    ------
+    ParameterError
+        If no sample would be left at ``rate``, or the carrier reaches half of it.
+    """
+    count = round(envelope.seconds * rate)
+    if count < 1:
+        raise ParameterError(f"{envelope.seconds:g} s at {rate:g} Hz leave no sample; give a higher rate")
+    t = np.arange(count) / rate
+    amplitude = np.interp(t, envelope.times, envelope.amplitude, left=0.0, right=0.0)
+    frequency = np.interp(t, envelope.frequency_times, envelope.frequency)
+    highest = max(frequency.max(), *(p.frequency for p in envelope.pulses), 0.0)
+    if highest >= rate / 2:
+        raise ParameterError(f"a carrier of {highest:g} Hz needs more than {2 * highest:g} Hz, got {rate:g}")
+    phase = 2 * np.pi * (np.cumsum(frequency) - frequency) / rate
+    x = amplitude * np.sin(phase)
+    for pulse in envelope.pulses:
+        first = min(count - 1, max(0, math.ceil(pulse.time * rate)))
+        last = min(count, first + math.ceil(PULSE_S * rate))
+        away = t[first:last] - t[first]
+        # In step with the continuous vibration, so that the two add up.
+        swing = np.sin(phase[first] + 2 * np.pi * pulse.frequency * away)
+        x[first:last] += pulse.amplitude * pulse_shape(away) * swing
+    return Signal(x.astype(np.float32), rate, "1")
+
+
+def pulse_shape(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a pulse of amplitude 1 at times after it set in, s."""
+    return np.asarray(np.where(seconds >= 0, np.cos(np.pi / 2 * np.clip(seconds / PULSE_S, 0, 1)) ** 2, 0.0))
+
+
+def thinned(times: NDArray[np.float64], values: NDArray[np.float64], tolerance: float) -> NDArray[np.intp]:
+    """Return which points to keep so that straight lines between them stay within ``tolerance`` of all.
+
+    Douglas & Peucker (1973) with vertical distances, in pieces of `LONGEST_PIECE` points. First and last are kept.
+    """
+    kept = {0, len(times) - 1, *range(0, len(times), LONGEST_PIECE)}
+    bounds = sorted(kept)
+    stack = list(pairwise(bounds))
+    while stack:
+        first, last = stack.pop()
+        if last - first < 2:
+            continue
+        inside = slice(first + 1, last)
+        line = np.interp(times[inside], times[[first, last]], values[[first, last]])
+        away = np.abs(values[inside] - line)
+        worst = int(np.argmax(away))
+        if away[worst] > tolerance:
+            middle = first + 1 + worst
+            kept.add(middle)
+            stack += [(first, middle), (middle, last)]
+    return np.array(sorted(kept))
+
+
+def _analytic(signal: Signal, low: float, high: float) -> tuple[NDArray[np.complex128], float]:
+    """Return the analytic signal within a band at a rate of 4 `HIGHEST_HZ` or the signal's own, and that rate.
+
+    Continued by its mirror image, so that the ends make no step.
+    """
+    x = signal.samples[0].astype(np.float64)
+    length = 2 * len(x)
+    spectrum: NDArray[np.complex128] = fft.rfft(np.concatenate([x, x[::-1]]))
+    frequency = np.arange(len(spectrum)) * signal.rate / length
+    used = (frequency > low) & (frequency <= high)
+    last = int(np.flatnonzero(used)[-1]) if used.any() else 0
+    points = length
+    if signal.rate > 4 * HIGHEST_HZ:
+        points = fft.next_fast_len(max(2, last + 1, round(length * 4 * HIGHEST_HZ / signal.rate)))
+    padded = np.zeros(points, np.complex128)
+    padded[: last + 1] = 2 * np.where(used[: last + 1], spectrum[: last + 1], 0)
+    z: NDArray[np.complex128] = fft.ifft(padded) * (points / length)
+    rate = signal.rate * points / length
+    return z[: max(1, round(points / 2))], rate
+
+
+def _averaged(x: NDArray[np.float64], width: float) -> NDArray[np.float64]:
+    """Return ``x`` averaged under a Hann window of ``width`` samples, fewer at the ends; >= 0."""
+    n = max(1, 2 * round(width / 2) - 1)
+    window = np.hanning(n + 2)[1:-1]
+    if n == 1:
+        return x
+    if len(x) < n:
+        window = window[(n - 1) // 2 - (len(x) - 1) // 2 :][: len(x)]
+    total = dsp.oaconvolve(np.ones(len(x)), window, mode="same")
+    return np.asarray(np.maximum(dsp.oaconvolve(x, window, mode="same") / total, 0))
+
+
+def _at(x: NDArray[np.float64], places: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(np.interp(places, np.arange(len(x)), x))
+
+
+def _frequency(
+    z: NDArray[np.complex128], rate: float, times: NDArray[np.float64], amplitude: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    loud = amplitude > QUIET * amplitude.max(initial=0.0)
+    if len(z) < 2 or not loud.any():
+        return np.full(len(times), UNKNOWN_HZ)
+    lag = np.conj(z[:-1]) * z[1:]
+    width = FREQUENCY_WINDOW_S * rate
+    n = max(1, min(len(lag), 2 * round(width / 2) - 1))
+    window = np.hanning(n + 2)[1:-1]
+    smooth = dsp.oaconvolve(lag, window, mode="same") if n > 1 else lag
+    turning = np.maximum(np.angle(smooth), 0) * rate / (2 * np.pi)
+    found = _at(turning, times * rate)
+    return np.asarray(np.interp(times, times[loud], found[loud]))
+
+
+def _pulses(
+    power: NDArray[np.float64],
+    rate: float,
+    seconds: float,
+    times: NDArray[np.float64],
+    amplitude: NDArray[np.float64],
+    frequency: NDArray[np.float64],
+) -> tuple[tuple[Pulse, ...], NDArray[np.float64]]:
+    """Return where a vibration sets in faster than its envelope can follow, and the envelope without those moments."""
+    at = np.arange(0, seconds, FINE_STEP_S)
+    fine = np.sqrt(_at(_averaged(power, FINE_WINDOW_S * rate), at * rate))
+    least = PULSE_SHARE * fine.max(initial=0.0)
+    if len(at) < 3 or least == 0:
+        return (), amplitude
+    coarse = np.interp(at, times, amplitude)
+    missing = fine - coarse
+    # A pulse may be the very first moment, which is no peak without silence before it.
+    peaks, _ = dsp.find_peaks(
+        np.concatenate([[0.0], missing, [0.0]]),
+        height=least,
+        distance=max(1, round(PULSE_DISTANCE_S / FINE_STEP_S)),
+    )
+    peaks = peaks - 1
+    ago = round(WINDOW_S / FINE_STEP_S)
+    before = np.where(peaks >= ago, fine[np.maximum(peaks - ago, 0)], 0.0)
+    peaks = peaks[fine[peaks] - before >= fine[peaks] / 2]
+    ducked = amplitude.copy()
+    found = []
+    for i in peaks:
+        inside = slice(max(0, i - round(DUCKED_BEFORE_S / FINE_STEP_S)), i + round(PULSE_S / FINE_STEP_S))
+        share, strength = _shared(coarse[inside], float(coarse[i]), float(missing[i]), at[inside] - at[i])
+        ducked[(times >= at[inside][0]) & (times <= at[inside][-1])] *= share
+        found.append(Pulse(float(at[i]), strength, float(np.interp(at[i], times, frequency))))
+    return tuple(found), ducked
+
+
+def _shared(
+    coarse: NDArray[np.float64], here: float, missing: float, away: NDArray[np.float64]
+) -> tuple[float, float]:
+    """Return what the envelope keeps (0 to 1) and how strong the pulse is, so that both have the energy of before.
+
+    A pulse is no stronger than what is left of the envelope there: files that multiply the two could not hold it.
+    """
+    shape = pulse_shape(away)
+    energy, pulse = float(coarse @ coarse), missing**2 * float(shape @ shape)
+    cross = missing * float(coarse @ shape)
+    under = cross**2 - energy * (pulse - energy)
+    share = (math.sqrt(under) - cross) / energy if under > 0 else 0.0
+    if share * here >= missing:
+        return min(1.0, share), missing
+    share = math.sqrt(energy / float(np.sum((coarse + here * shape) ** 2)))
+    return share, share * here

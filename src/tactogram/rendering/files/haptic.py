@@ -1,0 +1,232 @@
+"""``.haptic`` version 1, Meta's (once Lofelt's) parametric clips: amplitude, frequency, emphasis.
+
+The rules are the ten of `haptic_data` (facebook/meta-haptics-sdk, MIT), in strict mode. What 0 and 1 of the frequency
+are is the device's: 55 to 200 Hz on Quest controllers (its profile in that SDK).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from pydantic import Field
+
+from tactogram.errors import ParameterError
+from tactogram.rendering.files.documents import Decoded, Part, problems_of
+from tactogram.rendering.files.envelope import (
+    Envelope,
+    FrequencySpan,
+    Pulse,
+    carrier,
+    envelope_of,
+    thinned,
+)
+from tactogram.signal import Signal
+
+SPAN = FrequencySpan(55.0, 200.0)
+AMPLITUDE_STEP, FREQUENCY_STEP = 0.005, 0.02
+"""How far the file's lines may be from the envelope."""
+SHORTEST_S = 1e-5
+_DIGITS = 6
+
+
+class Emphasis(Part):
+    """A highlight of a breakpoint."""
+
+    amplitude: float
+    frequency: float
+
+
+class AmplitudePoint(Part):
+    """A breakpoint of the amplitude."""
+
+    time: float
+    amplitude: float
+    emphasis: Emphasis | None = None
+
+
+class FrequencyPoint(Part):
+    """A breakpoint of the frequency."""
+
+    time: float
+    frequency: float
+
+
+class Envelopes(Part):
+    """Both envelopes."""
+
+    amplitude: tuple[AmplitudePoint, ...] = Field(strict=False)
+    frequency: tuple[FrequencyPoint, ...] | None = Field(None, strict=False)
+
+
+class Continuous(Part):
+    """The only kind of signal there is."""
+
+    envelopes: Envelopes
+
+
+class Signals(Part):
+    """What is played."""
+
+    continuous: Continuous
+
+
+class Version(Part):
+    """Of the format."""
+
+    major: int = Field(ge=1, le=1)
+    minor: int = Field(ge=0)
+    patch: int = Field(ge=0)
+
+
+class Metadata(Part):
+    """Whose it is."""
+
+    editor: str = ""
+    author: str = ""
+    source: str = ""
+    project: str = ""
+    tags: tuple[str, ...] = Field((), strict=False)
+    description: str = ""
+
+
+class Clip(Part):
+    """A whole file."""
+
+    version: Version
+    metadata: Metadata = Metadata(tags=())
+    signals: Signals
+
+
+def validate(document: Any) -> list[str]:
+    """Return what is wrong with a document, a line each; empty if it is valid."""
+    if problems := problems_of(Clip, document):
+        return problems
+    envelopes = Clip.model_validate(document).signals.continuous.envelopes
+    return [*_amplitude_problems(envelopes.amplitude), *_frequency_problems(envelopes)]
+
+
+def encode(signal: Signal, description: str) -> dict[str, Any]:
+    """Return the document of a signal of one axis whose envelope is within 0 to 1.
+
+    Raises
+    ------
+    ParameterError
+        If it is too short for two breakpoints.
+    """
+    if signal.seconds < SHORTEST_S:
+        raise ParameterError(f".haptic needs at least {SHORTEST_S:g} s, got {signal.seconds:g} s")
+    envelope = envelope_of(signal)
+    kept = thinned(envelope.times, envelope.amplitude, AMPLITUDE_STEP)
+    times, values = envelope.times[kept], envelope.amplitude[kept]
+    pulses = {round(pulse.time, _DIGITS): pulse for pulse in envelope.pulses}
+    points = []
+    for time in sorted({*(round(float(t), _DIGITS) for t in times), *pulses}):
+        amplitude = round(min(1.0, float(np.interp(time, times, values))), 4)
+        point: dict[str, Any] = {"time": time, "amplitude": amplitude}
+        if (pulse := pulses.get(time)) is not None:
+            point["emphasis"] = {
+                "amplitude": round(min(1.0, amplitude + pulse.amplitude), 4),
+                "frequency": round(float(SPAN.share(pulse.frequency)), 4),
+            }
+        points.append(point)
+    frequency = SPAN.share(envelope.frequency)
+    kept = thinned(envelope.times, frequency, FREQUENCY_STEP)
+    return {
+        "version": {"major": 1, "minor": 0, "patch": 0},
+        "metadata": {
+            "editor": "tactogram",
+            "author": "",
+            "source": "",
+            "project": "",
+            "tags": [],
+            "description": description,
+        },
+        "signals": {
+            "continuous": {
+                "envelopes": {
+                    "amplitude": points,
+                    "frequency": [
+                        {
+                            "time": round(float(envelope.times[i]), _DIGITS),
+                            "frequency": round(float(frequency[i]), 4),
+                        }
+                        for i in kept
+                    ],
+                }
+            }
+        },
+    }
+
+
+def decode(document: Any, rate: float) -> Decoded:
+    """Return what a valid document plays, as a carrier of `SPAN`'s frequencies at ``rate``.
+
+    An emphasis adds what it has more than the envelope. Without frequencies the middle of the span is taken.
+    """
+    clip = Clip.model_validate(document)
+    envelopes = clip.signals.continuous.envelopes
+    times = np.array([point.time for point in envelopes.amplitude])
+    pulses = tuple(
+        Pulse(p.time, p.emphasis.amplitude - p.amplitude, float(SPAN.hz(p.emphasis.frequency)))
+        for p in envelopes.amplitude
+        if p.emphasis is not None
+    )
+    given = envelopes.frequency
+    places = np.array([point.time for point in given]) if given else np.array([0.0])
+    shares = np.array([point.frequency for point in given]) if given else np.array([0.5])
+    envelope = Envelope(
+        float(times[-1]),
+        times,
+        np.array([point.amplitude for point in envelopes.amplitude]),
+        places,
+        SPAN.hz(shares),
+        pulses,
+    )
+    facts = {
+        "carrier_hz": [SPAN.low, SPAN.high],
+        "carrier_from": "frequency" if given else "nothing in the file: the middle of the device's span",
+    }
+    return Decoded(carrier(envelope, rate), clip.metadata.description, facts)
+
+
+def _amplitude_problems(points: tuple[AmplitudePoint, ...]) -> list[str]:
+    found, last = [], 0.0
+    for i, point in enumerate(points):
+        where = f"amplitude breakpoint {i} at {point.time:g} s"
+        if not 0 <= point.amplitude <= 1:
+            found.append(f"{where}: amplitude must be 0 to 1, got {point.amplitude:g}")
+        if point.time < last:
+            found.append(f"{where}: out of order, after {last:g} s")
+        last = point.time
+        if (emphasis := point.emphasis) is None:
+            continue
+        if not 0 <= emphasis.amplitude <= 1:
+            found.append(f"{where}: emphasis amplitude must be 0 to 1, got {emphasis.amplitude:g}")
+        if not 0 <= emphasis.frequency <= 1:
+            found.append(f"{where}: emphasis frequency must be 0 to 1, got {emphasis.frequency:g}")
+        if emphasis.amplitude < point.amplitude:
+            found.append(
+                f"{where}: emphasis amplitude must be at least the envelope's {point.amplitude:g}, "
+                f"got {emphasis.amplitude:g}"
+            )
+    if len(points) < 2:
+        found.append(f"the amplitude envelope must have at least two breakpoints, got {len(points)}")
+    elif not points[-1].time - points[0].time > 0:
+        found.append("the amplitude envelope must last longer than 0 s")
+    return found
+
+
+def _frequency_problems(envelopes: Envelopes) -> list[str]:
+    found, last = [], 0.0
+    times = [point.time for point in envelopes.amplitude]
+    for i, point in enumerate(envelopes.frequency or ()):
+        where = f"frequency breakpoint {i} at {point.time:g} s"
+        if not 0 <= point.frequency <= 1:
+            found.append(f"{where}: frequency must be 0 to 1, got {point.frequency:g}")
+        if point.time < last:
+            found.append(f"{where}: out of order, after {last:g} s")
+        last = point.time
+        if times and not times[0] <= point.time <= times[-1]:
+            found.append(f"{where}: outside the amplitude envelope, {times[0]:g} to {times[-1]:g} s")
+    return found

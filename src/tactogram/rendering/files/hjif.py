@@ -1,0 +1,464 @@
+"""HJIF, the JSON form of MPEG's haptics (ISO/IEC 23090-31): the waveform itself, as dense curves.
+
+The standard's JSON schema is not public. These rules, and how a file sounds, were read in its reference software
+(MPEGGroup/HapticReferenceSoftware, BSD): required members, ranges, vocabulary, interpolation, and that a channel's
+bands add up, are limited to -1..1 and multiplied by its gain.
+
+A signal is written as one Curve band per axis, of type Linear, with a keyframe per sample and a tick per sample, in
+one effect at position 0: where the ticks are the samples nothing is interpolated. Samples that lie on the line
+between their neighbours are left out. Wavelet bands have no public description; such files are for the reference
+software's Synthesizer. Over displacement a tick is a part of a mm; that is in the description, since the format knows
+no other place for it.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from datetime import UTC, datetime
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from tactogram.errors import DataError, ParameterError
+from tactogram.rendering.files.documents import Decoded, Part, problems_of
+from tactogram.signal import Signal
+from tactogram.signal.resampling import resample
+
+HIGHEST_RATE = 8000.0
+"""Above this a signal is resampled, Hz: touch ends at 1 kHz, and a file has about 50 bytes per sample."""
+FINEST_TICKS = 1000
+"""A slower signal gets several ticks per sample, so that its rate is met to 0.05 %; exactly, where it is whole."""
+MOST_TICKS = 48_000
+DIGITS = 6
+"""Decimals of an amplitude: -120 dB of full scale."""
+TRANSIENT_MS = 22.0
+"""Length of a transient, two periods of a sine, in the reference software."""
+READ_RATE = 8000.0
+"""Of a file that states none."""
+
+MODALITIES = (
+    "Other",
+    "Pressure",
+    "Acceleration",
+    "Velocity",
+    "Position",
+    "Temperature",
+    "Vibrotactile",
+    "Water",
+    "Wind",
+    "Force",
+    "Vibrotactile Texture",
+    "Stiffness",
+    "Friction",
+    "Electrotactile",
+)
+BY_UNIT = {"m/s^2": "Acceleration", "m/s": "Velocity", "m": "Position", "N": "Force"}
+
+Id = Annotated[int, Field(ge=0)]
+
+
+class Keyframe(Part):
+    """A point of an effect; its position counts from the effect's, in ticks."""
+
+    relative_position: int | None = Field(None, ge=0)
+    amplitude_modulation: float | None = None
+    frequency_modulation: int | None = Field(None, ge=0)
+
+
+class Effect(Part):
+    """A stretch of a band."""
+
+    effect_type: Literal["Basis", "Reference", "Composite"] = "Basis"
+    position: int = 0
+    phase: float = 0.0
+    base_signal: Literal["Sine", "Square", "Triangle", "SawToothUp", "SawToothDown"] = "Sine"
+    keyframes: tuple[Keyframe, ...] = Field((), strict=False)
+
+
+class Band(Part):
+    """What adds up to a channel."""
+
+    band_type: Literal["Transient", "Curve", "VectorialWave", "WaveletWave"]
+    curve_type: Literal["Unknown", "Cubic", "Linear", "Akima", "Bezier", "Bspline"] = "Unknown"
+    block_length: int | None = Field(None, gt=0)
+    lower_frequency_limit: int = Field(ge=0)
+    upper_frequency_limit: int = Field(ge=0)
+    effects: tuple[Effect, ...] = Field(strict=False)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Band:
+        if self.lower_frequency_limit > self.upper_frequency_limit:
+            raise ValueError(
+                f"lower_frequency_limit must not be above the upper, got {self.lower_frequency_limit} "
+                f"and {self.upper_frequency_limit}"
+            )
+        if self.band_type == "WaveletWave" and self.block_length is None:
+            raise ValueError("a WaveletWave band needs a block_length")
+        if self.band_type in ("Curve", "VectorialWave", "Transient"):
+            for effect in self.effects:
+                places = [k.relative_position for k in effect.keyframes if k.relative_position is not None]
+                if places != sorted(places):
+                    raise ValueError("keyframes must be in order of relative_position")
+        return self
+
+
+class Channel(Part):
+    """One signal of a perception."""
+
+    id: Id
+    description: str
+    gain: float
+    mixing_coefficient: float
+    body_part_mask: int = Field(ge=0)
+    bands: tuple[Band, ...] = Field(strict=False)
+    frequency_sampling: int | None = Field(None, gt=0)
+    sample_count: int | None = Field(None, ge=0)
+    reference_device_id: Id | None = None
+
+
+class Device(Part):
+    """A device that a perception was made for."""
+
+    id: Id
+    name: str
+
+
+class Perception(Part):
+    """Signals of one modality."""
+
+    id: Id
+    avatar_id: Id
+    description: str
+    perception_modality: Literal[MODALITIES]  # type: ignore[valid-type]
+    channels: tuple[Channel, ...] = Field(strict=False)
+    effect_library: tuple[dict[str, Any], ...] = Field(strict=False)
+    reference_devices: tuple[Device, ...] = Field((), strict=False)
+    unit_exponent: int | None = None
+    perception_unit_exponent: int | None = None
+
+    @model_validator(mode="after")
+    def _unique(self) -> Perception:
+        _check_unique([channel.id for channel in self.channels], "channel")
+        _check_unique([device.id for device in self.reference_devices], "reference device")
+        known = {device.id for device in self.reference_devices}
+        for channel in self.channels:
+            if channel.reference_device_id is not None and channel.reference_device_id not in known:
+                raise ValueError(f"reference_device_id {channel.reference_device_id} is no reference device")
+        return self
+
+
+class Avatar(Part):
+    """A body."""
+
+    id: int = Field(ge=1)
+    """0 is reserved for an unspecified one."""
+
+
+class Sync(Part):
+    """A moment to start from, in ticks."""
+
+    timestamp: int = Field(ge=0)
+
+
+class Haptics(Part):
+    """A whole file."""
+
+    version: str
+    profile: Literal["Main", "Simple Parametric"]
+    level: Literal[1, 2]
+    date: str
+    description: str
+    timescale: int = Field(ge=1, le=MOST_TICKS)
+    avatars: tuple[Avatar, ...] = Field(strict=False)
+    perceptions: tuple[Perception, ...] = Field(strict=False)
+    syncs: tuple[Sync, ...] = Field(strict=False)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Haptics:
+        if not re.fullmatch(r"20\d\d(-\d)?", self.version) or int(self.version[:4]) < 2023:
+            raise ValueError(
+                f"version must be a year from 2023 on, such as 2023 or 2023-1, got {self.version!r}"
+            )
+        if self.profile == "Simple Parametric" and self.timescale != 1000:
+            raise ValueError(f"timescale of Simple Parametric must be 1000, got {self.timescale}")
+        _check_unique([avatar.id for avatar in self.avatars], "avatar")
+        _check_unique([perception.id for perception in self.perceptions], "perception")
+        for perception in self.perceptions:
+            if perception.avatar_id and perception.avatar_id not in {avatar.id for avatar in self.avatars}:
+                raise ValueError(
+                    f"avatar_id {perception.avatar_id} of perception {perception.id} is no avatar"
+                )
+            self._check_level(perception)
+        return self
+
+    def _check_level(self, perception: Perception) -> None:
+        """Check the sizes that a level allows: 127 channels at level 1 is what the reference software's code takes."""
+        most = 127 if self.level == 1 else 65_535
+        if len(perception.channels) > most:
+            raise ValueError(
+                f"level {self.level} holds {most} channels at most, got {len(perception.channels)}"
+            )
+        for channel in perception.channels:
+            if self.level == 1 and len(channel.bands) > 7:
+                raise ValueError(f"level 1 holds 7 bands per channel at most, got {len(channel.bands)}")
+
+
+def validate(document: Any) -> list[str]:
+    """Return what is wrong with a document, a line each; empty if it is valid."""
+    return problems_of(Haptics, document)
+
+
+def prepared(signal: Signal) -> Signal:
+    """Return what `encode` writes: the signal, resampled to `HIGHEST_RATE` where it is above that."""
+    return (
+        resample(signal, HIGHEST_RATE) if signal.rate > HIGHEST_RATE and signal.domain == "time" else signal
+    )
+
+
+def encode(signal: Signal, description: str, *, modality: str | None = None) -> dict[str, Any]:
+    """Return the document of a signal within -1 to 1, a channel per axis.
+
+    Parameters
+    ----------
+    signal : Signal
+        As `prepared`. Its unit says the modality: Acceleration for m/s^2 and so on, Friction for 1 over displacement,
+        Vibrotactile else.
+    description : str
+    modality : str, optional
+        One of `MODALITIES`.
+
+    Raises
+    ------
+    ParameterError
+        If the rate does not fit into ticks, or there is no such modality.
+    """
+    if modality is not None and modality not in MODALITIES:
+        raise ParameterError(f"--modality must be one of {', '.join(MODALITIES)}, got {modality!r}")
+    steps = max(1, math.ceil(FINEST_TICKS / signal.rate))
+    timescale = round(signal.rate * steps)
+    if timescale > MOST_TICKS or len(signal.axes) > 65_535:
+        raise ParameterError(
+            f"HJIF holds {MOST_TICKS} ticks per s (or mm) at most, got {timescale}; use --resample"
+        )
+    usual = BY_UNIT.get(signal.unit, "Friction" if signal.domain == "displacement" else "Vibrotactile")
+    top = min(round(signal.rate / 2), timescale)
+    channels = [
+        {
+            "id": i,
+            "description": name,
+            "gain": 1.0,
+            "mixing_coefficient": 1.0,
+            "body_part_mask": 0,
+            "reference_device_id": 0,
+            "frequency_sampling": max(1, round(signal.rate)),
+            "sample_count": len(signal),
+            "bands": [
+                {
+                    "band_type": "Curve",
+                    "curve_type": "Linear",
+                    "lower_frequency_limit": 0,
+                    "upper_frequency_limit": top,
+                    "effects": [
+                        {
+                            "effect_type": "Basis",
+                            "position": 0,
+                            "phase": 0.0,
+                            "base_signal": "Sine",
+                            "keyframes": _keyframes(signal.samples[i], steps),
+                        }
+                    ],
+                }
+            ],
+        }
+        for i, name in enumerate(signal.axes)
+    ]
+    return {
+        "version": "2023",
+        "profile": "Main",
+        "level": 1 if len(signal.axes) <= 127 else 2,
+        "date": datetime.now(UTC).date().isoformat(),
+        "description": description,
+        "timescale": timescale,
+        "avatars": [],
+        "perceptions": [
+            {
+                "id": 0,
+                "avatar_id": 0,
+                "description": f"{signal.unit} over {signal.domain}",
+                "perception_modality": modality or usual,
+                "effect_library": [],
+                "reference_devices": [{"id": 0, "name": "unspecified"}],
+                "channels": channels,
+            }
+        ],
+        "syncs": [{"timestamp": 0}],
+    }
+
+
+def decode(document: Any, rate: float | None = None) -> Decoded:
+    """Return the channels of a valid document's first perception, one axis each.
+
+    Parameters
+    ----------
+    document : JSON values
+    rate : float, Hz, optional
+        Of the result; by default the channels' ``frequency_sampling``, else `READ_RATE`.
+
+    Raises
+    ------
+    DataError
+        If it holds nothing, or what has no public description.
+    """
+    haptics = Haptics.model_validate(document)
+    perception = next((p for p in haptics.perceptions if p.channels), None)
+    if perception is None:
+        raise DataError("the file has no perception with a channel: there is nothing to feel")
+    stated = [c.frequency_sampling for c in perception.channels if c.frequency_sampling]
+    rate = rate or (float(max(stated)) if stated else READ_RATE)
+    lengths = [_seconds(channel, haptics.timescale) for channel in perception.channels]
+    count = round(max(lengths) * rate)
+    if count < 1:
+        raise DataError("the file's channels have no length: there is nothing to feel")
+    ticks = np.arange(count, dtype=np.float64) * (haptics.timescale / rate)
+    samples = np.stack([_channel(c, ticks, haptics.timescale) for c in perception.channels])
+    names = tuple(channel.description for channel in perception.channels)
+    if len(set(names)) < len(names) or not all(names):
+        names = tuple(str(channel.id) for channel in perception.channels)
+    facts: dict[str, Any] = {"modality": perception.perception_modality}
+    left_out = len(haptics.perceptions) - 1
+    if left_out:
+        facts["left_out"] = f"{left_out} further perceptions"
+    return Decoded(Signal(samples.astype(np.float32), rate, "1", names), haptics.description, facts)
+
+
+def _keyframes(samples: NDArray[np.float32], steps: int) -> list[dict[str, Any]]:
+    """Return a keyframe per sample that is not on the line between its neighbours, and one after the last.
+
+    The reference software plays nothing at the very place of the last keyframe.
+    """
+    x = np.round(samples.astype(np.float64), DIGITS)
+    x = np.append(x, x[-1])
+    bent = np.abs(np.diff(x, 2)) > 0.5 * 10.0**-DIGITS if len(x) > 2 else np.zeros(0, bool)
+    kept = np.concatenate([[True], bent, [True]])
+    places = np.flatnonzero(kept)
+    return [
+        {"relative_position": place * steps, "amplitude_modulation": value}
+        for place, value in zip(places.tolist(), x[places].tolist(), strict=True)
+    ]
+
+
+def _seconds(channel: Channel, timescale: int) -> float:
+    if channel.frequency_sampling and channel.sample_count:
+        return channel.sample_count / channel.frequency_sampling
+    ends = [0.0]
+    for band in channel.bands:
+        tail = TRANSIENT_MS / 1e3 * timescale if band.band_type == "Transient" else 0.0
+        ends += [
+            effect.position + (frame.relative_position or 0) + tail
+            for effect in band.effects
+            for frame in effect.keyframes
+        ]
+    return max(ends) / timescale
+
+
+def _channel(channel: Channel, ticks: NDArray[np.float64], timescale: int) -> NDArray[np.float64]:
+    total = np.zeros(len(ticks))
+    for band in channel.bands:
+        for effect in band.effects:
+            if effect.effect_type != "Basis":
+                raise DataError(
+                    f"{effect.effect_type} effects are not read here; play the file to a WAV with the MPEG "
+                    "reference software's Synthesizer"
+                )
+            total += _effect(band, effect, ticks - effect.position, timescale)
+    return np.clip(total, -1, 1) * channel.gain
+
+
+def _effect(band: Band, effect: Effect, at: NDArray[np.float64], timescale: int) -> NDArray[np.float64]:
+    """Return an effect at places ``at`` in ticks after its own, float64, shape (time,)."""
+    match band.band_type:
+        case "Curve":
+            return _curve(band.curve_type, effect, at)
+        case "VectorialWave":
+            return _wave(band, effect, at, timescale)
+        case "Transient":
+            return _transients(effect, at, timescale)
+    raise DataError(
+        "WaveletWave bands are not read here, their coding has no public description; play the file to a WAV with "
+        "the MPEG reference software's Synthesizer"
+    )
+
+
+def _points(effect: Effect, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the places and values of the keyframes that state a modulation."""
+    stated = [k for k in effect.keyframes if getattr(k, name) is not None]
+    places = np.array([k.relative_position or 0 for k in stated], np.float64)
+    return places, np.array([getattr(k, name) for k in stated], np.float64)
+
+
+def _curve(kind: str, effect: Effect, at: NDArray[np.float64]) -> NDArray[np.float64]:
+    places, values = _points(effect, "amplitude_modulation")
+    if not len(places):
+        return np.zeros(len(at))
+    inside = (at >= places[0]) & (at <= places[-1])
+    if kind in ("Bezier", "Bspline"):
+        raise DataError(f"curves of type {kind} are not read here; use Linear, Cubic or Akima")
+    if kind == "Linear" or len(places) == 2:
+        return np.where(inside, np.interp(at, places, values), 0.0)
+    if kind == "Akima" and len(places) > 2:
+        from scipy.interpolate import Akima1DInterpolator
+
+        return np.where(inside, np.nan_to_num(Akima1DInterpolator(places, values)(at)), 0.0)
+    # Cubic, and what names no type: level at every keyframe, as the reference software's Hermite polynomial.
+    i = np.clip(np.searchsorted(places, at, side="right") - 1, 0, max(len(places) - 2, 0))
+    j = np.minimum(i + 1, len(places) - 1)
+    span = np.maximum(places[j] - places[i], 1e-12)
+    u = np.clip((at - places[i]) / span, 0, 1)
+    return np.where(inside, values[i] + (values[j] - values[i]) * (3 - 2 * u) * u**2, 0.0)
+
+
+def _wave(band: Band, effect: Effect, at: NDArray[np.float64], timescale: int) -> NDArray[np.float64]:
+    places, strength = _points(effect, "amplitude_modulation")
+    turns, frequency = _points(effect, "frequency_modulation")
+    end = max(places.max(initial=0.0), turns.max(initial=0.0))
+    inside = (at >= 0) & (at <= end)
+    amplitude = np.interp(at, places, strength) if len(places) else np.ones(len(at))
+    if not len(turns):
+        return np.zeros(len(at))
+    f = np.clip(np.interp(at, turns, frequency), band.lower_frequency_limit, band.upper_frequency_limit)
+    step = (at[1] - at[0]) / timescale if len(at) > 1 else 0.0
+    cycles = np.cumsum(np.where(inside, f, 0.0)) * step
+    first = int(np.argmax(inside))
+    cycles = cycles - cycles[first] + effect.phase / (2 * np.pi)
+    return np.where(inside, amplitude * _base(effect.base_signal, cycles), 0.0)
+
+
+def _base(name: str, cycles: NDArray[np.float64]) -> NDArray[np.float64]:
+    match name:
+        case "Square":
+            return np.where(cycles % 1 < 0.5, 1.0, -1.0)
+        case "Triangle":
+            return np.asarray(2 / np.pi * np.arcsin(np.sin(2 * np.pi * cycles)))
+        case "SawToothUp":
+            return 2 * ((cycles + 0.5) % 1) - 1
+        case "SawToothDown":
+            return 1 - 2 * ((cycles + 0.5) % 1)
+    return np.asarray(np.sin(2 * np.pi * cycles))
+
+
+def _transients(effect: Effect, at: NDArray[np.float64], timescale: int) -> NDArray[np.float64]:
+    """Return two periods of a sine in `TRANSIENT_MS` at each keyframe, whatever its frequency: as the reference."""
+    length = TRANSIENT_MS / 1e3 * timescale
+    total = np.zeros(len(at))
+    for place, strength in zip(*_points(effect, "amplitude_modulation"), strict=True):
+        away = at - place
+        total += np.where((away >= 0) & (away <= length), strength * np.sin(4 * np.pi * away / length), 0.0)
+    return total
+
+
+def _check_unique(numbers: list[int], what: str) -> None:
+    if len(set(numbers)) < len(numbers):
+        raise ValueError(f"each {what} must have an id of its own, got {numbers}")

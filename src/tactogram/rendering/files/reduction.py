@@ -1,0 +1,38 @@
+"""Several axes or channels to the one that a file or an actuator takes, said aloud."""
+
+from __future__ import annotations
+
+from tactogram.errors import ParameterError
+from tactogram.signal import Signal
+
+CHOICES = ("dft321", "mean")
+
+
+def to_one_axis(signal: Signal, choice: str | None = None) -> tuple[Signal, str | None]:
+    """Return one axis of a signal, and in words how it came about; None where there was one already.
+
+    Parameters
+    ----------
+    signal : Signal
+    choice : str, optional
+        The name of an axis, ``"dft321"`` (three axes: their energy at every frequency) or ``"mean"`` (channels of one
+        thing). By default ``dft321`` for three axes and ``mean`` for any other number.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such axis, or ``dft321`` is asked of other than three.
+    """
+    if choice in signal.axes:
+        one = signal.select(choice)
+        return one, f"axis {choice} of {', '.join(signal.axes)}" if len(signal.axes) > 1 else None
+    if choice is not None and choice not in CHOICES:
+        raise ParameterError(f"--axis must be one of {', '.join((*signal.axes, *CHOICES))}, got {choice!r}")
+    if len(signal.axes) == 1:
+        return signal, None
+    if choice == "mean" or (choice is None and len(signal.axes) != 3):
+        mean = signal.samples.mean(axis=0, dtype=float)
+        return signal.with_samples(mean, axes=("mean",)), f"mean of {', '.join(signal.axes)}"
+    from tactogram.signal.filters import dft321
+
+    return dft321(signal), f"DFT321 of {', '.join(signal.axes)}"
