@@ -1,9 +1,9 @@
 """Eccentric motors (ERM) and linear resonant actuators (LRA) behind a driver that is told how strong to vibrate.
 
 The driver takes an amplitude a few hundred times a second: the real-time playback of Texas Instruments' DRV2605 and its
-kin. The register's formats and addresses are from the data sheet (SLOS825C, sec. 7.5.8 and 7.6). In closed loop the driver
-itself overdrives and brakes, and values at or below the middle are silence; in open loop full scale is the overdrive
-clamp, and negative values brake.
+kin. The register's formats and addresses are from the data sheet (SLOS825C, sec. 7.5.8 and 7.6). In closed loop the
+driver itself overdrives and brakes, and values at or below the middle are silence; in open loop full scale is the
+overdrive clamp, and negative values brake.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ def drive(
         )
     if settings.loop == "closed":
         scaled.append(
-            "overdrive and braking are the driver's own: the stream holds none, and what they gain is not in the figures"
+            "overdrive and braking are the driver's own: the stream holds none, the figures count none"
         )
     elif settings.overdrive:
         above, below = (100 * facts[name] for name in ("overdriven_share", "braking_share"))
@@ -132,8 +132,8 @@ def setup_registers(settings: Settings) -> list[list[int]]:
     """Return the (address, value) pairs that set a DRV2605 up for the stream, after its own calibration.
 
     Mode 5 is real-time playback; bit 7 of 0x1A is an LRA; bit 7 of 0x1C takes values in both directions; of 0x1D, bit 3
-    (0) is signed data, bit 5 an ERM in open loop, bit 0 an LRA in open loop. The other bits of 0x1A, 0x1C and 0x1D are as
-    after a reset: what the calibration wrote into them is to be kept instead.
+    (0) is signed data, bit 5 an ERM in open loop, bit 0 an LRA in open loop. The other bits of 0x1A, 0x1C and 0x1D are
+    as after a reset: what the calibration wrote into them is to be kept instead.
     """
     feedback = 0x36 | (0x80 if settings.actuator == "lra" else 0)
     opened = settings.loop == "open"

@@ -73,8 +73,8 @@ def strength(
     if level.kind in ("physical", "sensation") and not moving:
         known = "is not known" if output_at_full is None else "is known"
         raise UnitError(
-            f"level {level.kind} needs a signal in {', '.join(MOTION)} and a display whose acceleration at full drive is "
-            f"known; the signal is in {signal.unit}, that of {display.name} {known}: use gain=FACTOR or peak=SHARE"
+            f"level {level.kind} needs a signal in {', '.join(MOTION)} and a display whose acceleration at full drive "
+            f"is known; the signal is in {signal.unit}, that of {display.name} {known}: use gain=FACTOR or peak=SHARE"
         )
     if level.kind == "sensation":
         felt = _at_rate(_amplitude(weighted(signal), smoothing_ms), signal.rate, display.rate)
