@@ -10,7 +10,7 @@ from __future__ import annotations
 import io
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from importlib import import_module
 from types import ModuleType
 
@@ -92,7 +92,29 @@ def device_errors(device: str, *, library: str = "") -> Iterator[None]:
     except Exception as error:
         driver = _missing_driver(error)
         needs = f"; it needs {DRIVERS[library]}" if driver and library in DRIVERS else ""
-        raise DeviceError(f"{device}: {one_line(error)}{needs}") from error
+        raise DeviceError(f"{device.rstrip(':')}: {one_line(error).rstrip('.')}{needs}") from error
+
+
+@contextmanager
+def silenced() -> Iterator[None]:
+    """Keep what compiled libraries write to the process's stderr from the user while the block runs.
+
+    PortAudio, ALSA and liblsl tell their story there, line after line, whether or not anything is wrong; what is wrong
+    they also return as an error. Where stderr has no file behind it, nothing is changed.
+    """
+    try:
+        kept = os.dup(2)
+    except OSError:
+        yield
+        return
+    try:
+        with open(os.devnull, "wb") as nowhere:
+            os.dup2(nowhere.fileno(), 2)
+        yield
+    finally:
+        with suppress(OSError):
+            os.dup2(kept, 2)
+        os.close(kept)
 
 
 def lsl(what: str = "Lab Streaming Layer") -> ModuleType:
@@ -105,13 +127,17 @@ def lsl(what: str = "Lab Streaming Layer") -> ModuleType:
     """
     module = imported("pylsl", extra="lsl", what=what)
     if "LSLAPICFG" not in os.environ and hasattr(module, "set_config_content"):
-        module.set_config_content(_LSL_SETTINGS)
+        # It tells which network cards there are before it has read that nobody wants to know.
+        with silenced():
+            module.set_config_content(_LSL_SETTINGS)
     return module
 
 
 def one_line(error: BaseException) -> str:
     """Return what ``error`` says in one line of at most 200 characters, or its kind where it says nothing."""
-    text = " ".join(str(error).split()) or type(error).__name__
+    # Some libraries raise a text and a number: as a pair they would be printed like one.
+    said = ", ".join(map(str, error.args)) if str(error).startswith("(") else str(error)
+    text = " ".join(said.split()) or type(error).__name__
     return text if len(text) <= 200 else f"{text[:197]}..."
 
 

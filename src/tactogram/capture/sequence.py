@@ -21,8 +21,8 @@ leaps further may be a damaged digit (three of the five forms have no checksum) 
 CONFIRMED_AHEAD, CONFIRMED_BEHIND = 2, 5
 """Packets that must follow each other before a leap is believed; of numbers just gone by more, since a relay brings
 some of them late."""
-LONGEST_GAP_S = 3600.0
-"""A longer silence is entered as this long: what is an hour apart is no recording any more."""
+LONGEST_GAP_S, LONGEST_GAP = 3600.0, 2_000_000
+"""A longer silence is entered as this long, in s and in samples: what is an hour apart is no recording any more."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -168,7 +168,7 @@ class Timeline:
             packets = elapsed * estimate.hz / n - 1
             if abs(packets - ahead) <= 0.2 * ahead and elapsed <= LONGEST_GAP_S:
                 return self._append(packet, ahead)
-            gap = max(1, round(min(max(packets, 0.0) / estimate.hz * n, LONGEST_GAP_S) * estimate.hz))
+            gap = max(1, round(min(max(packets, 0.0) * n, LONGEST_GAP_S * estimate.hz, LONGEST_GAP)))
         elif ahead < SEQUENCE // 2:
             return self._append(packet, ahead)
         else:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
+from itertools import pairwise
 from pathlib import Path
 from time import monotonic
 from types import TracebackType
@@ -31,9 +32,10 @@ TIME_NAMES = {
 unit is taken for microseconds, which boards print."""
 LEARNT_ROWS = 32
 """Rows whose median step is the nominal period, where none is given."""
-MOST_MISSING_S = 3600.0
-"""A longer leap of the time column is entered as this long."""
+MOST_MISSING = 2_000_000
+"""Samples that a leap of the time column is entered as at most: a damaged digit must not fill the memory."""
 
+_LARGEST = float(np.finfo(np.float32).max)
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _NOT_FINITE = re.compile(r"[+-]?(?:nan|inf|infinity|ovf)", re.IGNORECASE)
 _LABEL = re.compile(r"^\s*([A-Za-z_][\w ]*)\s*[:=]\s*(.*)$")
@@ -283,8 +285,10 @@ class CsvSource:
             elif self._time is None:
                 columns.append(self._values(row))
                 self._place(columns[-1])
-            else:
+            elif math.isfinite(row[self._time]):
                 self._waiting.append(row)
+            else:
+                self.parser.rejected["time"] += 1
         if self._time is not None and self._ready(last):
             for row in self._waiting:
                 columns += self._timed(row)
@@ -299,7 +303,7 @@ class CsvSource:
         """Learn the nominal rate from the first rows' own time, if it was not given."""
         if self.rate is None and self._waiting and (len(self._waiting) >= LEARNT_ROWS or last):
             ticks = [row[self._time or 0] for row in self._waiting]
-            steps = [b - a for a, b in zip(ticks, ticks[1:], strict=False) if b > a]
+            steps = [b - a for a, b in pairwise(ticks) if b > a]
             if steps:
                 self.rate = 1 / (float(np.median(steps)) * self._tick_s)
         return self.rate is not None or last
@@ -315,7 +319,7 @@ class CsvSource:
                 self.backward += 1
                 self.meter.restart()
                 found.append(np.full((len(self.axes), 1), np.nan))
-            elif (missing := round(min(step, MOST_MISSING_S) * self.rate) - 1) > 0:
+            elif (missing := round(min(step * self.rate, MOST_MISSING)) - 1) > 0:
                 found.append(np.full((len(self.axes), missing), np.nan))
         found.append(self._values(row))
         for piece in found:
@@ -327,8 +331,8 @@ class CsvSource:
     def _values(self, row: list[float]) -> NDArray[np.float64]:
         kept = [value for place, value in enumerate(row) if place != self._time]
         column = np.array(kept)[:, None] * self._factor
-        # A sample is there in all axes, or lost.
-        return column if np.isfinite(column).all() else np.full_like(column, np.nan)
+        # A sample is there in all axes, or lost; what float32 cannot hold is no measurement.
+        return column if (np.abs(column) <= _LARGEST).all() else np.full_like(column, np.nan)
 
     def _place(self, samples: NDArray[np.float64]) -> None:
         lost = int(np.isnan(samples).any(axis=0).sum())
