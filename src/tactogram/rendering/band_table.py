@@ -29,12 +29,12 @@ def band_table(
     band : tuple of float, Hz
         ``reachable`` says whether the octave's centre lies in it.
     below : float, Hz
-        Half the rate at which the signal came: octaves with a higher centre are left out.
+        Half the rate at which the signal came: octaves that begin above it are left out.
     """
     rows = []
     for centre in OCTAVES_HZ:
         edge = (centre / np.sqrt(2), centre * np.sqrt(2))
-        if centre >= min(wanted.rate / 2, rendered.rate / 2, below):
+        if edge[0] >= min(wanted.rate / 2, rendered.rate / 2, below):
             break
         levels = [_level_db(signal, edge) for signal in (wanted, rendered)]
         rows.append(

@@ -10,7 +10,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from scipy import signal as dsp
 
 from tactogram.rendering.display import Display
 from tactogram.rendering.fit import Drive
@@ -18,31 +17,49 @@ from tactogram.rendering.report import SENTENCES
 from tactogram.rendering.response import Table
 from tactogram.signal.signal import Signal
 
-COLUMNS = 1200
+COLUMNS = 2500
 """Of a waveform: more samples are drawn as the range of those that share a column."""
+SLOW_HZ = 600.0
+"""Up to this rate a drive is drawn in steps, as the device holds it."""
+CLOSE_UP_S = {
+    "ultrasonic": 0.02,
+    "electrovibration": 0.05,
+    "tablet": 0.1,
+    "amplitude_stream": 0.5,
+    "pattern": 1.0,
+}
+"""Length of the close-up by family, s."""
 
 
 def drive_figure(drive: Drive, display: Display, *, title: str = "") -> Figure:
-    """Return signal and drive over time, spectra or octave levels, and the report's sentences."""
-    figure = Figure(figsize=(10, 6.4), layout="constrained")
-    grid = figure.add_gridspec(3, 2, width_ratios=(3, 2), height_ratios=(1, 1, 0.62))
-    _waveform(figure.add_subplot(grid[0, 0]), drive.source, "signal")
-    below = figure.add_subplot(grid[1, 0])
-    _waveform(below, drive.signal, "drive", steps=display.rate <= 1000 and len(drive.signal) < COLUMNS)
-    for edge in {display.limit, display.floor}:
-        below.axhline(edge, color="tab:red", linewidth=0.8, linestyle="--")
-    below.set_xlabel("time, s")
-    levels = figure.add_subplot(grid[:2, 1])
-    if drive.report.facts.get("bands"):
-        _octaves(levels, drive.report.facts["bands"], drive.source.unit)
-    else:
-        _spectra(levels, drive.source, drive.signal)
-    words = figure.add_subplot(grid[2, :])
-    words.axis("off")
+    """Return signal and drive over time, octave levels or the strongest moment close up, and the report's sentences."""
     lines = [f"{name}: {sentence}" for name in SENTENCES for sentence in getattr(drive.report, name)]
     text = "\n".join(fill(line, 150, subsequent_indent="    ") for line in lines)
-    words.text(0, 1, text, va="top", ha="left", fontsize=7.5, family="monospace", transform=words.transAxes)
-    figure.suptitle(title or f"{display.title}\nlevel {drive.report.level['asked']}", fontsize=10)
+    words = 0.16 * (1 + text.count("\n"))
+    figure = Figure(figsize=(10, 4.6 + words), layout="constrained")
+    parts: Any = figure.subfigures(2, 1, height_ratios=(4.6, words))
+    upper, lower = parts
+    grid = upper.add_gridspec(2, 2, width_ratios=(3, 2))
+    signal, sent = upper.add_subplot(grid[0, 0]), upper.add_subplot(grid[1, 0])
+    _waveform(signal, drive.source, "signal", (0, drive.source.seconds))
+    _waveform(sent, drive.signal, "drive", (0, drive.signal.seconds))
+    for edge in {display.limit, display.floor}:
+        sent.axhline(edge, color="tab:red", linewidth=0.8, linestyle="--")
+    sent.set_xlabel("time, s (red: the limits)")
+    if drive.report.facts.get("bands"):
+        _octaves(upper.add_subplot(grid[:, 1]), drive.report.facts["bands"], drive.source.unit)
+    else:
+        seconds = CLOSE_UP_S.get(display.family, 0.1)
+        strongest = int(np.abs(drive.source.samples).max(axis=0).argmax()) / drive.source.rate
+        start = float(np.clip(strongest - seconds / 2, 0, max(0, drive.source.seconds - seconds)))
+        near = (start, min(start + seconds, drive.source.seconds))
+        _waveform(upper.add_subplot(grid[0, 1]), drive.source, "", near)
+        close = upper.add_subplot(grid[1, 1])
+        _waveform(close, drive.signal, "", near)
+        close.set_xlabel("close up, s")
+    lower.text(0.01, 1, text, va="top", ha="left", fontsize=7.5, family="monospace")
+    heading = title or f"{display.title}\nlevel {drive.report.level['asked']}"
+    figure.suptitle(heading, fontsize=10, multialignment="center")
     return figure
 
 
@@ -81,19 +98,22 @@ def response_figure(display: Display, *, coherence: Sequence[tuple[float, float]
     return figure
 
 
-def _waveform(axes: Axes, signal: Signal, name: str, *, steps: bool = False) -> None:
-    for row, label in zip(signal.samples, signal.axes, strict=True):
+def _waveform(axes: Axes, signal: Signal, name: str, span: tuple[float, float]) -> None:
+    first, last = int(span[0] * signal.rate), max(1, int(np.ceil(span[1] * signal.rate)))
+    part = signal.samples[:, first:last]
+    for row, label in zip(part, signal.axes, strict=True):
         time, low, high = _ranges(row, signal.rate)
-        if steps:
+        time = time + first / signal.rate
+        if signal.rate <= SLOW_HZ and len(row) <= COLUMNS:
             axes.step(time, high, where="post", linewidth=0.9, label=label)
         elif np.array_equal(low, high):
             axes.plot(time, high, linewidth=0.8, label=label)
         else:
             axes.fill_between(time, low, high, linewidth=0.4, alpha=0.8, label=label)
     unit = "" if signal.unit == "1" else f", {signal.unit}"
-    axes.set(ylabel=f"{name}{unit}", xlim=(0, signal.seconds))
+    axes.set(ylabel=f"{name}{unit}" if name else "", xlim=span if span[1] > span[0] else None)
     axes.grid(alpha=0.3)
-    if len(signal.axes) > 1:
+    if len(signal.axes) > 1 and name:
         axes.legend(fontsize=7, ncols=4, loc="upper right")
 
 
@@ -117,18 +137,5 @@ def _octaves(axes: Axes, bands: Sequence[dict[str, Any]], unit: str) -> None:
     axes.set_xticks(centres, [f"{centre:g}" for centre in centres])
     axes.minorticks_off()
     axes.set(xlabel="octave, Hz (grey: out of the display's band)", ylabel=f"level, dB re 1 {unit} rms")
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize=8)
-
-
-def _spectra(axes: Axes, source: Signal, drive: Signal) -> None:
-    for signal, name in ((source, "signal"), (drive, "drive")):
-        length = min(len(signal), int(np.ceil(signal.rate / 2)))
-        x = signal.samples[0].astype(np.float64)
-        frequency, density = dsp.welch(x - x.mean(), signal.rate, nperseg=length)
-        if density.max() > 0:
-            level = 10 * np.log10(np.maximum(density / density.max(), 1e-9))
-            axes.semilogx(frequency[1:], level[1:], linewidth=0.9, label=name)
-    axes.set(xlabel="frequency, Hz", ylabel="density, dB re its largest", ylim=(-90, 5))
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8)
