@@ -7,10 +7,20 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from tactogram.cli import data, files, generating, recognising, rendering, reproducing, start, training
+from tactogram.cli import (
+    data,
+    files,
+    generating,
+    recognising,
+    rendering,
+    reproducing,
+    start,
+    streaming,
+    training,
+)
 from tactogram.cli.options import Verbs
 
-GROUPS = (start, data, training, generating, recognising, files, rendering, reproducing)
+GROUPS = (start, data, training, generating, recognising, files, rendering, streaming, reproducing)
 
 
 def make_parser() -> argparse.ArgumentParser:

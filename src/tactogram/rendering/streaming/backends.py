@@ -50,7 +50,9 @@ class Clock:
         return time.perf_counter() - self.began
 
 
-def run_unpaced(stream: Stream, *, seconds: float, sink: Sink | None = None, status: Status | None = None) -> None:
+def run_unpaced(
+    stream: Stream, *, seconds: float, sink: Sink | None = None, status: Status | None = None
+) -> None:
     """Render ``seconds`` as fast as possible, on a clock of samples."""
     engine = stream.engine
     total, done, told = round(seconds * engine.rate), 0, 0.0
@@ -227,15 +229,18 @@ def run_sounddevice(
         flagged += bool(flags.output_underflow)
         out[:] = puller.pull(frames)
 
-    with device_errors(f"audio:{device if device is not None else 'default'}"), sounddevice.OutputStream(
-        samplerate=engine.rate,
-        blocksize=engine.most,
-        channels=len(stream.channels),
-        dtype="float32",
-        latency="low",
-        device=device,
-        callback=callback,
-    ) as playing:
+    with (
+        device_errors(f"audio:{device if device is not None else 'default'}"),
+        sounddevice.OutputStream(
+            samplerate=engine.rate,
+            blocksize=engine.most,
+            channels=len(stream.channels),
+            dtype="float32",
+            latency="low",
+            device=device,
+            callback=callback,
+        ) as playing,
+    ):
         engine.latency.queued_s = float(playing.latency)
         with quiet():
             clock.start()

@@ -111,7 +111,9 @@ class Engine:
     @property
     def delay_s(self) -> float:
         """By how much the slowest texture in use answers the motion later than at once, s."""
-        return max((t.delay_s for t, w in zip(self.textures, self._target, strict=True) if w > 0), default=0.0)
+        return max(
+            (t.delay_s for t, w in zip(self.textures, self._target, strict=True) if w > 0), default=0.0
+        )
 
     def set_weights(self, weights: Mapping[str, float]) -> None:
         """Glide to other weights from the next block on; those not named stay.

@@ -73,7 +73,7 @@ class SimulatedHand:
         x += s.noise_mm * random.standard_normal(len(x))
         y += s.noise_mm * random.standard_normal(len(y))
         # Half an interval apart, as two sensors that know nothing of each other.
-        at_force = (np.arange(math.ceil(seconds * s.force_rate)) + 0.5) / s.force_rate
+        at_force = np.asarray((np.arange(math.ceil(seconds * s.force_rate)) + 0.5) / s.force_rate, np.float64)
         force = _force(knots, at_force, s, random)
         times = np.concatenate((at, at_force))
         order = np.argsort(times, kind="stable")

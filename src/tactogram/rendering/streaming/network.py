@@ -150,7 +150,9 @@ class NetworkBlocks:
         if form not in ("osc", "udp"):
             raise ParameterError(f"form must be osc or udp, got {form!r}")
         if to is None and motion is None:
-            raise ParameterError("blocks need an address to go to where the motion does not come from the network")
+            raise ParameterError(
+                "blocks need an address to go to where the motion does not come from the network"
+            )
         self._write = block_message if form == "osc" else block_packet
         self._rate, self._to, self._motion = rate, to, motion
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)

@@ -1,12 +1,13 @@
 """From blocks of a texture to blocks of a display's drive, causally, with the display's own guard at the end.
 
-`tactogram.rendering.fit` sees a whole signal; a stream has only the past. So a *rehearsal* (seconds of the same textures
-under a simulated hand) is fitted first, with its level and its report, and what it found is kept: one factor, and the
-equaliser's magnitude as a filter of least phase, which is causal and as quick as that magnitude allows.
+`tactogram.rendering.fit` sees a whole signal; a stream has only the past. So a *rehearsal* (seconds of the same
+textures under a simulated hand) is fitted first, with its level and its report, and what it found is kept: one factor,
+and the equaliser's magnitude as a filter of least phase, which is causal and as quick as that magnitude allows.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 import numpy as np
@@ -63,7 +64,10 @@ class DisplayOutput:
     """
 
     def __init__(self, display: Display, rehearsal: Signal, *, level: Level) -> None:
-        makers = {"linear": LinearDrive, "ultrasonic": UltrasonicDrive}
+        makers: dict[str, Callable[[Display, str, Mapping[str, Any]], StreamDrive]] = {
+            "linear": LinearDrive,
+            "ultrasonic": UltrasonicDrive,
+        }
         if display.family not in makers:
             raise ParameterError(
                 f"{display.name}: a {display.family} display cannot be streamed to so far; "
@@ -97,7 +101,7 @@ class DisplayOutput:
 class LinearDrive:
     """A gain and an equaliser of least phase; see `tactogram.rendering.linear`."""
 
-    def __init__(self, display: Display, unit: str, found: dict[str, Any] | Any) -> None:
+    def __init__(self, display: Display, unit: str, found: Mapping[str, Any]) -> None:
         settings = display.settings
         if not isinstance(settings, linear.Settings):
             raise ParameterError(f"{display.name}: expected a linear display, got {display.family}")
@@ -140,7 +144,7 @@ class UltrasonicDrive:
 
     delay_s = 0.0
 
-    def __init__(self, display: Display, unit: str, found: dict[str, Any] | Any) -> None:
+    def __init__(self, display: Display, unit: str, found: Mapping[str, Any]) -> None:
         settings = display.settings
         if not isinstance(settings, ultrasonic.Settings):
             raise ParameterError(f"{display.name}: expected an ultrasonic display, got {display.family}")

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import struct
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,7 @@ from tactogram.rendering.streaming.motion import MotionSample, Tap, Weights
 
 VERSION = 1
 MOTION = struct.Struct("<4sHHIdffff")
-"""TGMO, version, which values hold (1 position, 2 speed, 4 force), sequence, time s, x mm, y mm, speed mm/s, force N."""
+"""TGMO, version, which values hold (1 position, 2 speed, 4 force), sequence, time s, x mm, y mm, mm/s, force N."""
 TAP = struct.Struct("<4sHHIdf")
 """TGTA, version, 0, sequence, time s, strength (1 is a landing of 1 N)."""
 MIX = struct.Struct("<4sHHIdf")
@@ -179,13 +180,16 @@ def parse_block(packet: bytes) -> BlockPacket | None:
         samples = _separated(packet[BLOCK.size :], channels)
         return BlockPacket(samples, rate, sequence, first, time_s, motion)
     messages = _messages(packet) if packet[:1] == b"/" else None
-    if not messages or messages[0][0] != f"{OSC}/block" or len(messages[0][1]) != 7:
+    if not messages or messages[0][0] != f"{OSC}/block":
         return None
-    sequence, motion, first, time_s, rate, channels, samples = messages[0][1]
-    if not (isinstance(samples, bytes) and channels > 0 and len(samples) % (4 * channels) == 0):
+    values = messages[0][1]
+    if [type(value) for value in values] != [int, int, int, float, float, int, bytes]:
+        return None
+    sequence, motion, first, time_s, rate, channels, data = values
+    if channels < 1 or len(data) % (4 * channels):
         return None
     return BlockPacket(
-        _separated(samples, channels), rate, sequence & NO_MOTION, first, time_s, motion & NO_MOTION
+        _separated(data, channels), rate, sequence & NO_MOTION, first, time_s, motion & NO_MOTION
     )
 
 
@@ -238,13 +242,13 @@ def _parse_osc(packet: bytes, arrival_s: float) -> list[Received] | None:
     return found
 
 
-def _messages(packet: bytes) -> list[tuple[str, list[object]]] | None:  # type: ignore[type-arg, unused-ignore]
+def _messages(packet: bytes) -> list[tuple[str, list[Any]]] | None:
     """Return addresses and values of an OSC message or bundle, or None where it is neither."""
     osc = imported("pythonosc.osc_packet", extra="devices", what="OSC")
     try:
         read = osc.OscPacket(packet)
         return [(m.message.address, list(m.message.params)) for m in read.messages]
-    except Exception:  # noqa: BLE001 - the parser raises whatever its bytes lead to; none of it is ours
+    except Exception:  # whatever its bytes lead the parser to; none of it is ours
         return None
 
 

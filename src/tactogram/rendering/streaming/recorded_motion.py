@@ -57,9 +57,7 @@ class MotionFile:
             at = sample.time_s + self._offset
             if at > now_s:
                 break
-            found.append(
-                MotionSample(at, at, sample.x_mm, sample.y_mm, sample.speed_mm_s, sample.force_n)
-            )
+            found.append(MotionSample(at, at, sample.x_mm, sample.y_mm, sample.speed_mm_s, sample.force_n))
             self._next += 1
             if self._next == len(self.samples) and self._loop and self.seconds > 0:
                 self._next = 0
@@ -94,10 +92,13 @@ def _rows(path: Path) -> Iterator[MotionSample]:
             raise DataError(f"{path}: line {number}: expected {len(heading)} numbers, got {row}") from None
         at = values.pop("time_s")
         if not (math.isfinite(at) and at > last):
-            raise DataError(f"{path}: line {number}: times must ascend and be finite, got {at:g} after {last:g}")
-        if any(math.isinf(v) for v in values.values()) or min(
-            values.get("speed_mm_s", 0), values.get("force_n", 0)
-        ) < 0:
+            raise DataError(
+                f"{path}: line {number}: times must ascend and be finite, got {at:g} after {last:g}"
+            )
+        if (
+            any(math.isinf(v) for v in values.values())
+            or min(values.get("speed_mm_s", 0), values.get("force_n", 0)) < 0
+        ):
             raise DataError(f"{path}: line {number}: speed and force must be finite and >= 0, got {row}")
         last = at
         if values.get("x_mm", math.nan) == values.get("x_mm", math.nan):
@@ -160,9 +161,7 @@ class MouseMotion:
                 self._down, dx, dy = mouse_step(data[place : place + 3])
                 self._x += dx / self._per_mm
                 self._y += dy / self._per_mm
-        return [
-            MotionSample(now_s, now_s, self._x, self._y, math.nan, self._force if self._down else 0.0)
-        ]
+        return [MotionSample(now_s, now_s, self._x, self._y, math.nan, self._force if self._down else 0.0)]
 
     def close(self) -> None:
         """Close the device."""

@@ -90,7 +90,9 @@ class Stream:
         taken = time.perf_counter() - begun
         engine = self.engine
         engine.latency.add(
-            taken, engine.finger.age(now_s) + ahead_s if self._heard else float("inf"), block_s=count / engine.rate
+            taken,
+            engine.finger.age(now_s) + ahead_s if self._heard else float("inf"),
+            block_s=count / engine.rate,
         )
         return block
 
@@ -118,7 +120,7 @@ class Stream:
             block = self.output.process(rendered)
             if self.output.guard.fault is not None:
                 raise ParameterError(self.output.guard.fault)  # noqa: TRY301
-        except Exception as error:  # noqa: BLE001 - whatever it was, the actuator goes to rest first
+        except Exception as error:  # whatever it was, the actuator goes to rest first
             self.error = error
             return self._silent(count)
         return block

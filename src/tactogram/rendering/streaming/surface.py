@@ -197,6 +197,9 @@ def _play(
                 value += weight * (
                     y1
                     + r
-                    * (slope1 + r * (3 * (y2 - y1) - 2 * slope1 - slope2 + r * (2 * (y1 - y2) + slope1 + slope2)))
+                    * (
+                        slope1
+                        + r * (3 * (y2 - y1) - 2 * slope1 - slope2 + r * (2 * (y1 - y2) + slope1 + slope2))
+                    )
                 )
             out[a, i] = value

@@ -10,6 +10,7 @@ every node; how far it is off in between is measured by `TextureTable.error_db`.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Protocol
 
 import numba
@@ -153,9 +154,7 @@ class TextureTable:
             root,
         )
         innovation = deviation * np.sqrt(np.prod((1 - reflection) * (1 + reflection), axis=1))
-        return AutoregressiveModel(
-            reflection, np.diag(innovation**2), self.rate, self.unit, self.axes
-        )
+        return AutoregressiveModel(reflection, np.diag(innovation**2), self.rate, self.unit, self.axes)
 
     def error_db(self, surface: TextureMap, *, points: int, seed: int) -> float:
         """Return how far the table is from ``surface`` between its nodes, dB.
@@ -169,7 +168,9 @@ class TextureTable:
         for _ in range(points):
             v = float(random.uniform(self.speeds[0], self.speeds[-1]))
             f = float(random.uniform(self.forces[0], self.forces[-1]))
-            asked = surface.at(*(x if known else None for x, known in zip((v, f), surface.known, strict=True)))
+            asked = surface.at(
+                *(x if known else None for x, known in zip((v, f), surface.known, strict=True))
+            )
             ratio = self.at(v, f).power_spectrum(frequency) / asked.power_spectrum(frequency)
             found.append(np.sqrt(np.mean((10 * np.log10(ratio)) ** 2)))
         return float(np.mean(found))
@@ -199,15 +200,15 @@ class AutoregressiveTexture:
         self._table = table
         self._random = np.random.default_rng(seed)
         n, order = len(table.axes), table.reflection.shape[-1]
-        self._state = np.ascontiguousarray(
-            table.root[0, 0] @ self._random.standard_normal((n, order))
-        )
+        self._state = np.ascontiguousarray(table.root[0, 0] @ self._random.standard_normal((n, order)))
         self._ratio = table.rate / rate
         self._half = 0
         self._kernel = np.zeros((PHASES + 1, 0))
         if self._ratio != 1:
             self._half = max(3, min(LONGEST_KERNEL, round(KERNEL_S * table.rate)))
-            reach = self._half * max(1.0, self._ratio)  # the kernel widens where the texture has more than fits
+            reach = self._half * max(
+                1.0, self._ratio
+            )  # the kernel widens where the texture has more than fits
             self._half = int(np.ceil(reach))
             self._kernel = _sinc(self._half, min(1.0, 1 / self._ratio))
         self.delay_s = self._half / table.rate
@@ -278,8 +279,8 @@ def summed(model: AutoregressiveModel) -> AutoregressiveModel:
     coefficients = np.concatenate(([1.0], solve_toeplitz(correlation[:-1], -correlation[1:])))
     reflection = reflection_of_polynomial(coefficients)
     power = float(model.power.sum())
-    innovation = power * np.prod((1 - reflection) * (1 + reflection))
-    return AutoregressiveModel(reflection[None], [[innovation]], model.rate, model.unit, ("dft321",))
+    innovation = np.array([[power * np.prod((1 - reflection) * (1 + reflection))]])
+    return AutoregressiveModel(reflection[None], innovation, model.rate, model.unit, ("dft321",))
 
 
 def _one_axis(model: AutoregressiveModel, axis: str) -> AutoregressiveModel:
@@ -309,7 +310,7 @@ def _grid(values: Array, least: int) -> Array:
     widest = np.ptp(nodes) / (least - 1)
     parts = [
         np.linspace(a, b, max(1, int(np.ceil((b - a) / widest - 1e-9))), endpoint=False)
-        for a, b in zip(nodes[:-1], nodes[1:], strict=True)
+        for a, b in pairwise(nodes)
     ]
     if len(nodes) > 4 * least:  # a free-hand recording: nearly every sample is a condition of its own
         return np.linspace(nodes[0], nodes[-1], least)
@@ -326,8 +327,8 @@ def _sinc(half: int, cutoff: float) -> Array:
     """Return a Kaiser-windowed sinc, shape (PHASES + 1, 2 half): row p is for a place p / PHASES past a sample."""
     at = np.arange(-half + 1, half + 1) - np.arange(PHASES + 1)[:, None] / PHASES
     inside = np.clip(1 - (at / half) ** 2, 0, None)
-    kernel: Array = cutoff * np.sinc(cutoff * at) * np.i0(6.0 * np.sqrt(inside)) / np.i0(6.0)
-    return kernel / kernel.sum(axis=1, keepdims=True)
+    kernel = cutoff * np.sinc(cutoff * at) * np.i0(6.0 * np.sqrt(inside)) / np.i0(6.0)
+    return np.asarray(kernel / kernel.sum(axis=1, keepdims=True))
 
 
 @numba.njit(cache=True, nogil=True)
@@ -337,8 +338,8 @@ def _node(value: float, nodes: Array) -> tuple[int, int, float]:
         return 0, 0, 0.0
     if value >= nodes[last]:
         return last, last, 0.0
-    i = np.searchsorted(nodes, value, side="right") - 1
-    return i, i + 1, (value - nodes[i]) / (nodes[i + 1] - nodes[i])
+    i = int(np.searchsorted(nodes, value, side="right")) - 1
+    return i, i + 1, float((value - nodes[i]) / (nodes[i + 1] - nodes[i]))
 
 
 @numba.njit(cache=True, nogil=True)
