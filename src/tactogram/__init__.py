@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from tactogram.jobs.search import search as search
     from tactogram.jobs.training import load_run as load_run
     from tactogram.jobs.training import train as train
+    from tactogram.rendering.catalogue import open_display as open_display
+    from tactogram.rendering.fit import fit as fit
     from tactogram.signal import Signal as Signal
     from tactogram.signal.io import read_signal as read_signal
     from tactogram.signal.io import write_signal as write_signal
@@ -38,6 +40,8 @@ _PLACES = {
     "search": "tactogram.jobs.search",
     "generate": "tactogram.jobs.generate",
     "convert": "tactogram.jobs.convert",
+    "open_display": "tactogram.rendering.catalogue",
+    "fit": "tactogram.rendering.fit",
 }
 
 __all__ = list(_PLACES)
