@@ -113,7 +113,7 @@ class Transducer:
     def envelope_response(self, frequency: ArrayLike) -> NDArray[np.complex128]:
         """Return what passes of an envelope's line at ``frequency`` in Hz, 1 at 0: a first-order low-pass.
 
-        The carrier is at resonance. Agrees with the two sidebands' mean to 2e-4 in magnitude for Q of 14 to 800 and
+        The carrier is at resonance. Agrees with the two sidebands' mean to 3e-4 in magnitude for Q of 14 to 800 and
         lines up to 1 kHz.
         """
         f = np.asarray(frequency, np.float64)
@@ -242,6 +242,8 @@ def _first_guess(f: NDArray[np.float64], y: NDArray[np.complex128]) -> Transduce
     """Return a start: conductance peak, its half width, and C0 from the ends."""
     conductance = y.real
     top = int(conductance.argmax())
+    if not conductance[top] > 0:
+        raise ParameterError("no resonance in this sweep: its conductance is nowhere above 0")
     above = f[conductance > conductance[top] / 2]
     width = max(float(above.max() - above.min()), float(np.diff(f).min()))
     ends = np.concatenate([y[:2].imag / f[:2], y[-2:].imag / f[-2:]]) / (2 * np.pi)

@@ -1,0 +1,260 @@
+"""From measured pairs of voltage and friction to the square law's constant, person by person, with intervals.
+
+The future work of Cai et al. 2020 (FrictGAN, Sec. 5): a regression between driving voltage and friction coefficient.
+The model is mu = mu_0 + s V^2 / F_n with s = mu_0 k_e; least squares give mu_0 and s, and k_e = s / mu_0 with an
+interval by Fieller's theorem. Whether the square law holds is asked, not assumed: a free exponent is fitted beside it.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+from scipy import optimize, stats
+
+from tactogram.errors import DataError, ParameterError
+from tactogram.signal.io.files import written_beside
+from tactogram.validation import validated
+
+COLUMNS = ("voltage_v_rms", "friction")
+OPTIONAL = ("person", "normal_force_n")
+LEAST_PAIRS, LEAST_VOLTAGES = 6, 3
+"""Of a person: two constants and a spread need them, and a curve needs three voltages."""
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """What was measured of one person: voltages (V rms), friction coefficients and normal forces (N), same length."""
+
+    person: str
+    voltage_v_rms: NDArray[np.float64]
+    friction: NDArray[np.float64]
+    normal_force_n: NDArray[np.float64]
+
+
+class Calibration(BaseModel):
+    """The square law of one person on one display, with intervals (low, high)."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    person: str
+    mu_0: float = Field(gt=0)
+    """Friction coefficient without voltage."""
+    mu_0_interval: tuple[float, float]
+    newton_per_v2: float = Field(gt=0)
+    """k_e, N per square of the rms voltage."""
+    newton_per_v2_interval: tuple[float, float]
+    confidence: float = Field(gt=0, lt=1)
+    normal_force_n: float = Field(gt=0)
+    """Mean of the pairs'."""
+    pairs: int
+    residual_sd: float
+    """Of the friction coefficient about the law."""
+    r_squared: float
+    exponent: float | None
+    """Of a fit of mu_0 + s V^n; None where it did not converge."""
+    exponent_interval: tuple[float, float] | None
+    highest_v_rms: float
+    """Largest voltage measured; beyond it the law is a guess."""
+
+    @property
+    def square_law_holds(self) -> bool | None:
+        """Whether the exponent's interval holds 2; None if there is none. Not a proof: it may be wide."""
+        if self.exponent_interval is None:
+            return None
+        return self.exponent_interval[0] <= 2 <= self.exponent_interval[1]
+
+    def settings(self) -> dict[str, Any]:
+        """Return the keys of `electrovibration.Settings` that this calibration gives."""
+        return {
+            "newton_per_v2": self.newton_per_v2,
+            "mu_0": self.mu_0,
+            "normal_force_n": self.normal_force_n,
+            "calibrated_by": f"{self.pairs} pairs of {self.person} up to {self.highest_v_rms:g} V rms",
+        }
+
+
+def read_pairs(path: Path | str, *, normal_force_n: float | None = None) -> list[Pairs]:
+    """Return the pairs of a CSV, one entry per person in the order of the file.
+
+    Parameters
+    ----------
+    path : Path or str
+        Columns ``voltage_v_rms``, ``friction`` (coefficient), optional ``person`` and ``normal_force_n``.
+    normal_force_n : float, optional
+        For a file that does not say it.
+
+    Raises
+    ------
+    DataError
+        If a column is missing or a cell is no number; names file and line.
+    """
+    path = Path(path)
+    found: dict[str, list[tuple[float, float, float]]] = {}
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            table = csv.DictReader(file)
+            columns = list(table.fieldnames or ())
+            if missing := [name for name in COLUMNS if name not in columns]:
+                raise DataError(
+                    f"{path}: needs columns {', '.join(COLUMNS)}; {', '.join(missing)} is not there"
+                )
+            if unknown := [name for name in columns if name not in (*COLUMNS, *OPTIONAL)]:
+                raise DataError(
+                    f"{path}: unknown column {unknown[0]!r}; known: {', '.join((*COLUMNS, *OPTIONAL))}"
+                )
+            if "normal_force_n" not in columns and normal_force_n is None:
+                raise DataError(f"{path}: has no column normal_force_n: add it, or say the force")
+            for row in table:
+                person = (row.get("person") or "all").strip()
+                found.setdefault(person, []).append(
+                    _numbers(row, normal_force_n, f"{path}, line {table.line_num}")
+                )
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise DataError(f"{path}: not a table of text that can be read ({error})") from None
+    if not found:
+        raise DataError(f"{path}: holds no pair")
+    return [Pairs(person, *np.array(rows).T) for person, rows in found.items()]
+
+
+def calibrated(pairs: Pairs, *, confidence: float = 0.95) -> Calibration:
+    """Return the square law that fits the pairs best, in the least squares.
+
+    Raises
+    ------
+    ParameterError
+        If there are too few pairs or voltages, friction does not rise with voltage, or nothing is left of mu_0.
+    """
+    v, mu, force = pairs.voltage_v_rms, pairs.friction, pairs.normal_force_n
+    levels = len(np.unique(v))
+    if len(v) < LEAST_PAIRS or levels < LEAST_VOLTAGES:
+        raise ParameterError(
+            f"{pairs.person}: a calibration needs {LEAST_PAIRS} pairs at {LEAST_VOLTAGES} voltages, got {len(v)} at "
+            f"{levels}; 0 V among them"
+        )
+    if not 0 < confidence < 1:
+        raise ParameterError(f"confidence must lie between 0 and 1, got {confidence}")
+    u = v**2 / force
+    scale = float(u.max())  # the columns are brought to one size before they are inverted
+    design = np.stack([np.ones_like(u), u / scale], axis=1)
+    inverse: NDArray[np.float64] = np.asarray(np.linalg.inv(design.T @ design), np.float64)
+    mu_0, slope = (float(value) for value in inverse @ design.T @ mu)
+    residual = mu - design @ np.array([mu_0, slope])
+    variance = float(residual @ residual) / (len(v) - 2)
+    covariance = np.asarray(variance * inverse, np.float64)
+    t = float(stats.t.ppf((1 + confidence) / 2, len(v) - 2))
+    half = t * math.sqrt(covariance[0, 0])
+    if mu_0 - half <= 0:
+        raise ParameterError(
+            f"{pairs.person}: friction at 0 V is {mu_0:.3g} ± {half:.2g}, not above 0: check the pairs"
+        )
+    if slope - t * math.sqrt(covariance[1, 1]) <= 0:
+        raise ParameterError(
+            f"{pairs.person}: friction does not rise with the voltage beyond its scatter ({variance**0.5:.2g}): more "
+            "pairs, or a higher voltage"
+        )
+    low, high = _fieller(slope, mu_0, covariance, t)
+    exponent, interval = _exponent(v, mu, force, mu_0, slope / scale, confidence)
+    return Calibration(
+        person=pairs.person,
+        mu_0=mu_0,
+        mu_0_interval=(mu_0 - half, mu_0 + half),
+        newton_per_v2=slope / mu_0 / scale,
+        newton_per_v2_interval=(low / scale, high / scale),
+        confidence=confidence,
+        normal_force_n=float(force.mean()),
+        pairs=len(v),
+        residual_sd=math.sqrt(variance),
+        r_squared=1 - float(residual @ residual) / float(np.sum((mu - mu.mean()) ** 2)),
+        exponent=exponent,
+        exponent_interval=interval,
+        highest_v_rms=float(v.max()),
+    )
+
+
+def write_calibrations(path: Path | str, calibrations: Sequence[Calibration]) -> Path:
+    """Write calibrations as TOML, one ``[[calibration]]`` each: beside, then renamed."""
+    path = Path(path)
+    rows = [one.model_dump(mode="json", exclude_none=True) for one in calibrations]
+    with written_beside(path) as part:
+        part.write_text(tomli_w.dumps({"calibration": rows}), encoding="utf-8")
+    return path
+
+
+def read_calibrations(path: Path | str) -> list[Calibration]:
+    """Return the calibrations of a TOML file.
+
+    Raises
+    ------
+    DataError
+        If it cannot be read as TOML.
+    ParameterError
+        If a key or value is wrong.
+    """
+    path = Path(path)
+    try:
+        values = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise DataError(f"{path}: not TOML that can be read ({error})") from None
+    rows = values.get("calibration")
+    if not isinstance(rows, list) or set(values) != {"calibration"}:
+        raise DataError(
+            f"{path}: needs [[calibration]] and nothing else, got {', '.join(values) or 'nothing'}"
+        )
+    given = {"exponent": None, "exponent_interval": None}
+    return [validated(Calibration, {**given, **row}, where=f"{path}: calibration") for row in rows]
+
+
+def _numbers(row: dict[str, Any], force: float | None, where: str) -> tuple[float, float, float]:
+    try:
+        values = [float(row[name]) for name in COLUMNS]
+        values.append(float(row["normal_force_n"]) if "normal_force_n" in row else float(force or math.nan))
+    except (TypeError, ValueError):
+        raise DataError(f"{where}: needs numbers, got {dict(row)}") from None
+    if not all(math.isfinite(value) for value in values) or values[0] < 0 or values[2] <= 0:
+        raise DataError(f"{where}: voltage must be >= 0, the normal force > 0, all finite, got {values}")
+    return values[0], values[1], values[2]
+
+
+def _fieller(a: float, b: float, covariance: NDArray[np.float64], t: float) -> tuple[float, float]:
+    """Return the interval of b's ratio a / b: where (a - r b)^2 is t^2 times its variance (b is not near 0)."""
+    vaa, vbb, vab = float(covariance[1, 1]), float(covariance[0, 0]), float(covariance[0, 1])
+    p = b**2 - t**2 * vbb
+    q = a * b - t**2 * vab
+    r = a**2 - t**2 * vaa
+    root = math.sqrt(max(q**2 - p * r, 0.0))
+    return (q - root) / p, (q + root) / p
+
+
+def _exponent(
+    v: NDArray[np.float64],
+    mu: NDArray[np.float64],
+    force: NDArray[np.float64],
+    mu_0: float,
+    slope: float,
+    confidence: float,
+) -> tuple[float | None, tuple[float, float] | None]:
+    """Return the exponent n of mu_0 + s V^n / F_n, and its interval."""
+    top = float(v.max())
+
+    def law(voltage: NDArray[np.float64], base: float, rise: float, n: float) -> NDArray[np.float64]:
+        return np.asarray(base + rise * (voltage / top) ** n / force)
+
+    bounds = ([-np.inf, 0, 0.1], [np.inf, np.inf, 8])
+    try:
+        found, covariance = optimize.curve_fit(law, v, mu, p0=(mu_0, slope * top**2, 2.0), bounds=bounds)
+    except (RuntimeError, ValueError):
+        return None, None
+    half = float(stats.t.ppf((1 + confidence) / 2, len(v) - 3)) * math.sqrt(float(covariance[2, 2]))
+    if not math.isfinite(half):
+        return None, None
+    return float(found[2]), (float(found[2]) - half, float(found[2]) + half)

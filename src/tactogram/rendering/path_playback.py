@@ -1,0 +1,231 @@
+"""A texture over displacement, met along a finger's path: hysteresis, band limit by speed, hold at lift.
+
+What passes k cycles per mm at v mm/s is felt at v k Hz. Above a highest frequency nothing may come: it would fold back.
+So the texture is kept in steps of detail, three to the octave, and how fast the finger moves chooses among them.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import CubicSpline
+
+from tactogram.errors import ParameterError, UnitError
+from tactogram.signal.resampling import resample
+from tactogram.signal.signal import Signal
+
+FINE = 4
+"""A cubic spline through so many samples per sample: within 2e-3 up to 0.45 of the rate."""
+STEPS_PER_OCTAVE = 3
+LEAST_SAMPLES = 16
+"""Of the coarsest step of detail."""
+
+
+class PathPlayback:
+    """Plays a texture over displacement along a path that arrives in blocks.
+
+    Parameters
+    ----------
+    texture : Signal
+        One axis, over displacement.
+    rate : float, Hz
+        Of the samples that come out.
+    highest_hz : float
+        Nothing above it comes out at a steady speed; at most 0.45 of ``rate``.
+    hysteresis_mm : float
+        A finger that turns back moves so far before the texture does: a finger at rest that trembles plays nothing.
+    outside : {"mirror", "hold"}
+        Beyond the ends of the texture: the same ground back again, or its last value.
+
+    Raises
+    ------
+    ParameterError
+        If the texture is over time or has several axes, or a value is out of range.
+    """
+
+    def __init__(
+        self,
+        texture: Signal,
+        *,
+        rate: float,
+        highest_hz: float = 1000.0,
+        hysteresis_mm: float = 0.1,
+        outside: Literal["mirror", "hold"] = "mirror",
+    ) -> None:
+        if texture.domain != "displacement" or len(texture.axes) != 1:
+            raise ParameterError(
+                f"texture must be one axis over displacement, got {len(texture.axes)} over {texture.domain}"
+            )
+        if not 0 < highest_hz <= 0.45 * rate:
+            raise ParameterError(
+                f"highest_hz must be above 0 and at most {0.45 * rate:g}, got {highest_hz:g}"
+            )
+        if not (hysteresis_mm >= 0 and math.isfinite(hysteresis_mm)):
+            raise ParameterError(f"hysteresis_mm must be 0 or more, got {hysteresis_mm}")
+        if len(texture) < 2:
+            raise ParameterError("texture must be two samples at least, got one")
+        self.rate, self.highest_hz = float(rate), float(highest_hz)
+        self.hysteresis_mm, self.outside = float(hysteresis_mm), outside
+        self._end = (len(texture) - 1) / texture.rate
+        self._finest = texture.rate / 2  # cycles per mm
+        self._details = _details(texture)
+        self._place: float | None = None
+        self._lifted = False
+        self._detail = -1.0
+
+    @property
+    def place_mm(self) -> float | None:
+        """Where on the texture the last sample was; None before the first touch."""
+        return self._place
+
+    def process(
+        self, place_mm: ArrayLike | None, length: int, *, contact: bool = True
+    ) -> NDArray[np.float64]:
+        """Return the next block of what the finger meets.
+
+        Parameters
+        ----------
+        place_mm : float array, shape (sample,), or None
+            Along the path, evenly spread over the block, the last one at its end; None where no news came. Values
+            that are not finite count as no news.
+        length : int
+            Of the block, in samples.
+        contact : bool
+            A lifted finger meets nothing new: place and value are held. Where it comes down again, it is at once.
+
+        Returns
+        -------
+        float64 array, shape (time,), in the texture's unit
+            The value at place 0 before the first touch.
+        """
+        if length < 1:
+            raise ParameterError(f"a block has one sample at least, got {length}")
+        given = np.atleast_1d(np.asarray([] if place_mm is None else place_mm, np.float64))
+        given = given[np.isfinite(given)]
+        if len(given) == 0 or not contact:
+            self._lifted = self._lifted or not contact
+            places = np.full(length, self._place or 0.0)
+        else:
+            places = self._along(given, length)
+            self._lifted = False
+        return self._met(places)
+
+    def _along(self, given: NDArray[np.float64], length: int) -> NDArray[np.float64]:
+        """Return the place at each sample, after the hysteresis."""
+        begin = self._place
+        if begin is None or self._lifted:
+            begin = float(given[0])
+        half = self.hysteresis_mm / 2
+        followed = [begin]
+        for place in given:
+            followed.append(min(max(followed[-1], float(place) - half), float(place) + half))
+        self._place = followed[-1]
+        at = np.arange(1, length + 1) / length
+        return np.asarray(np.interp(at, np.linspace(0, 1, len(followed)), followed))
+
+    def _met(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
+        steps = np.abs(np.diff(places))
+        speed = float(steps.max()) * self.rate if len(steps) else 0.0  # mm/s
+        wanted = -1.0
+        if speed > 0:
+            wanted = STEPS_PER_OCTAVE * math.log2(speed * self._finest / self.highest_hz)
+        wanted = min(max(wanted, -1.0), len(self._details) - 2.0)
+        detail = np.linspace(self._detail, wanted, len(places) + 1)[1:]
+        self._detail = wanted
+        folded = self._folded(places)
+        # Above a whole step n the two next coarser ones are mixed: what is asked for is never finer than allowed.
+        whole = np.floor(detail).astype(int)
+        part = detail - whole
+        met = np.empty(len(places))
+        for step in np.unique(whole):
+            here = whole == step
+            coarse = min(step + 2, len(self._details) - 1)
+            low = self._details[min(step + 1, len(self._details) - 1)](folded[here])
+            met[here] = low + part[here] * (self._details[coarse](folded[here]) - low)
+        return met
+
+    def _folded(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
+        if self.outside == "hold":
+            return np.clip(places, 0, self._end)
+        turned = np.mod(places, 2 * self._end)
+        return np.asarray(np.where(turned > self._end, 2 * self._end - turned, turned))
+
+
+def played_along(
+    texture: Signal,
+    path: Signal,
+    *,
+    rate: float,
+    highest_hz: float = 1000.0,
+    hysteresis_mm: float = 0.1,
+    outside: Literal["mirror", "hold"] = "mirror",
+    block: int = 32,
+) -> Signal:
+    """Return what a finger meets along a whole path, over time.
+
+    Parameters
+    ----------
+    texture : Signal
+        One axis, over displacement.
+    path : Signal
+        One axis over time, m.
+    rate : float, Hz
+        Of the result.
+    highest_hz, hysteresis_mm, outside
+        As `PathPlayback`.
+    block : int
+        Samples over which the speed is taken.
+
+    Raises
+    ------
+    UnitError
+        If the path is not in m.
+    ParameterError
+        If the path is not one axis over time, or as `PathPlayback`.
+    """
+    if path.unit != "m":
+        raise UnitError(f"a path is in m, got {path.unit}")
+    if path.domain != "time" or len(path.axes) != 1:
+        raise ParameterError(f"a path is one axis over time, got {len(path.axes)} over {path.domain}")
+    playback = PathPlayback(
+        texture, rate=rate, highest_hz=highest_hz, hysteresis_mm=hysteresis_mm, outside=outside
+    )
+    count = max(1, round(path.seconds * rate))
+    at = np.arange(count) / rate
+    places = 1e3 * np.interp(at, np.arange(len(path)) / path.rate, path.samples[0].astype(np.float64))
+    parts = [
+        playback.process(places[start : start + block], len(places[start : start + block]))
+        for start in range(0, count, block)
+    ]
+    return Signal(np.concatenate(parts), rate, texture.unit, texture.axes)
+
+
+def _details(texture: Signal) -> list[_Held]:
+    """Return the texture in steps of detail: band-limited at its own rate, a third of an octave less, and so on."""
+    steps = []
+    step = 0
+    while True:
+        rate = texture.rate * 2 ** (-step / STEPS_PER_OCTAVE)
+        if step and len(texture) * rate / texture.rate < LEAST_SAMPLES:
+            break
+        fine = resample(resample(texture, rate), FINE * rate)
+        grid = np.arange(len(fine)) / (FINE * rate)
+        steps.append(_Held(grid, fine.samples[0].astype(np.float64)))
+        step += 1
+    mean = float(texture.samples.mean(dtype=np.float64))
+    flat = _Held(np.array([0.0, 1.0]), np.array([mean, mean]))
+    return [*steps, flat, flat]
+
+
+class _Held:
+    """A cubic spline that keeps its end values outside: coarse grids end a little before the texture does."""
+
+    def __init__(self, grid: NDArray[np.float64], values: NDArray[np.float64]) -> None:
+        self._low, self._high = float(grid[0]), float(grid[-1])
+        self._spline = CubicSpline(grid, values)
+
+    def __call__(self, at: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(self._spline(np.clip(at, self._low, self._high)))
