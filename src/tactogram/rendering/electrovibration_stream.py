@@ -116,6 +116,6 @@ class ElectrovibrationStream:
         return limited(samples / self.settings.amplifier_gain, self.settings.peak_v)
 
     def stop(self) -> NDArray[np.float32]:
-        """Return the last block, from the present voltage to zero in ``settings.release_s``; all later ones are zero."""
+        """Return the last block, from the present voltage to zero in ``release_s``; all later ones are zero."""
         self._stopped = True
         return self.process(None, math.ceil(1 / self._release) + 1)
