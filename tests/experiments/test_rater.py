@@ -171,3 +171,17 @@ def test_the_logistic_regression_reaches_what_is_known_of_real_objects(real_data
     for unseen in drawn:
         scores[unseen] = rater_phac2._logistic(held, unseen, [name], 0)
     assert rater_phac2.roc_auc_score(held.table[:, name], scores[:, name]) > 0.8
+
+
+def test_folds_leave_every_adjective_two_classes_to_learn_from():
+    table = np.zeros((20, 8), bool)
+    for n in range(
+        8
+    ):  # two objects each: a plain drawing of ten folds puts some pair into one fold now and then
+        table[[2 * n, 2 * n + 1], n] = True
+    for seed in range(40):
+        folds = rater_phac2.drawn_folds(table, seed)
+        assert sorted(np.concatenate(folds)) == list(range(20))
+        for unseen in folds:
+            seen = np.setdiff1d(np.arange(20), unseen)
+            assert table[seen].any(0).all(), seed

@@ -20,7 +20,7 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
 from tactogram.datasets.phac2 import Adjectives, read_phac2
-from tactogram.errors import ParameterError
+from tactogram.errors import DataError, ParameterError
 from tactogram.models.rater import Config
 from tactogram.models.rater.regression import fit_regression
 
@@ -55,10 +55,10 @@ def run(jobs: Any, folder: Path, *, paper: bool, data: str = "", seeds: int = 0)
     drawings = seeds or (5 if paper else 2)
     found: dict[str, list[Floats]] = {"logistic regression": [], "rater's regression": []}
     for seed in range(drawings):
-        drawn = np.random.default_rng(seed).permutation(len(held.objects))
+        folds = drawn_folds(held.table[:, several], seed)
         for name, scored in (("logistic regression", _logistic), ("rater's regression", _rater)):
             scores = np.full(held.table.shape, np.nan)
-            for unseen in np.array_split(drawn, FOLDS):
+            for unseen in folds:
                 scores[unseen] = scored(held, unseen, several, seed)
             found[name].append(
                 np.array([roc_auc_score(held.table[:, n], scores[:, n]) for n in several], np.float64)
@@ -85,6 +85,32 @@ def run(jobs: Any, folder: Path, *, paper: bool, data: str = "", seeds: int = 0)
         "rows": rows,
     }
     return result | {"text": _text(result)}
+
+
+def drawn_folds(table: NDArray[np.bool_], seed: int) -> list[NDArray[np.int64]]:
+    """Return the objects of each fold, drawn until no adjective has all its objects, or all others, in one fold.
+
+    Parameters
+    ----------
+    table : bool array, shape (object, adjective)
+        Each adjective of two objects or more, and not of all but one.
+    seed : int
+
+    Raises
+    ------
+    DataError
+        If 1,000 drawings bring none.
+    """
+    rng = np.random.default_rng(seed)
+    for _ in range(1000):
+        folds = np.array_split(rng.permutation(len(table)), FOLDS)
+        held = np.array([table[unseen].sum(0) for unseen in folds])
+        others = np.array([(~table[unseen]).sum(0) for unseen in folds])
+        if (held < table.sum(0)).all() and (others < (~table).sum(0)).all():
+            return folds
+    raise DataError(
+        f"no {FOLDS} folds of {len(table)} objects leave every adjective with two classes to learn from"
+    )
 
 
 def _logistic(held: Adjectives, unseen: NDArray[np.int64], several: list[int], seed: int) -> Floats:
