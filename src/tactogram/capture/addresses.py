@@ -16,11 +16,13 @@ from tactogram.capture.digilent import DigilentSource, ScopeFormat, digilent_dev
 from tactogram.capture.log import kind_of
 from tactogram.capture.lsl import LslSource
 from tactogram.capture.nidaq import AnalogFormat, NiSource, ni_devices
+from tactogram.capture.played import PlayedSource
 from tactogram.capture.raw_log import log_facts, log_pieces
 from tactogram.capture.serial_csv import CsvFormat, CsvSource
 from tactogram.capture.source import Source
 from tactogram.capture.twelite_simulated import SimulatedPort, SimulatedReceiver
 from tactogram.capture.twelite_source import TweliteSource
+from tactogram.datasets import open_store
 from tactogram.errors import DeviceError, MissingExtraError, ParameterError
 from tactogram.extras import imported, lsl
 from tactogram.signal.io import read_signal
@@ -77,6 +79,17 @@ class SimulatedOptions(SimulatedReceiver):
     """A recording that the sensor feels: three axes in m/s^2."""
     paced: bool = True
     """Whether packets come when they are due; else as fast as they are read."""
+    log: str | None = None
+    """A new file for all bytes."""
+
+
+class PlayedOptions(SimulatedReceiver):
+    """Options of ``played:STORE``: what a simulated receiver does, and these."""
+
+    materials: str = ""
+    """Stroked in turn, separated by commas; ``all`` is every one. By default a session says what is stroked."""
+    each_s: float = Field(default=5.0, gt=0, allow_inf_nan=False)
+    """How long each is."""
     log: str | None = None
     """A new file for all bytes."""
 
@@ -220,6 +233,20 @@ def _simulated(address: str, place: str, o: SimulatedOptions) -> Source:
     return TweliteSource(port, name=address, rate=receiver.rate, log=o.log, simulated=True)
 
 
+def _played(address: str, place: str, o: PlayedOptions) -> Source:
+    receiver = SimulatedReceiver(**o.model_dump(include=set(SimulatedReceiver.model_fields)))
+    store = open_store(_needed(place, address, "the store"))
+    names = tuple(name for name in o.materials.split(",") if name)
+    return PlayedSource(
+        store,
+        receiver,
+        name=address,
+        materials=names,
+        each_s=o.each_s,
+        log=None if o.log is None else Path(o.log),
+    )
+
+
 def _needed(place: str, address: str, what: str) -> str:
     if not place:
         raise ParameterError(f"{address.rstrip(':')}: must name {what} after the colon")
@@ -245,6 +272,9 @@ KINDS: Mapping[str, Kind] = {
     "log": Kind("log:FILE", "log of a receiver or a board", LogOptions, _log),
     "simulated": Kind(
         "simulated:twelite?rate=330&loss=0.02", "simulated TWE-Lite receiver", SimulatedOptions, _simulated
+    ),
+    "played": Kind(
+        "played:STORE?loss=0.02", "recordings played by a simulated TWE-Lite receiver", PlayedOptions, _played
     ),
 }
 """What an address may begin with."""

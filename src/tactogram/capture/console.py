@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import select
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol, TextIO
+from types import TracebackType
+from typing import Protocol, Self, TextIO
 
 from tactogram.capture.feed import Levels
 
@@ -64,6 +66,7 @@ class LineConsole:
 
     def __init__(self, answers: TextIO | None, out: TextIO | None = None) -> None:
         self._answers = answers
+        self._read = bytearray()
         self._out = sys.stderr if out is None else out
         self._shown: tuple[str, str] = ("", "")
 
@@ -82,7 +85,6 @@ class LineConsole:
         """Return the default, or the next answer that is one of ``keys``."""
         if self._answers is None:
             idle()
-            self.say(f"{question} {default}")
             return default
         choices = ", ".join(f"{key} {meaning}" for key, meaning in keys.items())
         while True:
@@ -95,20 +97,38 @@ class LineConsole:
                 return answer
             self.say(f"answer must be one of {', '.join(keys)}, got {line.strip()!r}")
 
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Leave everything open: it was before."""
+
     def _line(self, idle: Callable[[], None]) -> str | None:
         """Return the next line, None at the end; ``idle`` runs while there is none yet."""
-        ready = _waits(self._answers)
-        while not ready():
-            idle()
         idle()
-        line = self._answers.readline() if self._answers is not None else ""
-        return line or None
+        number = _handle(self._answers)
+        if self._answers is None or number is None:
+            line = self._answers.readline() if self._answers is not None else ""
+            return line or None
+        # Not by readline: what it has read ahead, select would not know of.
+        while b"\n" not in self._read:
+            if not select.select([number], [], [], 0)[0]:
+                idle()
+                continue
+            if not (more := os.read(number, 4096)):
+                break
+            self._read += more
+        line_read, newline, rest = bytes(self._read).partition(b"\n")
+        self._read = bytearray(rest)
+        return line_read.decode(errors="replace") + newline.decode() or None
 
 
-def _waits(answers: TextIO | None) -> Callable[[], bool]:
-    """Return a function that says whether a line can be read without waiting; files and scripts always can."""
+def _handle(answers: TextIO | None) -> int | None:
+    """Return what the system calls a file by; None for a text in memory."""
     try:
-        number = answers.fileno() if answers is not None else -1
+        return None if answers is None else answers.fileno()
     except (OSError, ValueError):
-        return lambda: True
-    return lambda: bool(select.select([number], [], [], 0)[0])
+        return None

@@ -88,6 +88,10 @@ class Feed:
         self._last_came = clock()
         self._kept: deque[Block] = deque()
         self._from: int | None = None
+        self.keep_s = METER_S
+        """How much of the past is kept besides, s."""
+        self.first_arrival_s = float("nan")
+        """When the first block came."""
         self._measured: Mapping[str, float] | None = None
         self._measured_at = -1
 
@@ -136,6 +140,8 @@ class Feed:
                 )
             return None
         self._last_came = now
+        if not self.next_index:
+            self.first_arrival_s = block.arrival_s
         self._kept.append(block)
         self.lost += block.lost
         self.next_index = block.first_index + len(block)
@@ -193,8 +199,11 @@ class Feed:
         return np.concatenate(parts[::-1], axis=1)
 
     def _forget(self) -> None:
-        rate = self.rate or 10_000.0
-        oldest = self.next_index - 2 * METER_S * rate
+        rate = self.rate
+        if rate is None:
+            # Until it is known, nobody can say how much that is.
+            return
+        oldest = self.next_index - 2 * max(METER_S, self.keep_s) * rate
         if self._from is not None:
             oldest = min(oldest, self._from)
         while len(self._kept) > 1 and self._kept[0].first_index + len(self._kept[0]) <= oldest:

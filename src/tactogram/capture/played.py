@@ -157,7 +157,7 @@ class PlayedSource(TweliteSource):
     name : str
         The address.
     materials : sequence of str, optional
-        Stroked in turn; by default nothing is until `on_trial` or ``hand.touch`` says so.
+        Stroked in turn, ``("all",)`` every one; by default nothing is until `on_trial` or ``hand.touch`` says so.
     each_s : float
         How long each of ``materials`` is.
     log : Path, optional
@@ -175,7 +175,8 @@ class PlayedSource(TweliteSource):
         log: Path | None = None,
     ) -> None:
         self.hand = SimulatedHand(store, rate=receiver.rate, seed=receiver.seed)
-        self._materials, self._each_s, self._turn = tuple(materials), each_s, -1
+        names = self.hand.materials if tuple(materials) == ("all",) else tuple(materials)
+        self._materials, self._each_s, self._turn = names, each_s, -1
         for material in self._materials:
             self.hand.touch(material)  # refuses what is not there before anything is opened
         self.hand.rest()

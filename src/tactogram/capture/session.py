@@ -189,6 +189,8 @@ class Session:
                 if not self._trial(trial):
                     stopped = "stopped by the experimenter"
                     break
+        except KeyboardInterrupt:
+            stopped = "interrupted"
         except SourceEnded:
             stopped = f"{self._source.name} ended"
         except SourceLost as error:
@@ -225,8 +227,9 @@ class Session:
             facts = {"trial": trial.number, "attempt": attempt, "first_index": take.first_index}
             facts |= {"samples": len(take), "lost": take.lost, "rate": take.rate, "verdict": verdict.facts()}
             default = "a" if verdict.good else "r" if automatic < MOST_REDONE else "s"
-            self._console.say(f"{self._place}: {verdict}{self._heard(take)}")
-            decision = self._decide(trial, take, verdict, default)
+            found = f"{self._place}: {verdict}{self._heard(take)}"
+            decision = self._decide(trial, take, verdict, question=found, default=default)
+            self._console.say(f"{found} -> {DECIDE[decision]}")
             self._note("take", facts | {"decision": DECIDE[decision], "log": self._log})
             if decision == "a":
                 self.counts["accepted"] += 1
@@ -300,10 +303,10 @@ class Session:
         name = max(found, key=lambda material: found[material])
         return f"; sounds like {name} ({found[name]:.2f})"
 
-    def _decide(self, trial: Trial, take: Take, verdict: Verdict, default: str) -> str:
+    def _decide(self, trial: Trial, take: Take, verdict: Verdict, *, question: str, default: str) -> str:
         """Return what is decided about a take; ``"a"`` means that it is in the store."""
         while True:
-            decision = self._ask(f"{self._place}: {verdict}", DECIDE, default=default)
+            decision = self._ask(question, DECIDE, default=default)
             if decision != "a":
                 return decision
             try:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from tactogram.cli import (
+    capturing,
     data,
     files,
     generating,
@@ -20,7 +21,7 @@ from tactogram.cli import (
 )
 from tactogram.cli.options import Verbs
 
-GROUPS = (start, data, training, generating, recognising, files, rendering, streaming, reproducing)
+GROUPS = (start, data, training, generating, recognising, files, rendering, streaming, capturing, reproducing)
 
 
 def make_parser() -> argparse.ArgumentParser:
