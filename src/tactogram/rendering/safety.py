@@ -132,7 +132,7 @@ class Guard:
         if count == 0:
             return np.zeros(x.shape, np.float32)
         steps = self._step * np.arange(1, count + 1)
-        gain = np.clip(self._gain + (steps if to > self._gain else -steps), 0.0, 1.0)
+        gain = np.clip(self._gain + np.sign(to - self._gain) * steps, 0.0, 1.0)
         self._gain = float(gain[-1])
         self._held = x[:, -1:]
         if self._pole:
