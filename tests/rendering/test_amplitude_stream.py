@@ -1,5 +1,7 @@
 """Register values for ERM and LRA drivers, and patterns for phones."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -131,7 +133,7 @@ def test_on_and_off_last_long_enough(share, shortest):
     if (share > 0).all():
         first = 1 if strengths[0] == 0 else 0  # it may begin with less silence than that
         assert all(t >= 20 * shortest for t in timings[first:-1])
-    assert all(a != b for a, b in zip(strengths, strengths[1:], strict=False))
+    assert all(a != b for a, b in pairwise(strengths))
 
 
 @pytest.mark.parametrize("share", [0.1, 0.25, 0.5, 0.8, 1.0])
