@@ -13,6 +13,26 @@ settings.register_profile("search", deadline=None, max_examples=500)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 
+def pytest_addoption(parser):
+    parser.addoption("--regen", action="store_true", help="make the golden files anew; look at what changed")
+
+
+@pytest.fixture
+def golden(request):
+    """Give a function that returns a golden file's text; with --regen it is first made from ``made``."""
+
+    def text(name: str, made: str) -> str:
+        path = request.path.parent / "golden" / name
+        if request.config.getoption("--regen"):
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(made, encoding="utf-8")
+        if not path.is_file():
+            pytest.fail(f"no golden file {path.name}: make it with pytest --regen, look at it, commit it")
+        return path.read_text(encoding="utf-8")
+
+    return text
+
+
 def real_data(name: str) -> Path:
     """Return the folder of a real data set, or skip: real recordings are not part of the project."""
     root = Path(os.environ.get("TACTOGRAM_REAL_DATA") or Path(__file__).parents[2] / "shared" / "data")

@@ -191,12 +191,17 @@ def decode(document: Any, rate: float) -> Decoded:
     pattern = Pattern.model_validate(document)
     events = [entry.event for entry in pattern.entries if entry.event is not None]
     haptic = [event for event in events if event.kind.startswith("Haptic")]
-    ends = [event.time + (event.duration or PULSE_S / 2) for event in haptic]
-    if not ends:
+    if not haptic:
         raise ParameterError("the pattern holds no haptic event: there is nothing to feel")
+    ends = [
+        event.time + event.duration for event in haptic if event.duration and event.kind == "HapticContinuous"
+    ]
+    seconds = max(ends, default=0.0)
+    # What sets in within a continuous vibration ends with it.
+    late = [event.time + PULSE_S for event in haptic if event.time >= seconds]
+    seconds = max([seconds, *late])
     intensity = _control(pattern, "HapticIntensityControl", 1.0)
     sharpness = _control(pattern, "HapticSharpnessControl", 0.0)
-    seconds = max(ends)
     amplitude, frequency = _track(haptic, seconds, intensity, sharpness)
     pulses = tuple(
         Pulse(

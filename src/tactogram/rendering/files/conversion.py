@@ -192,7 +192,7 @@ def _decoded(document: Any, kind: HapticFormat, path: Path, rate: float | None) 
     text = _description_in(document)
     ours = described(text, str(path)) if text else None
     if kind.holds == "waveform":
-        found = hjif.decode(document, rate or (ours.rate if ours else None))
+        found = hjif.decode(document, rate, exact_rate=ours.rate if ours else None)
     else:
         found = kind.decode(document, rate or READ_RATE)
     signal, scale = found.signal, ours.full_scale if ours else None

@@ -149,7 +149,7 @@ def envelope_of(
     if signal.domain != "time":
         raise ParameterError("an envelope is over time; say how fast the finger moves with --play-at MM_S")
     z, rate = _analytic(signal, low, high)
-    times = np.append(np.arange(0, signal.seconds - step / 2, step), signal.seconds)
+    times = np.concatenate([[0.0], np.arange(step, signal.seconds - step / 2, step), [signal.seconds]])
     power = np.abs(z) ** 2
     amplitude = np.sqrt(_at(_averaged(power, WINDOW_S * rate), times * rate))
     frequency = _frequency(z, rate, times, amplitude)

@@ -298,7 +298,7 @@ def encode(signal: Signal, description: str, *, modality: str | None = None) -> 
     }
 
 
-def decode(document: Any, rate: float | None = None) -> Decoded:
+def decode(document: Any, rate: float | None = None, *, exact_rate: float | None = None) -> Decoded:
     """Return the channels of a valid document's first perception, one axis each.
 
     Parameters
@@ -306,6 +306,8 @@ def decode(document: Any, rate: float | None = None) -> Decoded:
     document : JSON values
     rate : float, Hz, optional
         Of the result; by default the channels' ``frequency_sampling``, else `READ_RATE`.
+    exact_rate : float, Hz or per mm, optional
+        Of a file that `encode` wrote, where it stands in the description: ticks and ``frequency_sampling`` are whole.
 
     Raises
     ------
@@ -317,12 +319,15 @@ def decode(document: Any, rate: float | None = None) -> Decoded:
     if perception is None:
         raise DataError("the file has no perception with a channel: there is nothing to feel")
     stated = [c.frequency_sampling for c in perception.channels if c.frequency_sampling]
-    rate = rate or (float(max(stated)) if stated else READ_RATE)
+    rate = rate or exact_rate or (float(max(stated)) if stated else READ_RATE)
     lengths = [_seconds(channel, haptics.timescale) for channel in perception.channels]
     count = round(max(lengths) * rate)
-    if count < 1:
+    if count < 1 and exact_rate is None:
         raise DataError("the file's channels have no length: there is nothing to feel")
-    ticks = np.arange(count, dtype=np.float64) * (haptics.timescale / rate)
+    step = haptics.timescale / rate
+    if exact_rate is not None and rate == exact_rate and perception.channels[0].sample_count:
+        count, step = perception.channels[0].sample_count, float(round(step))
+    ticks = np.arange(count, dtype=np.float64) * step
     samples = np.stack([_channel(c, ticks, haptics.timescale) for c in perception.channels])
     names = tuple(channel.description for channel in perception.channels)
     if len(set(names)) < len(names) or not all(names):

@@ -1,0 +1,310 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from tactogram.errors import DataError, ParameterError
+from tactogram.rendering.files import FORMATS, check_file, read_haptic, to_one_axis, write_haptic
+from tactogram.rendering.files.conversion import losses
+from tactogram.rendering.files.documents import encoded
+from tactogram.rendering.files.loss import loss_between
+from tactogram.signal import Signal
+
+RATE = 2000
+ENVELOPES = [name for name, kind in FORMATS.items() if kind.holds != "waveform"]
+
+
+def effect(seconds=1.0, strength=0.9, unit="1"):
+    t = np.arange(round(seconds * RATE)) / RATE
+    x = strength * (0.5 - 0.5 * np.cos(2 * np.pi * 2 * t)) * np.sin(2 * np.pi * 150 * t)
+    return Signal(x, RATE, unit)
+
+
+def file_for(folder, format):
+    return folder / f"x{FORMATS[format].suffix}"
+
+
+@pytest.mark.parametrize("format", FORMATS)
+def test_every_format_is_valid_and_read_back(tmp_path, format):
+    path = file_for(tmp_path, format)
+    found = write_haptic(path, effect(), format=format, metadata={"simulated": True})
+    assert check_file(path) == {"file": str(path), "format": format, "valid": True, "problems": []}
+    file = read_haptic(path)
+    assert file.metadata == {"simulated": True}
+    assert (file.signal.unit, file.facts["format"], file.facts["full_scale"]) == ("1", format, 1.0)
+    assert found["bytes"] == path.stat().st_size
+    least = 0.75 if format == "vibration" else 0.98
+    assert found["loss"]["envelope_correlation"] > least
+    assert abs(found["loss"]["level_db"]) < (6 if format == "vibration" else 0.3)
+    assert found["loss"] == losses(effect(), file.signal)
+
+
+@pytest.mark.parametrize("format", [f for f in FORMATS if f != "vibration"])
+def test_level_and_unit_come_back(tmp_path, format):
+    path = file_for(tmp_path, format)
+    found = write_haptic(path, effect(strength=40.0, unit="m/s^2"), format=format)
+    file = read_haptic(path)
+    assert file.signal.unit == "m/s^2"
+    assert found["full_scale"] == pytest.approx(40, rel=0.05)
+    assert found["scaled_by"] == pytest.approx(1 / found["full_scale"])
+    assert file.facts["full_scale"] == found["full_scale"]
+    assert np.abs(file.signal.samples).max() == pytest.approx(40, rel=0.06)
+
+
+@pytest.mark.parametrize("format", FORMATS)
+def test_full_scale_is_kept_or_refused(tmp_path, format):
+    path = file_for(tmp_path, format)
+    found = write_haptic(path, effect(strength=2.0, unit="m/s^2"), format=format, full_scale=8.0)
+    assert (found["full_scale"], found["scaled_by"]) == (8.0, 0.125)
+    path.unlink()
+    with pytest.raises(ParameterError, match="at least the peak of .* m/s.2, got 1; it would clip"):
+        write_haptic(path, effect(strength=2.0, unit="m/s^2"), format=format, full_scale=1.0)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("wrong", [0, -1, np.nan, np.inf])
+def test_a_full_scale_must_be_a_number_above_0(tmp_path, wrong):
+    with pytest.raises(ParameterError, match="--full-scale must be > 0"):
+        write_haptic(tmp_path / "x.ahap", effect(), format="ahap", full_scale=wrong)
+
+
+def test_a_signal_of_full_scale_is_not_scaled(tmp_path):
+    assert write_haptic(tmp_path / "x.ahap", effect(strength=0.2), format="ahap")["full_scale"] == 1.0
+
+
+def test_three_axes_become_one_by_dft321_and_two_by_their_mean(tmp_path):
+    x = effect().samples[0]
+    three = Signal(np.stack([x, 0 * x, x]), RATE, "m/s^2")
+    two = Signal(np.stack([x, 0 * x]), RATE, "1", ("left", "right"))
+    found = [write_haptic(tmp_path / "x.ahap", signal, format="ahap") for signal in (three, two)]
+    assert [f["reduced_by"] for f in found] == ["DFT321 of x, y, z", "mean of left, right"]
+    assert read_haptic(tmp_path / "x.ahap").signal.axes == ("mean",)
+    chosen = write_haptic(tmp_path / "x.ahap", two, format="ahap", axis="left")
+    assert chosen["reduced_by"] == "axis left of left, right"
+
+
+def test_which_axis_is_checked():
+    signal = Signal(np.ones((2, 9)), 10, "1", ("a", "b"))
+    np.testing.assert_allclose(
+        to_one_axis(Signal(np.stack([np.ones(9), 3 * np.ones(9)]), 10, "1", ("a", "b")))[0].samples, 2
+    )
+    with pytest.raises(ParameterError, match="must be one of a, b, dft321, mean, got 'c'"):
+        to_one_axis(signal, "c")
+    with pytest.raises(ParameterError, match="dft321 needs three axes, got 2"):
+        to_one_axis(signal, "dft321")
+    one = Signal(np.ones(9), 10, "1", ("a",))
+    assert to_one_axis(one) == (one, None)
+
+
+@pytest.mark.parametrize("format", ENVELOPES)
+def test_displacement_is_refused_where_there_is_only_time(tmp_path, format):
+    signal = Signal(np.ones(90), 40, "1", domain="displacement")
+    with pytest.raises(ParameterError, match="--play-at MM_S"):
+        write_haptic(file_for(tmp_path, format), signal, format=format)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_carrier_of_an_envelope_is_stated(tmp_path):
+    found = write_haptic(tmp_path / "x.ahap", effect(), format="ahap")
+    assert found["carrier"] == {"carrier_hz": [65.0, 300.0], "carrier_from": "sharpness"}
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "not a JSON document"),
+        (b"{", "not a JSON document"),
+        (b"\xff\xfe", "not a JSON document"),
+        (b'{"Pattern": [NaN]}', "NaN is no JSON number"),
+        (b"[" * 200_000, "not a JSON document"),
+        (b'{"Pattern": 1e999}', "not valid AHAP"),
+        (b"[]", "not valid AHAP"),
+        (b'{"Pattern": []}', "not valid AHAP .Apple.: Pattern"),
+    ],
+)
+def test_broken_files_are_refused_in_one_line(tmp_path, content, message):
+    (tmp_path / "x.ahap").write_bytes(content)
+    with pytest.raises(DataError, match=message) as caught:
+        read_haptic(tmp_path / "x.ahap")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_file_and_a_strange_json_are_named(tmp_path):
+    with pytest.raises(DataError, match="no such file"):
+        check_file(tmp_path / "x.ahap")
+    (tmp_path / "x.json").write_text('{"a": 1}')
+    with pytest.raises(DataError, match="is none of ahap, haptic, hjif"):
+        check_file(tmp_path / "x.json")
+
+
+@pytest.mark.parametrize("format", FORMATS)
+def test_a_shared_suffix_is_told_by_what_is_in_it(tmp_path, format):
+    write_haptic(tmp_path / "x.json", effect(), format=format)
+    assert check_file(tmp_path / "x.json")["format"] == format
+
+
+def test_our_description_that_was_damaged_is_refused(tmp_path):
+    write_haptic(tmp_path / "x.ahap", effect(), format="ahap")
+    document = json.loads((tmp_path / "x.ahap").read_text())
+    document["Metadata"]["Description"] = '{"tactogram": 1, "rate": "x"}'
+    (tmp_path / "x.ahap").write_text(json.dumps(document))
+    with pytest.raises(DataError, match="description is damaged"):
+        read_haptic(tmp_path / "x.ahap")
+
+
+def test_losses_are_those_of_known_differences():
+    t = np.arange(RATE) / RATE
+    one = Signal((1 + 0.5 * np.sin(2 * np.pi * 3 * t)) * np.sin(2 * np.pi * 150 * t), RATE, "1")
+    half = loss_between(one, one.with_samples(0.5 * one.samples))
+    assert half.envelope_correlation == pytest.approx(1)
+    assert half.waveform_correlation == pytest.approx(1)
+    assert half.envelope_error == pytest.approx(0.5)
+    assert half.level_db == pytest.approx(-6.02, abs=0.01)
+    assert half.snr_db == pytest.approx(6.02, abs=0.01)
+    octave = Signal((1 + 0.5 * np.sin(2 * np.pi * 3 * t)) * np.sin(2 * np.pi * 300 * t), RATE, "1")
+    assert loss_between(one, octave).frequency_octaves == pytest.approx(1, abs=0.02)
+    silent = loss_between(one.with_samples(0 * one.samples), one)
+    assert (silent.envelope_error, silent.waveform_correlation, silent.level_db) == (None, None, None)
+    steady = Signal(np.sin(2 * np.pi * 150 * t), RATE, "1")
+    assert loss_between(steady, steady).snr_db is None
+
+
+@st.composite
+def signals(draw):
+    count, axes = draw(st.integers(1, 400)), draw(st.sampled_from([1, 1, 2, 3]))
+    samples = draw(
+        arrays(
+            np.float32,
+            (axes, count),
+            elements=st.floats(-1e6, 1e6, width=32, allow_subnormal=False),
+            fill=st.sampled_from([0.0, 1.0, -3.0]).map(np.float32),
+        )
+    )
+    rate = draw(st.sampled_from([200.0, 333.3, 1000.0, 8000.0, 44100.0, 250_000.0]))
+    unit = draw(st.sampled_from(["1", "m/s^2", "V"]))
+    domain = draw(st.sampled_from(["time", "time", "time", "displacement"]))
+    return Signal(samples, rate, unit, tuple("abc"[:axes]), domain)
+
+
+@pytest.mark.parametrize("format", FORMATS)
+@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(signal=signals())
+def test_any_signal_makes_a_valid_file_or_a_clear_refusal(tmp_path, format, signal):
+    path = file_for(tmp_path, format)
+    path.unlink(missing_ok=True)
+    try:
+        found = write_haptic(path, signal, format=format)
+    except ParameterError as error:
+        refusal = str(error)
+    else:
+        refusal = None
+    if refusal is not None:
+        assert not path.exists()
+        assert "\n" not in refusal
+        return
+    assert check_file(path)["valid"]
+    back = read_haptic(path).signal
+    assert back.unit == signal.unit
+    assert np.isfinite(back.samples).all()
+    if format == "hjif":
+        tolerance = 2e-6 * found["full_scale"]
+        if not found["resampled_to"]:
+            np.testing.assert_allclose(back.samples, signal.samples, atol=tolerance, rtol=1e-6)
+    elif format != "vibration":
+        assert back.seconds == pytest.approx(signal.seconds, abs=2e-3)
+
+
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    document=st.recursive(
+        st.none()
+        | st.booleans()
+        | st.integers()
+        | st.floats(allow_nan=False, allow_infinity=False)
+        | st.text(),
+        lambda inner: (
+            st.lists(inner)
+            | st.dictionaries(
+                st.sampled_from(
+                    [
+                        "Pattern",
+                        "Event",
+                        "signals",
+                        "perceptions",
+                        "timings",
+                        "effects",
+                        "pattern",
+                        "description",
+                    ]
+                ),
+                inner,
+            )
+        ),
+        max_leaves=20,
+    ),
+    format=st.sampled_from(sorted(FORMATS)),
+)
+def test_any_json_is_valid_or_named_wrong(document, format):
+    problems = FORMATS[format].validate(document)
+    assert all(isinstance(line, str) and line and "\n" not in line for line in problems)
+    if not problems:
+        FORMATS[format].decode(document, 8000)
+
+
+@pytest.mark.parametrize("format", FORMATS)
+def test_what_is_written_has_not_changed(tmp_path, golden, format):
+    rate = 400
+    t = np.arange(rate // 2) / rate
+    x = np.where(t < 0.2, 0.6, 0.2) * np.sin(2 * np.pi * 90 * t)
+    write_haptic(tmp_path / "x", Signal(x, rate, "1"), format=format, metadata={"simulated": True})
+    made = json.loads((tmp_path / "x").read_text())
+    if "date" in made:
+        made["date"] = "2026-01-01"
+    kept = json.loads(golden(f"burst-{format}.json", encoded(made)))
+    _compare(made, kept)
+    assert FORMATS[format].validate(kept) == []
+
+
+def _compare(made, kept):
+    if isinstance(made, dict):
+        assert made.keys() == kept.keys()
+        for key in made:
+            _compare(made[key], kept[key])
+    elif isinstance(made, list):
+        assert len(made) == len(kept)
+        for one, other in zip(made, kept, strict=True):
+            _compare(one, other)
+    elif isinstance(made, float):
+        assert made == pytest.approx(kept, abs=2e-4)
+    else:
+        assert made == kept
+
+
+@pytest.mark.real_data
+def test_real_effects_go_through_every_format(real_data, tmp_path):
+    from tactogram.signal.io import read_signal
+
+    paths = sorted((real_data("vibviz") / "wav").glob("*.wav"), key=lambda path: path.stat().st_size)
+    found = {}
+    for path in paths[:2]:
+        for format in FORMATS:
+            file = file_for(tmp_path, format)
+            found[path.stem, format] = write_haptic(file, read_signal(path, unit="1"), format=format)
+            assert check_file(file, format=format)["valid"]
+    for (_, format), result in found.items():
+        loss = result["loss"]
+        if format == "hjif":
+            assert loss["waveform_correlation"] > 0.99
+        elif format in ("ahap", "haptic", "android"):
+            assert loss["envelope_error"] < 0.2
+            assert abs(loss["level_db"]) < 0.5
+
+
+def test_golden_files_of_the_formats_are_valid():
+    folder = Path(__file__).parent / "golden"
+    for name in ("min.hjif", "my.haptic"):
+        assert check_file(folder / name)["valid"]

@@ -1,0 +1,123 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tactogram.errors import ParameterError
+from tactogram.rendering.files.envelope import (
+    Envelope,
+    FrequencySpan,
+    Pulse,
+    carrier,
+    envelope_of,
+    thinned,
+)
+from tactogram.signal import Signal
+
+RATE = 8000
+
+
+def sine(hz, amplitude=1.0, seconds=1.0, rate=RATE):
+    t = np.arange(round(seconds * rate)) / rate
+    return Signal(amplitude * np.sin(2 * np.pi * hz * t), rate, "1")
+
+
+def middle(envelope, values):
+    return values[(envelope.times > 0.1) & (envelope.times < envelope.seconds - 0.1)]
+
+
+@pytest.mark.parametrize("rate", [1000, 8000, 44100])
+@pytest.mark.parametrize("hz", [40, 150, 300])
+def test_a_sine_has_its_amplitude_and_frequency(hz, rate):
+    envelope = envelope_of(sine(hz, 0.7, rate=rate))
+    np.testing.assert_allclose(middle(envelope, envelope.amplitude), 0.7, rtol=0.02)
+    np.testing.assert_allclose(middle(envelope, envelope.frequency), hz, rtol=0.01)
+    assert (envelope.seconds, envelope.times[0], envelope.times[-1]) == (1.0, 0.0, 1.0)
+
+
+def test_a_constant_and_what_is_above_1_khz_are_not_felt():
+    x = sine(150, 0.5).samples + 3 + sine(2500, 0.9).samples
+    envelope = envelope_of(Signal(x, RATE, "1"))
+    np.testing.assert_allclose(middle(envelope, envelope.amplitude), 0.5, rtol=0.02)
+
+
+def test_a_modulated_carrier_comes_back():
+    t = np.arange(2 * RATE) / RATE
+    x = (0.5 + 0.4 * np.sin(2 * np.pi * 3 * t)) * np.sin(2 * np.pi * (120 * t + 20 * t**2))
+    once = envelope_of(Signal(x, RATE, "1"))
+    back = envelope_of(carrier(once, RATE))
+    inside = (once.times > 0.1) & (once.times < 1.9)
+    assert np.abs(back.amplitude - once.amplitude)[inside].max() < 0.02
+    assert np.abs(back.frequency - once.frequency)[inside].max() < 2
+
+
+def test_a_click_is_a_pulse_and_both_have_its_energy():
+    t = np.arange(RATE) / RATE
+    click = np.where(np.abs(t - 0.5) < 0.002, 0.9 * np.sin(2 * np.pi * 250 * t), 0.0)
+    noise = 0.01 * np.sin(2 * np.pi * 100 * t)
+    signal = Signal(click + noise, RATE, "1")
+    envelope = envelope_of(signal)
+    [pulse] = envelope.pulses
+    assert pulse.time == pytest.approx(0.5, abs=0.004)
+    without = envelope_of(signal, pulses=False)
+    played = carrier(envelope, RATE)
+    assert without.amplitude.max() > envelope.amplitude.max()
+    energy = float(np.sum(carrier(without, RATE).samples ** 2))
+    assert float(np.sum(played.samples**2)) == pytest.approx(energy, rel=0.2)
+
+
+def test_a_steady_vibration_has_no_pulse_but_at_its_beginning():
+    envelope = envelope_of(sine(150, 0.5))
+    assert all(pulse.time < 0.01 for pulse in envelope.pulses)
+
+
+def test_a_jump_and_a_pulse_are_played_where_they_stand():
+    envelope = Envelope(
+        1.0,
+        np.array([0, 0.5, 0.5, 1.0]),
+        np.array([0, 0, 0.5, 0.5]),
+        np.array([0.0]),
+        np.array([100.0]),
+        (Pulse(0.25, 0.3, 200.0),),
+    )
+    x = carrier(envelope, RATE).samples[0]
+    assert np.abs(x[: RATE // 4]).max() == 0
+    assert 0.2 < np.abs(x[RATE // 4 : RATE // 4 + 160]).max() <= 0.3
+    assert np.abs(x[RATE // 4 + 161 : RATE // 2]).max() == 0
+    assert np.abs(x[RATE // 2 + 1 :]).max() == pytest.approx(0.5, rel=0.01)
+
+
+def test_silence_and_one_sample_have_envelopes():
+    assert envelope_of(Signal(np.zeros(100), RATE, "1")).peak == 0
+    one = envelope_of(Signal(np.ones(1), RATE, "1"))
+    assert (len(one.times), one.seconds) == (2, 1 / RATE)
+
+
+def test_several_axes_and_displacement_are_refused():
+    with pytest.raises(ParameterError, match="one axis, got x, y, z"):
+        envelope_of(Signal(np.ones((3, 9)), RATE, "1"))
+    with pytest.raises(ParameterError, match="--play-at"):
+        envelope_of(Signal(np.ones(9), 40, "1", domain="displacement"))
+
+
+def test_a_carrier_above_half_the_rate_is_refused():
+    with pytest.raises(ParameterError, match="a carrier of 1.* Hz needs more than .* Hz, got 200"):
+        carrier(envelope_of(sine(150)), 200)
+
+
+def test_a_span_maps_both_ways():
+    span = FrequencySpan(65, 300)
+    np.testing.assert_allclose(span.hz(span.share([65, 100, 300])), [65, 100, 300])
+    np.testing.assert_array_equal(span.share([10, 1000]), [0, 1])
+
+
+@given(
+    st.lists(st.floats(0, 1, allow_subnormal=False), min_size=2, max_size=500),
+    st.floats(0.001, 0.3),
+)
+def test_thinned_lines_stay_within_tolerance(values, tolerance):
+    values = np.array(values)
+    times = np.arange(len(values)) * 0.005
+    kept = thinned(times, values, tolerance)
+    assert (kept[0], kept[-1]) == (0, len(values) - 1)
+    assert np.abs(np.interp(times, times[kept], values[kept]) - values).max() <= tolerance + 1e-12

@@ -1,0 +1,156 @@
+import numpy as np
+import pytest
+
+from tactogram.errors import ParameterError
+from tactogram.rendering.files import android, gamepad, vibration
+from tactogram.rendering.files.envelope import envelope_of
+from tactogram.signal import Signal
+
+RATE = 2000
+
+
+def bursts(*spans, seconds=1.0, hz=150, strength=0.8):
+    t = np.arange(round(seconds * RATE)) / RATE
+    on = np.zeros(len(t), bool)
+    for start, stop in spans:
+        on |= (t >= start) & (t < stop)
+    return Signal(np.where(on, strength * np.sin(2 * np.pi * hz * t), 0.0), RATE, "1")
+
+
+def level(document, module, time):
+    found = envelope_of(module.decode(document, 8000).signal, pulses=False)
+    return np.interp(time, found.times, found.amplitude)
+
+
+def test_android_steps_are_whole_ms_and_0_to_255():
+    document = android.encode(bursts((0.2, 0.5)), "")
+    assert android.validate(document) == []
+    assert sum(document["timings"]) == 1000
+    at = np.repeat(document["amplitudes"], document["timings"])
+    assert at[[100, 350, 800]] == pytest.approx([0, 0.8 * 255, 0], abs=2)
+    assert level(document, android, [0.1, 0.35, 0.8]) == pytest.approx([0, 0.8, 0], abs=0.02)
+
+
+def test_android_joins_equal_steps():
+    document = android.encode(Signal(np.zeros(RATE), RATE, "1"), "")
+    assert (document["timings"], document["amplitudes"]) == ([1000], [0])
+
+
+@pytest.mark.parametrize(
+    ("changes", "problem"),
+    [
+        ({"timings": [10]}, "equally many, got 1 and 2"),
+        ({"timings": [0, 0]}, "above 0 ms"),
+        ({"timings": [10, -1]}, "timings.1: must be greater than or equal to 0"),
+        ({"timings": [10, 2.5]}, "valid integer"),
+        ({"timings": [10, "5"]}, "valid integer"),
+        ({"amplitudes": [0, 256]}, "less than or equal to 255"),
+        ({"repeat": 2}, "repeat must be -1 or"),
+        ({"format": "other"}, "format"),
+    ],
+)
+def test_android_rules(changes, problem):
+    good = {"timings": [10, 20], "amplitudes": [0, 255], "repeat": -1}
+    assert android.validate(good) == []
+    assert any(problem in line for line in android.validate(good | changes))
+
+
+def test_android_repetition_is_left_out_and_said():
+    document = {"timings": [100], "amplitudes": [255], "repeat": 0}
+    assert android.decode(document, 8000).facts["left_out"] == "repetition from entry 0"
+
+
+def test_a_pattern_vibrates_in_its_odd_entries():
+    document = vibration.encode(bursts((0.2, 0.5), (0.7, 0.8)), "")
+    assert vibration.validate(document) == []
+    assert document["pattern"] == pytest.approx([0, 200, 300, 200, 100], abs=12)
+    assert level(document, vibration, [0.1, 0.35, 0.6, 0.75]) == pytest.approx([0, 1, 0, 1], abs=0.05)
+
+
+def test_short_pauses_are_filled_and_short_pulses_lengthened():
+    on = np.ones(100, bool)
+    on[[40, 41, 42]] = False
+    assert vibration._entries(vibration._cleaned(on, 10)) == [100]
+    on = np.zeros(100, bool)
+    on[50:53] = True
+    assert vibration._entries(vibration._cleaned(on, 10)) == [0, 50, 10]
+
+
+def test_a_long_vibration_is_split_and_a_busy_one_made_coarser():
+    t = np.arange(25 * RATE) / RATE
+    long = vibration.encode(Signal(np.sin(2 * np.pi * 150 * t), RATE, "1"), "")
+    assert long["pattern"] == [10000, 0, 10000, 0, 5000]
+    busy = vibration.encode(bursts(*[(k / 10, k / 10 + 0.05) for k in range(100)], seconds=10), "")
+    assert vibration.validate(busy) == []
+    assert len(busy["pattern"]) <= 99
+
+
+@pytest.mark.parametrize(
+    ("signal", "message"),
+    [
+        (Signal(np.zeros(RATE), RATE, "1"), "silent"),
+        (Signal(np.ones(1), 1e5, "1"), "at least 1 ms"),
+        (Signal(np.sin(np.arange(520 * 200)), 200, "1"), "holds 99 entries of 10000 ms"),
+    ],
+)
+def test_what_no_pattern_can_hold_is_refused(signal, message):
+    with pytest.raises(ParameterError, match=message):
+        vibration.encode(signal, "")
+
+
+@pytest.mark.parametrize(
+    ("document", "problem"),
+    [
+        ([], "at least 1 item"),
+        ([100] * 100, "at most 99 items"),
+        ([10_001], "less than or equal to 10000"),
+        ([0, 100], "must be above 0 ms"),
+        ([1.5], "valid integer"),
+        ([-1], "greater than or equal to 0"),
+        ({"format": "w3c-vibration"}, "pattern: is required"),
+        ("buzz", "document"),
+    ],
+)
+def test_pattern_rules(document, problem):
+    assert any(problem in line for line in vibration.validate(document)), vibration.validate(document)
+
+
+def test_a_bare_list_is_a_pattern_and_a_last_pause_does_not_count():
+    assert vibration.validate([100, 50]) == []
+    assert vibration.decode([100, 50], 8000).signal.seconds == pytest.approx(0.1)
+
+
+def test_slow_drives_the_strong_motor_and_fast_the_weak_one():
+    for hz, strong, weak in ((50, 0.8, 0), (250, 0, 0.8)):
+        document = gamepad.encode(bursts((0, 1), hz=hz), "")
+        assert gamepad.validate(document) == []
+        effect = document["effects"][len(document["effects"]) // 2]
+        assert (effect["strongMagnitude"], effect["weakMagnitude"]) == pytest.approx((strong, weak), abs=0.03)
+        assert level(document, gamepad, 0.5) == pytest.approx(0.8, abs=0.05)
+
+
+def test_a_long_rumble_is_a_sequence_of_at_most_5_s():
+    t = np.arange(12 * RATE) / RATE
+    document = gamepad.encode(Signal(np.sin(2 * np.pi * 150 * t), RATE, "1"), "")
+    durations = [effect["duration"] for effect in document["effects"]]
+    assert (sum(durations), max(durations)) == (12_000, 5000)
+
+
+@pytest.mark.parametrize(
+    ("changes", "problem"),
+    [
+        ({"duration": 5001}, "at most 5000 ms together, got 5001"),
+        ({"startDelay": 4999}, "at most 5000 ms together"),
+        ({"startDelay": -1}, "startDelay: must be greater than or equal to 0"),
+        ({"strongMagnitude": 1.1}, "less than or equal to 1"),
+        ({"weakMagnitude": True}, "valid number"),
+        ({"duration": 0}, "longer than 0 ms"),
+    ],
+)
+def test_gamepad_rules(changes, problem):
+    effect = {"startDelay": 0, "duration": 100, "strongMagnitude": 0.5, "weakMagnitude": 0.5}
+    document = {"type": "dual-rumble", "effects": [effect]}
+    assert gamepad.validate(document) == []
+    bad = {"type": "dual-rumble", "effects": [effect | changes]}
+    assert any(problem in line for line in gamepad.validate(bad)), gamepad.validate(bad)
+    assert gamepad.validate({"type": "trigger-rumble", "effects": [effect]})
