@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from tactogram.cli import (
+    actuating,
     capturing,
     data,
     files,
@@ -21,7 +22,19 @@ from tactogram.cli import (
 )
 from tactogram.cli.options import Verbs
 
-GROUPS = (start, data, training, generating, recognising, files, rendering, streaming, capturing, reproducing)
+GROUPS = (
+    start,
+    data,
+    training,
+    generating,
+    recognising,
+    files,
+    rendering,
+    actuating,
+    streaming,
+    capturing,
+    reproducing,
+)
 
 
 def make_parser() -> argparse.ArgumentParser:

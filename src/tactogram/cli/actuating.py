@@ -1,0 +1,71 @@
+"""Verbs that ask what an actuator does, and that give it a drive."""
+
+from __future__ import annotations
+
+from tactogram.cli.options import Verbs
+from tactogram.cli.printing import Arguments, columns, lines_of, print_result
+
+
+def add_verbs(verbs: Verbs) -> None:
+    """Add what each verb takes."""
+    add = verbs.add("calibrate", calibrate)
+    add(
+        "pairs",
+        metavar="PAIRS.csv",
+        help="columns voltage_v_rms, friction; person and normal_force_n if known",
+    )
+    add("--out", required=True, metavar="F.toml")
+    add("--force", type=float, metavar="N", help="normal force, where the table does not say it")
+    add("--confidence", type=float, default=0.95, help="of the intervals (default %(default)g)")
+
+    add = verbs.add("transducer", transducer)
+    add("sweep", metavar="SWEEP.csv", help="columns frequency_hz, conductance_s, susceptance_s")
+
+    add = verbs.add("play", play)
+    add("file", metavar="DRIVE", help="as `render` wrote it for a display whose output is an envelope")
+    add("--display", required=True, metavar="NAME|FILE", help="that display")
+    add("--device", default="digilent", metavar="digilent[:SERIAL]", help="default %(default)s")
+    add("--channel", type=int, default=1, help="of the device (default %(default)s)")
+    add("--loop", type=float, metavar="SECONDS", help="again and again, from the device's buffer")
+
+
+def calibrate(a: Arguments) -> None:
+    """Fit voltage to friction, person by person, for an electrovibration display."""
+    from tactogram.jobs.actuators import calibrate
+
+    result = calibrate(a.pairs, a.out, normal_force_n=a.force, confidence=a.confidence)
+    rows = [("person", "k_e, N/V^2", "interval", "mu_0", "exponent", "square law", "pairs")]
+    for name, found in result["people"].items():
+        low, high = found["newton_per_v2_interval"]
+        exponent = "-" if found["exponent"] is None else f"{found['exponent']:.2f}"
+        holds = {True: "not contradicted", False: "contradicted", None: "not tested"}[
+            found["square_law_holds"]
+        ]
+        rows.append(
+            (
+                name,
+                f"{found['newton_per_v2']:.3g}",
+                f"{low:.3g} to {high:.3g}",
+                f"{found['mu_0']:.3g}",
+                exponent,
+                holds,
+                str(found["pairs"]),
+            )
+        )
+    print_result(a, result, f"{columns(rows)}\n{result['file']}")
+
+
+def transducer(a: Arguments) -> None:
+    """Tell a transducer's resonance and Q from its measured admittance."""
+    from tactogram.jobs.actuators import transducer
+
+    result = transducer(a.sweep)
+    print_result(a, result, lines_of(result))
+
+
+def play(a: Arguments) -> None:
+    """Give a rendered envelope to a device that makes the carrier itself."""
+    from tactogram.jobs.actuators import play
+
+    result = play(a.file, a.display, device=a.device, channel=a.channel, loop_s=a.loop)
+    print_result(a, result, lines_of(result))
