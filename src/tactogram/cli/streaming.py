@@ -80,7 +80,7 @@ def stream(a: Arguments) -> None:
         mix_to=parse_mix(a.mix_to) if a.mix_to else None,
         display=a.display,
         level=a.level,
-        axes=a.how,
+        how=a.how,
         along=a.along,
         speed_mm_s=a.speed,
         out=Path(a.out) if a.out else None,

@@ -85,7 +85,7 @@ def stream(
     mix_to: Mapping[str, float] | None = None,
     display: str | None = None,
     level: str | None = None,
-    axes: str | None = None,
+    how: str | None = None,
     along: Along = "path",
     speed_mm_s: float | None = None,
     out: Path | None = None,
@@ -105,7 +105,9 @@ def stream(
     display, level : str, optional
         Name of a shipped display or a TOML file, and how strong (both or none); without, the textures themselves are
         streamed, in their own unit.
-    axes, along, speed_mm_s
+    how : str, optional
+        How several axes become one: dft321 or the name of one; by default as the display says.
+    along, speed_mm_s
         See `tactogram.jobs.streamed.TextureSettings`.
     out, figure : Path, optional
         What was sent, as a signal file, and its spectrogram under the finger's speed, as PNG.
@@ -131,8 +133,8 @@ def stream(
             "render a file"
         )
     most = max(1, int(settings.block_ms / 1e3 * rate + 1e-9))
-    how = axes or (opened.axes if opened is not None else "dft321")
-    texture_settings = TextureSettings(rate, most, how, speed_mm_s, along, None, settings.seed)
+    axes = how or (opened.axes if opened is not None else "dft321")
+    texture_settings = TextureSettings(rate, most, axes, speed_mm_s, along, None, settings.seed)
     names = list(dict.fromkeys([*(mix or {}), *(mix_to or {})]))
     textures, simulated = textures_of(sources, names, texture_settings, **options)
     weights = dict.fromkeys(names, 0.0) | dict(mix or {}) if mix or mix_to else None
@@ -148,7 +150,7 @@ def stream(
         on_block = _gliding(engine, weights or {}, mix_to, settings.seconds) if mix_to else None
         keep = settings.seconds if out is not None or figure is not None else 0.0
         running = Stream(engine, output, record_s=keep, on_block=on_block)
-        engine.warm_up()
+        running.warm_up()
         device = _run(running, settings, clock, motion, status)
         if isinstance(motion, NetworkMotion):
             device["network"] = motion.facts()
@@ -170,6 +172,7 @@ def latency_lines(facts: Mapping[str, Any]) -> list[str]:
     latency, motion = facts["latency"], facts["motion"]
     words = {
         "compute": "time to compute a block",
+        "processor": "of that by the processor",
         "age": "age of the motion it used",
         "total": "motion to the end of the block",
         "tap": "landing or tap to the block's end",

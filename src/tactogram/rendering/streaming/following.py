@@ -26,11 +26,11 @@ FOLLOWING_S = 0.005
 FORCE_S = 0.005
 """Time constant of the force, s."""
 LANDING_S = 0.003
-"""Length of the ramp when the finger lands, s."""
+"""Length of the ramp when the finger lands, and the shortest when it begins to move, s."""
 LIFTING_S = 0.012
-"""Length of the ramp when it lifts or is lost, s."""
+"""Length of the ramp when it lifts or is lost, and the shortest when it comes to rest, s."""
 
-_X, _Y, _VX, _VY, _FORCE, _CONTACT, _PATH = range(7)
+_X, _Y, _VX, _VY, _FORCE, _CONTACT, _PATH, _MOVEMENT = range(8)
 
 
 @dataclass(eq=False)
@@ -79,7 +79,7 @@ class Follower:
         self.block = MotionBlock(most)
         self.state: State = "lost"
         self._rate = rate
-        self._values = np.zeros(7)
+        self._values = np.zeros(8)
 
     def follow(self, finger: Finger, now_s: float, count: int, *, ahead_s: float = 0.0) -> MotionBlock:
         """Return the finger over the next ``count`` samples, the first of them ``ahead_s`` after ``now_s``."""
@@ -91,7 +91,10 @@ class Follower:
         if finger.jumped and place is not None and silent:
             values[_X], values[_Y], values[_VX], values[_VY] = *place, vx, vy
             finger.jumped = False
-        touching = finger.touching and not lost and not (finger.jumped and place is not None)
+        elsewhere = finger.jumped and place is not None
+        if elsewhere:  # fade where it is, and go there unheard
+            place, vx, vy = None, 0.0, 0.0
+        touching = finger.touching and not lost and not elsewhere
         force = finger.force if finger.force == finger.force else 0.0
         if silent and touching:
             values[_FORCE] = force
@@ -151,7 +154,7 @@ def _follow(
     keep = math.exp(-step / FORCE_S)
     rise, fall = step / LANDING_S, step / LIFTING_S
     px, py, ux, uy = values[_X], values[_Y], values[_VX], values[_VY]
-    held, contact, path = values[_FORCE], values[_CONTACT], values[_PATH]
+    held, contact, path, share = values[_FORCE], values[_CONTACT], values[_PATH], values[_MOVEMENT]
     for i in range(count):
         t = i * step
         ax, ay = damp * (vx - ux), damp * (vy - uy)
@@ -166,10 +169,11 @@ def _follow(
         path += speed * step
         held = force + keep * (held - force)
         contact = min(1.0, contact + rise) if touching else max(0.0, contact - fall)
-        share = min(1.0, max(0.0, (speed - rest) / (moving - rest)))
+        wanted = min(1.0, max(0.0, (speed - rest) / (moving - rest)))
+        share += min(rise, max(-fall, wanted - share))
         out_x[i], out_y[i], out_path[i] = px, py, path
         out_speed[i], out_force[i] = speed, held
         out_contact[i] = contact * contact * (3 - 2 * contact)
         out_movement[i] = share * share * (3 - 2 * share)
     values[_X], values[_Y], values[_VX], values[_VY] = px, py, ux, uy
-    values[_FORCE], values[_CONTACT], values[_PATH] = held, contact, path
+    values[_FORCE], values[_CONTACT], values[_PATH], values[_MOVEMENT] = held, contact, path, share

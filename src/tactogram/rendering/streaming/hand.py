@@ -13,6 +13,9 @@ from tactogram.rendering.streaming.motion import MotionSample
 
 Array = NDArray[np.float64]
 
+UP_S = 0.08
+"""How long a finger takes to go up before it moves on, and to come down, s."""
+
 
 @dataclass(frozen=True)
 class HandSettings:
@@ -132,8 +135,10 @@ def _journey(seconds: float, s: HandSettings, random: np.random.Generator) -> li
             go(random.uniform(*s.duration_s), to, touching=True)
             go(random.uniform(*s.rest_s), place, touching=True)
             direction = -direction
-        elsewhere = (random.uniform(-30, 30), random.uniform(-30, 30))
+        elsewhere = (place[0] + random.uniform(-30, 30), place[1] + random.uniform(-30, 30))
+        go(UP_S, place, touching=False)
         go(random.uniform(*s.lift_s), elsewhere, touching=False)
+        go(UP_S, elsewhere, touching=False)
     return moves
 
 

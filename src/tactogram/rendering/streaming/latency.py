@@ -66,6 +66,9 @@ class Latency:
 
     Notes
     -----
+    ``compute`` is by the clock on the wall, ``processor`` what the block's thread had of a processor in that time: the
+    difference is what other programs on the machine took.
+
     ``total`` is from the instant that the newest motion was so (as far as its time stamps tell) to the end of the
     block that used it: its age when the block was begun, the time to compute the block, the backend's queue, and the
     block itself. The display's own latency, and the network's least delay, are not in it: they cannot be seen from
@@ -75,24 +78,27 @@ class Latency:
     block_s: float
     queued_s: float = 0.0
     compute: Durations = field(default_factory=Durations)
+    processor: Durations = field(default_factory=Durations)
     age: Durations = field(default_factory=Durations)
     tap: Durations = field(default_factory=Durations)
     total: Durations = field(default_factory=Durations)
     underruns: int = 0
 
-    def add(self, compute_s: float, age_s: float, *, block_s: float) -> None:
-        """Count a block; ``age_s`` is not finite where no motion was known."""
+    def add(self, compute_s: float, processor_s: float, age_s: float, *, block_s: float) -> None:
+        """Count a block: how long it took, and the processor worked on it; ``age_s`` is inf without motion."""
         self.compute.add(compute_s)
+        self.processor.add(processor_s)
         if age_s < math.inf:
             self.age.add(max(age_s, 0.0))
             self.total.add(max(age_s, 0.0) + compute_s + self.queued_s + block_s)
 
     def facts(self) -> dict[str, Any]:
-        """Return JSON values: ``compute``, ``age``, ``tap``, ``total`` as `Durations.facts`, and ``underruns``."""
+        """Return JSON values: ``underruns``, and the five durations by name as `Durations.facts`."""
         return {
             "block_ms": 1e3 * self.block_s,
             "queued_ms": 1e3 * self.queued_s,
             "compute": self.compute.facts(),
+            "processor": self.processor.facts(),
             "age": self.age.facts(),
             "tap": self.tap.facts(),
             "total": self.total.facts(),

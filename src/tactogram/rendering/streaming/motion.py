@@ -265,7 +265,8 @@ class Finger:
             return
         self.position_s = at
         if not step < self.settings.lost_s:
-            self.jumped = self.jumped or math.hypot(x - self.x, y - self.y) > self.settings.jump_mm
+            far = math.hypot(x - self.x, y - self.y) > self.settings.jump_mm
+            self.jumped = self.jumped or far or math.isinf(step)
             self._begin_at(x, y)
             return
         self.interval_s = step if self.interval_s == 0 else 0.9 * self.interval_s + 0.1 * step

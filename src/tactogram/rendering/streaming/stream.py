@@ -83,18 +83,26 @@ class Stream:
 
         Never raises: after an error, kept in ``error``, comes a fade to rest and rest.
         """
-        begun = time.perf_counter()
+        begun, worked = time.perf_counter(), time.thread_time()
         count = self.engine.most if count is None else count
         block = self._silent(count) if self.error is not None else self._made(now_s, count, ahead_s)
         self._keep(block)
-        taken = time.perf_counter() - begun
+        worked, taken = time.thread_time() - worked, time.perf_counter() - begun
         engine = self.engine
         engine.latency.add(
             taken,
+            worked,
             engine.finger.age(now_s) + ahead_s if self._heard else float("inf"),
             block_s=count / engine.rate,
         )
         return block
+
+    def warm_up(self) -> None:
+        """Let everything that a block needs be compiled, loaded and touched before the first one."""
+        self.engine.warm_up()
+        if self.output is not None:
+            self.output.process(np.zeros((len(self.engine.axes), self.engine.most), np.float32))
+            self.output.guard.reset()
 
     def facts(self) -> dict[str, Any]:
         """Return what the stream did, as JSON values."""

@@ -267,13 +267,13 @@ def summed(model: AutoregressiveModel) -> AutoregressiveModel:
     """Return one axis that has the power of all axes of ``model`` at every frequency, as DFT321 has of a recording.
 
     The sum of all-pole spectra is not all-pole; the model that fits its autocorrelation up to a higher order stands in
-    (half as many coefficients again, and 8).
+    (twice as many coefficients and 8, at most 100).
     """
     if len(model.axes) == 1:
         return model
     grid = 8192
     density = model.power_spectrum(np.linspace(0, model.rate / 2, grid + 1)).sum(axis=0)
-    order = model.order + model.order // 2 + 8
+    order = min(2 * model.order + 8, max(100, model.order))
     correlation = np.fft.irfft(density)[: order + 1]
     correlation[0] *= 1 + 1e-9
     coefficients = np.concatenate(([1.0], solve_toeplitz(correlation[:-1], -correlation[1:])))

@@ -1,0 +1,171 @@
+"""Motion: late is dropped, speed comes from positions, contact from force."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tactogram.errors import ParameterError
+from tactogram.rendering.streaming.following import Follower
+from tactogram.rendering.streaming.motion import Finger, MotionSample, MotionSettings
+
+NAN = math.nan
+
+
+def at(time_s, x=0.0, *, late=0.0, force=NAN, speed=NAN):
+    return MotionSample(time_s, time_s + late, x, 0.0, speed, force)
+
+
+def test_a_late_sample_is_dropped_and_counted():
+    finger = Finger()
+    assert finger.hear(at(0.0), 0.0)
+    assert not finger.hear(at(0.010, 5.0, late=0.050), 0.060)
+    assert finger.hear(at(0.060, 6.0), 0.060)
+    assert (finger.counts.used, finger.counts.late, finger.counts.dropped) == (2, 1, 1)
+
+
+def test_a_sample_that_waited_too_long_is_dropped():
+    finger = Finger()
+    finger.hear(at(0.0), 0.0)
+    assert not finger.hear(at(0.001, 1.0), 0.050)
+    assert finger.counts.late == 1
+
+
+def test_the_senders_clock_may_be_any():
+    finger = Finger()
+    for i in range(100):
+        t = i / 100
+        assert finger.hear(MotionSample(t + 1e6, t + 0.004 * (i % 2), t, 0.0), t + 0.004)
+    assert finger.counts.late == 0
+    assert finger.heard_s == pytest.approx(0.99, abs=1e-5)
+
+
+def test_out_of_order_is_dropped_and_a_restarted_sender_is_heard():
+    finger = Finger()
+    finger.hear(at(10.0), 10.0)
+    assert not finger.hear(MotionSample(9.99, 10.001, 1.0, 0.0), 10.001)
+    assert finger.hear(MotionSample(0.5, 10.01, 1.0, 0.0), 10.01)
+    assert finger.counts.out_of_order == 1
+
+
+@pytest.mark.parametrize(
+    "sample",
+    [
+        MotionSample(0.0, 0.0),
+        MotionSample(0.0, 0.0, math.inf, 0.0),
+        MotionSample(0.0, 0.0, 1.0),
+        MotionSample(math.nan, 0.0, 1.0, 0.0),
+        MotionSample(0.0, 0.0, speed_mm_s=-1.0),
+        MotionSample(0.0, 0.0, force_n=-0.1),
+    ],
+)
+def test_what_cannot_be_is_refused_and_counted(sample):
+    finger = Finger()
+    assert not finger.hear(sample, 0.0)
+    assert finger.counts.invalid == 1
+
+
+@pytest.mark.parametrize("rate", [60.0, 250.0, 1000.0])
+def test_speed_of_a_steady_stroke_has_no_lag(rate):
+    finger = Finger()
+    for i in range(int(rate)):
+        finger.hear(at(i / rate, 120 * i / rate), i / rate)
+    assert finger.velocity(1.0)[0] == pytest.approx(120, rel=1e-6)
+    assert finger.place(1.0)[0] == pytest.approx(120, rel=1e-6)
+
+
+def test_a_given_speed_counts_and_the_positions_give_its_direction():
+    finger = Finger()
+    for i in range(100):
+        finger.hear(at(i / 100, -50 * i / 100, speed=80.0), i / 100)
+    assert finger.velocity(0.99) == pytest.approx((-80, 0), abs=1e-9)
+
+
+def test_contact_has_hysteresis():
+    finger = Finger()
+    states = []
+    for i, force in enumerate((0.0, 0.03, 0.06, 0.03, 0.021, 0.019, 0.03)):
+        finger.hear(at(i / 100, force=force), i / 100)
+        states.append(finger.touching)
+    assert states == [False, False, True, True, True, False, False]
+    assert finger.landed_n == 0.06
+
+
+def test_silence_is_a_lost_connection_once():
+    finger = Finger()
+    finger.hear(at(0.0, force=1.0), 0.0)
+    assert not finger.lost(0.05)
+    assert finger.lost(0.2)
+    assert finger.lost(0.3)
+    assert finger.counts.lost_connections == 1
+    assert not finger.touching
+
+
+@pytest.mark.parametrize("wrong", [{"late_s": 0}, {"contact_off_n": 1.0}, {"rest_mm_s": 9.0}])
+def test_settings_that_make_no_sense_are_refused(wrong):
+    with pytest.raises(ParameterError):
+        MotionSettings(**wrong)
+
+
+def follow(script, seconds, *, rate=8000.0, most=40):
+    finger, follower = Finger(), Follower(rate, most)
+    kept = {name: [] for name in ("x_mm", "speed_mm_s", "contact", "movement", "path_mm")}
+    states = []
+    for block in range(round(seconds * rate / most)):
+        now = block * most / rate
+        for sample in script.poll(now):
+            finger.hear(sample, now)
+        motion = follower.follow(finger, now, most)
+        states.append(follower.state)
+        for name, values in kept.items():
+            values.append(getattr(motion, name)[:most].copy())
+    return {name: np.concatenate(values) for name, values in kept.items()}, states
+
+
+def test_the_follower_is_where_the_finger_is(script):
+    found, _ = follow(script(lambda t: 80 * math.sin(2 * t), rate=250.0), 3.0)
+    t = (np.arange(len(found["x_mm"])) + 1) / 8000
+    later = t > 0.2
+    assert np.abs(found["x_mm"] - 80 * np.sin(2 * t))[later].max() < 0.6
+    assert np.abs(found["speed_mm_s"] - np.abs(160 * np.cos(2 * t)))[later].max() < 12
+
+
+def test_place_and_speed_have_no_jump_though_positions_come_in_steps(script):
+    found, _ = follow(script(lambda t: 80 * math.sin(2 * t), rate=60.0), 2.0)
+    acceleration = np.abs(np.diff(found["speed_mm_s"])) * 8000
+    assert acceleration[2000:].max() < 20_000  # mm/s^2: 2.5 mm/s from sample to sample
+    assert np.abs(np.diff(found["x_mm"]))[2000:].max() < 250 / 8000
+
+
+def test_rest_landing_and_lift_are_states_with_ramps(script):
+    def place(t):
+        return 100 * max(0.0, t - 0.2) if t < 0.5 else 30.0
+
+    force = lambda t: 0.5 if 0.1 < t < 0.8 else 0.0  # noqa: E731
+    found, states = follow(script(place, force), 1.0)
+    assert [states[int(t / 0.005)] for t in (0.05, 0.18, 0.4, 0.7, 0.95)] == [
+        "air",
+        "rest",
+        "slide",
+        "rest",
+        "air",
+    ]
+    assert np.abs(np.diff(found["contact"])).max() < 0.07
+    assert np.abs(np.diff(found["movement"])).max() < 0.07
+    assert (found["contact"][-1], found["movement"][-1]) == (0, 0)
+
+
+def test_a_finger_that_lands_elsewhere_makes_no_stroke_there(script):
+    place = lambda t: 10.0 if t < 0.5 else 200.0  # noqa: E731
+    force = lambda t: 0.0 if 0.3 < t < 0.7 else 0.5  # noqa: E731
+    found, _ = follow(script(place, force), 1.0)
+    assert (found["speed_mm_s"] * found["contact"]).max() < 1
+    assert found["x_mm"][-1] == pytest.approx(200, abs=0.01)
+
+
+def test_a_jump_while_touching_fades_before_it_goes_there(script):
+    found, _ = follow(script(lambda t: 10.0 if t < 0.5 else 200.0), 1.0)
+    assert (found["speed_mm_s"] * found["contact"]).max() < 5
+    assert found["contact"].min() == 0
+    assert found["contact"][-1] == 1
+    assert found["x_mm"][-1] == pytest.approx(200, abs=0.01)

@@ -1,0 +1,194 @@
+"""The schema for game engines: exact bytes, both forms over loopback, garbage never raises."""
+
+import math
+import socket
+import struct
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tactogram.errors import DeviceError, ParameterError
+from tactogram.rendering.streaming import packets
+from tactogram.rendering.streaming.backends import Clock, run_clocked
+from tactogram.rendering.streaming.contact import ContactSettings
+from tactogram.rendering.streaming.engine import Engine
+from tactogram.rendering.streaming.motion import MotionSample, Tap, Weights
+from tactogram.rendering.streaming.network import NetworkBlocks, NetworkMotion, parse_address
+from tactogram.rendering.streaming.packets import NO_MOTION, BlockPacket, Received
+from tactogram.rendering.streaming.stream import Stream
+from tactogram.rendering.streaming.textures import AutoregressiveTexture, TextureTable
+
+
+def test_a_plain_motion_packet_has_the_documented_bytes():
+    made = packets.motion_packet(7, 1.5, x_mm=10.0, y_mm=-2.0, force_n=0.5)
+    expected = b"TGMO" + struct.pack("<HHI", 1, 5, 7) + struct.pack("<dffff", 1.5, 10.0, -2.0, 0.0, 0.5)
+    assert made == expected
+    assert len(made) == 36
+
+
+def test_an_osc_motion_message_has_the_documented_bytes():
+    made = packets.motion_message(7, 1.5, x_mm=10.0, y_mm=-2.0, speed_mm_s=3.0, force_n=0.5)
+    address = b"/tactogram/1/motion\0" + b",idffff\0"
+    assert made == address + struct.pack(">idffff", 7, 1.5, 10.0, -2.0, 3.0, 0.5)
+
+
+def test_a_plain_block_has_the_documented_bytes():
+    block = BlockPacket(np.array([[1, 2], [3, 4]], np.float32), 8000.0, 5, 80, 0.25, NO_MOTION)
+    head = b"TGBL" + struct.pack("<HHIIqdfI", 1, 2, 5, 0xFFFFFFFF, 80, 0.25, 8000.0, 2)
+    assert packets.block_packet(block) == head + struct.pack("<ffff", 1, 3, 2, 4)
+
+
+@pytest.mark.parametrize("form", ["plain", "osc"])
+def test_every_message_comes_back_as_it_was_sent(form):
+    motion, tap, mix = (
+        (packets.motion_packet, packets.tap_packet, packets.mix_packet)
+        if form == "plain"
+        else (packets.motion_message, packets.tap_message, packets.mix_message)
+    )
+    sample = packets.parse(motion(4_000_000_000, 2.5, x_mm=1.0, y_mm=2.0, force_n=0.25), 9.0)
+    assert sample[0].sequence == 4_000_000_000
+    found = sample[0].message
+    assert (found.time_s, found.arrival_s, found.x_mm, found.y_mm, found.force_n) == (2.5, 9.0, 1, 2, 0.25)
+    assert math.isnan(found.speed_mm_s)
+    assert packets.parse(tap(1, 2.5, 0.5), 9.0) == [Received(1, Tap(9.0, 0.5))]
+    assert packets.parse(mix(2, 2.5, "körk", 0.25), 9.0) == [Received(2, Weights({"körk": 0.25}))]
+
+
+@pytest.mark.parametrize("write", [packets.block_packet, packets.block_message])
+def test_a_block_comes_back_as_it_was_sent(write):
+    samples = np.random.default_rng(0).standard_normal((2, 40)).astype(np.float32)
+    block = packets.parse_block(write(BlockPacket(samples, 8000.0, 0xFFFFFFFF, 1 << 40, 1.25, 3)))
+    assert np.array_equal(block.samples, samples)
+    assert (block.sequence, block.first_sample, block.time_s, block.motion_sequence) == (
+        0xFFFFFFFF,
+        1 << 40,
+        1.25,
+        3,
+    )
+
+
+def test_a_bundle_may_say_several_things():
+    first, second = packets.motion_message(1, 0.5, force_n=1.0), packets.tap_message(2, 0.5, 1.0)
+    parts = b"".join(struct.pack(">i", len(m)) + m for m in (first, second))
+    bundle = b"#bundle\0" + struct.pack(">Q", 1) + parts
+    assert [r.sequence for r in packets.parse(bundle, 0.0)] == [1, 2]
+
+
+@given(
+    st.binary(max_size=120),
+    st.sampled_from([b"", b"TGMO\x01\x00", b"TGMX\x01\x00", b"/tactogram/1/m", b"#bundle\0"]),
+)
+def test_random_bytes_are_never_more_than_not_understood(rest, head):
+    found = packets.parse(head + rest, 0.0)
+    assert found is None or all(isinstance(one, Received) for one in found)
+    packets.parse_block(b"TGBL" + rest)
+    packets.parse_block(b"/tactogram/1/block" + rest)
+
+
+@given(st.integers(0, 35))
+def test_a_packet_cut_short_is_not_understood(length):
+    assert packets.parse(packets.motion_packet(1, 0.0, force_n=1.0)[:length], 0.0) is None
+
+
+def test_another_version_is_not_understood():
+    newer = bytearray(packets.motion_packet(1, 0.0, force_n=1.0))
+    newer[4] = 2
+    assert packets.parse(bytes(newer), 0.0) is None
+    assert packets.parse(packets.tap_message(1, 0.0, 1.0).replace(b"/1/", b"/2/"), 0.0) is None
+
+
+@pytest.fixture(name="port")
+def port_fixture():
+    clock = Clock()
+    motion = NetworkMotion(port=0, clock=clock.now)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as game:
+        game.settimeout(2.0)
+        yield motion, game, clock
+    motion.close()
+
+
+def heard(motion, count):
+    found = []
+    for _ in range(200):
+        found += motion.poll(0.0)
+        if len(found) >= count:
+            break
+        time.sleep(0.005)
+    return found
+
+
+def test_motion_is_heard_and_lost_and_garbled_packets_are_counted(port):
+    motion, game, _ = port
+    for packet in (
+        packets.motion_packet(10, 0.0, x_mm=1, y_mm=0),
+        b"nonsense",
+        packets.motion_message(13, 0.01, x_mm=2, y_mm=0),
+    ):
+        game.sendto(packet, motion.address)
+    found = heard(motion, 2)
+    assert [sample.x_mm for sample in found] == [1, 2]
+    assert all(isinstance(sample, MotionSample) for sample in found)
+    facts = motion.facts()
+    assert (facts["not_understood"], facts["missing"]) == (1, 2)
+    assert facts["sender"] == f"127.0.0.1:{game.getsockname()[1]}"
+
+
+@pytest.mark.parametrize("form", ["udp", "osc"])
+def test_a_game_engine_sends_motion_and_gets_blocks(port, sloping, form):
+    """The whole way over loopback: motion in, blocks back to the port it came from, numbered without a gap."""
+    motion, game, clock = port
+    texture = AutoregressiveTexture(
+        "a", TextureTable.of(sloping, speeds=3, forces=3), rate=8000, most=40, seed=0
+    )
+    engine = Engine([texture], motion, rate=8000, most=40, contact=ContactSettings(gain=0))
+    engine.warm_up()
+    sink = NetworkBlocks(form, rate=8000, motion=motion)
+    sequence = 0
+
+    def play(samples, now_s):
+        nonlocal sequence
+        sequence += 1
+        write = packets.motion_packet if form == "udp" else packets.motion_message
+        game.sendto(write(sequence, 50 + now_s, x_mm=100 * now_s, y_mm=0, force_n=0.5), motion.address)
+        sink(samples, now_s)
+
+    run_clocked(Stream(engine), seconds=0.4, clock=clock, sink=play)
+    sink.close()
+    assert sink.sent > 0
+    blocks = [packets.parse_block(game.recv(65_535)) for _ in range(sink.sent)]
+    assert all(block is not None and block.samples.shape == (1, 40) for block in blocks)
+    numbers = [block.sequence for block in blocks]
+    assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
+    assert {b.first_sample - 40 * b.sequence for b in blocks} == {0}
+    echoed = [b.motion_sequence for b in blocks]
+    assert echoed == sorted(echoed)
+    assert echoed[-1] > 1
+    assert max(np.abs(block.samples).max() for block in blocks) > 0
+
+
+def test_a_port_in_use_is_one_line(port):
+    motion, _, clock = port
+    with pytest.raises(DeviceError, match="cannot listen"):
+        NetworkMotion(port=motion.address[1], clock=clock.now)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [("10.0.0.2:99", ("10.0.0.2", 99)), (":7", ("127.0.0.1", 7)), ("host", ("host", 9120))],
+)
+def test_addresses(text, expected):
+    assert parse_address(text) == expected
+
+
+@pytest.mark.parametrize("text", ["a:b", "a:70000", "a:-1"])
+def test_what_is_no_port_is_refused(text):
+    with pytest.raises(ParameterError, match="HOST:PORT"):
+        parse_address(text)
+
+
+def test_blocks_need_somewhere_to_go():
+    with pytest.raises(ParameterError, match="need an address"):
+        NetworkBlocks("osc", rate=8000)

@@ -1,0 +1,320 @@
+"""A stream to a display and its backends: safe, measured, the same samples every time."""
+
+import gc
+import math
+import os
+import time
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from tactogram.errors import DataError, DeviceError, ParameterError
+from tactogram.rendering.catalogue import open_display
+from tactogram.rendering.level import parse_level
+from tactogram.rendering.streaming.backends import (
+    Clock,
+    Puller,
+    quiet,
+    run_clocked,
+    run_miniaudio,
+    run_unpaced,
+)
+from tactogram.rendering.streaming.engine import Engine
+from tactogram.rendering.streaming.hand import HandSettings, SimulatedHand
+from tactogram.rendering.streaming.latency import Durations
+from tactogram.rendering.streaming.output import DisplayOutput, least_phase
+from tactogram.rendering.streaming.recorded_motion import MotionFile, MouseMotion, mouse_step
+from tactogram.rendering.streaming.stream import Stream
+from tactogram.rendering.streaming.textures import AutoregressiveTexture, TextureTable
+from tactogram.signal import Signal
+
+RATE, MOST = 8000.0, 40
+
+
+@pytest.fixture(scope="module")
+def table(sloping):
+    return TextureTable.of(sloping)
+
+
+@pytest.fixture(name="engine")
+def engine_fixture(table):
+    def make(motion=None, *, count=1, rate=RATE, most=MOST):
+        textures = [AutoregressiveTexture(f"t{n}", table, rate=rate, most=most, seed=n) for n in range(count)]
+        return Engine(textures, motion or SimulatedHand(3, seed=0), rate=rate, most=most)
+
+    return make
+
+
+@pytest.fixture(name="output")
+def output_fixture(engine):
+    def make(name="voice-coil", level="gain=1"):
+        display = open_display(name)
+        most = int(0.005 * display.rate)
+        tried = Stream(engine(SimulatedHand(2, seed=9), rate=display.rate, most=most), record_s=2.0)
+        run_unpaced(tried, seconds=2.0)
+        return DisplayOutput(display, Signal(tried.recorded, display.rate, "m/s^2"), level=parse_level(level))
+
+    return make
+
+
+class Broken:
+    """A texture that works for a while."""
+
+    name, unit, axes, delay_s, holds_at_rest, level = "broken", "m/s^2", ("z",), 0.0, True, 1.0
+
+    def __init__(self, after, kind):
+        self.left, self.kind = after, kind
+
+    def render(self, motion, out):
+        self.left -= 1
+        out[:, : motion.count] = 3.0
+        if self.left < 0:
+            if self.kind == "raises":
+                raise RuntimeError("gone")
+            out[0, 3] = np.nan
+
+
+# -- displays ----------------------------------------------------------------------------------------------
+
+
+def test_the_drive_is_that_of_a_fitted_file(engine, output):
+    """Streamed and rendered as a whole, the same signal gives the same level in every octave of the band."""
+    from tactogram.rendering.fit import fit
+
+    out = output()
+    plain = Stream(engine(), record_s=3.0)
+    run_unpaced(plain, seconds=3.0)
+    driven = Stream(engine(), out, record_s=3.0)
+    run_unpaced(driven, seconds=3.0)
+    whole = fit(Signal(plain.recorded, RATE, "m/s^2"), out.display, level=parse_level("gain=1")).signal
+    edges = [40, 80, 160, 320, 640]
+    streamed, fitted = (octaves(x, edges) for x in (driven.recorded[0], whole.samples[0]))
+    assert np.abs(10 * np.log10(streamed / fitted)).max() < 1.0
+
+
+def octaves(x, edges):
+    power = np.abs(np.fft.rfft(x)) ** 2
+    frequency = np.fft.rfftfreq(len(x), 1 / RATE)
+    return np.array([power[(frequency >= a) & (frequency < b)].sum() for a, b in pairwise(edges)])
+
+
+@pytest.mark.parametrize("level", ["gain=1", "gain=1000", "peak=0.5", "sensation=20", "physical"])
+def test_no_level_leaves_the_limits(engine, output, level):
+    out = output(level=level)
+    driven = Stream(engine(), out, record_s=2.0)
+    run_unpaced(driven, seconds=2.0)
+    assert driven.error is None
+    assert 0 < np.abs(driven.recorded).max() <= out.display.limit
+
+
+@pytest.mark.parametrize("kind", ["raises", "nan"])
+def test_an_error_brings_the_display_to_rest_without_a_jump(script, output, kind):
+    moving = Engine([Broken(60, kind)], script(lambda t: 100 * t), rate=RATE, most=MOST)
+    driven = Stream(moving, output(), record_s=1.0)
+    for block in range(100):
+        driven.next(block * MOST / RATE)
+    assert driven.error is not None
+    sent = driven.recorded[0]
+    assert np.isfinite(sent).all()
+    assert np.abs(sent[62 * MOST + 160 :]).max() == 0
+    assert np.abs(np.diff(sent[58 * MOST :])).max() < 0.1 * np.abs(sent).max()
+
+
+def test_without_a_display_an_error_fades_too(script):
+    moving = Engine([Broken(20, "raises")], script(lambda t: 100 * t), rate=RATE, most=MOST)
+    plain = Stream(moving, record_s=0.2)
+    for block in range(40):
+        plain.next(block * MOST / RATE)
+    assert isinstance(plain.error, RuntimeError)
+    assert np.abs(np.diff(plain.recorded[0, 15 * MOST :])).max() < 0.2
+    assert np.abs(plain.recorded[0, -10 * MOST :]).max() == 0
+
+
+def test_a_lost_connection_brings_the_display_to_rest(engine, script, output):
+    driven = Stream(engine(script(lambda t: 100 * t, end=0.5)), output(), record_s=1.0)
+    run_unpaced(driven, seconds=1.0)
+    assert np.abs(driven.recorded[0, 3000:4000]).max() > 0
+    assert np.abs(driven.recorded[0, -2000:]).max() == 0
+    assert driven.engine.finger.counts.lost_connections == 1
+
+
+def test_an_ultrasonic_envelope_swings_about_its_carrier(engine, output):
+    out = output("ultrasonic-envelope", level="peak=1")
+    driven = Stream(engine(rate=out.display.rate, most=80), out, record_s=2.0)
+    run_unpaced(driven, seconds=2.0)
+    middle = driven.recorded[0, 8000:]
+    assert middle.mean() == pytest.approx(out.display.settings.carrier_v, rel=0.05)
+    assert middle.std() > 0.02
+    assert middle.min() >= 0
+    assert middle.max() <= out.display.limit
+
+
+def test_a_family_that_cannot_be_streamed_to_is_refused_in_one_line():
+    display = open_display("phone")
+    with pytest.raises(ParameterError, match="cannot be streamed to so far"):
+        DisplayOutput(display, Signal(np.ones(100, np.float32), 8000, "m/s^2"), level=parse_level("peak=1"))
+
+
+def test_least_phase_has_the_magnitude_and_is_early():
+    frequency = np.linspace(0, 4000, 4097)
+    gain = 1 / np.hypot(1, frequency / 200)
+    taps = least_phase(gain, 400)
+    assert np.abs(np.fft.rfft(taps, 8192)) == pytest.approx(gain, rel=0.02)
+    assert np.abs(taps[:60]).sum() > 0.98 * np.abs(taps).sum()
+
+
+# -- backends ----------------------------------------------------------------------------------------------
+
+
+def test_to_a_file_the_same_motion_gives_the_same_samples(engine):
+    made = []
+    for _ in range(2):
+        stream = Stream(engine(), record_s=1.0)
+        run_unpaced(stream, seconds=1.0)
+        made.append(stream.recorded)
+    assert made[0].shape == (1, 8000)
+    assert np.array_equal(*made)
+
+
+def test_ten_textures_are_one_mix(engine):
+    stream = Stream(engine(count=10), record_s=1.0)
+    run_unpaced(stream, seconds=1.0)
+    one = Stream(engine(), record_s=1.0)
+    run_unpaced(one, seconds=1.0)
+    assert stream.recorded.std() == pytest.approx(one.recorded.std(), rel=0.35)
+
+
+@pytest.mark.parametrize("frames", [7, 40, 64, 441])
+def test_a_device_may_ask_for_any_number_of_frames(engine, frames):
+    clock = Clock()
+    puller = Puller(Stream(engine(), record_s=1.0), clock)
+    pulled = np.concatenate([puller.pull(frames) for _ in range(12)])
+    assert pulled.shape == (12 * frames, 1)
+    stream = puller._stream
+    assert np.array_equal(pulled[:, 0], stream.recorded[0, : len(pulled)])
+
+
+def test_the_null_device_of_miniaudio_is_played_to(engine):
+    pytest.importorskip("miniaudio")
+    stream = Stream(engine(), record_s=0.3)
+    stream.warm_up()
+    found = run_miniaudio(stream, seconds=0.3, clock=Clock(), null=True)
+    assert found["device"] == "null"
+    assert found["frames_per_call"] > 0
+    facts = stream.facts()
+    assert facts["latency"]["compute"]["count"] > 0
+    assert stream.error is None
+
+
+def test_a_clocked_stream_measures_itself(engine):
+    told = []
+    stream = Stream(engine())
+    stream.warm_up()
+    run_clocked(stream, seconds=0.3, clock=Clock(), status=told.append)
+    latency = stream.facts()["latency"]
+    assert latency["compute"]["count"] > 0
+    assert latency["total"]["p50_ms"] > 5  # the block itself
+    assert latency["compute"]["p50_ms"] <= latency["compute"]["p99_ms"] <= latency["compute"]["max_ms"]
+    assert told
+
+
+def test_a_stream_that_is_late_counts_it_and_does_not_burst(engine):
+    stream = Stream(engine(), on_block=lambda now: time.sleep(0.012))
+    run_clocked(stream, seconds=0.2, clock=Clock())
+    latency = stream.engine.latency
+    assert latency.underruns == latency.compute.count
+    assert latency.compute.count < 20
+
+
+def test_the_collector_is_back_on_afterwards():
+    with quiet():
+        assert not gc.isenabled()
+    assert gc.isenabled()
+
+
+def test_durations_have_quantiles_to_a_percent():
+    durations = Durations()
+    values = np.exp(np.random.default_rng(0).normal(-7, 1, 5000))
+    for value in values:
+        durations.add(float(value))
+    for share in (0.5, 0.99):
+        assert durations.quantile(share) == pytest.approx(np.quantile(values, share), rel=0.02)
+    assert durations.facts()["max_ms"] == pytest.approx(1e3 * values.max())
+    assert Durations().facts()["p50_ms"] is None
+
+
+# -- motion from elsewhere ---------------------------------------------------------------------------------
+
+
+def test_a_simulated_hand_strokes_rests_and_lifts():
+    hand = SimulatedHand(20, seed=3, settings=HandSettings(noise_mm=0))
+    samples = hand.poll(20.0)
+    places = np.array([(s.time_s, s.x_mm) for s in samples if s.x_mm == s.x_mm])
+    forces = np.array([s.force_n for s in samples if s.force_n == s.force_n])
+    speed = np.abs(np.diff(places[:, 1]) / np.diff(places[:, 0]))
+    assert len(places) == 5000
+    assert len(forces) == 10_000
+    assert 100 < speed.max() < 1.875 * 120 / 0.4 + 400
+    assert 0.02 < np.mean(forces == 0) < 0.5
+    assert 0.3 < forces[forces > 0].mean() < 0.9
+    again = SimulatedHand(20, seed=3, settings=HandSettings(noise_mm=0)).poll(20.0)
+    assert repr(again) == repr(samples)
+
+
+def test_a_motion_file_is_read_with_its_gaps(tmp_path):
+    path = tmp_path / "motion.csv"
+    path.write_text("time_s,x_mm,force_n\n5.0,1.5,\n5.1,,0.4\n5.2,2.5,0.5\n")
+    motion = MotionFile(path)
+    assert [s.time_s for s in motion.poll(0.15)] == pytest.approx([0.0, 0.1])
+    (last,) = motion.poll(1.0)
+    assert (last.x_mm, last.y_mm, last.force_n) == (2.5, 0.0, 0.5)
+    assert math.isnan(last.speed_mm_s)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "expected columns"),
+        ("time_s,speed\n0,1\n", "line 1: expected columns"),
+        ("time_s,force_n\n", "no motion"),
+        ("time_s,force_n\n0,1\n0,1\n", "line 3: times must ascend"),
+        ("time_s,force_n\n0,-1\n", "line 2: speed and force"),
+        ("time_s,force_n\n0,a\n", "line 2: expected 2 numbers"),
+        ("time_s,y_mm\n0,1\n", "y_mm needs x_mm"),
+    ],
+)
+def test_a_wrong_motion_file_is_refused_by_its_line(tmp_path, text, says):
+    path = tmp_path / "motion.csv"
+    path.write_text(text)
+    with pytest.raises(DataError, match=says):
+        MotionFile(path)
+
+
+def test_a_mouse_packet_is_buttons_right_and_up():
+    assert mouse_step(bytes([0x09, 5, 7])) == (True, 5, 7)
+    assert mouse_step(bytes([0x38, 0xFB, 0xF9])) == (False, -5, -7)
+
+
+def test_a_mouse_moves_the_finger(tmp_path):
+    pipe = tmp_path / "mice"
+    os.mkfifo(pipe)
+    mouse = MouseMotion(path=pipe, counts_per_mm=10.0)
+    with open(pipe, "wb", buffering=0) as device:
+        device.write(bytes([0x09, 50, 0, 0x09]))
+        (first,) = mouse.poll(0.0)
+        device.write(bytes([50, 20]))
+        (second,) = mouse.poll(0.01)
+    mouse.close()
+    assert (first.x_mm, first.y_mm, first.force_n) == (5.0, 0.0, 0.5)
+    assert (second.x_mm, second.y_mm) == (10.0, 2.0)
+
+
+def test_a_mouse_that_is_not_there_is_one_line(tmp_path):
+    with pytest.raises(DeviceError, match="cannot be read"):
+        MouseMotion(path=tmp_path / "none")
+
+
+def test_a_stream_and_its_display_have_one_rate(engine, output):
+    with pytest.raises(ParameterError, match="display's 8000 Hz"):
+        Stream(engine(rate=16_000.0, most=80), output())
