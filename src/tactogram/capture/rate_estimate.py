@@ -13,6 +13,9 @@ MOST_POINTS = 200
 """Points that a line is laid through; of more, the promptest of each group is taken."""
 
 _KEPT = 4096
+_LEVEL = 0.98
+"""Level of Sen's interval. The promptest of neighbours are not quite independent: at his 95 % it held the true rate in
+91 to 94 of 100 simulated recordings of 5 to 60 s, at 98 % in 96 to 98."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,7 @@ def estimate_rate(indices: NDArray[np.int64], arrivals_s: NDArray[np.float64]) -
     of a group of neighbours, and its slope is the median over all pairs of them (H. Theil, "A rank-invariant method of
     linear and polynomial regression analysis", 1950; P. K. Sen, "Estimates of the regression coefficient based on
     Kendall's tau", 1968, from which the interval is): a few that are late, or a burst of them, do not move it.
-    Tested: the true rate lies within the interval in at least 90 of 100 simulated recordings, and within 0.1 % of the
+    Tested: the true rate lies within the interval in at least 93 of 100 simulated recordings, and within 20 ppm of the
     estimate after 60 s at 330 Hz with an exponential lateness of 5 ms.
 
     Parameters
@@ -69,7 +72,7 @@ def estimate_rate(indices: NDArray[np.int64], arrivals_s: NDArray[np.float64]) -
     lateness = times - period * places
     groups = np.array_split(np.arange(len(places)), min(MOST_POINTS, max(5, len(places) // 4)))
     prompt = np.array([group[np.argmin(lateness[group])] for group in groups if len(group)])
-    slope, _, low, high = theilslopes(times[prompt], places[prompt], 0.95)
+    slope, _, low, high = theilslopes(times[prompt], places[prompt], _LEVEL)
     if not (slope > 0 and low > 0):
         return None
     behind = times - slope * places

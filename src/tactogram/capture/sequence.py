@@ -169,7 +169,8 @@ class Timeline:
             if abs(packets - ahead) <= 0.2 * ahead and elapsed <= LONGEST_GAP_S:
                 return self._append(packet, ahead)
             gap = max(1, round(min(max(packets, 0.0) * n, LONGEST_GAP_S * estimate.hz, LONGEST_GAP)))
-        elif ahead < SEQUENCE // 2:
+        elif ahead < SEQUENCE // 2 and packet.sequence > MOST_LOST:
+            # Without times, only numbers that begin again tell a restart.
             return self._append(packet, ahead)
         else:
             gap = n

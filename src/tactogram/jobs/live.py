@@ -127,6 +127,11 @@ class Listener:
                 self._distance(self._index, window)
 
 
+def _recorded_rate(loaded: LoadedRun) -> float | None:
+    """Return the rate of the recordings that a run was trained on, None where they were resampled."""
+    return loaded.kind.rate if loaded.recipe.prepare.rate == "own" else None
+
+
 def live(
     run: Path | str | LoadedRun,
     address: str,
@@ -151,7 +156,8 @@ def live(
     hop : float, optional
         Seconds from one window to the next; by default a quarter of the window.
     rate : float, optional
-        What the source's rate should be, Hz, where it does not say.
+        What the source's rate should be, Hz, where it does not say; by default that of the recordings that the run was
+        trained on, where they were not resampled. What is measured counts once it contradicts it.
     seconds : float, optional
     show : callable, optional
         Called with each window.
@@ -174,7 +180,7 @@ def live(
     latencies, named, counts = Latencies(), Counter[str](), Counter[str]()
     interrupted = False
     with open_source(address) as source:
-        feed = Feed(source, reference_rate=rate)
+        feed = Feed(source, reference_rate=rate or source.rate or _recorded_rate(loaded))
         if begin is not None:
             begin(listener)
         try:
