@@ -24,8 +24,8 @@ DRIVERS = {
 }
 """What a library needs besides itself, by the library's name."""
 
-# Lab Streaming Layer writes its diary to stderr unless a file says otherwise; 1 is errors only.
-_LSL_SETTINGS = "[log]\nlevel = 1\n"
+# Lab Streaming Layer writes its diary to stderr unless told otherwise; -2 is errors only.
+_LSL_SETTINGS = "[log]\nlevel = -2\n"
 
 
 def imported(name: str, *, extra: str, what: str) -> ModuleType:
@@ -127,9 +127,7 @@ def lsl(what: str = "Lab Streaming Layer") -> ModuleType:
     """
     module = imported("pylsl", extra="lsl", what=what)
     if "LSLAPICFG" not in os.environ and hasattr(module, "set_config_content"):
-        # It tells which network cards there are before it has read that nobody wants to know.
-        with silenced():
-            module.set_config_content(_LSL_SETTINGS)
+        module.set_config_content(_LSL_SETTINGS)
     return module
 
 
