@@ -13,10 +13,12 @@ from typing import Any
 
 from tactogram import experiments as package
 from tactogram.errors import ParameterError
+from tactogram.jobs.capture import capture
 from tactogram.jobs.crossval import crossval
 from tactogram.jobs.data import import_store
 from tactogram.jobs.evaluate import evaluate
 from tactogram.jobs.generate import generate
+from tactogram.jobs.live import live
 from tactogram.jobs.made_by_words import made_by_words
 from tactogram.jobs.mixing import mixing_ladder, recorded
 from tactogram.jobs.pictures import compare_pictures, judge_pictures
@@ -49,6 +51,8 @@ class Jobs:
         self.recorded = recorded
         self.load_run = load_run
         self.score = score
+        self.capture = capture
+        self.live = live
 
 
 def experiments() -> dict[str, str]:
