@@ -164,6 +164,18 @@ def test_a_wrong_file_is_listed_line_by_line(tmp_path, capsys):
     assert check(tmp_path / "x.haptic")["problems"] == lines[1:]
 
 
+def test_a_sound_is_checked_by_reading_it(tmp_path):
+    write_signal(tmp_path / "a.wav", effect())
+    assert check(tmp_path / "a.wav") == {
+        "file": str(tmp_path / "a.wav"),
+        "format": "wav",
+        "valid": True,
+        "problems": [],
+    }
+    (tmp_path / "b.wav").write_bytes(b"RIFF")
+    assert not check(tmp_path / "b.wav")["valid"]
+
+
 def test_the_command_says_what_is_lost(tmp_path, capsys):
     write_signal(tmp_path / "in" / "a.wav", effect())
     assert main(["convert", str(tmp_path / "in" / "a.wav"), str(tmp_path / "a.ahap")]) == 0

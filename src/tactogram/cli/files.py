@@ -14,7 +14,7 @@ def add_verbs(verbs: Verbs) -> None:
     add = verbs.add("convert", convert)
     add("source", metavar="A", help="a signal, a haptic file, or a folder of them")
     add("target", metavar="B", nargs="?", help="a file, by suffix; of a folder a folder")
-    add("--check", action="store_true", help="only say whether A is a valid haptic file, and what is wrong")
+    add("--check", action="store_true", help="only say whether A is valid, and what is wrong with it")
     add(
         "--format",
         "--to",

@@ -192,8 +192,25 @@ def convert_folder(
 
 
 def check(path: Path | str, *, format: str | None = None) -> dict[str, Any]:
-    """Return whether a haptic file is valid, as `tactogram.rendering.files.check_file`."""
-    return check_file(path, format=format)
+    """Return whether a file is valid: ``file``, ``format``, ``valid``, ``problems`` (a line each).
+
+    Haptic files as `tactogram.rendering.files.check_file`; others are read, and the first thing that is wrong is said.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if format is not None or suffix not in READABLE or not path.is_file():
+        return check_file(path, format=format)
+    problems = []
+    try:
+        read_file(path)
+    except TactogramError as error:
+        problems.append(str(error))
+    return {
+        "file": str(path),
+        "format": suffix.removeprefix("."),
+        "valid": not problems,
+        "problems": problems,
+    }
 
 
 def _haptic_name(format: str | None, target: Path) -> str | None:

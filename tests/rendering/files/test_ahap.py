@@ -172,6 +172,9 @@ def test_unknown_keys_and_audio_are_left_alone():
     document = pattern(event(), audio) | {"Colour": "red"}
     assert ahap.validate(document) == []
     assert ahap.decode(document, RATE).facts["left_out"] == "1 audio events"
+    faded = pattern(event(), curve("AudioVolumeControl", (0, 1), (1, 0)))
+    assert ahap.validate(faded) == []
+    assert ahap.decode(faded, RATE).facts["left_out"] == "AudioVolumeControl"
     with pytest.raises(ParameterError, match="no haptic event"):
         ahap.decode(pattern(audio), RATE)
 

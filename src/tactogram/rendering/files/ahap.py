@@ -40,6 +40,19 @@ _DIGITS = 6
 Seconds = Annotated[float, Field(ge=0)]
 _HAPTIC = {"HapticIntensity": (0.0, 1.0), "HapticSharpness": (0.0, 1.0)}
 _CONTROL = {"HapticIntensityControl": (0.0, 1.0), "HapticSharpnessControl": (-1.0, 1.0)}
+_OTHER_CONTROLS = (
+    "HapticAttackTimeControl",
+    "HapticDecayTimeControl",
+    "HapticReleaseTimeControl",
+    "AudioVolumeControl",
+    "AudioPanControl",
+    "AudioBrightnessControl",
+    "AudioPitchControl",
+    "AudioAttackTimeControl",
+    "AudioDecayTimeControl",
+    "AudioReleaseTimeControl",
+)
+"""Known to Core Haptics (CHHapticDynamicParameter.ID); not played here."""
 
 
 class EventParameter(Part):
@@ -98,7 +111,7 @@ class Curve(Part):
 
     @model_validator(mode="after")
     def _points(self) -> Curve:
-        if self.name not in _CONTROL:
+        if self.name not in (*_CONTROL, *_OTHER_CONTROLS):
             raise ValueError(
                 f"ParameterID of a curve must be one of {', '.join(_CONTROL)}, got {self.name!r}"
             )
@@ -215,8 +228,13 @@ def decode(document: Any, rate: float) -> Decoded:
     times = np.arange(len(amplitude), dtype=np.float64) * _GRID_S
     envelope = Envelope(seconds, times, amplitude, times, frequency, pulses)
     facts: dict[str, Any] = {"carrier_hz": [SPAN.low, SPAN.high], "carrier_from": "sharpness"}
-    if len(haptic) < len(events):
-        facts["left_out"] = f"{len(events) - len(haptic)} audio events"
+    controls = {
+        part.name for entry in pattern.entries if (part := entry.curve or entry.parameter) is not None
+    }
+    left_out = [f"{len(events) - len(haptic)} audio events"] if len(haptic) < len(events) else []
+    left_out += sorted(controls - _CONTROL.keys())
+    if left_out:
+        facts["left_out"] = ", ".join(left_out)
     return Decoded(carrier(envelope, rate), pattern.metadata.description, facts)
 
 
