@@ -181,8 +181,8 @@ def friction_target(
     s = settings
     mu = signal.samples[0].astype(np.float64)
     scaled = [
-        f"k_e {s.newton_per_v2:.3g} N/V^2, {s.calibrated_by or 'assumed, not calibrated'}; normal force "
-        f"{s.normal_force_n:g} N assumed; perceptual gain {s.perceptual_gain:g}"
+        f"k_e {s.newton_per_v2:.3g} N/V^2, {s.calibrated_by or 'assumed, not calibrated'}; at a normal "
+        f"force of {s.normal_force_n:g} N; perceptual gain {s.perceptual_gain:g}"
     ]
     clipped: list[str] = []
     unreachable: list[str] = []

@@ -20,6 +20,7 @@ from tactogram.rendering.display import Display
 from tactogram.rendering.fit import fit
 from tactogram.rendering.level import Level
 from tactogram.rendering.levelled import kinematic_power
+from tactogram.rendering.modulation import StreamPreEmphasis
 from tactogram.rendering.safety import Guard
 from tactogram.signal.signal import Signal
 
@@ -139,7 +140,7 @@ class LinearDrive:
 class UltrasonicDrive:
     """The amplitude of a carrier, whose phase goes on from block to block; see `tactogram.rendering.ultrasonic`.
 
-    Pre-emphasis needs what comes next and is not done.
+    Pre-emphasis is causal here: flat but for a first-order low-pass, where `fit`'s is flat up to an edge.
     """
 
     delay_s = 0.0
@@ -154,6 +155,13 @@ class UltrasonicDrive:
             )
         self._settings = settings
         self._full_scale = float(found["full_scale"])
+        self._lead = (
+            StreamPreEmphasis(
+                display.rate, cutoff_hz=settings.carrier_hz / (2 * settings.q), cap_db=settings.cap_db
+            )
+            if settings.pre_emphasis and settings.q
+            else None
+        )
         self._turn = 2 * np.pi * settings.carrier_hz / display.rate
         self._sent = 0
         self.limited = 0
@@ -162,6 +170,8 @@ class UltrasonicDrive:
         """Return the drive, float64, shape (1, time)."""
         s = self._settings
         x = np.asarray(block[:1], np.float64) / self._full_scale
+        if self._lead is not None:
+            x = self._lead.process(x)
         self.limited += int(np.count_nonzero(np.abs(x) > 1))
         envelope = s.carrier_v * (1 + s.modulated_depth * np.clip(x, -1, 1))
         if s.output == "envelope":
@@ -177,7 +187,7 @@ class UltrasonicDrive:
             "full_scale": self._full_scale,
             "carrier_hz": self._settings.carrier_hz,
             "over_modulated_samples": self.limited,
-            "pre_emphasis": "not done while streaming" if self._settings.pre_emphasis else None,
+            "minus_3_db_hz": None if self._lead is None else self._lead.minus_3_db_hz,
         }
 
 
