@@ -10,6 +10,8 @@ from scipy import fft
 
 from tactogram.signal.signal import Signal
 
+Array = NDArray[np.float64]
+
 OCTAVES_HZ = (16.0, 31.5, 63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0)
 """Centres, IEC 61260's nominal ones: from below the lowest vibration felt to above the highest."""
 
@@ -31,21 +33,18 @@ def band_table(
     below : float, Hz
         Half the rate at which the signal came: octaves that begin above it are left out.
     """
-    rows = []
-    for centre in OCTAVES_HZ:
-        edge = (centre / np.sqrt(2), centre * np.sqrt(2))
-        if edge[0] >= min(wanted.rate / 2, rendered.rate / 2, below):
-            break
-        levels = [_level_db(signal, edge) for signal in (wanted, rendered)]
-        rows.append(
-            {
-                "centre_hz": centre,
-                "wanted_db": levels[0],
-                "rendered_db": levels[1],
-                "reachable": bool(band[0] <= centre <= band[1]),
-            }
-        )
-    return rows
+    powers = [_power(signal) for signal in (wanted, rendered)]
+    top = min(wanted.rate / 2, rendered.rate / 2, below)
+    return [
+        {
+            "centre_hz": centre,
+            "wanted_db": _level_db(*powers[0], centre),
+            "rendered_db": _level_db(*powers[1], centre),
+            "reachable": bool(band[0] <= centre <= band[1]),
+        }
+        for centre in OCTAVES_HZ
+        if centre / np.sqrt(2) < top
+    ]
 
 
 def out_of_band_db(signal: Signal, band: tuple[float, float]) -> float:
@@ -58,13 +57,13 @@ def out_of_band_db(signal: Signal, band: tuple[float, float]) -> float:
     return float(-10 * np.log10(max(inside / total, 1e-20)))
 
 
-def _level_db(signal: Signal, edges: tuple[float, float]) -> float | None:
-    frequency, power = _power(signal)
-    inside = float(power[(frequency >= edges[0]) & (frequency < edges[1])].sum())
+def _level_db(frequency: Array, power: Array, centre: float) -> float | None:
+    low, high = np.searchsorted(frequency, [centre / np.sqrt(2), centre * np.sqrt(2)])
+    inside = float(power[low:high].sum())
     return round(float(10 * np.log10(inside)), 2) if inside > 1e-20 else None
 
 
-def _power(signal: Signal) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _power(signal: Signal) -> tuple[Array, Array]:
     """Return frequency in Hz and mean power per bin, axes added; its sum is the mean square."""
     n = len(signal)
     x = signal.samples.astype(np.float64)

@@ -64,21 +64,18 @@ def drive(
     motion = kinematic_power(signal.unit, display)
     wanted, plan = _Plan.of(x, display, settings, motion)
     unit_drive = plan.drive(wanted)
-    # One axis goes to every channel, but is one signal: what is felt of it is that of one channel.
-    felt = display.channels[: len(signal.axes)]
     factor, aim, words = factor_of(
         level,
         display=display,
-        signal=x.select(*felt),
-        output=plan.output(unit_drive, x).select(*felt),
+        signal=x,
+        output=plan.output(unit_drive, x),
         peak=float(np.abs(unit_drive).max()),
     )
     scaled.append(words)
     if motion:
         scaled.append(f"{signal.unit} turned into {display.output_unit}, frequency by frequency")
-    raw = unit_drive * factor
     samples, limiting = within_limits(
-        raw,
+        unit_drive * factor,
         display.floor,
         display.limit,
         unit=display.unit,
@@ -87,19 +84,10 @@ def drive(
         scaled=scaled,
         clipped=clipped,
     )
-    result = x.with_samples(samples, unit=display.unit)
-    output = plan.output(samples, x).select(*felt)
-    aimed = x.with_samples(x.samples * np.float64(aim)).select(*felt)
+    output = plan.output(samples, x)
+    aimed = x.with_samples(x.samples * np.float64(aim))
     lost_db = out_of_band_db(aimed, plan.band)
-    if lost_db > 0.1:
-        unreachable.append(
-            f"what lies outside of {plan.band[0]:g} to {plan.band[1]:g} Hz: {lost_db:.1f} dB of the signal's power"
-        )
-    if plan.capped:
-        unreachable.append(
-            f"{plan.capped[0]:.0f} to {plan.capped[1]:.0f} Hz in full: the response would have to be raised by up to "
-            f"{plan.needed_db:.0f} dB, the cap is {settings.cap_db:g} dB"
-        )
+    unreachable += plan.unreachable(lost_db)
     facts: dict[str, Any] = {
         "factor": factor * limiting,
         "limiting": limiting,
@@ -112,7 +100,10 @@ def drive(
         "bands": band_table(aimed, output, plan.band, below=signal.rate / 2),
     }
     if signal.unit in MOTION and display.output_unit in MOTION:
-        facts |= {"sensation_level_db": _levels(aimed, output)}
+        facts["sensation_level_db"] = _levels(aimed, output)
+    # One axis goes to every channel.
+    copies = len(display.channels) if len(x.axes) == 1 else 1
+    result = x.with_samples(np.repeat(samples, copies, axis=0), unit=display.unit, axes=display.channels)
     return result, facts | {"scaled": scaled, "clipped": clipped, "unreachable": unreachable}
 
 
@@ -136,6 +127,7 @@ class _Plan:
         self.response = np.ones(len(frequency), np.complex128)
         self.capped: tuple[float, float] | None = None
         self.needed_db = 0.0
+        self.cap_db = settings.cap_db
         # Acceleration into displacement is divided by (j w)^2; below the band nothing of it is wanted.
         w = 2j * np.pi * np.maximum(frequency, max(band[0], frequency[1] if len(frequency) > 1 else 1.0))
         self.motion = w**motion
@@ -186,6 +178,20 @@ class _Plan:
         spectrum = fft.rfft(padded, axis=1) * self.response / self.motion
         return like.with_samples(self._time(spectrum))
 
+    def unreachable(self, lost_db: float) -> list[str]:
+        """Return what the band and the cap take, as sentences; ``lost_db`` is what lies outside of the band."""
+        said = []
+        if lost_db > 0.1:
+            said.append(
+                f"what lies outside of {self.band[0]:g} to {self.band[1]:g} Hz: {lost_db:.1f} dB of the signal's power"
+            )
+        if self.capped:
+            said.append(
+                f"{self.capped[0]:.0f} to {self.capped[1]:.0f} Hz in full: the response would have to be raised by up "
+                f"to {self.needed_db:.0f} dB, the cap is {self.cap_db:g} dB"
+            )
+        return said
+
     def _time(self, spectrum: NDArray[np.complex128]) -> NDArray[np.float64]:
         x = fft.irfft(spectrum, n=self.size, axis=1)
         return np.asarray(x[:, self.pad : self.pad + self.length])
@@ -200,10 +206,10 @@ def reachable_band(display: Display) -> tuple[float, float]:
 
 
 def _per_channel(signal: Signal, display: Display) -> tuple[Signal, list[str]]:
-    """Return ``signal`` with one axis per channel, and the names of the axes that no channel takes."""
+    """Return ``signal`` with one axis, or one per channel, and the names of the axes that no channel takes."""
     count = len(display.channels)
     if len(signal.axes) == 1:
-        return signal.with_samples(np.repeat(signal.samples, count, axis=0), axes=display.channels), []
+        return signal, []
     if len(signal.axes) < count:
         raise ParameterError(
             f"{display.name} has {count} channels, the signal {len(signal.axes)} axes: give one axis or as many"

@@ -1,0 +1,217 @@
+"""A generated texture from each model so far on each display, with what was scaled, clipped or cannot be reached.
+
+Not a published table: a check that what any model makes comes out of any display, at a stated level, and of what each
+display takes from it. All models are trained briefly on simulated data, so the textures are no measure of the models.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from tactogram.datasets import Store, open_store
+from tactogram.errors import DataError, ParameterError, UnitError
+from tactogram.evaluation.report import save_figure
+from tactogram.models import ModelFacts, available, find
+from tactogram.rendering.catalogue import open_display, shipped
+from tactogram.rendering.display import Display
+from tactogram.rendering.figures import drive_figure
+from tactogram.rendering.fit import Drive, fit
+from tactogram.rendering.level import parse_level
+from tactogram.signal import Image, Signal
+from tactogram.signal.io import write_signal
+from tactogram.training.run import write_text
+
+DATA: Mapping[str, tuple[str, dict[str, Any]]] = {
+    "material": ("stroking9", {"photographs": 9, "per_class": 8}),
+    "image": ("stroking9", {"photographs": 9, "per_class": 8}),
+    "words": ("ultrasonic", {}),
+}
+"""The simulated set that a model learns from, by what it needs."""
+OWN_DATA: Mapping[str, tuple[str, dict[str, Any]]] = {"frictgan": ("fabrics", {})}
+"""Models that learn from another one."""
+TRAINED: Mapping[str, str] = {"ar_texture": "quick", "replay": "quick", "nearest_photo": "quick"}
+"""Recipes of models that are trained in no time; all others are ``tiny`` unless asked otherwise."""
+LEVELS = ("sensation", "physical", "peak=0.8")
+"""The first that has a meaning for signal and display is taken, and said."""
+SECONDS = 1.0
+SPEED_MM_S = 50.0
+"""Of the finger, where a model or a signal needs one."""
+
+
+def run(
+    jobs: Any,
+    folder: Path,
+    *,
+    paper: bool,
+    models: str = "",
+    recipe: str = "",
+    runs: str = "",
+) -> dict[str, Any]:
+    """Return the report of every model's texture on every display; drives and figures are in ``folder``.
+
+    Parameters
+    ----------
+    jobs, folder, paper
+        As of every experiment; ``paper`` trains by the recipe ``quick`` instead of ``tiny``.
+    models : str
+        Which, joined by commas; by default all that generate signals.
+    recipe : str
+        Of all models.
+    runs : str
+        Trained runs to take instead, as ``MODEL=FOLDER`` joined by commas.
+    """
+    given = dict(part.split("=", 1) for part in runs.split(",") if "=" in part)
+    textures, simulated = {}, []
+    for name in _chosen(models):
+        own = recipe or ("quick" if paper else TRAINED.get(name, "tiny"))
+        textures[name], learned = _texture(jobs, folder, find(name), given.get(name), own)
+        simulated.append(learned)
+    displays = {name: open_display(name) for name in shipped()}
+    drives: dict[str, dict[str, Drive]] = {}
+    for model, texture in textures.items():
+        drives[model] = {name: _rendered(texture, display) for name, display in displays.items()}
+        for name, drive in drives[model].items():
+            place = folder / "drives" / model / f"{name}.wav"
+            write_signal(place, drive.signal, metadata={"display": name, "simulated": all(simulated)})
+            write_text(place.with_suffix(".report.json"), json.dumps(drive.report.as_json(), indent=1) + "\n")
+    figures = {"overview": str(save_figure(folder / "overview.png", overview_figure(drives, displays)))}
+    for name, display in displays.items():
+        model = _fitting(drives, name)
+        asked = drives[model][name].report.level["asked"]
+        title = f"{display.title}\n{model}, learned from simulated data; level {asked}"
+        drawn = drive_figure(drives[model][name], display, title=title)
+        figures[name] = str(save_figure(folder / f"{name}.png", drawn))
+    return {
+        "simulated": all(simulated),
+        "figures": figures,
+        "reports": {m: {d: drive.report.as_json() for d, drive in row.items()} for m, row in drives.items()},
+        "text": _text(drives, displays),
+    }
+
+
+def overview_figure(drives: Mapping[str, Mapping[str, Drive]], displays: Mapping[str, Display]) -> Figure:
+    """Return the drive of every model (rows) on every display (columns), each within the display's limits."""
+    figure = Figure(figsize=(1.5 * len(displays) + 1, 0.8 * len(drives) + 1), layout="constrained")
+    grid: Any = figure.subplots(len(drives), len(displays), squeeze=False)
+    for cells, (model, row) in zip(grid, drives.items(), strict=True):
+        for axes, (name, display) in zip(cells, displays.items(), strict=True):
+            drive = row[name]
+            x = drive.signal.samples
+            per_column = -(-x.shape[1] // 400)
+            cut = x[:, : x.shape[1] // per_column * per_column].reshape(len(x), -1, per_column)
+            at = np.linspace(0, 1, cut.shape[1])
+            for channel in cut:
+                low, high = channel.min(axis=1), channel.max(axis=1)
+                axes.fill_between(at, low, high, linewidth=0.4, alpha=0.8 if len(x) == 1 else 0.5)
+            axes.set_ylim(1.08 * display.floor - 0.04 * display.limit, 1.08 * display.limit)
+            axes.set_xticks([])
+            axes.set_yticks([])
+            axes.set_title(drive.report.level["asked"], fontsize=6, pad=1.5)
+        cells[0].set_ylabel(model, fontsize=7, rotation=0, ha="right", va="center")
+    for axes, name in zip(grid[-1], displays, strict=True):
+        axes.set_xlabel(name, fontsize=7)
+    figure.suptitle(
+        "Drives within each display's limits, and the level asked for; models trained briefly on simulated data",
+        fontsize=9,
+    )
+    return figure
+
+
+def _chosen(models: str) -> list[str]:
+    known = [
+        name for name, facts in available().items() if facts.task == "generation" and facts.gives == "signal"
+    ]
+    chosen = [name.strip() for name in models.split(",") if name.strip()] or known
+    for name in chosen:
+        if name not in known:
+            raise ParameterError(f"models must be of {', '.join(known)}, got {name!r}")
+    return chosen
+
+
+def _texture(
+    jobs: Any, folder: Path, facts: ModelFacts, run_folder: str | None, recipe: str
+) -> tuple[Signal, bool]:
+    """Return a texture that a model made, and whether it learned from simulated data."""
+    store = _store(jobs, folder, facts)
+    out = Path(run_folder) if run_folder else folder / "runs" / f"{facts.name}-{recipe}"
+    if run_folder is None:
+        resume = (out / "recipe.toml").exists()
+        jobs.train(facts.name, store.path, recipe=recipe, out=out, resume=resume)
+    loaded = jobs.load_run(out)
+    condition = _condition(store, facts)
+    over_time = "speed_mm_s" in facts.takes and facts.needs == ("image",)
+    if over_time:
+        condition["speed_mm_s"] = SPEED_MM_S
+    (made,) = jobs.generate(loaded, condition, seconds=SECONDS)
+    if isinstance(made, Image):
+        raise ParameterError(f"{facts.name} gives an image")
+    return made, bool(loaded.simulated)
+
+
+def _store(jobs: Any, folder: Path, facts: ModelFacts) -> Store:
+    name, options = OWN_DATA.get(facts.name, DATA[facts.needs[0]])
+    place = folder / name
+    try:
+        return open_store(place)
+    except DataError:
+        jobs.simulate(name, place, seed=0, **options)
+        return open_store(place)
+
+
+def _condition(store: Store, facts: ModelFacts) -> dict[str, Any]:
+    """Return a condition of the kind that a model needs, from what it learned from."""
+    match facts.needs[0]:
+        case "material":
+            return {"material": {min(info.material for info in store.index if info.material): 1.0}}
+        case "image":
+            return {"image": store.photograph(store.photograph_keys()[0])}
+        case _:
+            ratings = store.ratings
+            if ratings is None:
+                raise DataError(f"{store.path}: no ratings to go by")
+            return {
+                "words": dict.fromkeys(ratings.words, float(np.mean([ratings.scale.low, ratings.scale.high])))
+            }
+
+
+def _rendered(texture: Signal, display: Display) -> Drive:
+    """Return the drive of a texture at the first of `LEVELS` that has a meaning."""
+    speed = SPEED_MM_S if texture.domain == "displacement" else None
+    for level in LEVELS:
+        try:
+            return fit(texture, display, level=parse_level(level), speed_mm_s=speed)
+        except UnitError:
+            continue
+    raise ParameterError(f"{display.name}: no level of {', '.join(LEVELS)} has a meaning for {texture.unit}")
+
+
+def _fitting(drives: Mapping[str, Mapping[str, Drive]], display: str) -> str:
+    """Return the model whose texture a display renders at a level that keeps the signal's own, if there is one."""
+    for level in LEVELS:
+        for model, row in drives.items():
+            if row[display].report.level["asked"] == level:
+                return model
+    raise ParameterError("there is nothing to show")
+
+
+def _text(drives: Mapping[str, Mapping[str, Drive]], displays: Mapping[str, Display]) -> str:
+    lines = [
+        "Models trained briefly on simulated data. Largest drive in % of the display's limit; what else was scaled,",
+        "clipped or cannot be reached is in drives/MODEL/DISPLAY.report.json.",
+        f"{'model':20}{'display':22}{'level':12}{'drive %':>8}  scaled last; cannot be reached",
+    ]
+    for model, row in drives.items():
+        for name, drive in row.items():
+            report = drive.report
+            share = 100 * report.drive["peak"] / displays[name].limit
+            lost = report.unreachable[0] if report.unreachable else "-"
+            lines.append(
+                f"{model:20}{name:22}{report.level['asked']:12}{share:8.1f}  {report.scaled[-1]}; {lost}"
+            )
+    return "\n".join(lines)
