@@ -85,3 +85,11 @@ def test_limits_and_notes_may_change_within_a_session_and_materials_may_not():
     plan = SessionPlan.of(PLAN)
     assert SessionPlan.of(PLAN | {"notes": "warm", "limits": {"most_lost": 0.2}}).sha256 == plan.sha256
     assert SessionPlan.of(PLAN | {"materials": ["a", "b"]}).sha256 != plan.sha256
+
+
+def test_values_are_changed_by_key_and_within_limits_by_dotted_key():
+    plan = SessionPlan.load("first-try", changes={"seconds": 2, "limits.most_lost": 0.2})
+    assert (plan.seconds, plan.limits.most_lost) == (2, 0.2)
+    assert plan.repetitions == SessionPlan.load("first-try").repetitions
+    with pytest.raises(ParameterError, match=r"seconds\.x"):
+        SessionPlan.load("first-try", changes={"seconds.x": 1})

@@ -163,7 +163,7 @@ def test_what_is_wrong_is_said_in_a_line(arguments, match, capsys, tmp_path, mon
     said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("tactogram: ")]
     assert len(said) == 1
     assert re.search(match, said[0])
-    assert not (tmp_path / "D").exists()
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_live_prints_a_line_of_json_per_window_and_a_summary(store, run, capsys):

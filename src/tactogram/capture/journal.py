@@ -11,6 +11,7 @@ import fcntl
 import json
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
@@ -67,10 +68,17 @@ class Journal:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close it, and let others at the session."""
-        if self._file is not None:
-            self._file.close()
-            self._file = None
+        """Close it, and let others at the session; of a session that never began nothing stays."""
+        if self._file is None:
+            return
+        if not self.events:
+            self.path.unlink(missing_ok=True)
+            for folder in (self.folder, self.folder.parent):
+                # What else lies there keeps its folder.
+                with suppress(OSError):
+                    folder.rmdir()
+        self._file.close()
+        self._file = None
 
     def write(self, event: str, facts: Mapping[str, Any] | None = None) -> None:
         """Add one event; it is on the disk when this returns.

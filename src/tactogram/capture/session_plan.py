@@ -105,7 +105,7 @@ class SessionPlan(BaseModel):
 
     @classmethod
     def load(cls, plan: Path | str, *, changes: Mapping[str, Any] | None = None) -> Self:
-        """Read a TOML file, or one of `shipped_plans` by name; ``changes`` are values by key.
+        """Read a TOML file, or one of `shipped_plans` by name; ``changes`` are values by (dotted) key.
 
         Raises
         ------
@@ -120,7 +120,13 @@ class SessionPlan(BaseModel):
             raise ParameterError(f"{plan}: no such session plan; shipped ones are {names}") from None
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
             raise ParameterError(f"{path}: not a readable session plan: {error}") from error
-        return cls.of({**values, **(changes or {})}, where=str(path))
+        for key, value in (changes or {}).items():
+            table, dot, inner = key.partition(".")
+            if dot and isinstance(values.setdefault(table, {}), dict):
+                values[table] = {**values[table], inner: value}
+            else:
+                values[key] = value
+        return cls.of(values, where=str(path))
 
     @classmethod
     def of(cls, values: Mapping[str, Any], *, where: str = "session plan") -> Self:

@@ -80,7 +80,12 @@ def capture(
     with ExitStack() as stack:
         journal = stack.enter_context(Journal(folder))
         log = _next_log(folder)
-        source = stack.enter_context(open_source(with_log(address, log)))
+        try:
+            source = stack.enter_context(open_source(with_log(address, log)))
+        except BaseException:
+            # It was made before the device did not open, and holds nothing.
+            log.unlink(missing_ok=True)
+            raise
         if console is None:
             console = stack.enter_context(_console(yes, answers))
         metronome = _metronome(console) if sound and values.metronome else Silent()
