@@ -332,3 +332,33 @@ def test_all_takes_of_a_session_have_one_rate_though_its_measurement_wanders(tmp
     recordings = stored(tmp_path / "s")
     assert len({r.stream("acceleration").rate for r in recordings}) == 1
     assert len({r.history[0] for r in recordings}) > 2
+
+
+def test_a_log_that_cannot_be_written_costs_no_take_that_is_at_hand(tmp_path, played):
+    source = played()
+    read = source.read
+
+    def failing(timeout_s=0.1):
+        # The first question's packet and the 17 of the take come; then the disk is full.
+        if source.packet >= 18:
+            raise DataError("raw-001.log: the log cannot be written (No space left on device)")
+        return read(timeout_s)
+
+    source.read = failing
+    with pytest.raises(DataError, match="No space left"):
+        run(tmp_path / "s", source)
+    assert len(stored(tmp_path / "s")) == 1
+
+
+def test_an_interrupt_keeps_what_was_accepted(tmp_path, played):
+    source = played()
+    read = source.read
+
+    def interrupted(timeout_s=0.1):
+        if source.packet == 30:
+            raise KeyboardInterrupt
+        return read(timeout_s)
+
+    source.read = interrupted
+    result, _ = run(tmp_path / "s", source)
+    assert (result["accepted"], result["stopped"], result["left"]) == (1, "interrupted", 3)

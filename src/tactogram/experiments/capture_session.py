@@ -9,6 +9,7 @@ surfaces among it that it was not trained on.
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -97,10 +98,12 @@ def _store(path: Path, materials: Sequence[str], *, takes: range, seconds: float
 def _session(jobs: Any, folder: Path, plan: Path, device: Path) -> dict[str, Any]:
     """Record the plan, killed in the middle of a take, and hold every take against the raw logs."""
     store = folder / "recorded"
-    killed_at = None
-    if not store.exists():
-        killed_at = _killed(plan, DEVICE.format(store=device, seed=1), store)
-    at_kill = len(open_store(store))
+    noted = folder / "killed.json"
+    if not noted.exists():
+        after_s = _killed(plan, DEVICE.format(store=device, seed=1), store)
+        noted.write_text(
+            json.dumps({"killed_after_s": after_s, "in_the_store_when_killed": len(open_store(store))})
+        )
     result = jobs.capture(plan, DEVICE.format(store=device, seed=2), store, yes=True)
     recorded = open_store(store)
     logs = {path.name: read_log(path)[0] for path in sorted(Path(result["folder"]).glob("raw-*.log"))}
@@ -116,8 +119,7 @@ def _session(jobs: Any, folder: Path, plan: Path, device: Path) -> dict[str, Any
         "takes": len(recorded),
         "planned": len(KNOWN) * 2,
         "left": result["left"],
-        "killed_after_s": killed_at,
-        "in_the_store_when_killed": at_kill,
+        **json.loads(noted.read_text()),
         "redone": result["redone"],
         "same_as_offline": same,
         "samples": samples,
@@ -204,13 +206,11 @@ def _text(session: dict[str, Any], heard: dict[str, Any]) -> str:
     delays = [
         f"{name} {'never' if s is None else f'{s:.2f} s'}" for name, s in heard["change_to_right_s"].items()
     ]
-    killed = session["killed_after_s"]
-    when = "in an earlier run" if killed is None else f"after {killed:.1f} s"
     return "\n".join(
         [
             "Simulated surfaces, hand and TWE-Lite device: 330 Hz, 2 % of packets lost, 5 ms late.",
             f"session: {session['takes']} of {session['planned']} takes recorded, {session['redone']} made again; "
-            f"killed (SIGKILL) {when} in a take, "
+            f"killed (SIGKILL) after {session['killed_after_s']:.1f} s in a take, "
             f"{session['in_the_store_when_killed']} in the store then, damage found: {len(session['problems'])}",
             f"lost: {session['lost']} of {session['samples']} samples; takes equal to the raw log parsed offline, "
             f"to the bit and with losses in place: {session['same_as_offline']} of {session['takes']}",

@@ -65,7 +65,7 @@ class Listener:
                 f"{loaded.facts.name} does not say how long its input is; give --window SECONDS"
             )
         self.window_s = least / rate if window_s is None else window_s
-        if self.window_s * rate < least:
+        if round(self.window_s * rate) < least:
             raise ParameterError(
                 f"window must be at least {least / rate:.3f} s for this run, got {window_s:g}"
             )
