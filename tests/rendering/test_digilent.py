@@ -29,6 +29,11 @@ class AnalogOutputIdle(IntEnum):
     OFFSET = 1
 
 
+class Status(IntEnum):
+    DONE = 2
+    RUNNING = 3
+
+
 class SimulatedNode:
     def __init__(self, kind, channel, functions):
         self.type, self.channel, self.function_info = kind, channel, functions
@@ -82,7 +87,8 @@ class SimulatedChannel:
         self.running = False
 
     def read_status(self):
-        pass
+        over = self.run_length and len(self.played) / self.nodes[2].frequency > self.run_length
+        return Status.DONE if over else Status.RUNNING
 
     def output(self, data):
         am = self.nodes[AnalogOutputNode.AM]
@@ -92,7 +98,8 @@ class SimulatedChannel:
 class SimulatedDwf:
     """Stands in for the module dwfpy."""
 
-    AnalogOutputNode, Function, AnalogOutputIdle = AnalogOutputNode, Function, AnalogOutputIdle
+    AnalogOutputNode, Function = AnalogOutputNode, Function
+    AnalogOutputIdle, Status = AnalogOutputIdle, Status
 
     def __init__(self, *, functions=tuple(Function), channels=2):
         self.gone = self.closed = False
@@ -179,6 +186,25 @@ def test_a_loop_stops_by_itself():
             ParameterError, match=r"does not fit its buffer of 16384: lower the rate to 13107 Hz"
         ):
             device.loop(long, 1.0)
+
+
+def test_a_killed_program_leaves_a_device_that_stops_soon_after():
+    module = SimulatedDwf()
+    with opened(module) as device:
+        device.play(envelope(seconds=0.4))
+        assert 0.4 < module.channels[0].run_length < 1.6
+
+
+def test_a_stream_longer_than_it_said_is_stopped():
+    def endless():
+        while True:
+            yield np.full(160, 0.5)
+
+    module = SimulatedDwf()
+    with opened(module) as device:
+        with pytest.raises(DeviceError, match="its time is over"):
+            device.play(endless(), rate=16_000, longest_s=2.0)
+        assert module.channels[0].nodes[0].amplitude == 0
 
 
 def test_a_device_that_went_away_is_one_line_and_silence():

@@ -29,6 +29,8 @@ from tactogram.signal.signal import Signal
 LARGEST_V = 5.0
 """Of an Analog Discovery's generator, 0 to peak."""
 PREFILL_S = 0.05
+MARGIN_S = 1.0
+"""A generator runs so much longer than what it plays; then it stops by itself, whatever became of this program."""
 POLL_S = 0.002
 STALLED_S = 2.0
 """Without room in the buffer for so long, the device is taken for dead."""
@@ -156,8 +158,16 @@ class AnalogDiscovery:
             with suppress(Exception):
                 device.close()
 
-    def play(self, envelope: Signal | Iterator[NDArray[np.floating]], *, rate: float | None = None) -> None:
+    def play(
+        self,
+        envelope: Signal | Iterator[NDArray[np.floating]],
+        *,
+        rate: float | None = None,
+        longest_s: float = 600.0,
+    ) -> None:
         """Send an envelope as fast as the device takes it; return when it was all played, at 0 V.
+
+        The device stops by itself soon after the end, even if this computer does not tell it to.
 
         Parameters
         ----------
@@ -165,6 +175,8 @@ class AnalogDiscovery:
             Amplitude of the carrier from 0 to ``peak_v``; blocks of a stream as they come.
         rate : float, Hz
             Of blocks; a Signal has its own.
+        longest_s : float
+            Of blocks: after that the device stops by itself. A Signal has its own length.
 
         Raises
         ------
@@ -180,6 +192,7 @@ class AnalogDiscovery:
                 f"{self.name}: its AM node does not stream; play a loop that fits its buffer instead"
             )
         prefill = np.full(max(2, int(PREFILL_S * rate)), OFF)
+        seconds = envelope.seconds if isinstance(envelope, Signal) else longest_s
         try:
             with device_errors(self.name, library="dwfpy"):
                 self._channel.setup_am(
@@ -189,6 +202,7 @@ class AnalogDiscovery:
                     offset=0.0,
                     data_samples=prefill.tolist(),
                 )
+                self._channel.run_length = seconds + 2 * len(prefill) / rate + MARGIN_S
                 self._carrier(on=True)
                 self._channel.configure(start=True)
                 for block in blocks:
@@ -287,7 +301,8 @@ class AnalogDiscovery:
         """Wait for room and send; all of ``data`` in order."""
         done, since = 0, self._clock()
         while done < len(data):
-            self._channel.read_status()
+            if self._channel.read_status() == self._module.Status.DONE:
+                raise DeviceError(f"{self.name}: its time is over, it stopped by itself")
             free, lost, corrupted = self._node.play_status
             self.lost += lost
             self.corrupted += corrupted
