@@ -82,6 +82,8 @@ class CsvParser:
         self.columns = 0
         self._buffer = bytearray()
         self._too_long = False
+        self._heading_separator: str | None = None
+        self._separator: str | None = None
         self._candidate: tuple[list[float], int] | None = None
 
     def feed(self, data: bytes) -> list[list[float] | None]:
@@ -123,11 +125,11 @@ class CsvParser:
         if text.startswith(COMMENTS):
             self.comments += 1
             return
-        labels, cells = _cells(text)
+        labels, cells, separator = _cells(text)
         values = [_value(cell) for cell in cells]
         if any(value is None for value in values):
             if not self.columns and all(re.match(r"[A-Za-zµ]", cell) for cell in cells):
-                self.headings = cells
+                self.headings, self._heading_separator = cells, separator
                 self._candidate = None
                 self.before += 1
             else:
@@ -135,28 +137,33 @@ class CsvParser:
             return
         row = [value for value in values if value is not None]
         if not self.columns:
-            self._first(row, labels, rows)
-        elif len(row) != self.columns:
+            if self.headings and len(row) > 1 and separator != self._heading_separator:
+                # A greeting of as many words.
+                self.headings = []
+            if self._first(row, labels, rows):
+                self._separator = separator
+        elif len(row) != self.columns or (len(row) > 1 and separator != self._separator):
             self._no_row("number of columns", rows)
         else:
             rows.append(row)
 
-    def _first(self, row: list[float], labels: list[str], rows: list[list[float] | None]) -> None:
+    def _first(self, row: list[float], labels: list[str], rows: list[list[float] | None]) -> bool:
         """Wait for two rows of equal width, or one as wide as the heading: the first line may be half of one."""
         if self.headings and len(row) == len(self.headings):
             self.columns = len(row)
             rows.append(row)
-            return
+            return True
         if self._candidate is not None and self._candidate[1] == len(row):
             # The one before had as many cells and may yet lack its first digits.
             self.before += 1
             self.columns = len(row)
             self.headings = self.headings if len(self.headings) == len(row) else labels
             rows.append(row)
-            return
+            return True
         if self._candidate is not None:
             self.before += 1
         self._candidate = (row, len(row))
+        return False
 
     def _no_row(self, why: str, rows: list[list[float] | None]) -> None:
         if self.columns:
@@ -408,16 +415,16 @@ class _Unwrapped:
         return self._turns + ticks
 
 
-def _cells(text: str) -> tuple[list[str], list[str]]:
-    """Return the labels (of ``name:value`` pairs, as plotters like them) and the cells of a line."""
+def _cells(text: str) -> tuple[list[str], list[str], str | None]:
+    """Return the labels (of ``name:value`` pairs, as plotters like them), the cells and the separator of a line."""
     separator = next((s for s in ("\t", ";", ",") if s in text), None)
     pieces = [piece.strip() for piece in (text.split(separator) if separator else text.split())]
     if separator and pieces and not pieces[-1]:
         pieces.pop()
     labelled = [_LABEL.match(piece) for piece in pieces]
     if all(labelled):
-        return [m[1].strip() for m in labelled if m], [m[2].strip() for m in labelled if m]
-    return [], pieces
+        return [m[1].strip() for m in labelled if m], [m[2].strip() for m in labelled if m], separator
+    return [], pieces, separator
 
 
 def _value(cell: str) -> float | None:

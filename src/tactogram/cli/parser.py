@@ -9,6 +9,7 @@ from typing import Any
 
 from tactogram.cli import (
     actuating,
+    capture_log,
     capturing,
     data,
     files,
@@ -33,6 +34,7 @@ GROUPS = (
     actuating,
     streaming,
     capturing,
+    capture_log,
     reproducing,
 )
 
