@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tactogram.cli.options import Verbs, models_option
-from tactogram.cli.printing import Arguments, columns, print_result
+from tactogram.cli.printing import Arguments, columns, print_result, text_of
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -12,7 +12,8 @@ def add_verbs(verbs: Verbs) -> None:
     add("--out", default="runs/demo", help="folder for everything it makes (default %(default)s)")
     add("--seed", type=int, default=0)
 
-    verbs.add("doctor", doctor)
+    add = verbs.add("doctor", doctor)
+    add("--device", metavar="NAME", help="try this one: serial, lsl, daq, dwf, audio, null, osc or mouse")
 
     add = verbs.add("models", models)
     models_option(add)
@@ -32,6 +33,9 @@ def doctor(a: Arguments) -> None:
     """Say what is installed, what is missing and what for, and which device is used."""
     from tactogram.jobs.doctor import doctor
 
+    if a.device:
+        _device(a)
+        return
     facts = doctor()
     lines = [f"tactogram {facts['tactogram']}, Python {facts['python']}, {facts['platform']}"]
     lines.append(
@@ -43,6 +47,20 @@ def doctor(a: Arguments) -> None:
         state = f"missing {', '.join(extra['missing'])}" if extra["missing"] else "installed"
         lines.append(f"extra {name} ({extra['for']}): {state}")
     lines += [f"! {problem}" for problem in facts["problems"]] or ["no problems found"]
+    print_result(a, facts, "\n".join(lines))
+
+
+def _device(a: Arguments) -> None:
+    from tactogram.jobs.devices import try_device
+
+    facts = try_device(a.device)
+    lines = [f"{facts['device']}: {facts['state']}: {facts['line']}"]
+    lines += [f"  {name}: {text_of(value)}" for name, value in facts["facts"].items()]
+    lines += [
+        f"  {path['title']} ({path['direction']}): tested with {path['simulated']}; real hardware: {path['hardware']}"
+        for path in facts["paths"]
+    ]
+    lines.append(f"  tactogram {facts['tactogram']}, Python {facts['python']}, {facts['platform']}")
     print_result(a, facts, "\n".join(lines))
 
 

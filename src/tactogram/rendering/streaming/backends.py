@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DeviceError, MissingExtraError, ParameterError
-from tactogram.extras import device_errors, imported
+from tactogram.extras import device_errors, imported, silenced
 from tactogram.rendering.streaming.stream import Stream
 
 Block = NDArray[np.float32]
@@ -177,13 +177,14 @@ def run_miniaudio(
             asked = yield puller.pull(asked).tobytes()  # type: ignore[arg-type]
 
     with device_errors("null" if null else "audio"):
-        device = miniaudio.PlaybackDevice(
-            output_format=miniaudio.SampleFormat.FLOAT32,
-            nchannels=len(stream.channels),
-            sample_rate=int(engine.rate),
-            buffersize_msec=max(1, round(1e3 * engine.most / engine.rate)),
-            backends=[miniaudio.Backend.NULL] if null else None,
-        )
+        with silenced():
+            device = miniaudio.PlaybackDevice(
+                output_format=miniaudio.SampleFormat.FLOAT32,
+                nchannels=len(stream.channels),
+                sample_rate=int(engine.rate),
+                buffersize_msec=max(1, round(1e3 * engine.most / engine.rate)),
+                backends=[miniaudio.Backend.NULL] if null else None,
+            )
         try:
             source = frames()
             next(source)
@@ -273,12 +274,15 @@ def run_audio(
     """
     try:
         imported("sounddevice", extra="devices", what="the audio backend")
-    except (DeviceError, MissingExtraError):
+    except (DeviceError, MissingExtraError) as missing:
         if device is not None:
             raise
-        return run_miniaudio(
-            stream, seconds=seconds, clock=clock, null=False, status=status, realtime=realtime
-        )
+        try:
+            return run_miniaudio(
+                stream, seconds=seconds, clock=clock, null=False, status=status, realtime=realtime
+            )
+        except DeviceError as error:
+            raise DeviceError(f"audio: no output was found by miniaudio, and {missing}") from error
     return run_sounddevice(
         stream, seconds=seconds, clock=clock, device=device, status=status, realtime=realtime
     )
