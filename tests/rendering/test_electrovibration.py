@@ -165,6 +165,11 @@ def test_the_perceptual_gain_is_of_the_deviation_and_logged():
     assert "assumed, not calibrated" in words["scaled"][0]
 
 
+def test_friction_of_the_bare_display_is_no_voltage_at_all():
+    drive = fit(Signal(np.full(200, 0.3), 2000, "1"), open_display("electrovibration"), level=PHYSICAL)
+    assert not drive.signal.samples.any()
+
+
 def test_any_signal_can_be_played_at_a_share_of_the_limit():
     x = Signal(np.random.default_rng(0).standard_normal(2000), 2000, "m/s^2")
     drive = fit(x, open_display("electrovibration"), level=Level("peak", 0.5))

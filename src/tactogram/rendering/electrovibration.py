@@ -109,6 +109,8 @@ def voltage(mu: ArrayLike, settings: Settings) -> NDArray[np.float64]:
     0 where ``mu`` is mu_0 or less; never more than v_max as an amplitude.
     """
     increase = np.asarray(mu, np.float64) / settings.mu_0 - 1
+    # Of a float32 coefficient less than that is rounding, and its root would be a voltage.
+    increase = np.where(increase > 2e-7, increase, 0.0)
     square = np.clip(increase * settings.normal_force_n / settings.newton_per_v2, 0, settings.v_max**2 / 2)
     return np.asarray(np.sqrt(square))
 
