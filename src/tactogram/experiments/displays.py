@@ -50,6 +50,7 @@ def run(
     *,
     paper: bool,
     models: str = "",
+    shown: str = "",
     recipe: str = "",
     runs: str = "",
 ) -> dict[str, Any]:
@@ -61,6 +62,8 @@ def run(
         As of every experiment; ``paper`` trains by the recipe ``quick`` instead of ``tiny``.
     models : str
         Which, joined by commas; by default all that generate signals.
+    shown : str
+        Displays, by name or TOML file, joined by commas; by default all that come with the package.
     recipe : str
         Of all models.
     runs : str
@@ -72,7 +75,8 @@ def run(
         own = recipe or ("quick" if paper else TRAINED.get(name, "tiny"))
         textures[name], learned = _texture(jobs, folder, find(name), given.get(name), own)
         simulated.append(learned)
-    displays = {name: open_display(name) for name in shipped()}
+    wanted = [open_display(name.strip()) for name in shown.split(",") if name.strip()]
+    displays = {d.name: d for d in wanted or map(open_display, shipped())}
     drives: dict[str, dict[str, Drive]] = {}
     for model, texture in textures.items():
         drives[model] = {name: _rendered(texture, display) for name, display in displays.items()}
