@@ -106,7 +106,8 @@ class LslSource:
             raise SourceLost(f"{self.name}: is not open")
         try:
             rows, stamps = self._inlet.pull_chunk(timeout=timeout_s, max_samples=4096, min_samples=1)
-        except (self._pylsl.LostError, self._pylsl.InternalError) as error:
+        except RuntimeError as error:
+            # Its LostError and InternalError are, and stand elsewhere from version to version.
             raise SourceLost(f"{self.name}: went away while it was read ({one_line(error)})") from error
         if not len(stamps):
             return None

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tactogram.capture.log import Logged
-from tactogram.capture.lsl import known_unit
+from tactogram.capture.lsl import known_unit, split_at_gaps
 from tactogram.capture.rate_estimate import estimate_rate
 from tactogram.errors import DataError
 from tactogram.extras import imported, one_line
@@ -17,8 +17,9 @@ from tactogram.extras import imported, one_line
 def read_xdf(path: Path | str, *, unit: str | None = None) -> list[Logged]:
     """Return every stream of numbers in an XDF file, in the order in which they stand.
 
-    Clocks are brought together and time stamps evened out as the format's own reader does it; where stamps then still
-    leap by more than one and a half periods, samples are missing, and NaN stand for them.
+    Clocks are brought together as the format's own reader does it. Its evening out of time stamps is not used: it draws
+    one line across gaps of up to 5 s at 100 Hz. Where stamps leap by as much as in `tactogram.capture.lsl`, samples
+    are missing, and NaN stand for them.
 
     Parameters
     ----------
@@ -38,7 +39,8 @@ def read_xdf(path: Path | str, *, unit: str | None = None) -> list[Logged]:
     if not path.is_file():
         raise DataError(f"{path}: there is no such file")
     try:
-        streams, _ = pyxdf.load_xdf(str(path), verbose=False)
+        with path.open("rb") as file:
+            streams, _ = pyxdf.load_xdf(file, dejitter_timestamps=False, verbose=False)
     except Exception as error:
         # Its reader raises whatever a damaged file leads to.
         raise DataError(f"{path}: is no XDF file that can be read ({one_line(error)})") from error
@@ -57,18 +59,16 @@ def _logged(stream: dict[str, Any], unit: str | None) -> Logged | None:
     said, factor = known_unit(unit, units)
     samples = (rows.T.astype(np.float64) * factor).astype(np.float32)
     rate = float(info["nominal_srate"][0])
-    pieces, places = [samples], np.arange(1, len(stamps) + 1)
-    if rate > 0 and len(stamps) > 1:
-        missing = np.maximum(np.round(np.diff(stamps) * rate).astype(np.int64) - 1, 0)
-        places = places + np.concatenate([[0], np.cumsum(missing)])
-        whole = np.full((len(samples), int(places[-1])), np.nan, np.float32)
-        whole[:, places - 1] = samples
-        pieces = [whole]
+    whole = np.concatenate(split_at_gaps(samples, stamps, rate or None, None), axis=1)
+    # Where each sample that came stands among those that are missing.
+    places = (
+        np.flatnonzero(~np.isnan(whole[0])) + 1 if np.isfinite(samples).all() else np.arange(1, len(rows) + 1)
+    )
     estimate = estimate_rate(places, stamps)
     default = {1: ("z",), 3: ("x", "y", "z")}.get(
         rows.shape[1], tuple(f"c{i + 1}" for i in range(rows.shape[1]))
     )
-    lost = pieces[0].shape[1] - len(rows)
+    lost = whole.shape[1] - len(rows)
     facts = {
         "samples": len(rows),
         "lost": lost,
@@ -79,7 +79,7 @@ def _logged(stream: dict[str, Any], unit: str | None) -> Logged | None:
     }
     return Logged(
         name=str(info["name"][0]),
-        samples=pieces[0],
+        samples=whole,
         axes=tuple(labels) if len(set(labels)) == rows.shape[1] else default,
         unit=said,
         rate=estimate,
