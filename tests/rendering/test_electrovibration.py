@@ -165,6 +165,19 @@ def test_the_perceptual_gain_is_of_the_deviation_and_logged():
     assert "assumed, not calibrated" in words["scaled"][0]
 
 
+@pytest.mark.real_data
+def test_recorded_friction_is_rendered_and_what_is_missing_said(real_data):
+    from tactogram.datasets import cdplab
+
+    display = open_display("electrovibration")
+    fabric = next(item for item in cdplab.find(real_data("cdplab_friction")) if "fabric" in item.name)
+    friction_mm = cdplab.read(fabric)[0].streams["friction"].cut(0, 1200)
+    drive = fit(friction_mm, display, level=PHYSICAL, speed_mm_s=100)
+    assert np.abs(drive.signal.samples).max() == pytest.approx(141, rel=1e-3)
+    assert drive.report.facts["increase_scaled_by"] == pytest.approx(0.186, abs=0.001)
+    assert any("19 % of the swing" in words for words in drive.report.unreachable)
+
+
 def test_friction_of_the_bare_display_is_no_voltage_at_all():
     drive = fit(Signal(np.full(200, 0.3), 2000, "1"), open_display("electrovibration"), level=PHYSICAL)
     assert not drive.signal.samples.any()

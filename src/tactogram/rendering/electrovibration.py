@@ -219,6 +219,11 @@ def friction_target(
         target = _lowered(target, s, facts, scaled, clipped)
         if facts["shift"]:
             unreachable.append(f"friction below {s.mu_0:g}, that of the finger on the bare display")
+        if facts["increase_scaled_by"] < 1:
+            unreachable.append(
+                f"friction above {s.mu_max:.3g}: of what was wanted {100 * facts['increase_scaled_by']:.2g} % of the "
+                "swing come out"
+            )
     target = np.clip(target, s.mu_0, s.mu_max)
     facts["mu_given"] = _least_mean_largest(target)
     sentences = {"scaled": scaled, "clipped": clipped, "unreachable": unreachable}
