@@ -117,7 +117,8 @@ def stream(
     Returns
     -------
     dict
-        `Stream.facts`, and ``backend``, ``seconds``, ``simulated``, ``device``, ``network``, ``file``, ``figure``.
+        `Stream.facts`, and ``backend``, ``seconds``, ``simulated`` (motion or textures), ``textures_simulated``,
+        ``device``, ``network``, ``blocks``, ``file``, ``figure``.
 
     Raises
     ------
@@ -162,6 +163,7 @@ def stream(
         "backend": settings.backend,
         "seconds": settings.seconds,
         "simulated": simulated or motion.simulated,
+        "textures_simulated": simulated,
         **device,
     }
     return facts | _written(running, facts, out, figure)
@@ -343,10 +345,12 @@ def _written(
     if figure is not None:
         from tactogram.rendering.streaming.figures import stream_figure
 
-        of = ", simulated hand" if facts["motion"]["simulated"] else ""
-        of += ", simulated textures" if facts["simulated"] and not facts["motion"]["simulated"] else ""
         count = len(facts["textures"])
         what = facts["textures"][0] if count == 1 else f"{count} textures"
+        of = " (simulated)" if facts["textures_simulated"] else ""
+        of += (
+            " under a simulated hand" if facts["motion"]["simulated"] else f" under {facts['motion']['from']}"
+        )
         with written_beside(figure) as part:
             stream_figure(sent, running.track, title=f"{what}{of}").savefig(part, format="png", dpi=130)
         written["figure"] = str(figure)

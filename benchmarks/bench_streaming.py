@@ -1,0 +1,102 @@
+"""Streaming under a simulated hand: time per block, by the number of textures at the same time.
+
+Textures are made up: autoregressive, one axis, order 60, tables of 17 speeds by 9 forces, at 8 kHz like the stream
+("to another rate": at 2.5 kHz). Blocks of 5 ms, a linear display with an equaliser of 240 taps, 20 s each on the null
+device of miniaudio, which keeps a sound card's pace. "wall" is by the clock, "processor" what the thread had of a
+processor. "share" is the wall's p99 over the block: below 1 is the goal, at 10 textures. "real time": with the system's
+real-time priority, where it was granted. Repetitions of a row go one after the other; "load" is the machine's load
+average at the beginning: above the number of cores, wall times and underruns are those of a busy machine.
+"""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+
+from tactogram.rendering.catalogue import open_display
+from tactogram.rendering.level import parse_level
+from tactogram.rendering.streaming.backends import Clock, run_miniaudio, run_unpaced
+from tactogram.rendering.streaming.engine import Engine
+from tactogram.rendering.streaming.hand import SimulatedHand
+from tactogram.rendering.streaming.output import DisplayOutput
+from tactogram.rendering.streaming.stream import Stream
+from tactogram.rendering.streaming.textures import AutoregressiveTexture, TextureTable
+from tactogram.signal import Signal
+from tactogram.signal.autoregressive import AutoregressiveModel
+from tactogram.signal.texture_map import TextureMap
+
+RATE, MOST = 8000.0, 40
+ORDER = 60
+SECONDS = 20.0
+CASES = (
+    (1, 8000.0, False, 2),
+    (10, 8000.0, False, 3),
+    (10, 8000.0, True, 3),
+    (10, 2500.0, True, 1),
+    (40, 8000.0, True, 1),
+)
+"""Textures, their rate, whether real-time priority is asked for, repetitions."""
+
+
+def run():
+    display = open_display("voice-coil")
+    tables = {rate: TextureTable.of(made_up(rate)) for rate in {case[1] for case in CASES}}
+    rows = []
+    for count, rate, realtime, repetitions in CASES:
+        for repetition in range(repetitions):
+            load = os.getloadavg()[0]
+            latency, granted = streamed(tables[rate], count, display, realtime)
+            block = latency["block_ms"]
+            rows.append(
+                {
+                    "textures": count,
+                    "to another rate": "" if rate == RATE else "yes",
+                    "real time": "yes" if granted else "asked, refused" if realtime else "no",
+                    "repetition": repetition + 1,
+                    "wall p50 ms": latency["compute"]["p50_ms"],
+                    "wall p99 ms": latency["compute"]["p99_ms"],
+                    "wall max ms": latency["compute"]["max_ms"],
+                    "processor p99 ms": latency["processor"]["p99_ms"],
+                    "share": latency["compute"]["p99_ms"] / block,
+                    "motion to block's end p99 ms": latency["total"]["p99_ms"],
+                    "underruns": f"{latency['underruns']} of {latency['compute']['count']}",
+                    "load": round(load, 1),
+                }
+            )
+    return rows
+
+
+def streamed(table, count, display, realtime):
+    """Return what a stream measured of itself, and whether it had real-time priority."""
+    level = parse_level("gain=1")
+    tried = Stream(engine(table, count, SimulatedHand(3, seed=1)), record_s=2.0)
+    run_unpaced(tried, seconds=2.0)
+    output = DisplayOutput(display, Signal(tried.recorded, RATE, "m/s^2"), level=level)
+    stream = Stream(engine(table, count, SimulatedHand(SECONDS + 1, seed=0)), output)
+    stream.warm_up()
+    device = run_miniaudio(stream, seconds=SECONDS, clock=Clock(), null=True, realtime=realtime)
+    return stream.facts()["latency"], device["realtime_priority"]
+
+
+def engine(table, count, hand):
+    textures = [
+        AutoregressiveTexture(f"texture {n}", table, rate=RATE, most=MOST, seed=n) for n in range(count)
+    ]
+    return Engine(textures, hand, rate=RATE, most=MOST)
+
+
+def made_up(rate):
+    """Return a surface whose peaks move up with the speed; the order is that of real recordings."""
+    random = np.random.default_rng(0)
+    base = np.tanh(random.normal(0, 0.15, ORDER))
+    models, conditions = [], []
+    for speed in (25.0, 50.0, 100.0, 200.0, 400.0):
+        for force in (0.2, 0.6, 1.2):
+            reflection = base.copy()
+            reflection[:2] = -0.98 * np.cos(2 * np.pi * min(2 * speed, 0.4 * rate) / rate), 0.96
+            flat = AutoregressiveModel(reflection[None], np.eye(1), rate, "m/s^2", ("z",))
+            scale = (1 + force) ** 2 / flat.power[0]
+            models.append(AutoregressiveModel(reflection[None], np.array([[scale]]), rate, "m/s^2", ("z",)))
+            conditions.append((speed, force))
+    return TextureMap(models, conditions)
