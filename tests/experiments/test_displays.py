@@ -30,34 +30,34 @@ def result_fixture(tmp_path_factory):
                 )
 
     create_store(folder / "stroking9", strokes(), name="made up", licence="-", simulated=True)
-    options = {"models": "ar_texture", "shown": ",".join(SHOWN)}
+    options = {"models": "replay", "recipe": "tiny", "shown": ",".join(SHOWN)}
     return reproduce("displays", out=folder, options=options), folder
 
 
 def test_every_display_gets_a_drive_a_report_and_a_figure(result):
     found, folder = result
     assert found["simulated"] is True
-    assert set(found["reports"]) == {"ar_texture"}
-    assert set(found["reports"]["ar_texture"]) == set(SHOWN)
+    assert set(found["reports"]) == {"replay"}
+    assert set(found["reports"]["replay"]) == set(SHOWN)
     for name in SHOWN:
         display = open_display(name)
-        place = folder / "drives" / "ar_texture" / f"{name}.wav"
+        place = folder / "drives" / "replay" / f"{name}.wav"
         drive = read_signal(place)
         assert (drive.rate, drive.axes) == (display.rate, display.channels)
         assert np.abs(drive.samples).max() <= display.limit
         assert drive.samples.any()
         assert read_metadata(place)["simulated"] is True
         report = json.loads(place.with_suffix(".report.json").read_text())
-        assert report == found["reports"]["ar_texture"][name]
+        assert report == found["reports"]["replay"][name]
         assert (folder / f"{name}.png").stat().st_size > 10_000
     assert (folder / "overview.png").exists()
 
 
 def test_the_level_is_that_of_sensation_where_the_display_has_one(result):
-    reports = result[0]["reports"]["ar_texture"]
+    reports = result[0]["reports"]["replay"]
     asked = {name: report["level"]["asked"] for name, report in reports.items()}
     assert asked == {"voice-coil": "sensation", "lra-drv2605": "sensation", "string-tablet": "peak=0.8"}
-    assert "ar_texture          voice-coil            sensation" in result[0]["text"]
+    assert "replay              voice-coil            sensation" in result[0]["text"]
 
 
 def test_an_unknown_model_is_refused(tmp_path):
