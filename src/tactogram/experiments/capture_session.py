@@ -60,7 +60,9 @@ def run(jobs: Any, folder: Path, *, paper: bool) -> dict[str, Any]:
     device = _store(folder / "device", (*KNOWN, *UNKNOWN), takes=range(7, 9), seconds=8.0)
     classifier = folder / "stroke_cnn"
     # How a hand holds the sensor differs from take to take: without the band, the network learns gravity's direction.
-    changes = {"prepare.band": [15.0, 150.0]} | ({} if paper else {"config.steps": 100})
+    changes = {"prepare.band": [15.0, 150.0]} | (
+        {} if paper else {"config.steps": 80, "config.batch_size": 24}
+    )
     jobs.train(
         "stroke_cnn",
         trained_on,
