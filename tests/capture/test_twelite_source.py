@@ -9,6 +9,7 @@ from tactogram.capture.twelite_simulated import SimulatedPort, SimulatedReceiver
 from tactogram.capture.twelite_source import TRUE_STEP, TweliteSource, serial_number
 from tactogram.errors import DeviceError, ParameterError
 from tactogram.signal import Signal
+from tactogram.signal.io import write_signal
 
 
 def drained(source):
@@ -77,6 +78,17 @@ def test_a_sensor_feels_the_signal_that_it_is_given():
 
     # Steps of 4 mg: half of one is 0.02 m/s^2.
     assert samples == pytest.approx(x, abs=0.0197)
+
+
+def test_a_recording_in_a_file_is_felt_and_one_of_another_kind_refused(tmp_path):
+    x = np.random.default_rng(0).standard_normal((3, 660)).astype(np.float32)
+    write_signal(tmp_path / "felt.csv", Signal(x, 330.0, "m/s^2"))
+    write_signal(tmp_path / "force.csv", Signal(x[:1], 330.0, "N"))
+    blocks = drained(open_source(f"simulated:twelite?file={tmp_path / 'felt.csv'}&paced=false"))
+
+    assert np.concatenate([b.samples for b in blocks], axis=1) == pytest.approx(x, abs=0.0197)
+    with pytest.raises(ParameterError, match=r"3 axes over time in m/s\^2, got 1 in N over time"):
+        open_source(f"simulated:twelite?file={tmp_path / 'force.csv'}")
 
 
 def test_pulled_plug_is_told_in_one_line():
@@ -161,6 +173,20 @@ def test_a_port_that_is_not_there_is_told_in_one_line():
     with pytest.raises(DeviceError, match="/dev/tactogram-none") as caught, SerialPort("/dev/tactogram-none"):
         pass
     assert "\n" not in str(caught.value)
+
+
+def test_a_port_that_another_program_reads_is_refused():
+    with SimulatedPort(SimulatedReceiver()) as port:
+        with pytest.raises(DeviceError, match="exclusively lock"), SerialPort(port.path):
+            pass
+        assert port.read(1.0) is not None
+
+
+def test_a_port_may_be_a_url_of_pyserial():
+    with SerialPort("loop://") as port:
+        port._port.write(b"12")
+        data, _ = port.read(1.0)
+        assert data in (b"1", b"12")
 
 
 def test_a_receiver_keeps_the_promise_of_a_source():

@@ -67,7 +67,8 @@ class SerialPort:
         """
         serial = imported("serial", extra="devices", what="sensors on a serial port")
         with device_errors(self.name):
-            self._port = serial.serial_for_url(self.name, baudrate=self.baud, timeout=_WAIT_S)
+            # Two programs that read one port get half of the bytes each.
+            self._port = serial.serial_for_url(self.name, baudrate=self.baud, timeout=_WAIT_S, exclusive=True)
         return self
 
     def __exit__(

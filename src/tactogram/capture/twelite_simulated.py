@@ -193,10 +193,7 @@ def _felt(
 ) -> Iterator[NDArray[np.float64]]:
     """Yield what the sensor feels, float64, (3, per_packet), m/s^2."""
     if signal is not None:
-        if len(signal.axes) != 3 or signal.unit != "m/s^2" or signal.domain != "time":
-            raise ParameterError(
-                f"a simulated sensor feels 3 axes over time in m/s^2, got {len(signal.axes)} in {signal.unit}"
-            )
+        _check(signal)
         x = resample(signal, receiver.rate).samples.astype(np.float64)
         for start in range(0, x.shape[1] - per_packet + 1, per_packet):
             yield x[:, start : start + per_packet]
@@ -210,6 +207,14 @@ def _felt(
         for start in range(0, n, per_packet):
             yield x[:, start : start + per_packet]
         count += n
+
+
+def _check(signal: Signal) -> None:
+    if len(signal.axes) != 3 or signal.unit != "m/s^2" or signal.domain != "time":
+        raise ParameterError(
+            f"a simulated sensor feels 3 axes over time in m/s^2, got {len(signal.axes)} in {signal.unit} "
+            f"over {signal.domain}"
+        )
 
 
 def _damaged(data: bytes, share: float, rng: np.random.Generator) -> bytes:
@@ -249,6 +254,9 @@ class SimulatedPort:
     def __init__(
         self, receiver: SimulatedReceiver, signal: Signal | None = None, *, paced: bool = True
     ) -> None:
+        if signal is not None:
+            # Here, and not in the thread that prints, where nobody would see it.
+            _check(signal)
         self.receiver, self.paced, self._signal = receiver, paced, signal
         self.name = "simulated:twelite"
         self.sent = self.lost = self.damaged = 0
