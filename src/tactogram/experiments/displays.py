@@ -9,10 +9,13 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
+from textwrap import shorten
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from tactogram.datasets import Store, open_store
 from tactogram.errors import DataError, ParameterError, UnitError
@@ -39,6 +42,9 @@ TRAINED: Mapping[str, str] = {"ar_texture": "quick", "replay": "quick", "nearest
 """Recipes of models that are trained in no time; all others are ``tiny`` unless asked otherwise."""
 LEVELS = ("sensation", "physical", "peak=0.8")
 """The first that has a meaning for signal and display is taken, and said."""
+FRICTION = ("frictgan",)
+"""Models whose signals of unit 1 are coefficients of friction; those of others are in parts of a display's full scale,
+and have no physical level on another."""
 SECONDS = 1.0
 SPEED_MM_S = 50.0
 """Of the finger, where a model or a signal needs one."""
@@ -79,7 +85,7 @@ def run(
     displays = {d.name: d for d in wanted or map(open_display, shipped())}
     drives: dict[str, dict[str, Drive]] = {}
     for model, texture in textures.items():
-        drives[model] = {name: _rendered(texture, display) for name, display in displays.items()}
+        drives[model] = {name: _rendered(model, texture, display) for name, display in displays.items()}
         for name, drive in drives[model].items():
             place = folder / "drives" / model / f"{name}.wav"
             write_signal(place, drive.signal, metadata={"display": name, "simulated": all(simulated)})
@@ -106,13 +112,8 @@ def overview_figure(drives: Mapping[str, Mapping[str, Drive]], displays: Mapping
     for cells, (model, row) in zip(grid, drives.items(), strict=True):
         for axes, (name, display) in zip(cells, displays.items(), strict=True):
             drive = row[name]
-            x = drive.signal.samples
-            per_column = -(-x.shape[1] // 400)
-            cut = x[:, : x.shape[1] // per_column * per_column].reshape(len(x), -1, per_column)
-            at = np.linspace(0, 1, cut.shape[1])
-            for channel in cut:
-                low, high = channel.min(axis=1), channel.max(axis=1)
-                axes.fill_between(at, low, high, linewidth=0.4, alpha=0.8 if len(x) == 1 else 0.5)
+            for channel in drive.signal.samples:
+                _draw(axes, channel)
             axes.set_ylim(1.08 * display.floor - 0.04 * display.limit, 1.08 * display.limit)
             axes.set_xticks([])
             axes.set_yticks([])
@@ -125,6 +126,16 @@ def overview_figure(drives: Mapping[str, Mapping[str, Drive]], displays: Mapping
         fontsize=9,
     )
     return figure
+
+
+def _draw(axes: Axes, channel: NDArray[np.float32]) -> None:
+    per_column = -(-len(channel) // 400)
+    if per_column < 50:
+        steps = "steps-post" if len(channel) < 1000 else "default"
+        axes.plot(np.linspace(0, 1, len(channel)), channel, linewidth=0.4, drawstyle=steps)
+        return
+    cut = channel[: len(channel) // per_column * per_column].reshape(-1, per_column)
+    axes.fill_between(np.linspace(0, 1, len(cut)), cut.min(axis=1), cut.max(axis=1), linewidth=0.4, alpha=0.8)
 
 
 def _chosen(models: str) -> list[str]:
@@ -184,10 +195,10 @@ def _condition(store: Store, facts: ModelFacts) -> dict[str, Any]:
             }
 
 
-def _rendered(texture: Signal, display: Display) -> Drive:
+def _rendered(model: str, texture: Signal, display: Display) -> Drive:
     """Return the drive of a texture at the first of `LEVELS` that has a meaning."""
     speed = SPEED_MM_S if texture.domain == "displacement" else None
-    for level in LEVELS:
+    for level in LEVELS if texture.unit != "1" or model in FRICTION else LEVELS[-1:]:
         try:
             return fit(texture, display, level=parse_level(level), speed_mm_s=speed)
         except UnitError:
@@ -206,16 +217,16 @@ def _fitting(drives: Mapping[str, Mapping[str, Drive]], display: str) -> str:
 
 def _text(drives: Mapping[str, Mapping[str, Drive]], displays: Mapping[str, Display]) -> str:
     lines = [
-        "Models trained briefly on simulated data. Largest drive in % of the display's limit; what else was scaled,",
-        "clipped or cannot be reached is in drives/MODEL/DISPLAY.report.json.",
-        f"{'model':20}{'display':22}{'level':12}{'drive %':>8}  scaled last; cannot be reached",
+        "Models trained briefly on simulated data. Largest drive in % of the display's limit; dB by which the limit",
+        "made it weaker than asked; how much cannot be reached. All of it: drives/MODEL/DISPLAY.report.json.",
+        f"{'model':20}{'display':22}{'level':12}{'drive %':>8}{'weaker dB':>11}  cannot be reached",
     ]
     for model, row in drives.items():
         for name, drive in row.items():
             report = drive.report
             share = 100 * report.drive["peak"] / displays[name].limit
-            lost = report.unreachable[0] if report.unreachable else "-"
-            lines.append(
-                f"{model:20}{name:22}{report.level['asked']:12}{share:8.1f}  {report.scaled[-1]}; {lost}"
-            )
+            limiting = report.facts.get("limiting")
+            weaker = f"{-20 * np.log10(limiting):.1f}" if limiting else "-"
+            lost = shorten("; ".join(report.unreachable) or "-", 90, placeholder=" …")
+            lines.append(f"{model:20}{name:22}{report.level['asked']:12}{share:8.1f}{weaker:>11}  {lost}")
     return "\n".join(lines)

@@ -17,8 +17,10 @@ from tactogram.rendering.report import SENTENCES
 from tactogram.rendering.response import Table
 from tactogram.signal.signal import Signal
 
+LINE = 40_000
+"""Longest waveform that is drawn sample by sample …"""
 COLUMNS = 2500
-"""Of a waveform: more samples are drawn as the range of those that share a column."""
+"""… longer ones are drawn as the range of the samples that share a column."""
 SLOW_HZ = 600.0
 """Up to this rate a drive is drawn in steps, as the device holds it."""
 CLOSE_UP_S = {
@@ -102,14 +104,13 @@ def _waveform(axes: Axes, signal: Signal, name: str, span: tuple[float, float]) 
     first, last = int(span[0] * signal.rate), max(1, int(np.ceil(span[1] * signal.rate)))
     part = signal.samples[:, first:last]
     for row, label in zip(part, signal.axes, strict=True):
-        time, low, high = _ranges(row, signal.rate)
-        time = time + first / signal.rate
-        if signal.rate <= SLOW_HZ and len(row) <= COLUMNS:
-            axes.step(time, high, where="post", linewidth=0.9, label=label)
-        elif np.array_equal(low, high):
-            axes.plot(time, high, linewidth=0.8, label=label)
+        if len(row) <= LINE:
+            steps = "steps-post" if signal.rate <= SLOW_HZ else "default"
+            time = (first + np.arange(len(row))) / signal.rate
+            axes.plot(time, row, linewidth=0.7, drawstyle=steps, label=label)
         else:
-            axes.fill_between(time, low, high, linewidth=0.4, alpha=0.8, label=label)
+            time, low, high = _ranges(row, signal.rate)
+            axes.fill_between(time + first / signal.rate, low, high, linewidth=0.4, alpha=0.8, label=label)
     unit = "" if signal.unit == "1" else f", {signal.unit}"
     axes.set(ylabel=f"{name}{unit}" if name else "", xlim=span if span[1] > span[0] else None)
     axes.grid(alpha=0.3)

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from tactogram.errors import ParameterError
 from tactogram.rendering.axes import combined
 from tactogram.rendering.display import Display
 from tactogram.rendering.families import family_module
 from tactogram.rendering.level import Level
+from tactogram.rendering.levelled import MOTION
 from tactogram.rendering.report import SENTENCES, Report, signal_facts
 from tactogram.rendering.safety import safe
 from tactogram.signal.displacement import played
@@ -43,8 +46,8 @@ def fit(
 ) -> Drive:
     """Return the drive that renders ``signal`` on ``display`` at ``level``.
 
-    In this order: over displacement to over time; axes; then by the display's family: rate, unit, level, equalisation,
-    limit; then fades, DC and the limits once more, last of all.
+    In this order: over displacement to over time; the constant of a motion (gravity) taken out; axes; then by the
+    display's family: rate, unit, level, equalisation, limit; then fades, DC and the limits once more, last of all.
 
     Parameters
     ----------
@@ -73,6 +76,9 @@ def fit(
         scaled.append(words)
     elif speed_mm_s is not None:
         raise ParameterError("a signal over time takes no speed; leave it out")
+    signal, constant = _without_constant(signal)
+    if constant is not None:
+        scaled.append(constant)
     source, words = combined(signal, axes if axes is not None else display.axes)
     scaled.append(words)
     raw, facts = family_module(display.family).drive(source, display.settings, display=display, level=level)
@@ -92,6 +98,20 @@ def fit(
         facts={**{k: v for k, v in facts.items() if k not in SENTENCES}, "safety": safety},
     )
     return Drive(drive, report, source)
+
+
+def _without_constant(signal: Signal) -> tuple[Signal, str | None]:
+    """Return a motion without its mean, and a sentence where that was more than chance; forces and friction keep it."""
+    if signal.unit not in MOTION:
+        return signal, None
+    x = signal.samples.astype(np.float64)
+    mean = x.mean(axis=1, keepdims=True)
+    vibration = signal.with_samples(x - mean)
+    largest = float(np.abs(mean).max())
+    if not largest > 0.05 * float(vibration.samples.std()):
+        return vibration, None
+    words = f"a constant of up to {largest:.3g} {signal.unit} taken out: gravity or an offset, no vibration"
+    return vibration, words
 
 
 def _over_time(signal: Signal, speed_mm_s: float | Signal, display: Display) -> tuple[Signal, str]:
