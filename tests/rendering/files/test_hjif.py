@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import welch
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering.files import hjif, read_haptic, write_haptic
+from tactogram.rendering.files import hjif, hjif_rules, read_haptic, write_haptic
 from tactogram.signal import Signal, bandpass, resample
 
 GOLDEN = Path(__file__).parent / "golden" / "min.hjif"
@@ -27,7 +27,7 @@ def played(rate=8000, seconds=1.0, **changes):
         frequency_sampling=rate, sample_count=round(rate * seconds)
     )
     band(document).update(changes)
-    assert hjif.validate(document) == []
+    assert hjif_rules.validate(document) == []
     return hjif.decode(document).signal.samples[0]
 
 
@@ -170,7 +170,7 @@ def test_bands_add_up_and_are_limited():
 def test_what_has_no_public_description_is_refused(changes, message):
     document = minimal()
     band(document).update(changes)
-    assert hjif.validate(document) == []
+    assert hjif_rules.validate(document) == []
     with pytest.raises(DataError, match=message):
         hjif.decode(document)
 
@@ -230,12 +230,12 @@ RULES = {
 @pytest.mark.parametrize("problem", RULES)
 def test_each_rule_is_checked(problem):
     document = minimal()
-    assert hjif.validate(document) == []
+    assert hjif_rules.validate(document) == []
     bad = copy.deepcopy(document)
     RULES[problem](bad)
-    assert any(problem in line for line in hjif.validate(bad)), hjif.validate(bad)
+    assert any(problem in line for line in hjif_rules.validate(bad)), hjif_rules.validate(bad)
 
 
 def test_many_axes_need_level_2():
     document = hjif.encode(Signal(np.zeros((130, 4)), 100, "1", tuple(map(str, range(130)))), "")
-    assert (document["level"], hjif.validate(document)) == (2, [])
+    assert (document["level"], hjif_rules.validate(document)) == (2, [])

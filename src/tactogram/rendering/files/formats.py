@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering.files import ahap, android, gamepad, haptic, hjif, vibration
+from tactogram.rendering.files import ahap, android, gamepad, haptic, hjif, hjif_rules, vibration
 from tactogram.rendering.files.documents import Decoded
 from tactogram.signal import Signal
 
@@ -55,7 +55,9 @@ FORMATS = {
             haptic.decode,
             haptic.validate,
         ),
-        HapticFormat("hjif", "HJIF (MPEG)", ".hjif", "waveform", hjif.encode, hjif.decode, hjif.validate),
+        HapticFormat(
+            "hjif", "HJIF (MPEG)", ".hjif", "waveform", hjif.encode, hjif.decode, hjif_rules.validate
+        ),
         HapticFormat(
             "android",
             "Android waveform",
