@@ -74,13 +74,15 @@ PATHS: tuple[DevicePath, ...] = (
         "dwf",
         "a stand-in for its library",
     ),
-    DevicePath("audio", "audio inputs", "in", "devices", "a stand-in for its library"),
+    DevicePath(
+        "audio", "audio inputs", "in", "devices", "a stand-in for its library; miniaudio's null input"
+    ),
     DevicePath(
         "audio",
         "audio displays and actuators on a sound card",
         "out",
         "devices",
-        "the null device of miniaudio; PortAudio not at all",
+        "a stand-in for PortAudio's library; miniaudio on its null device",
     ),
     DevicePath(
         "null", "a sound card that plays to nobody (miniaudio)", "out", "devices", "it is itself a simulation"

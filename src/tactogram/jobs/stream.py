@@ -118,7 +118,7 @@ def stream(
     -------
     dict
         `Stream.facts`, and ``backend``, ``seconds``, ``simulated`` (motion or textures), ``textures_simulated``,
-        ``device``, ``network``, ``blocks``, ``file``, ``figure``.
+        ``interrupted`` (from the keyboard), ``device``, ``network``, ``blocks``, ``file``, ``figure``.
 
     Raises
     ------
@@ -164,6 +164,7 @@ def stream(
         "seconds": settings.seconds,
         "simulated": simulated or motion.simulated,
         "textures_simulated": simulated,
+        "interrupted": running.ends_s < 0,
         **device,
     }
     return facts | _written(running, facts, out, figure)
@@ -293,7 +294,7 @@ def _run(
                     running,
                     seconds=seconds,
                     clock=clock,
-                    device=settings.device,
+                    device=int(settings.device) if (settings.device or "").isdigit() else settings.device,
                     status=told,
                     realtime=realtime,
                 )

@@ -9,6 +9,7 @@ else through miniaudio.
 from __future__ import annotations
 
 import gc
+import math
 import os
 import sys
 import threading
@@ -56,6 +57,7 @@ def run_unpaced(
     """Render ``seconds`` as fast as possible, on a clock of samples."""
     engine = stream.engine
     total, done, told = round(seconds * engine.rate), 0, 0.0
+    stream.ends_s = seconds
     with quiet():
         while done < total and stream.error is None:
             now = done / engine.rate
@@ -79,30 +81,38 @@ def run_clocked(
 ) -> bool:
     """Render a block each time that one is due; return whether real-time priority was granted.
 
+    An interrupt from the keyboard, like an error, ends it after a fade.
+
     A block that is ready later than when the one before it has ended is an underrun; the time missed is left out, not
     made up for by a burst.
     """
     engine = stream.engine
     step = engine.most / engine.rate
+    stream.ends_s = seconds
     with quiet(), priority(asked=realtime) as granted:
         clock.start()
         due, told = 0.0, 0.0
-        while due < seconds and stream.error is None:
-            early = due - clock.now()
-            if early > 0:
-                time.sleep(early)
-            now = clock.now()
-            block = stream.next(now)
-            if sink is not None:
-                sink(block, now)
-            end = clock.now()
-            due += step
-            if end > due:
-                engine.latency.underruns += 1
-                due += step * int((end - due) / step)
-            if status is not None and now >= told:
-                status(now)
-                told = now + STATUS_S
+        while due < seconds:
+            try:
+                early = due - clock.now()
+                if early > 0:
+                    time.sleep(early)
+                now = clock.now()
+                block = stream.next(now)
+                if sink is not None:
+                    sink(block, now)
+                end = clock.now()
+                due += step
+                if end > due:
+                    engine.latency.underruns += 1
+                    due += step * int((end - due) / step)
+                if status is not None and now >= told:
+                    status(now)
+                    told = now + STATUS_S
+            except KeyboardInterrupt:
+                stream.ends_s = -math.inf
+            if (stream.error is not None or stream.ends_s < 0) and seconds > due + SETTLING_S:
+                seconds = due + SETTLING_S
     return granted
 
 
@@ -261,7 +271,7 @@ def run_audio(
     *,
     seconds: float,
     clock: Clock,
-    device: str | None = None,
+    device: str | int | None = None,
     status: Status | None = None,
     realtime: bool = False,
 ) -> dict[str, Any]:
@@ -327,11 +337,15 @@ def _take_priority() -> bool:
 
 
 def _wait(stream: Stream, seconds: float, clock: Clock, status: Status | None) -> None:
-    """Wait until a device has played for so long, or the stream has an error."""
+    """Wait until a device has played for so long and faded out, or the stream has an error or is interrupted."""
     asleep = threading.Event()
-    while (left := seconds - clock.now()) > 0 and stream.error is None:
-        asleep.wait(min(STATUS_S, left))
-        if status is not None:
-            status(clock.now())
-    if stream.error is not None:
+    stream.ends_s = seconds
+    try:
+        while (left := seconds - clock.now()) > 0 and stream.error is None:
+            asleep.wait(min(STATUS_S, left))
+            if status is not None:
+                status(clock.now())
+    except KeyboardInterrupt:
+        stream.ends_s = -math.inf
+    if stream.error is not None or stream.ends_s < 0:
         asleep.wait(SETTLING_S)

@@ -15,6 +15,8 @@ from tactogram.rendering.streaming.output import DisplayOutput
 
 Block = NDArray[np.float32]
 
+ENDING_S = 0.02
+"""How long before its end a stream begins to fade, s: longer than a display's fade."""
 LONGEST_RECORD = 60_000_000
 """Samples, of all channels, that may be kept: 240 MB."""
 
@@ -54,6 +56,8 @@ class Stream:
         self.channels = engine.axes if output is None else output.display.channels
         self.unit = engine.unit if output is None else output.display.unit
         self.error: Exception | None = None
+        self.ends_s = float("inf")
+        """From `ENDING_S` before this time on there is a fade to rest, and rest."""
         self._on_block = on_block
         kept = round(record_s * engine.rate)
         if kept * len(self.channels) > LONGEST_RECORD:
@@ -81,11 +85,12 @@ class Stream:
     def next(self, now_s: float, count: int | None = None, *, ahead_s: float = 0.0) -> Block:
         """Return the next block, float32, shape (channel, count); the parameters are those of `Engine.render`.
 
-        Never raises: after an error, kept in ``error``, comes a fade to rest and rest.
+        Never raises: after an error, kept in ``error``, comes a fade to rest and rest, as at the end.
         """
         begun, worked = time.perf_counter(), time.thread_time()
         count = self.engine.most if count is None else count
-        block = self._silent(count) if self.error is not None else self._made(now_s, count, ahead_s)
+        over = self.error is not None or now_s + ahead_s >= self.ends_s - ENDING_S
+        block = self._silent(count) if over else self._made(now_s, count, ahead_s)
         self._keep(block)
         worked, taken = time.thread_time() - worked, time.perf_counter() - begun
         engine = self.engine
