@@ -226,7 +226,7 @@ def _text(drives: Mapping[str, Mapping[str, Drive]], displays: Mapping[str, Disp
             report = drive.report
             share = 100 * report.drive["peak"] / displays[name].limit
             limiting = report.facts.get("limiting")
-            weaker = f"{-20 * np.log10(limiting):.1f}" if limiting else "-"
+            weaker = f"{20 * np.log10(1 / limiting):.1f}" if limiting else "-"
             lost = shorten("; ".join(report.unreachable) or "-", 90, placeholder=" …")
             lines.append(f"{model:20}{name:22}{report.level['asked']:12}{share:8.1f}{weaker:>11}  {lost}")
     return "\n".join(lines)
