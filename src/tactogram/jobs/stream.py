@@ -277,7 +277,7 @@ def _run(
 ) -> dict[str, Any]:
     """Run the stream on its backend and return what is known of it."""
     told = None if status is None else _status(running, status)
-    seconds, realtime = settings.seconds, settings.realtime
+    seconds, realtime, card = settings.seconds, settings.realtime, settings.device
     match settings.backend:
         case "file":
             run_unpaced(running, seconds=seconds, status=told)
@@ -294,7 +294,7 @@ def _run(
                     running,
                     seconds=seconds,
                     clock=clock,
-                    device=int(settings.device) if (settings.device or "").isdigit() else settings.device,
+                    device=int(card) if card is not None and card.isdigit() else card,
                     status=told,
                     realtime=realtime,
                 )
