@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from tactogram.capture import SourceEnded
 from tactogram.capture.byte_stream import Replay
-from tactogram.capture.serial_csv import CsvFormat, CsvParser, CsvSource
+from tactogram.capture.csv_lines import CsvParser
+from tactogram.capture.serial_csv import CsvFormat, CsvSource
 from tactogram.errors import ParameterError
 
 
