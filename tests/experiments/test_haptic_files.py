@@ -9,7 +9,7 @@ from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
 
 
-def effect(rate, channels, seconds=0.4):
+def effect(rate, channels, seconds=0.2):
     t = np.arange(round(seconds * rate)) / rate
     x = 0.8 * np.sin(np.pi * t / seconds) * np.sin(2 * np.pi * 140 * t)
     names = ("left", "right")[:channels]
