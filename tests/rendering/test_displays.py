@@ -149,3 +149,15 @@ def test_enormous_and_tiny_signals_stay_within_limits(name):
     for size in (1e12, 1e-12):
         drive = fitted(noise(size=size), display, "peak=1")
         assert drive is None or drive.samples.max() <= display.limit
+
+
+def test_a_drive_that_a_fade_makes_smaller_says_so():
+    x = np.zeros(2000)
+    x[:8] = 1
+    drive = fit(Signal(x, 2000, "1"), open_display("string-tablet"), level=parse_level("peak=1"))
+    assert any("in a fade of 50 ms" in words for words in drive.report.scaled)
+
+
+def test_a_display_without_dc_needs_both_signs():
+    with pytest.raises(ParameterError, match="lowest must be below 0 where dc is forbidden"):
+        open_display("voice-coil", changes={"lowest": 0.0})

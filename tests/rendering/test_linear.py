@@ -92,6 +92,16 @@ def test_a_peak_is_a_share_of_the_limit():
     assert np.abs(drive.samples).max() == pytest.approx(25, rel=1e-3)
 
 
+@pytest.mark.parametrize("end", [slice(0, 40), slice(-40, None)])
+def test_a_peak_is_that_share_even_where_the_loudest_moment_is_in_a_fade(end):
+    loud = texture().samples.copy()
+    loud[0, end] += 30 * np.sin(2 * np.pi * 100 * np.arange(40) / 2000).astype(np.float32)
+    drive = fit(Signal(loud, 2000, "m/s^2"), coil(), level=parse_level("peak=0.8"))
+    assert np.abs(drive.signal.samples).max() == pytest.approx(80, rel=1e-5)
+    assert drive.signal.samples[0, [0, -1]] == pytest.approx([0, 0], abs=1e-4)
+    assert drive.report.clipped == []
+
+
 def test_without_a_response_only_gain_and_peak_have_a_meaning():
     display = open_display("audio")
     with pytest.raises(UnitError, match="measure its response, or use gain=FACTOR"):

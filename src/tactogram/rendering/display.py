@@ -10,8 +10,9 @@ refused) and one pure function::
 
 ``signal`` is over time, in its own unit and at its own rate: one axis, or all of them (`tactogram.rendering.axes`).
 The drive comes back at ``display.rate``, in ``display.unit``, axes named as ``display.channels``. ``facts`` are JSON
-values; three keys hold sentences for people, each a list of str: ``scaled``, ``clipped`` and ``unreachable``. Fades, DC
-and the last word on the limits are `tactogram.rendering.safety`'s, after the family.
+values; three keys hold sentences for people, each a list of str: ``scaled``, ``clipped`` and ``unreachable``; ``faded``
+is true where the family began and ended at rest before it set the level. Fades else, DC and the last word on the limits
+are `tactogram.rendering.safety`'s, after the family.
 """
 
 from __future__ import annotations
@@ -108,4 +109,6 @@ class Display(BaseModel):
             raise ValueError(f"rest must lie within {self.floor:g} to {self.limit:g} {self.unit}")
         if not self.dc and self.rest != 0:
             raise ValueError("rest must be 0 where dc is forbidden")
+        if not self.dc and self.floor >= 0:
+            raise ValueError("lowest must be below 0 where dc is forbidden: a mean of 0 needs both signs")
         return self

@@ -12,7 +12,7 @@ from tactogram.rendering.display import Display
 from tactogram.rendering.families import family_module
 from tactogram.rendering.level import Level
 from tactogram.rendering.levelled import MOTION
-from tactogram.rendering.report import SENTENCES, Report, signal_facts
+from tactogram.rendering.report import SENTENCES, Report, amount, signal_facts
 from tactogram.rendering.safety import safe
 from tactogram.signal.displacement import played
 from tactogram.signal.signal import Signal
@@ -82,7 +82,8 @@ def fit(
     source, words = combined(signal, axes if axes is not None else display.axes)
     scaled.append(words)
     raw, facts = family_module(display.family).drive(source, display.settings, display=display, level=level)
-    drive, safety = safe(raw, display)
+    drive, safety = safe(raw, display, faded=bool(facts.pop("faded", False)))
+    scaled += [*facts.get("scaled", []), *_lost_to_fades(raw, drive, display)]
     clipped = list(facts.get("clipped", []))
     if safety["clipped_samples"]:
         clipped.append(f"{safety['clipped_samples']} samples by the last check of the limits")
@@ -92,7 +93,7 @@ def fit(
         level=level.facts(),
         signal=came,
         drive=signal_facts(drive),
-        scaled=[*scaled, *facts.get("scaled", [])],
+        scaled=scaled,
         clipped=clipped,
         unreachable=list(facts.get("unreachable", [])),
         facts={**{k: v for k, v in facts.items() if k not in SENTENCES}, "safety": safety},
@@ -112,6 +113,17 @@ def _without_constant(signal: Signal) -> tuple[Signal, str | None]:
         return vibration, None
     words = f"a constant of up to {largest:.3g} {signal.unit} taken out: gravity or an offset, no vibration"
     return vibration, words
+
+
+def _lost_to_fades(raw: Signal, drive: Signal, display: Display) -> list[str]:
+    """Return a sentence where the largest drive lay in a fade."""
+    before, after = (float(np.abs(x.samples).max()) for x in (raw, drive))
+    if after > 0.99 * before:
+        return []
+    return [
+        f"the largest drive was {amount(before, display.unit)}, in a fade of {display.fade_ms:g} ms; after it, it is "
+        f"{amount(after, display.unit)}"
+    ]
 
 
 def _over_time(signal: Signal, speed_mm_s: float | Signal, display: Display) -> tuple[Signal, str]:

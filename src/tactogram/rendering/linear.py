@@ -15,6 +15,7 @@ from tactogram.rendering.display import Display
 from tactogram.rendering.level import Level
 from tactogram.rendering.levelled import MOTION, factor_of, kinematic_power, within_limits
 from tactogram.rendering.response import Inverse, edges, inverse
+from tactogram.rendering.safety import settled
 from tactogram.signal.perception import sensation_level_db
 from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
@@ -64,6 +65,10 @@ def drive(
     motion = kinematic_power(signal.unit, display)
     wanted, plan = _Plan.of(x, display, settings, motion)
     unit_drive = plan.drive(wanted)
+    faded = display.rest == 0
+    if faded:
+        # Before the level, so that what is asked for is what is sent even where the signal is loudest at its ends.
+        unit_drive, _ = settled(unit_drive, display)
     factor, aim, words = factor_of(
         level,
         display=display,
@@ -89,6 +94,7 @@ def drive(
     lost_db = out_of_band_db(aimed, plan.band)
     unreachable += plan.unreachable(lost_db)
     facts: dict[str, Any] = {
+        "faded": faded,
         "factor": factor * limiting,
         "limiting": limiting,
         "aim": aim,

@@ -13,7 +13,7 @@ from tactogram.rendering.display import Display
 from tactogram.signal.signal import Signal
 
 
-def safe(drive: Signal, display: Display) -> tuple[Signal, dict[str, Any]]:
+def safe(drive: Signal, display: Display, *, faded: bool = False) -> tuple[Signal, dict[str, Any]]:
     """Return a drive that may be sent: faded in and out, without DC where that is forbidden, within the limits.
 
     Parameters
@@ -21,6 +21,8 @@ def safe(drive: Signal, display: Display) -> tuple[Signal, dict[str, Any]]:
     drive : Signal
         At the display's rate, in its unit, with its channels; a Signal holds no NaN.
     display : Display
+    faded : bool
+        Whether the family faded it already, by `settled`.
 
     Returns
     -------
@@ -41,20 +43,39 @@ def safe(drive: Signal, display: Display) -> tuple[Signal, dict[str, Any]]:
     x = drive.samples.astype(np.float64)
     outside = int(np.count_nonzero((x > display.limit) | (x < display.floor)))
     x = np.clip(x, display.floor, display.limit)
-    window = fade_window(len(drive), round(display.fade_ms / 1e3 * display.rate))
-    x = display.rest + (x - display.rest) * window
-    removed, scaled = 0.0, 1.0
+    x, removed, scaled = *settled(x, display, faded=faded), 1.0
     if not display.dc:
-        # What is taken off has the window's shape, so that the drive still begins and ends at 0.
-        mean = x.mean(axis=1, keepdims=True)
-        weight = window.mean()
-        x = x - mean * window / weight if weight > 0 else np.zeros_like(x)
-        removed = float(np.abs(mean).max())
         over = float(np.max([x.max() / display.limit, x.min() / display.floor, 1.0]))
         x, scaled = x / over, 1 / over
     low, high = bounds(display)
     done = np.clip(x.astype(np.float32), low, high)
     return drive.with_samples(done), {"clipped_samples": outside, "removed_dc": removed, "scaled": scaled}
+
+
+def settled(
+    x: NDArray[np.float64], display: Display, *, faded: bool = False
+) -> tuple[NDArray[np.float64], float]:
+    """Return a drive that begins and ends at rest, without DC where that is forbidden, and the largest mean removed.
+
+    Where the display's rest is 0 that is linear: a family that scales its drive to a limit does so afterwards.
+
+    Parameters
+    ----------
+    x : float64 array, shape (channel, time), in the drive's unit
+    display : Display
+    faded : bool
+        Take the mean alone out.
+    """
+    window = fade_window(x.shape[1], round(display.fade_ms / 1e3 * display.rate))
+    if not faded:
+        x = display.rest + (x - display.rest) * window
+    if display.dc:
+        return x, 0.0
+    # What is taken off has the window's shape, so that the drive still begins and ends at 0.
+    mean = x.mean(axis=1, keepdims=True)
+    weight = window.mean()
+    x = x - mean * window / weight if weight > 0 else np.zeros_like(x)
+    return x, float(np.abs(mean).max())
 
 
 def fade_window(length: int, fade: int) -> NDArray[np.float64]:
