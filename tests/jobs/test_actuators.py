@@ -42,6 +42,75 @@ def test_the_command_line_says_whether_the_square_law_holds(tmp_path):
     assert "not contradicted" in done.stdout
 
 
+@pytest.fixture(name="friction")
+def friction_fixture(tmp_path):
+    calibrate(write_pairs(tmp_path / "pairs.csv"), tmp_path / "c.toml")
+    mu = 0.34 + 0.04 * np.sin(2 * np.pi * np.arange(4000) / 4000)
+    write_signal(tmp_path / "mu.npz", Signal(mu.astype(np.float32), 4000, "1"))
+    return tmp_path
+
+
+def test_a_calibration_gives_a_persons_voltage(friction):
+    drives = {}
+    for person in ("anna", "ben"):
+        result = render(
+            friction / "mu.npz",
+            "electrovibration",
+            friction / f"{person}.npz",
+            level="physical",
+            calibration=friction / "c.toml",
+            person=person,
+        )
+        drives[person] = result["report"]["drive"]["peak"]
+        assert f"24 pairs of {person} up to 100 V rms" in result["report"]["scaled"][-1]
+        assert result["report"]["facts"]["v_max"] == 141
+    # mu = mu_0 (1 + k V^2 / F): twice the k_e needs 1 / sqrt 2 of the voltage.
+    assert drives["anna"] / drives["ben"] == pytest.approx(np.sqrt(2), rel=0.1)
+
+
+def test_beyond_the_calibrated_voltage_the_report_says_that_it_is_a_guess(friction):
+    result = render(
+        friction / "mu.npz",
+        "electrovibration",
+        friction / "d.npz",
+        level="peak=1",
+        calibration=friction / "c.toml",
+        person="ben",
+        changes={"limit": 200, "electrovibration.v_max": 200},
+    )
+    assert any("calibrated to 100 V rms only" in words for words in result["report"]["scaled"])
+
+
+@pytest.mark.parametrize(
+    ("display", "person", "changes", "message"),
+    [
+        ("voice-coil", "anna", {}, "for an electrovibration display, this one is linear"),
+        ("electrovibration", None, {}, "holds anna, ben: say which person"),
+        ("electrovibration", "carl", {}, "person must be one of anna, ben"),
+        ("electrovibration", "ben", {"electrovibration.mu_0": 0.2}, "leave out --set or --calibration"),
+    ],
+)
+def test_a_calibration_that_does_not_fit_is_refused(friction, display, person, changes, message):
+    with pytest.raises(ParameterError, match=message):
+        render(
+            friction / "mu.npz",
+            display,
+            friction / "d.npz",
+            level="physical",
+            calibration=friction / "c.toml",
+            person=person,
+            changes=changes,
+        )
+    assert not (friction / "d.npz").exists()
+
+
+def test_a_person_needs_a_calibration(friction):
+    done = run("render", friction / "mu.npz", "--display", "electrovibration", "--level", "physical",
+               "--person", "anna", "--out", friction / "d.npz")  # fmt: skip
+    assert done.returncode == 1
+    assert "give --calibration FILE" in done.stderr
+
+
 def test_nothing_is_written_where_nothing_can_be_said(tmp_path):
     (tmp_path / "pairs.csv").write_text("voltage_v_rms,friction,normal_force_n\n0,0.3,1\n")
     with pytest.raises(ParameterError, match="needs 6 pairs"):

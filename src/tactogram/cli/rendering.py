@@ -36,6 +36,8 @@ def add_verbs(verbs: Verbs) -> None:
         help="how axes become one: dft321, mean, channels or an axis's name",
     )
     add("--speed", type=float, metavar="MM_S", help="of the finger, for a signal over displacement")
+    add("--calibration", metavar="F.toml", help="of an electrovibration display, as `calibrate` wrote it")
+    add("--person", metavar="NAME", help="whose of the calibration, where it holds several")
     add("--figure", action="store_true", help="draw the report, too: F.report.png")
     signal_options(add)
     _changes_option(add)
@@ -84,6 +86,8 @@ def render(a: Arguments) -> None:
         how=a.how,
         speed_mm_s=a.speed,
         changes=parse_changes(a.set),
+        calibration=a.calibration,
+        person=a.person,
         report_figure=a.figure,
         **signal_arguments(a),
     )

@@ -10,15 +10,18 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import ParameterError, UnitError
+from tactogram.rendering import electrovibration
 from tactogram.rendering.catalogue import open_display, shipped
 from tactogram.rendering.display import Display
 from tactogram.rendering.fit import Drive, fit
+from tactogram.rendering.friction_calibration import calibration_of
 from tactogram.rendering.level import Level, parse_level
 from tactogram.rendering.response import write_response
 from tactogram.rendering.sweep import exponential_sweep, identify
 from tactogram.signal import Signal
 from tactogram.signal.io import WRITABLE, read_metadata, read_signal, write_signal
 from tactogram.signal.io.files import written_beside
+from tactogram.validation import validated
 
 
 def list_displays() -> dict[str, Any]:
@@ -69,6 +72,8 @@ def render(
     how: str | None = None,
     speed_mm_s: float | None = None,
     changes: Mapping[str, Any] | None = None,
+    calibration: Path | str | None = None,
+    person: str | None = None,
     report_figure: bool = False,
     **options: Any,
 ) -> dict[str, Any]:
@@ -90,6 +95,10 @@ def render(
         As in `fit`.
     changes : mapping, optional
         Values of the display to change, by dotted key.
+    calibration : Path, optional
+        Of an electrovibration display: what `tactogram.jobs.actuators.calibrate` wrote.
+    person : str, optional
+        Whose of it; may be left out where it holds one.
 
     Returns
     -------
@@ -103,6 +112,10 @@ def render(
         )
     asked = parse_level(level) if isinstance(level, str) else level
     opened = open_display(display, changes=changes)
+    if calibration is not None:
+        opened = calibrated_display(opened, calibration, person, kept=changes or {})
+    elif person is not None:
+        raise ParameterError("--person is whose calibration to take: give --calibration FILE, too")
     signal = read_signal(file, **options)
     drive = fit(signal, opened, level=asked, axes=how, speed_mm_s=speed_mm_s)
     report = drive.report.as_json() | {"source_file": str(file)}
@@ -114,6 +127,30 @@ def render(
     if report_figure:
         result["figure"] = str(save_drive_figure(out.with_suffix(".report.png"), drive, opened))
     return result
+
+
+def calibrated_display(
+    display: Display, calibration: Path | str, person: str | None, *, kept: Mapping[str, Any]
+) -> Display:
+    """Return an electrovibration display with the constants of a person.
+
+    Raises
+    ------
+    DataError, ParameterError
+        If there is no such calibration, the display is of another family, or ``kept`` (changes by dotted key) holds one
+        of the constants: whose it then is could not be said.
+    """
+    if display.family != "electrovibration":
+        raise ParameterError(
+            f"{display.name}: a calibration of friction is for an electrovibration display, this one is {display.family}"
+        )
+    found = calibration_of(calibration, person)
+    constants = found.settings()
+    if both := [key for key in kept if key.removeprefix("electrovibration.") in constants]:
+        raise ParameterError(f"{both[0]} comes from {calibration}: leave out --set or --calibration")
+    settings = {**display.settings.model_dump(), **constants}
+    checked = validated(electrovibration.Settings, settings, where=f"{calibration}: {found.person}")
+    return display.of(settings=checked)
 
 
 def write_drive(out: Path, drive: Drive, *, report: Mapping[str, Any]) -> Path:

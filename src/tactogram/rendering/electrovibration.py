@@ -44,6 +44,8 @@ class Settings(BaseModel):
     """k_e: attraction per square of the rms voltage, N/V^2. Calibrated; of the order of 1e-5."""
     calibrated_by: str = ""
     """Where k_e comes from (person, date, file); empty says that it was assumed, and so do the reports."""
+    calibrated_to_v_rms: float | None = Field(default=None, gt=0, allow_inf_nan=False)
+    """Largest voltage of that calibration, V rms; beyond it the square law is a guess, and the reports say so."""
     mu_0: float = Field(gt=0, allow_inf_nan=False)
     """Friction coefficient of the finger on the display without voltage."""
     normal_force_n: float = Field(default=0.5, gt=0, allow_inf_nan=False)
@@ -150,6 +152,12 @@ def drive(
     if more["slewed_share"] > 1e-3:
         sentences["clipped"].append(
             f"{100 * more['slewed_share']:.2g} % of the samples held back by {settings.slew_v_per_s:g} V/s"
+        )
+    rms = more["highest_v"] / math.sqrt(2)
+    if settings.calibrated_to_v_rms is not None and rms > settings.calibrated_to_v_rms * (1 + 1e-3):
+        sentences["scaled"].append(
+            f"up to {rms:.3g} V rms, but calibrated to {settings.calibrated_to_v_rms:g} V rms only: what is beyond is a "
+            "guess"
         )
     return Signal(raw.samples, display.rate, "V", display.channels), {**facts, **more, **sentences}
 

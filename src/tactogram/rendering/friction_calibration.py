@@ -75,11 +75,15 @@ class Calibration(BaseModel):
 
     def settings(self) -> dict[str, Any]:
         """Return the keys of `electrovibration.Settings` that this calibration gives."""
+        doubt = ""
+        if self.square_law_holds is False:
+            doubt = f"; they contradict the square law (exponent {self.exponent:.2f})"
         return {
             "newton_per_v2": self.newton_per_v2,
             "mu_0": self.mu_0,
             "normal_force_n": self.normal_force_n,
-            "calibrated_by": f"{self.pairs} pairs of {self.person} up to {self.highest_v_rms:g} V rms",
+            "calibrated_by": f"{self.pairs} pairs of {self.person} up to {self.highest_v_rms:g} V rms{doubt}",
+            "calibrated_to_v_rms": self.highest_v_rms,
         }
 
 
@@ -212,6 +216,30 @@ def read_calibrations(path: Path | str) -> list[Calibration]:
         )
     given = {"exponent": None, "exponent_interval": None}
     return [validated(Calibration, {**given, **row}, where=f"{path}: calibration") for row in rows]
+
+
+def calibration_of(path: Path | str, person: str | None = None) -> Calibration:
+    """Return the calibration of a person from a file that `write_calibrations` wrote.
+
+    Parameters
+    ----------
+    path : Path or str
+    person : str, optional
+        May be left out where the file holds one person.
+
+    Raises
+    ------
+    DataError, ParameterError
+        As `read_calibrations`; if the person is not in the file, is in it twice, or has to be named.
+    """
+    known = read_calibrations(path)
+    names = ", ".join(one.person for one in known)
+    if person is None and len(known) != 1:
+        raise ParameterError(f"{path}: holds {names or 'nobody'}: say which person")
+    found = [one for one in known if person in (None, one.person)]
+    if len(found) != 1:
+        raise ParameterError(f"{path}: person must be one of {names}, got {person!r} {len(found)} times")
+    return found[0]
 
 
 def _numbers(row: dict[str, Any], force: float | None, where: str) -> tuple[float, float, float]:

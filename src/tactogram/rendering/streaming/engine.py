@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
+from tactogram.rendering.streaming.block_clock import BlockClock
 from tactogram.rendering.streaming.contact import ContactSettings, Transients
 from tactogram.rendering.streaming.following import STATES, Follower
 from tactogram.rendering.streaming.latency import Latency
@@ -90,6 +91,7 @@ class Engine:
         self.motion = motion
         self.finger = Finger(settings or MotionSettings())
         self.follower = Follower(rate, most)
+        self._clock = BlockClock()
         self.transients = Transients(contact or ContactSettings(), rate)
         self.latency = Latency(most / rate)
         self.blocks = dict.fromkeys(STATES, 0)
@@ -140,7 +142,8 @@ class Engine:
             On the engine's clock; motion that has come until now is heard.
         count : int, optional
         ahead_s : float
-            By how much the first sample is later than now: a backend that asks for several blocks at once.
+            By how much the first sample is later than now: a backend that asks for several blocks at once. Beginnings
+            that come unevenly are made even: `block_clock`.
 
         Returns
         -------
@@ -155,7 +158,8 @@ class Engine:
                 self._land(message.strength, now_s - message.arrival_s)
             else:
                 self._change(message)
-        motion = self.follower.follow(self.finger, now_s, count, ahead_s=ahead_s)
+        begins = self._clock.begins(now_s + ahead_s, count / self.rate)
+        motion = self.follower.follow(self.finger, now_s, count, ahead_s=begins - now_s)
         self.blocks[self.follower.state] += 1
         if self.finger.landed_n > 0:
             self._land(self.finger.landed_n, now_s - self.finger.force_s)
@@ -220,6 +224,7 @@ class Engine:
                 "late": counts.late,
                 "out_of_order": counts.out_of_order,
                 "invalid": counts.invalid,
+                "clocks_set": counts.clocks_set,
                 "lost_connections": counts.lost_connections,
             },
             "states": {name: self.blocks[name] / blocks if blocks else 0.0 for name in STATES},

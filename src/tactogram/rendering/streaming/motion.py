@@ -4,7 +4,8 @@ Position, speed and force each come at their own rate. What is used is the newes
 dropped and counted, never queued: an old position rendered now is felt as a delay from then on.
 
 The sender's clock is not ours. Its offset is taken as the least difference between arrival and time stamp seen so far
-(the quickest way a sample took), let rise by `DRIFT` so that a slow clock is followed.
+(the quickest way a sample took), let rise by `DRIFT` so that a slow clock is followed. A game's clock may stand still
+while it loads, and be late for good: where everything has been late for `RESTART_S`, the offset is taken anew.
 
 Velocity comes from positions through the fading-memory filter of first order (Brookner 1998, Sec. 3.2): the straight
 line that fits all past positions best, their weight halving with age. It is causal, needs no even rate, and has no
@@ -27,7 +28,11 @@ from tactogram.errors import ParameterError
 DRIFT = 2e-4
 """By how much the sender's clock may run slow against ours, s/s."""
 RESTART_S = 1.0
-"""A time stamp so much before the last one is a sender that began anew, s."""
+"""A time stamp so much before the last one is a sender that began anew, s; so long nothing but late samples is a
+clock that stood still."""
+FASTEST_MM_S, FARTHEST_MM = 1e4, 1e6
+"""No finger is faster or farther away; one damaged number would otherwise take the way gone beyond what a float counts
+in."""
 NAN = math.nan
 
 
@@ -146,6 +151,8 @@ class MotionCounts:
     late: int = 0
     out_of_order: int = 0
     invalid: int = 0
+    clocks_set: int = 0
+    """How often the sender's clock was found anew after the first time."""
     lost_connections: int = 0
 
     @property
@@ -186,6 +193,10 @@ class Finger:
     _offset: float = math.inf
     _offset_s: float = 0.0
     _last: float = -math.inf
+    _late_from: float = math.inf
+    """When the first of the samples came that were all late until now; inf while they are not."""
+    _late_least: float = math.inf
+    """The least difference between arrival and time stamp among them, s."""
     _connected: bool = False
 
     def hear(self, sample: MotionSample, now_s: float) -> bool:
@@ -197,7 +208,7 @@ class Finger:
             if sample.time_s > self._last - RESTART_S:
                 self.counts.out_of_order += 1
                 return False
-            self._offset = math.inf
+            self._set_clock(math.inf)
         self._last = sample.time_s
         seen = sample.arrival_s - sample.time_s
         allowed = self._offset + DRIFT * max(0.0, sample.arrival_s - self._offset_s)
@@ -207,9 +218,11 @@ class Finger:
             self._offset = allowed
         self._offset_s = sample.arrival_s
         at = sample.time_s + self._offset
-        if now_s - at > self.settings.late_s:
+        if now_s - at > self.settings.late_s and self._is_late(sample, now_s):
             self.counts.late += 1
             return False
+        at = sample.time_s + self._offset
+        self._late_from = self._late_least = math.inf
         self.counts.used += 1
         self.heard_s = max(self.heard_s, at)
         self._connected = True
@@ -221,6 +234,20 @@ class Finger:
             self.force, self.force_s = sample.force_n, at
         self._touch()
         return True
+
+    def _is_late(self, sample: MotionSample, now_s: float) -> bool:
+        """Tell whether a late sample is that, or the sender's clock has stood still before those that came last."""
+        self._late_from = min(self._late_from, sample.arrival_s)
+        self._late_least = min(self._late_least, sample.arrival_s - sample.time_s)
+        if sample.arrival_s - self._late_from < RESTART_S or self._late_least <= self._offset:
+            return True
+        self._set_clock(self._late_least)
+        return now_s - (sample.time_s + self._offset) > self.settings.late_s
+
+    def _set_clock(self, offset: float) -> None:
+        self._offset = offset
+        self._late_from = self._late_least = math.inf
+        self.counts.clocks_set += 1
 
     def age(self, now_s: float) -> float:
         """Return how old the newest sample is, s."""
@@ -302,12 +329,14 @@ class Finger:
 
 
 def _is_valid(sample: MotionSample) -> bool:
-    """Tell whether a sample can be: finite or NaN, no negative speed or force, x with y, and something said."""
+    """Tell whether a sample can be: finite or NaN, of a hand, no negative speed or force, x with y, something said."""
     if not (math.isfinite(sample.time_s) and math.isfinite(sample.arrival_s)):
         return False
     values = (sample.x_mm, sample.y_mm, sample.speed_mm_s, sample.force_n)
     if any(math.isinf(v) for v in values) or all(v != v for v in values):
         return False
     if (sample.x_mm != sample.x_mm) != (sample.y_mm != sample.y_mm):
+        return False
+    if sample.speed_mm_s > FASTEST_MM_S or abs(sample.x_mm) > FARTHEST_MM or abs(sample.y_mm) > FARTHEST_MM:
         return False
     return not (sample.speed_mm_s < 0 or sample.force_n < 0)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DeviceError, ParameterError
-from tactogram.extras import one_line
+from tactogram.extras import imported, one_line
 from tactogram.rendering.streaming.motion import MotionSample, Tap, Weights
 from tactogram.rendering.streaming.packets import (
     NO_MOTION,
@@ -101,7 +101,7 @@ class NetworkMotion:
         while not self._ended:
             try:
                 packet, sender = self._socket.recvfrom(65_535)
-            except TimeoutError:
+            except (TimeoutError, ConnectionError):  # Windows tells here of blocks that nobody took
                 continue
             except OSError:
                 return
@@ -137,6 +137,13 @@ class NetworkBlocks:
         Host and port; by default where the motion comes from.
     motion : NetworkMotion, optional
         Where the motion comes from; its port is sent from.
+
+    Raises
+    ------
+    MissingExtraError
+        If the form is osc and python-osc is not installed.
+    DeviceError
+        If the host is not known.
     """
 
     def __init__(
@@ -153,8 +160,12 @@ class NetworkBlocks:
             raise ParameterError(
                 "blocks need an address to go to where the motion does not come from the network"
             )
+        if form == "osc":
+            imported("pythonosc", extra="devices", what="OSC")
         self._write = block_message if form == "osc" else block_packet
-        self._rate, self._to, self._motion = rate, to, motion
+        self._rate, self._motion = rate, motion
+        # Once, and not with every block: a name server may take seconds.
+        self._to = None if to is None else _resolved(to)
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._sequence = 0
         self._first = 0
@@ -184,6 +195,15 @@ class NetworkBlocks:
     def close(self) -> None:
         """Let go of the port."""
         self._socket.close()
+
+
+def _resolved(to: tuple[str, int]) -> tuple[str, int]:
+    try:
+        found = socket.getaddrinfo(*to, family=socket.AF_INET, type=socket.SOCK_DGRAM)
+    except OSError as error:
+        raise DeviceError(f"udp:{to[0]}:{to[1]}: the host is not known ({one_line(error)})") from error
+    host, port = found[0][4][:2]
+    return str(host), int(port)
 
 
 def parse_address(text: str, *, default_port: int = PORT) -> tuple[str, int]:

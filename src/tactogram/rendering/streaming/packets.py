@@ -244,11 +244,11 @@ def _parse_osc(packet: bytes, arrival_s: float) -> list[Received] | None:
 
 def _messages(packet: bytes) -> list[tuple[str, list[Any]]] | None:
     """Return addresses and values of an OSC message or bundle, or None where it is neither."""
-    osc = imported("pythonosc.osc_packet", extra="devices", what="OSC")
     try:
+        osc = imported("pythonosc.osc_packet", extra="devices", what="OSC")
         read = osc.OscPacket(packet)
         return [(m.message.address, list(m.message.params)) for m in read.messages]
-    except Exception:  # whatever its bytes lead the parser to; none of it is ours
+    except Exception:  # whatever its bytes lead the parser to, none of it is ours; or the parser is not installed
         return None
 
 
