@@ -311,3 +311,16 @@ def test_a_lost_connection_fades_to_silence_and_comes_back(texture, script, rend
     assert level[-6:].min() > 0.5
     assert moving.finger.counts.lost_connections == 1
     assert moving.blocks["lost"] > 70
+
+
+def test_a_device_that_asks_unevenly_does_not_make_the_finger_tremble(texture, script):
+    made = engine([texture()], script(lambda t: 200 * t, lambda t: 0.6))
+    # Late by some milliseconds, as on a busy machine; the samples are played evenly.
+    late = np.random.default_rng(4).exponential(0.002, 600)
+    speeds = []
+    for asked in np.maximum.accumulate(np.arange(600) * MOST / RATE + late):
+        made.render(asked)
+        speeds.extend(made.follower.block.speed_mm_s[: made.follower.block.count])
+    settled = np.array(speeds[200 * MOST :])
+    assert settled.mean() == pytest.approx(200, rel=0.01)
+    assert settled.std() < 2
