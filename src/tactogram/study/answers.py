@@ -3,15 +3,15 @@
 What the columns mean where a design leaves it open. ``stimulus`` is the item (texture, plate, image), ``condition`` its
 version; ``other`` and the further column ``other_condition`` are the second one's.
 
-- *two_area*, question ``which``: the version asked for; ``other`` is the same texture in the other version; ``side`` and
-  ``answer`` are A or B; ``value`` is 1 if correct, else 0.
+- *two_area*, question ``which``: the version asked for; ``other`` is the same texture in the other version; ``side``
+  and ``answer`` are A or B; ``value`` is 1 if correct, else 0.
 - *two_area*, question ``realism``: the version judged; ``value`` is the mark in mm, ``side`` where it was.
 - *rating*, a question per word: ``value`` is the step of the scale.
 - *evoked*, a question per word: ``answer`` is ``evoked`` or ``not evoked``, ``value`` 1 or 0.
 - *abx*, question ``which``: ``stimulus`` and ``condition`` are what X is, ``other`` what it is not; ``side`` and
   ``answer`` are A or B; ``value`` is 1 if correct, else 0.
 - *staircase*, question ``which``: ``condition`` is the staircase; ``side`` and ``answer`` are A or B; ``value`` is the
-  intensity in the unit of the file, ``correct`` the outcome; the further column ``reversal`` is true where it turned.
+  intensity in dB above the level, ``correct`` the outcome; the further column ``reversals`` counts those before it.
 - *magnitude*, question ``magnitude``: ``value`` is the number given.
 - *pairwise*, question ``preferred``: ``stimulus`` and ``other`` are the pair, ``side`` is where ``stimulus`` was;
   ``answer`` is A or B, ``value`` 1 if ``stimulus`` was chosen, else 0.

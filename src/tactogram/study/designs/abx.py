@@ -1,0 +1,95 @@
+"""ABX: X is one of A and B, and is to be told which.
+
+W. A. Munson and M. B. Gardner, "Standardizing auditory tests", J. Acoust. Soc. Am. 22, 675 (1950).
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import Literal
+
+from pydantic import Field
+
+from tactogram.errors import ParameterError
+from tactogram.study.designs.design import Design, ab_question
+from tactogram.study.orders import balanced_sides, generator, ordered
+from tactogram.study.stimuli import Stimulus
+from tactogram.study.trials import Asked, Given, Page, Participant, Presented, Setting
+from tactogram.study.wording import Wording
+
+PLACES = ("AA", "AB", "BA", "BB")
+"""Where the pair's first is, and what X is: each once in four trials."""
+
+
+class Abx(Design):
+    """Values of an ABX test."""
+
+    kind: Literal["abx"] = "abx"
+    pairs: tuple[tuple[str, str], ...] = ()
+    """Names of stimuli. By default all pairs of conditions within each item, or of all where no item has two."""
+    repeats: int = Field(default=4, ge=1, le=1000)
+    """Trials of each pair; with a multiple of four each placing of A, B and X comes equally often."""
+    instructions: Wording = Wording(
+        ja="A、B、Xに触れてください。XはAかBのどちらかと同じです。",
+        en="Touch A, B and X. X is the same as A or as B.",
+    )
+    which: Wording = Wording(ja="Xはどちらと同じですか。", en="Which one is X?")
+
+    def check(self, setting: Setting) -> None:
+        """Refuse pairs of what is not there, and a study without any pair."""
+        if not self._pairs(setting):
+            raise ParameterError("abx needs at least two stimuli, got one")
+
+    def total(self, setting: Setting) -> int:
+        """Return repeats times pairs."""
+        return self.repeats * len(self._pairs(setting))
+
+    def next_page(self, setting: Setting, participant: Participant, given: Sequence[Given]) -> Page | None:
+        """Return the next trial."""
+        pairs = self._pairs(setting)
+        if len(given) == self.repeats * len(pairs):
+            return None
+        rule, seed, number = setting.order, setting.seed, participant.number
+        order = ordered(range(len(pairs)), rule=rule, repeats=self.repeats, seed=seed, participant=number)
+        rng = generator(seed, number, "places")
+        places = [balanced_sides(self.repeats, rng, PLACES) for _ in pairs]
+        trial = len(given) + 1
+        block, repeat, which = order[trial - 1]
+        first_at, x_is = places[which][repeat - 1]
+        a, b = pairs[which] if first_at == "A" else pairs[which][::-1]
+        x, not_x = (a, b) if x_is == "A" else (b, a)
+        asked = Asked(
+            ab_question("which", self.which),
+            side=x_is,
+            right=x_is,
+            stimulus=x.item,
+            condition=x.condition,
+            other=not_x.item,
+            other_condition=not_x.condition,
+            values={slot: float(slot == x_is) for slot in "AB"},
+        )
+        return Page(
+            token=f"trial-{trial}.1",
+            kind=self.kind,
+            trial=trial,
+            block=block,
+            repeat=repeat,
+            total=len(order),
+            presented=(Presented("A", a), Presented("B", b), Presented("X", x)),
+            text=self.instructions,
+            asked=(asked,),
+        )
+
+    def _pairs(self, setting: Setting) -> list[tuple[Stimulus, Stimulus]]:
+        named = {stimulus.name: stimulus for stimulus in setting.stimuli}
+        if self.pairs:
+            for name in itertools.chain.from_iterable(self.pairs):
+                if name not in named:
+                    raise ParameterError(
+                        f"pairs name {name!r}, which is no stimulus; there are {', '.join(named)}"
+                    )
+            return [(named[first], named[second]) for first, second in self.pairs]
+        every = list(itertools.combinations(setting.stimuli, 2))
+        within = [(first, second) for first, second in every if first.item == second.item]
+        return within or every

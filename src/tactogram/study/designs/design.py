@@ -1,0 +1,60 @@
+"""What every design promises."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict
+
+from tactogram.study.questions import Option, Question
+from tactogram.study.stimuli import Stimulus
+from tactogram.study.trials import Given, Page, Participant, Setting
+from tactogram.study.wording import Wording
+
+
+class Design(BaseModel, ABC):
+    """A way of asking: its values from the file, and what follows from them.
+
+    ``next_page`` is a pure function of the study, the participant and the answers so far. Resuming after a crash is
+    calling it with the answers that were stored.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    instructions: Wording = Wording()
+    """Shown above each trial; each design has its own by default."""
+
+    @abstractmethod
+    def check(self, setting: Setting) -> None:
+        """Refuse stimuli that the design cannot ask about.
+
+        Raises
+        ------
+        ParameterError
+        """
+
+    @abstractmethod
+    def next_page(self, setting: Setting, participant: Participant, given: Sequence[Given]) -> Page | None:
+        """Return the page after ``given``, the answers to this design's pages in order; None at the end."""
+
+    @abstractmethod
+    def total(self, setting: Setting) -> int:
+        """Return how many trials a participant has, or has at most."""
+
+
+def ab_question(identifier: str, text: Wording, **more: Any) -> Question:
+    """Return a choice between the two slots."""
+    return Question(
+        id=identifier, text=text, kind="choice", options=(Option(value="A"), Option(value="B")), **more
+    )
+
+
+def pairs_by_item(stimuli: Sequence[Stimulus], first: str, second: str) -> list[tuple[Stimulus, Stimulus]]:
+    """Return the stimuli of each item that has both conditions, in the order of the file."""
+    of = {(stimulus.item, stimulus.condition): stimulus for stimulus in stimuli}
+    items = dict.fromkeys(stimulus.item for stimulus in stimuli)
+    return [
+        (of[item, first], of[item, second]) for item in items if (item, first) in of and (item, second) in of
+    ]

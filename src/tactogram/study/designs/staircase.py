@@ -1,0 +1,166 @@
+"""Two alternatives and an intensity that follows the answers: transformed up-down staircases.
+
+H. Levitt, "Transformed up-down methods in psychoacoustics", J. Acoust. Soc. Am. 49, 467-477 (1971): with 1 up and n
+down the intensity settles where p**n = 1/2: 70.7 % correct for 2 down, 79.4 % for 3 down.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from tactogram.errors import ParameterError
+from tactogram.study.designs.design import Design, ab_question
+from tactogram.study.orders import generator
+from tactogram.study.stimuli import Stimulus
+from tactogram.study.trials import Asked, Given, Page, Participant, Presented, Setting
+from tactogram.study.wording import Wording
+
+
+@dataclass(frozen=True)
+class Track:
+    """Where one staircase stands.
+
+    Parameters
+    ----------
+    intensity : float
+        Of its next trial, dB.
+    trials : int
+    reversals : tuple of float
+        Intensities at which it turned, dB.
+    run : int
+        Answers that were correct (> 0) or wrong (< 0) since the intensity changed.
+    heading : int
+        1 while going up, -1 while going down, 0 before the first change.
+    """
+
+    intensity: float
+    trials: int = 0
+    reversals: tuple[float, ...] = ()
+    run: int = 0
+    heading: int = 0
+
+
+class Staircase(Design):
+    """Values of a 2AFC staircase; one for each target, mixed at random."""
+
+    kind: Literal["staircase"] = "staircase"
+    standard: str = ""
+    """Name of the stimulus beside each target; "" is silence, and what is found a detection threshold."""
+    start_db: float = Field(default=0.0, allow_inf_nan=False)
+    """Intensity of the first trial, dB above the level of the file."""
+    steps_db: tuple[float, ...] = (8.0, 4.0, 2.0)
+    """Size of a step before the first reversal, before the second, …; the last one stays."""
+    up: int = Field(default=1, ge=1, le=10)
+    """Wrong answers in a row after which the intensity rises."""
+    down: int = Field(default=3, ge=1, le=10)
+    """Correct answers in a row after which it falls."""
+    reversals: int = Field(default=8, ge=2, le=100)
+    """After how many a staircase ends."""
+    most_trials: int = Field(default=80, ge=1, le=10_000)
+    """After how many it ends anyway."""
+    lowest_db: float = Field(default=-80.0, allow_inf_nan=False)
+    highest_db: float = Field(default=20.0, allow_inf_nan=False)
+    """Where it stays, as nothing weaker or stronger is played."""
+    instructions: Wording = Wording(ja="AとBに触れてください。", en="Touch A and B.")
+    which: Wording = Wording(ja="振動を感じたのはどちらですか。", en="Which one did you feel?")
+
+    @model_validator(mode="after")
+    def _in_range(self) -> Self:
+        if not self.lowest_db <= self.start_db <= self.highest_db or self.lowest_db == self.highest_db:
+            raise ValueError("a staircase needs lowest_db <= start_db <= highest_db, and a way between them")
+        if not self.steps_db or not all(0 < step < 1000 for step in self.steps_db):
+            raise ValueError("steps_db must be > 0 dB, and there must be one at least")
+        return self
+
+    def check(self, setting: Setting) -> None:
+        """Refuse a standard that is not there, and targets that are not played."""
+        names = [stimulus.name for stimulus in setting.stimuli]
+        if self.standard and self.standard not in names:
+            raise ParameterError(f"standard must be one of {', '.join(names)}, got {self.standard!r}")
+        for target in self._targets(setting):
+            if not target.is_played:
+                raise ParameterError(
+                    f"a staircase changes a level, and nothing is played for {target.name!r}"
+                )
+        if not self._targets(setting):
+            raise ParameterError("a staircase needs a stimulus besides its standard, got none")
+
+    def total(self, setting: Setting) -> int:
+        """Return the trials after which all have ended anyway."""
+        return self.most_trials * len(self._targets(setting))
+
+    def next_page(self, setting: Setting, participant: Participant, given: Sequence[Given]) -> Page | None:
+        """Return the next trial of one of the staircases that have not ended."""
+        targets = self._targets(setting)
+        tracks = {target.name: Track(self.start_db) for target in targets}
+        # Drawn at once: the draws of a trial depend on its number alone.
+        draws = generator(setting.seed, participant.number, "staircase").random((self.total(setting), 2))
+        for trial, one in enumerate(given, 1):
+            target, side = self._drawn(targets, tracks, draws, trial)
+            tracks[target.name] = self.after(tracks[target.name], correct=one.responses["which"] == side)
+        if all(self.ended(track) for track in tracks.values()):
+            return None
+        trial = len(given) + 1
+        target, side = self._drawn(targets, tracks, draws, trial)
+        return self._page(setting, target, side, tracks[target.name], trial)
+
+    def ended(self, track: Track) -> bool:
+        """Return whether a staircase is at its end."""
+        return len(track.reversals) >= self.reversals or track.trials >= self.most_trials
+
+    def after(self, track: Track, *, correct: bool) -> Track:
+        """Return where a staircase stands after one more answer."""
+        run = max(track.run, 0) + 1 if correct else min(track.run, 0) - 1
+        heading = -1 if run >= self.down else 1 if -run >= self.up else 0
+        if heading == 0:
+            return Track(track.intensity, track.trials + 1, track.reversals, run, track.heading)
+        reversals = track.reversals
+        if track.heading and heading != track.heading:
+            reversals = (*reversals, track.intensity)
+        step = self.steps_db[min(len(reversals), len(self.steps_db) - 1)]
+        intensity = min(max(track.intensity + heading * step, self.lowest_db), self.highest_db)
+        return Track(intensity, track.trials + 1, reversals, 0, heading)
+
+    def _targets(self, setting: Setting) -> list[Stimulus]:
+        return [stimulus for stimulus in setting.stimuli if stimulus.name != self.standard]
+
+    def _drawn(
+        self, targets: Sequence[Stimulus], tracks: Mapping[str, Track], draws: np.ndarray, trial: int
+    ) -> tuple[Stimulus, str]:
+        """Return which staircase a trial belongs to and where its target is."""
+        going = [target for target in targets if not self.ended(tracks[target.name])]
+        which, side = draws[trial - 1]
+        return going[int(which * len(going))], "A" if side < 0.5 else "B"
+
+    def _page(self, setting: Setting, target: Stimulus, side: str, track: Track, trial: int) -> Page:
+        standard = next((s for s in setting.stimuli if s.name == self.standard), None)
+        found, beside = (
+            Presented("A" if side == "A" else "B", target, track.intensity),
+            Presented("B" if side == "A" else "A", standard),
+        )
+        asked = Asked(
+            ab_question("which", self.which),
+            side=side,
+            right=side,
+            stimulus=target.item,
+            condition=target.condition or target.name,
+            other=standard.item if standard else "",
+            other_condition=standard.condition if standard else "",
+            values=dict.fromkeys("AB", track.intensity),
+        )
+        return Page(
+            token=f"trial-{trial}.1",
+            kind=self.kind,
+            trial=trial,
+            repeat=track.trials + 1,
+            total=self.total(setting),
+            presented=(found, beside) if side == "A" else (beside, found),
+            text=self.instructions,
+            asked=(asked,),
+            more={"staircase": target.name, "reversals": str(len(track.reversals))},
+        )

@@ -1,0 +1,148 @@
+"""Two areas side by side, one real and one generated: which is which, and how real each is.
+
+The experiment of Saga, Agatsuma, Vasilache and Takahashi, "Machine Learning-based Classification and Generation of
+Vibrotactile Information" (Sec. IV-A), by the method of Ujitoko et al.: "Either tactile sensation derived from training
+data or the generated data is presented in A or B"; a target moves at 500 mm/s and the finger follows; after that the
+real texture is stroked and a 100 mm visual analogue scale is marked for each. Ten trials for each of nine textures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+from pydantic import Field
+
+from tactogram.errors import ParameterError
+from tactogram.study.designs.design import Design, ab_question, pairs_by_item
+from tactogram.study.orders import balanced_sides, generator, ordered
+from tactogram.study.questions import Question
+from tactogram.study.stimuli import Stimulus
+from tactogram.study.trials import Asked, Given, Page, Participant, Presented, Setting, Slot
+from tactogram.study.wording import Wording
+
+
+class TwoArea(Design):
+    """Values of a two-area test; the defaults are those of the paper."""
+
+    kind: Literal["two_area"] = "two_area"
+    asked_for: str = "generated"
+    """The condition that is to be found."""
+    against: str = "recorded"
+    """The condition beside it."""
+    repeats: int = Field(default=10, ge=1, le=1000)
+    """Trials of each texture (Sec. IV-A: "Ten trials were performed for each texture")."""
+    sides: Literal["random", "balanced"] = "random"
+    """``random`` draws the side of each trial, as the paper did; ``balanced`` has each equally often per texture."""
+    realism: bool = True
+    """Whether realism is asked, too."""
+    vas_mm: float = Field(default=100.0, gt=0, le=1000)
+    """Length of the scale."""
+    speed_mm_s: float = Field(default=500.0, gt=0, le=5000)
+    """Of the target (Sec. IV-A)."""
+    area_mm: tuple[float, float] = (80.0, 30.0)
+    """Width and height of an area. The paper gives no size; two of these fit above each other on its tablet."""
+    instructions: Wording = Wording(
+        ja="領域AとBを、動く目標に合わせてなぞってください。",
+        en="Stroke the areas A and B, following the moving target.",
+    )
+    which: Wording = Wording(ja="生成された触感はどちらですか。", en="Which one is generated?")
+    reference: Wording = Wording(
+        ja="本物の「{item}」をなぞってから、AとBをもう一度なぞり、それぞれの本物らしさを答えてください。",
+        en="Stroke the real {item}, then A and B again, and say how real each feels.",
+    )
+    real: Wording = Wording(ja="本物らしさ", en="How real does it feel?")
+    least: Wording = Wording(ja="まったく本物らしくない", en="not at all real")
+    most: Wording = Wording(ja="本物そのもの", en="just like the real one")
+
+    def check(self, setting: Setting) -> None:
+        """Refuse a texture that lacks one of the two conditions."""
+        pairs = pairs_by_item(setting.stimuli, self.asked_for, self.against)
+        paired = {stimulus.item for pair in pairs for stimulus in pair}
+        for stimulus in setting.stimuli:
+            if stimulus.condition not in (self.asked_for, self.against) or stimulus.item not in paired:
+                raise ParameterError(
+                    f"two_area needs each item as {self.asked_for!r} and as {self.against!r}, got {stimulus.name!r} "
+                    f"with condition {stimulus.condition!r}"
+                )
+
+    def total(self, setting: Setting) -> int:
+        """Return repeats times textures."""
+        return self.repeats * len(pairs_by_item(setting.stimuli, self.asked_for, self.against))
+
+    def next_page(self, setting: Setting, participant: Participant, given: Sequence[Given]) -> Page | None:
+        """Return the next of the two pages of each trial."""
+        trials = self._trials(setting, participant.number)
+        done, step = divmod(len(given), 2 if self.realism else 1)
+        if done == len(trials):
+            return None
+        block, repeat, pair, side = trials[done]
+        asked_for, against = pair
+        a, b = (asked_for, against) if side == "A" else (against, asked_for)
+        return Page(
+            token=f"trial-{done + 1}.{step + 1}",
+            kind=self.kind,
+            trial=done + 1,
+            step=step + 1,
+            block=block,
+            repeat=repeat,
+            total=len(trials),
+            presented=(Presented("A", a), Presented("B", b)),
+            text=self.instructions if step == 0 else self.reference.filled(item=a.item),
+            asked=(self._which(asked_for, against, side),)
+            if step == 0
+            else (self._real("A", a, b), self._real("B", b, a)),
+            layout={
+                "target_speed_mm_s": self.speed_mm_s,
+                "area_mm": list(self.area_mm),
+                "vas_mm": self.vas_mm,
+            },
+        )
+
+    def _trials(self, setting: Setting, number: int) -> list[tuple[int, int, tuple[Stimulus, Stimulus], str]]:
+        """Return (block, repeat, pair, side of what is asked for) of each trial."""
+        pairs = pairs_by_item(setting.stimuli, self.asked_for, self.against)
+        order = ordered(
+            range(len(pairs)), rule=setting.order, repeats=self.repeats, seed=setting.seed, participant=number
+        )
+        rng = generator(setting.seed, number, "sides")
+        if self.sides == "random":
+            drawn = [["A", "B"][i] for i in rng.integers(2, size=len(order))]
+            return [
+                (block, repeat, pairs[i], side) for (block, repeat, i), side in zip(order, drawn, strict=True)
+            ]
+        sides = [balanced_sides(self.repeats, rng) for _ in pairs]
+        return [(block, repeat, pairs[i], sides[i][repeat - 1]) for block, repeat, i in order]
+
+    def _which(self, asked_for: Stimulus, against: Stimulus, side: str) -> Asked:
+        other = "B" if side == "A" else "A"
+        return Asked(
+            ab_question("which", self.which),
+            side=side,
+            right=side,
+            stimulus=asked_for.item,
+            condition=asked_for.condition,
+            other=against.item,
+            other_condition=against.condition,
+            values={side: 1.0, other: 0.0},
+        )
+
+    def _real(self, slot: Slot, judged: Stimulus, beside: Stimulus) -> Asked:
+        question = Question(
+            id="realism",
+            text=self.real,
+            kind="vas",
+            low=0,
+            high=self.vas_mm,
+            low_text=self.least,
+            high_text=self.most,
+        )
+        return Asked(
+            question,
+            slot=slot,
+            side=slot,
+            stimulus=judged.item,
+            condition=judged.condition,
+            other=beside.item,
+            other_condition=beside.condition,
+        )

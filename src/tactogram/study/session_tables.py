@@ -1,0 +1,25 @@
+"""The tables of a session store."""
+
+VERSION = 1
+"""Kept as ``user_version`` of the file."""
+TABLES = (
+    "CREATE TABLE study (id INTEGER PRIMARY KEY CHECK (id = 1), facts TEXT NOT NULL, begun TEXT NOT NULL, "
+    "withdrawn INTEGER NOT NULL DEFAULT 0)",
+    "CREATE TABLE participants (number INTEGER PRIMARY KEY, code TEXT NOT NULL UNIQUE COLLATE NOCASE, "
+    "language TEXT NOT NULL, simulated INTEGER NOT NULL, session TEXT NOT NULL, status TEXT NOT NULL "
+    "CHECK (status IN ('active', 'aborted')))",
+    # Answered pages. That a page is there once is a rule of the file, not of the program.
+    "CREATE TABLE pages (participant INTEGER NOT NULL REFERENCES participants, position INTEGER NOT NULL, "
+    "token TEXT NOT NULL, responses TEXT NOT NULL, facts TEXT NOT NULL, "
+    "PRIMARY KEY (participant, position), UNIQUE (participant, token))",
+    # Rows as they were made when they were answered: another version of the program makes no others of them.
+    "CREATE TABLE answers (participant INTEGER NOT NULL, position INTEGER NOT NULL, place INTEGER NOT NULL, "
+    "row TEXT NOT NULL, PRIMARY KEY (participant, position, place), "
+    "FOREIGN KEY (participant, position) REFERENCES pages (participant, position))",
+    "CREATE TABLE played (id INTEGER PRIMARY KEY AUTOINCREMENT, participant INTEGER NOT NULL REFERENCES participants, "
+    "token TEXT NOT NULL, slot TEXT NOT NULL, sha256 TEXT NOT NULL, level TEXT NOT NULL, display TEXT NOT NULL, "
+    "gain_db REAL NOT NULL, at TEXT NOT NULL)",
+    "CREATE INDEX played_by_page ON played (participant, token)",
+    "CREATE TABLE notes (id INTEGER PRIMARY KEY AUTOINCREMENT, participant INTEGER REFERENCES participants, "
+    "text TEXT NOT NULL, at TEXT NOT NULL)",
+)

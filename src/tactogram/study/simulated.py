@@ -1,0 +1,211 @@
+"""Simulated participants: programs that take a study as people do, with an effect that was put in, or none.
+
+They answer through the same interface as the participant pages, and every row of theirs says that it is simulated. They
+test the pages, the store and the analysis; they say nothing about touch.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+from scipy.special import ndtr
+
+from tactogram.study.session_store import SessionStore
+from tactogram.study.trials import Asked, Page, Participant
+from tactogram.study.wording import Language
+
+Play = Callable[[Participant, Page], None]
+
+
+class SimulatedEffect(BaseModel):
+    """What is true of simulated participants. The defaults put no effect in."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    d_prime: float = Field(default=0.0, ge=0, le=10)
+    """How well two stimuli are told apart, in sds: two_area and abx."""
+    d_prime_sd: float = Field(default=0.0, ge=0, le=10)
+    """Between participants; a negative one counts as 0."""
+    shift: dict[str, float] = Field(default_factory=dict)
+    """By how much a condition, or an item, is answered higher: mm on a VAS, steps on a scale, logits of evoking and of
+    being preferred, factors of 10 in magnitude."""
+    between_sd: float = Field(default=1.0, ge=0)
+    """Between participants, in units of ``unit``: VAS and ratings as a whole."""
+    within_sd: float = Field(default=1.0, ge=0)
+    """From answer to answer of the same participant, in units of ``unit``."""
+    threshold_db: float = Field(default=-20.0, allow_inf_nan=False)
+    """Intensity at which half of the way from guessing to certainty is gone: staircases."""
+    threshold_sd_db: float = Field(default=3.0, ge=0)
+    """Between participants."""
+    spread_db: float = Field(default=4.0, gt=0)
+    """Sd of the cumulative normal that leads from guessing to certainty."""
+    lapse: float = Field(default=0.02, ge=0, le=0.5)
+    """Share of answers that are wrong however strong it is."""
+
+
+UNIT: Mapping[str, float] = {"vas": 10.0, "steps": 1.0, "number": 0.1}
+"""What 1 stands for in ``between_sd`` and ``within_sd``: mm, steps, factors of 10."""
+AVERAGE_SHARE = 0.55
+"""Of a VAS: the paper's realism lay between 50 and 60 mm for most textures (000, Sec. IV-B)."""
+
+
+class SimulatedParticipant:
+    """One of them.
+
+    Parameters
+    ----------
+    effect : SimulatedEffect
+    seed : sequence of int
+        Its own; the same gives the same answers to the same pages.
+    """
+
+    def __init__(self, effect: SimulatedEffect, seed: Sequence[int]) -> None:
+        self.effect = effect
+        self.rng = np.random.default_rng([*seed, 0])
+        self.truth = int(seed[0])
+        self.d_prime = max(0.0, effect.d_prime + effect.d_prime_sd * self.rng.standard_normal())
+        self.threshold_db = effect.threshold_db + effect.threshold_sd_db * self.rng.standard_normal()
+        self.bias = effect.between_sd * self.rng.standard_normal()
+
+    def answer(self, page: Page) -> dict[str, str]:
+        """Return an answer to each question of a page, by key."""
+        return {asked.key: self._answer(page, asked) for asked in page.asked}
+
+    def seconds(self, page: Page) -> float:
+        """Return how long a page took, s: lognormal about 2 s for each question."""
+        return float(len(page.asked) * 2.0 * math.exp(0.4 * self.rng.standard_normal()))
+
+    def _answer(self, page: Page, asked: Asked) -> str:
+        question = asked.question
+        if page.kind == "consent":
+            return "agreed"
+        if page.kind == "questions":
+            return self._questionnaire(asked)
+        if asked.right:
+            found = self.rng.random() < self._correct(page)
+            return asked.right if found else "AB".replace(asked.right, "")
+        if page.kind == "pairwise":
+            difference = self._shift(asked) - self._shift_of(asked.other, asked.other_condition)
+            first = self.rng.random() < _logistic(difference)
+            return asked.side if first else "AB".replace(asked.side, "")
+        if page.kind == "evoked":
+            logit = self._typical(asked) + self._shift(asked) + self.bias / 2
+            return "evoked" if self.rng.random() < _logistic(logit) else "not evoked"
+        noise = self.effect.within_sd * self.rng.standard_normal()
+        if question.kind == "number":
+            told = 1.0 + self._shift(asked) + UNIT["number"] * (self.bias + noise)
+            return f"{10**told:.4g}"
+        unit = UNIT[question.kind]
+        width = question.high - question.low
+        middle = question.low + width * (
+            AVERAGE_SHARE if question.kind == "vas" else 0.5 + 0.15 * self._typical(asked)
+        )
+        value = middle + self._shift(asked) + unit * (self.bias + noise)
+        value = min(max(value, question.low), question.high)
+        return f"{value:.0f}" if question.kind == "steps" else f"{value:.1f}"
+
+    def _correct(self, page: Page) -> float:
+        """Return the probability of a correct answer."""
+        d = self.d_prime
+        if page.kind == "abx":
+            # Unbiased, independent observations: Macmillan and Creelman, Detection Theory (2nd ed.), Eq. 9.9.
+            return float(ndtr(d / math.sqrt(2)) * ndtr(d / 2) + ndtr(-d / math.sqrt(2)) * ndtr(-d / 2))
+        if page.kind == "staircase":
+            intensity = page.asked[0].values["A"]
+            sure = ndtr((intensity - self.threshold_db) / self.effect.spread_db)
+            return float(0.5 + (0.5 - self.effect.lapse) * sure)
+        return float(ndtr(d / math.sqrt(2)))
+
+    def _shift(self, asked: Asked) -> float:
+        return self._shift_of(asked.stimulus, asked.condition)
+
+    def _shift_of(self, item: str, condition: str) -> float:
+        shift = self.effect.shift
+        return shift.get(item, 0.0) + (shift.get(condition, 0.0) if condition != item else 0.0)
+
+    def _typical(self, asked: Asked) -> float:
+        """Return what a word says of an item to all: drawn, sd 1, the same for every participant and condition."""
+        text = f"{asked.stimulus}\0{asked.question.id}".encode()
+        return float(np.random.default_rng([self.truth, *text]).standard_normal())
+
+    def _questionnaire(self, asked: Asked) -> str:
+        question = asked.question
+        if question.kind == "choice":
+            return question.options[self.rng.integers(len(question.options))].value
+        if question.kind == "text":
+            return "(simulated)"
+        low = question.low if math.isfinite(question.low) else 20
+        high = question.high if math.isfinite(question.high) else max(low, 60)
+        return str(int(self.rng.integers(math.ceil(low), math.floor(high) + 1)))
+
+
+def simulate(
+    store: SessionStore,
+    count: int,
+    *,
+    effect: SimulatedEffect | None = None,
+    seed: int = 0,
+    play: Play | None = None,
+    most_pages: int | None = None,
+    progress: Callable[[int], None] = lambda done: None,
+) -> list[Participant]:
+    """Let simulated participants take a study, one after the other, and return them.
+
+    Parameters
+    ----------
+    store : SessionStore
+    count : int
+    effect : SimulatedEffect, optional
+        By default none.
+    seed : int
+        Of their answers.
+    play : callable, optional
+        Called with participant and page before each is answered, to log what is played.
+    most_pages : int, optional
+        They stop after so many pages, as if they had left.
+    progress : callable, optional
+        Called with how many are done.
+    """
+    who = []
+    for done in range(1, count + 1):
+        language: Language = store.study.languages[(done - 1) % len(store.study.languages)]
+        participant = store.enrol(language=language, simulated=True)
+        take(
+            store,
+            participant,
+            SimulatedParticipant(effect or SimulatedEffect(), (seed, participant.number)),
+            play=play,
+            most_pages=most_pages,
+        )
+        who.append(participant)
+        progress(done)
+    return who
+
+
+def take(
+    store: SessionStore,
+    participant: Participant,
+    simulated: SimulatedParticipant,
+    *,
+    play: Play | None = None,
+    most_pages: int | None = None,
+) -> int:
+    """Let one take the study to its end, or ``most_pages`` of it; return how many pages were answered."""
+    pages = 0
+    page = store.page(participant.code)
+    while page is not None and (most_pages is None or pages < most_pages):
+        if play is not None:
+            play(participant, page)
+        rt_ms = 1000 * simulated.seconds(page)
+        page = store.submit(
+            participant.code, page.token, simulated.answer(page), rt_ms={"": round(rt_ms)}
+        ).page
+        pages += 1
+    return pages
+
+
+def _logistic(x: float) -> float:
+    return 1 / (1 + math.exp(-x))

@@ -1,0 +1,159 @@
+"""A study as a TOML file says it: everything that decides what a participant meets."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tomllib
+from collections import Counter
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, field_validator, model_validator
+
+from tactogram.errors import ParameterError
+from tactogram.study import studies as _studies
+from tactogram.study.designs import DESIGNS, Design
+from tactogram.study.orders import Rule
+from tactogram.study.questions import Question
+from tactogram.study.stimuli import Grid, Stimulus
+from tactogram.study.trials import Setting
+from tactogram.study.wording import LANGUAGES, Language, Wording, wordings
+from tactogram.validation import validated
+
+Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_]{0,39}$")]
+
+
+class Study(BaseModel):
+    """What a study's file says. Unknown keys are errors."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: Name
+    """Stands in every row and in file names; lower-case letters, digits and _."""
+    title: Wording
+    description: Wording = Wording()
+    source: str = ""
+    """The paper that is reproduced."""
+    languages: tuple[Language, ...] = Field(default=LANGUAGES, min_length=1)
+    """Each text must be there in each; the first is offered first."""
+    seed: int = Field(default=0, ge=0)
+    """Of every order and side."""
+    order: Rule = "random"
+    """See `tactogram.study.orders.ordered`."""
+    display: str = "browser"
+    """On what stimuli are played: ``browser`` plays sound on the participant's device, else a display's name."""
+    level: str = "physical"
+    """How strong; as `render` takes it."""
+    rest_every: int = Field(default=0, ge=0)
+    """Trials after which a rest is offered; 0 is never."""
+    consent: Wording
+    """What a participant agrees to before anything is asked. The ethics board's text goes here."""
+    before: tuple[Question, ...] = ()
+    """Asked before the first trial. No names, no addresses."""
+    after: tuple[Question, ...] = ()
+    """Asked after the last trial."""
+    design: SerializeAsAny[Design]
+    stimuli: tuple[Stimulus, ...] = ()
+    grid: Grid | None = None
+    """Stimuli by item and condition, in addition to those that are listed."""
+
+    @field_validator("before", "after")
+    @classmethod
+    def _once(cls, questions: tuple[Question, ...]) -> tuple[Question, ...]:
+        ids = Counter(question.id for question in questions)
+        if twice := [identifier for identifier, count in ids.items() if count > 1]:
+            raise ValueError(f"question {twice[0]} is there twice")
+        return questions
+
+    @model_validator(mode="after")
+    def _whole(self) -> Self:
+        if not self.all_stimuli:
+            raise ValueError("a study needs stimuli, or a grid of them")
+        names = Counter(stimulus.name for stimulus in self.all_stimuli)
+        if twice := [name for name, count in names.items() if count > 1]:
+            raise ValueError(f"names of stimuli must differ, got {twice[0]!r} twice")
+        for place, wording in wordings(self):
+            for language in self.languages:
+                if wording and not wording.in_language(language):
+                    raise ValueError(f"{place} lacks the language {language}; give {place}.{language}")
+        self.design.check(self.setting)
+        return self
+
+    @classmethod
+    def load(cls, study: Path | str, *, changes: Mapping[str, Any] | None = None) -> Self:
+        """Read a TOML file, or one of `shipped_studies` by name; ``changes`` are values by dotted key.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such file, it is not TOML, or a key or value is not one of a study.
+        """
+        path = shipped_studies().get(str(study), Path(study))
+        try:
+            values = tomllib.loads(path.read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            names = ", ".join(shipped_studies())
+            raise ParameterError(f"{study}: no such study; shipped ones are {names}") from None
+        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+            raise ParameterError(f"{path}: not a readable study: {error}") from error
+        for key, value in (changes or {}).items():
+            *tables, last = key.split(".")
+            inner = values
+            for table in tables:
+                inner = inner.setdefault(table, {})
+                if not isinstance(inner, dict):
+                    raise ParameterError(f"{path}: {key}: {table} is no table")
+            inner[last] = value
+        values.setdefault("name", path.stem.replace("-", "_"))
+        return cls.of(values, where=str(path))
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any], *, where: str = "study") -> Self:
+        """Return the study that ``values`` describe.
+
+        Raises
+        ------
+        ParameterError
+            In one line that names the key.
+        """
+        design = values.get("design")
+        if isinstance(design, str):
+            design = {"kind": design}
+        if not isinstance(design, Mapping) or design.get("kind") not in DESIGNS:
+            got = design.get("kind") if isinstance(design, Mapping) else design
+            raise ParameterError(f"{where}: design.kind must be one of {', '.join(DESIGNS)}, got {got!r}")
+        made = validated(DESIGNS[design["kind"]], design, where=f"{where}: design")
+        return validated(cls, {**values, "design": made}, where=where)
+
+    @cached_property
+    def all_stimuli(self) -> tuple[Stimulus, ...]:
+        """Those listed and those of the grid."""
+        return (*self.stimuli, *(self.grid.stimuli() if self.grid else ()))
+
+    @cached_property
+    def setting(self) -> Setting:
+        """What its design needs to know."""
+        return Setting(self.name, self.seed, self.order, self.all_stimuli)
+
+    @property
+    def trials(self) -> int:
+        """Trials of a participant, or the most there can be."""
+        return self.design.total(self.setting)
+
+    def as_json(self) -> str:
+        """Return every resolved value; `Study.of` reads it."""
+        return json.dumps(self.model_dump(mode="json", exclude_none=True), ensure_ascii=False, sort_keys=True)
+
+    @cached_property
+    def sha256(self) -> str:
+        """Follows from every resolved value."""
+        return hashlib.sha256(self.as_json().encode()).hexdigest()
+
+
+def shipped_studies() -> dict[str, Path]:
+    """Return the studies that come with the package, by name."""
+    [folder] = map(Path, _studies.__path__)
+    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
