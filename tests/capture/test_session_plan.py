@@ -28,6 +28,12 @@ def test_every_combination_comes_as_often_as_planned(order):
     assert [t.number for t in plan.trials()] == list(range(1, 37))
 
 
+def test_lists_may_be_written_as_on_a_command_line():
+    plan = SessionPlan.load("first-try", changes={"materials": "tile, carpet", "speeds_mm_s": 150})
+    assert (plan.materials, plan.speeds_mm_s) == (("tile", "carpet"), (150.0,))
+    assert SessionPlan.of(PLAN | {"speeds_mm_s": "100,200"}).speeds_mm_s == (100.0, 200.0)
+
+
 def test_the_order_follows_from_the_seed_alone():
     plans = [SessionPlan.of(PLAN | {"seed": seed}) for seed in (1, 1, 2)]
     assert keys(plans[0]) == keys(plans[1]) != keys(plans[2])
