@@ -1,10 +1,10 @@
 import json
-import subprocess
-import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from tactogram.cli import main
 from tactogram.errors import DeviceError, ParameterError
 from tactogram.jobs.actuators import calibrate, play, transducer
 from tactogram.jobs.render import render
@@ -13,9 +13,17 @@ from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
 
 
-def run(*arguments):
-    command = [sys.executable, "-m", "tactogram.cli", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
+@pytest.fixture(name="run")
+def run_fixture(capsys):
+    """Return a function that runs a command line and returns its exit code, what it printed and what it complained."""
+
+    def run(*arguments):
+        capsys.readouterr()
+        code = main([str(argument) for argument in arguments])
+        said = capsys.readouterr()
+        return SimpleNamespace(returncode=code, stdout=said.out, stderr=said.err)
+
+    return run
 
 
 def write_pairs(path):
@@ -36,7 +44,7 @@ def test_a_table_becomes_a_calibration_per_person(tmp_path):
     assert (tmp_path / "c.toml").read_text().count("[[calibration]]") == 2
 
 
-def test_the_command_line_says_whether_the_square_law_holds(tmp_path):
+def test_the_command_line_says_whether_the_square_law_holds(tmp_path, run):
     done = run("calibrate", write_pairs(tmp_path / "pairs.csv"), "--out", tmp_path / "c.toml")
     assert done.returncode == 0, done.stderr
     assert "not contradicted" in done.stdout
@@ -104,7 +112,7 @@ def test_a_calibration_that_does_not_fit_is_refused(friction, display, person, c
     assert not (friction / "d.npz").exists()
 
 
-def test_a_person_needs_a_calibration(friction):
+def test_a_person_needs_a_calibration(friction, run):
     done = run("render", friction / "mu.npz", "--display", "electrovibration", "--level", "physical",
                "--person", "anna", "--out", friction / "d.npz")  # fmt: skip
     assert done.returncode == 1
@@ -118,7 +126,7 @@ def test_nothing_is_written_where_nothing_can_be_said(tmp_path):
     assert not (tmp_path / "c.toml").exists()
 
 
-def test_a_measured_sweep_gives_carrier_and_q(tmp_path):
+def test_a_measured_sweep_gives_carrier_and_q(tmp_path, run):
     f = np.linspace(27_400, 29_000, 81)
     y = preset("finger").admittance(f)
     lines = [f"{a},{b.real},{b.imag}" for a, b in zip(f, y, strict=True)]
@@ -177,6 +185,21 @@ def test_a_rendered_envelope_reaches_the_device(drive):
     assert devices[1].looped == 2.0
 
 
+def test_a_drive_that_does_not_begin_at_rest_is_faded(tmp_path):
+    devices = []
+
+    def opened(wanted):
+        devices.append(SimulatedDevice(wanted))
+        return devices[-1]
+
+    write_signal(tmp_path / "step.npz", Signal(np.full(1600, 1.0), 8000, "V"))
+    play(tmp_path / "step.npz", "ultrasonic-envelope", opened=opened)
+    sent = devices[0].played.samples[0]
+    assert sent[[0, -1]] == pytest.approx([0, 0])
+    assert np.abs(np.diff(sent)).max() < 0.05
+    assert sent[800] == pytest.approx(1)
+
+
 def test_what_is_no_drive_of_the_display_never_reaches_the_device(drive, tmp_path):
     with pytest.raises(ParameterError, match="no carrier that a device could make"):
         play(drive, "voice-coil")
@@ -191,7 +214,7 @@ def test_what_is_no_drive_of_the_display_never_reaches_the_device(drive, tmp_pat
         play(tmp_path / "x.csv", "ultrasonic-envelope")
 
 
-def test_without_a_device_it_is_one_line(drive):
+def test_without_a_device_it_is_one_line(drive, run):
     pytest.importorskip("dwfpy")
     with pytest.raises(DeviceError, match="WaveForms"):
         play(drive, "ultrasonic-envelope")

@@ -147,10 +147,10 @@ def test_what_comes_out_is_the_envelope_and_ends_in_silence():
         played = np.array(channel.played)
         channel.setup(amplitude=heard[0])
         volts = channel.output(played)
-    np.testing.assert_allclose(volts[800:-800], sent.samples[0], atol=1e-6)
+    np.testing.assert_allclose(volts[800:-16_384], sent.samples[0], atol=1e-6)
     assert not volts[:800].any()
-    assert not volts[-800:].any()
-    assert device.facts()["sent_samples"] == len(sent) + 800
+    assert not volts[-16_384:].any()
+    assert device.facts()["sent_samples"] == len(sent) + 16_384
     assert (channel.running, module.closed) == (False, True)
 
 
@@ -188,11 +188,22 @@ def test_a_loop_stops_by_itself():
             device.loop(long, 1.0)
 
 
+@pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_loop_is_never_for_ever(seconds):
+    module = SimulatedDwf()
+    with opened(module) as device:
+        with pytest.raises(ParameterError, match="seconds > 0"):
+            device.loop(envelope(), seconds)
+        assert not module.channels[0].running
+        assert module.channels[0].nodes[0].amplitude == 0
+
+
 def test_a_killed_program_leaves_a_device_that_stops_soon_after():
     module = SimulatedDwf()
     with opened(module) as device:
         device.play(envelope(seconds=0.4))
-        assert 0.4 < module.channels[0].run_length < 1.6
+        # Buffer and margin beyond the drive.
+        assert 0.4 < module.channels[0].run_length < 0.4 + 16_384 / 16_000 + 1.2
 
 
 def test_a_stream_longer_than_it_said_is_stopped():

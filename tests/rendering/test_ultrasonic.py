@@ -253,3 +253,15 @@ def test_a_gain_is_parts_of_full_modulation_per_unit():
 def test_a_limit_below_the_settings_is_refused():
     with pytest.raises(ParameterError, match=r"limit of 1 V is below the 1\.1 V"):
         fit(tone(100), open_display("ultrasonic-envelope", changes={"limit": 1.0}), level=Level("peak", 1.0))
+
+
+def test_a_loop_is_rendered_without_a_fade():
+    t = np.arange(2000) / 2000
+    steady = Signal(np.cos(2 * np.pi * 100 * t).astype(np.float32), 2000, "1")
+    looped = open_display("ultrasonic-envelope", changes={"ultrasonic.loop": True})
+    drive = fit(steady, looped, level=Level("peak", 1.0))
+    x = drive.signal.samples[0]
+    # The end goes on with the beginning, and every period is as strong as the others.
+    assert abs(x[-1] - x[0]) < 3 * np.abs(np.diff(x)).max()
+    assert x[:160].max() == pytest.approx(x[8000:8160].max(), rel=1e-3)
+    assert any("one period of a loop" in words for words in drive.report.scaled)

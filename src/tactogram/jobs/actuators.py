@@ -11,6 +11,7 @@ from tactogram.rendering import electrovibration, ultrasonic
 from tactogram.rendering.catalogue import open_display
 from tactogram.rendering.digilent import AnalogDiscovery, generator
 from tactogram.rendering.friction_calibration import calibrated, read_pairs, write_calibrations
+from tactogram.rendering.safety import safe
 from tactogram.rendering.transducer import fitted, read_sweep
 from tactogram.signal.io import read_signal
 
@@ -109,7 +110,8 @@ def play(
     Parameters
     ----------
     file : Path or str
-        A drive as `render` writes it for a display whose output is ``envelope``: one axis, V.
+        A drive as `render` writes it for a display whose output is ``envelope``: one axis, V. One that does not begin
+        and end at 0 V is faded, unless it is looped.
     display : str
         That display, by name or file: its carrier and limits.
     device : str
@@ -159,6 +161,9 @@ def play(
             f"{known.name}: render it for this display"
         )
     drive = drive.with_samples(drive.samples.clip(0, known.limit))
+    ends = float(max(drive.samples[0, 0], drive.samples[0, -1]))
+    if loop_s is None and ends > 0.01 * known.limit:
+        drive, _ = safe(drive.with_samples(drive.samples, axes=known.channels), known.of(rate=drive.rate))
     with opened(generator(settings, channel=channel, serial=serial)) as output:
         if loop_s is None:
             output.play(drive)

@@ -142,7 +142,7 @@ def calibrated_display(
     """
     if display.family != "electrovibration":
         raise ParameterError(
-            f"{display.name}: a calibration of friction is for an electrovibration display, this one is {display.family}"
+            f"{display.name}: a calibration is for an electrovibration display, this one is {display.family}"
         )
     found = calibration_of(calibration, person)
     constants = found.settings()

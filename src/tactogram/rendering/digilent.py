@@ -11,6 +11,7 @@ is whether its AM node streams (``play``); where it does not say so, `AnalogDisc
 from __future__ import annotations
 
 import ctypes
+import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -192,6 +193,8 @@ class AnalogDiscovery:
                 f"{self.name}: its AM node does not stream; play a loop that fits its buffer instead"
             )
         prefill = np.full(max(2, int(PREFILL_S * rate)), OFF)
+        # As many as the buffer holds: once they are in it, all that was sent before them has come out.
+        silence = np.full(max(len(prefill), int(self._node.data_samples_max)), OFF)
         seconds = envelope.seconds if isinstance(envelope, Signal) else longest_s
         try:
             with device_errors(self.name, library="dwfpy"):
@@ -202,13 +205,12 @@ class AnalogDiscovery:
                     offset=0.0,
                     data_samples=prefill.tolist(),
                 )
-                self._channel.run_length = seconds + 2 * len(prefill) / rate + MARGIN_S
+                self._channel.run_length = seconds + (2 * len(prefill) + len(silence)) / rate + MARGIN_S
                 self._carrier(on=True)
                 self._channel.configure(start=True)
                 for block in blocks:
                     self._send(am_data(block, self.wanted.peak_v))
-                # Behind the last block comes silence, until nothing else is in the buffer.
-                self._send(np.full(len(prefill), OFF))
+                self._send(silence)
                 self._sleep(len(prefill) / rate)
         finally:
             self._silence()
@@ -221,11 +223,13 @@ class AnalogDiscovery:
         Raises
         ------
         ParameterError
-            If the period does not fit the buffer.
+            If the period does not fit the buffer, or ``seconds`` is not a time: 0 would be for ever to the device.
         DeviceError
             If the device went away.
         """
         self._opened()
+        if not (math.isfinite(seconds) and seconds > 0):
+            raise ParameterError(f"a loop lasts a number of seconds > 0, got {seconds:g}")
         (data,), rate = _blocks(envelope, None)
         most = int(self._node.data_samples_max)
         if len(data) > most:

@@ -156,8 +156,7 @@ def drive(
     rms = more["highest_v"] / math.sqrt(2)
     if settings.calibrated_to_v_rms is not None and rms > settings.calibrated_to_v_rms * (1 + 1e-3):
         sentences["scaled"].append(
-            f"up to {rms:.3g} V rms, but calibrated to {settings.calibrated_to_v_rms:g} V rms only: what is beyond is a "
-            "guess"
+            f"up to {rms:.3g} V rms, but calibrated to {settings.calibrated_to_v_rms:g} V rms only: beyond it is a guess"
         )
     return Signal(raw.samples, display.rate, "V", display.channels), {**facts, **more, **sentences}
 

@@ -148,6 +148,12 @@ class Guard:
         """Return what is sent while nothing comes: a fade from the last sample to rest, float32, (channel, time)."""
         return self._sent(np.repeat(self._held, length, axis=1), to=0.0)
 
+    def leaving(self, block: NDArray[np.floating]) -> NDArray[np.float32]:
+        """Return a block as `process`, faded to rest: what a drive still has to say while nothing comes."""
+        if self.fault is not None or block.ndim != 2 or not np.isfinite(block).all():
+            return self.missing(block.shape[-1])
+        return self._sent(np.clip(block.astype(np.float64), self._low, self._high), to=0.0)
+
     def _sent(self, x: NDArray[np.float64], *, to: float) -> NDArray[np.float32]:
         count = x.shape[1]
         if count == 0:

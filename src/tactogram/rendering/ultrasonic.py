@@ -141,7 +141,11 @@ def drive(
         band=display.band or BAND,
         fade_s=0.0,
     )
-    facts |= _sentences(facts, words)
+    facts |= _sentences(facts, words) | {"faded": settings.loop}
+    if settings.loop:
+        facts["scaled"].append(
+            "nothing faded: it is one period of a loop, and whoever plays it begins and ends it"
+        )
     return Signal(raw.samples, display.rate, "V", display.channels), facts
 
 

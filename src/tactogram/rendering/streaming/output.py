@@ -3,6 +3,7 @@
 `tactogram.rendering.fit` sees a whole signal; a stream has only the past. So a *rehearsal* (seconds of the same
 textures under a simulated hand) is fitted first, with its level and its report, and what it found is kept: one factor,
 and the equaliser's magnitude as a filter of least phase, which is causal and as quick as that magnitude allows.
+An electrovibration display needs no rehearsal: the whole of its surface is known.
 """
 
 from __future__ import annotations
@@ -15,13 +16,16 @@ from numpy.typing import NDArray
 from scipy import signal as dsp
 
 from tactogram.errors import ParameterError
-from tactogram.rendering import linear, ultrasonic
+from tactogram.rendering import electrovibration, linear, ultrasonic
 from tactogram.rendering.display import Display
+from tactogram.rendering.electrovibration_stream import ElectrovibrationStream
 from tactogram.rendering.fit import fit
 from tactogram.rendering.level import Level
 from tactogram.rendering.levelled import kinematic_power
 from tactogram.rendering.modulation import StreamPreEmphasis
 from tactogram.rendering.safety import Guard
+from tactogram.rendering.streaming.following import MotionBlock
+from tactogram.rendering.streaming.surface import SurfaceTexture
 from tactogram.signal.signal import Signal
 
 Array = NDArray[np.float64]
@@ -39,8 +43,11 @@ class StreamDrive(Protocol):
 
     delay_s: float
 
-    def process(self, block: Block) -> Array:
-        """Return the drive of a block, float64, shape (channel, time), of ``block``, float32, (axis, time)."""
+    def process(self, block: Block, motion: MotionBlock | None) -> Array:
+        """Return the drive of a block, float64, shape (channel, time), of ``block``, float32, (axis, time).
+
+        ``motion`` is the finger over this block, None while nothing is known of it.
+        """
         ...
 
     def facts(self) -> dict[str, Any]:
@@ -54,9 +61,15 @@ class DisplayOutput:
     Parameters
     ----------
     display : Display
-    rehearsal : Signal
-        Some seconds of what will be streamed, at the display's rate: its level decides the factor.
+    rehearsed : Signal or SurfaceTexture
+        Some seconds of what will be streamed, at the display's rate: its level decides the factor. For an
+        electrovibration display the surface itself.
     level : Level
+
+    Attributes
+    ----------
+    clipped : int
+        Samples that were beyond the display's limits, of all channels.
 
     Raises
     ------
@@ -64,27 +77,48 @@ class DisplayOutput:
         If the display's family cannot be streamed to, or the level has no meaning for it.
     """
 
-    def __init__(self, display: Display, rehearsal: Signal, *, level: Level) -> None:
+    def __init__(self, display: Display, rehearsed: Signal | SurfaceTexture, *, level: Level) -> None:
         makers: dict[str, Callable[[Display, str, Mapping[str, Any]], StreamDrive]] = {
             "linear": LinearDrive,
             "ultrasonic": UltrasonicDrive,
         }
-        if display.family not in makers:
+        if display.family not in (*makers, "electrovibration"):
             raise ParameterError(
                 f"{display.name}: a {display.family} display cannot be streamed to so far; "
-                f"streaming is for {' and '.join(makers)} displays: render a file for it instead"
+                f"streaming is for {', '.join(makers)} and electrovibration displays: render a file for it instead"
             )
         self.display = display
-        self.report = fit(rehearsal, display, level=level).report
-        self.drive: StreamDrive = makers[display.family](display, rehearsal.unit, self.report.facts)
+        self.drive: StreamDrive
+        if display.family == "electrovibration":
+            if not isinstance(rehearsed, SurfaceTexture):
+                raise ParameterError(
+                    f"{display.name}: streams one surface, a friction coefficient over displacement; got "
+                    "what is not a surface"
+                )
+            self.drive = ElectrovibrationDrive(display, rehearsed, level)
+            self.rehearsal: dict[str, Any] | None = None
+        else:
+            if not isinstance(rehearsed, Signal):
+                raise ParameterError(f"{display.name}: the level is found on a signal, got a surface")
+            report = fit(rehearsed, display, level=level).report
+            self.drive = makers[display.family](display, rehearsed.unit, report.facts)
+            self.rehearsal = report.as_json()
         self.guard = Guard(display)
+        self.clipped = 0
 
-    def process(self, block: Block) -> Block:
+    def process(self, block: Block, motion: MotionBlock | None = None) -> Block:
         """Return the drive that may be sent, float32, shape (channel, time)."""
-        return self.guard.process(self.drive.process(block))
+        drive = self.drive.process(block, motion)
+        # By more than a float's rounding: what is made to reach the limit is not clipped by it.
+        over = (drive > self.display.limit * (1 + 1e-6)) | (drive < self.display.floor - 1e-6 * self.display.limit)
+        self.clipped += int(np.count_nonzero(over))
+        return self.guard.process(drive)
 
     def missing(self, count: int) -> Block:
         """Return what is sent while there is nothing to send: a fade to rest, then rest."""
+        if isinstance(self.drive, ElectrovibrationDrive):
+            # Its carrier goes on while it fades: held at an instant it would be a direct voltage.
+            return self.guard.leaving(self.drive.process(np.zeros((1, count), np.float32), None))
         return self.guard.missing(count)
 
     def facts(self) -> dict[str, Any]:
@@ -94,7 +128,8 @@ class DisplayOutput:
             "family": self.display.family,
             "unit": self.display.unit,
             "limit": self.display.limit,
-            "rehearsal": self.report.as_json(),
+            "rehearsal": self.rehearsal,
+            "clipped_samples": self.clipped,
             **self.drive.facts(),
         }
 
@@ -116,7 +151,7 @@ class LinearDrive:
         turn = 2 * np.pi * 0.02 * REFERENCE_HZ
         self.delay_s = float(-np.angle(response[1] / response[0]) / turn)
 
-    def process(self, block: Block) -> Array:
+    def process(self, block: Block, motion: MotionBlock | None = None) -> Array:
         """Return the drive, one axis on every channel, or an axis per channel."""
         x = block * self._factor
         if len(self._taps) > 1:
@@ -166,7 +201,7 @@ class UltrasonicDrive:
         self._sent = 0
         self.limited = 0
 
-    def process(self, block: Block) -> Array:
+    def process(self, block: Block, motion: MotionBlock | None = None) -> Array:
         """Return the drive, float64, shape (1, time)."""
         s = self._settings
         x = np.asarray(block[:1], np.float64) / self._full_scale
@@ -189,6 +224,47 @@ class UltrasonicDrive:
             "over_modulated_samples": self.limited,
             "minus_3_db_hz": None if self._lead is None else self._lead.minus_3_db_hz,
         }
+
+
+class ElectrovibrationDrive:
+    """A surface's friction as a voltage at the finger's place; see `ElectrovibrationStream`.
+
+    It plays the surface itself and not the engine's blocks of it: hysteresis, slew and watchdog are its own, and
+    transients of landings, which are no friction, are left out. Beyond the surface's ends it is mirrored.
+    """
+
+    delay_s = 0.0
+
+    def __init__(self, display: Display, surface: SurfaceTexture, level: Level) -> None:
+        settings = display.settings
+        if not isinstance(settings, electrovibration.Settings):
+            raise ParameterError(f"{display.name}: expected an electrovibration display, got {display.family}")
+        if settings.peak_v > display.limit * (1 + 1e-9):
+            raise ParameterError(
+                f"{display.name}: its limit of {display.limit:g} V is below the {settings.peak_v:g} V that its "
+                "settings allow; lower v_max"
+            )
+        self._along = surface.along
+        self._stream = ElectrovibrationStream(
+            surface.signal,
+            settings,
+            rate=display.rate,
+            level=level,
+            highest_hz=display.band[1] if display.band else electrovibration.HIGHEST_HZ,
+        )
+
+    def process(self, block: Block, motion: MotionBlock | None = None) -> Array:
+        """Return the voltage at the generator, float64, shape (1, time); ``block`` says only how long it is."""
+        count = block.shape[1]
+        if motion is None or motion.count != count:
+            return np.asarray(self._stream.process(None, count)[None], np.float64)
+        place = {"path": motion.path_mm, "x": motion.x_mm, "y": motion.y_mm}[self._along]
+        touching = bool(motion.contact[:count].any())
+        return np.asarray(self._stream.process(place[:count], count, contact=touching)[None], np.float64)
+
+    def facts(self) -> dict[str, Any]:
+        """Return what was scaled and clipped of the whole surface, and what cannot be reached."""
+        return {"fitted": self._stream.facts}
 
 
 def _equaliser(display: Display, settings: linear.Settings, motion: int) -> Array:

@@ -130,7 +130,7 @@ class Stream:
                 return rendered
             if not self._heard:
                 return self.output.missing(count)
-            block = self.output.process(rendered)
+            block = self.output.process(rendered, self.engine.follower.block)
             if self.output.guard.fault is not None:
                 raise ParameterError(self.output.guard.fault)  # noqa: TRY301
         except Exception as error:  # whatever it was, the actuator goes to rest first

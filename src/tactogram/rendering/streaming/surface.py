@@ -86,6 +86,8 @@ class SurfaceTexture:
             signal = over_displacement(signal, speed_mm_s)
         self.name, self.unit, self.axes, self.along = name, signal.unit, signal.axes, along
         self.holds_at_rest = signal.unit == "1"
+        self.signal = signal
+        """What is laid out, over displacement."""
         loop = looped(signal)
         self.length_mm = loop.length_mm
         copies = 1 + max(0, math.ceil(2 * math.log2(FASTEST_MM_S * signal.rate / rate))) + 1
