@@ -99,10 +99,21 @@ def test_a_bad_take_can_be_accepted_all_the_same_and_says_so(tmp_path, played):
     assert recording.labels["verdict"].startswith("bad: ")
 
 
-def test_a_session_of_another_plan_is_refused(tmp_path, played):
-    run(tmp_path / "s", played(), answers="q\n")
+@pytest.mark.parametrize("answers", ["b\na\nq\n", "s\nq\n"])
+def test_a_session_of_another_plan_is_refused_once_something_is_kept(tmp_path, played, answers):
+    run(tmp_path / "s", played(), answers=answers)
     with pytest.raises(DataError, match="another plan"):
         run(tmp_path / "s", played(), plan=PLAN | {"materials": ["cork", "wool"]})
+
+
+def test_a_session_of_which_nothing_was_kept_may_have_another_plan(tmp_path, played):
+    run(tmp_path / "s", played(), answers="q\n")
+    other = PLAN | {"materials": ["cork", "wool"]}
+    run(tmp_path / "s", played(), plan=other, answers="b\na\nq\n")
+    result, said = run(tmp_path / "s", played(), plan=other)
+    assert (result["accepted"], result["left"]) == (3, 0)
+    assert "1 of 4 takes are in the store" in said
+    assert [(r.material, r.speed_mm_s) for r in stored(tmp_path / "s")] == order(other)
 
 
 def test_two_sessions_share_a_store(tmp_path, played):

@@ -80,24 +80,26 @@ class Progress:
 def progress_of(plan: SessionPlan, session: str, journal: Journal, store: Store | None) -> Progress:
     """Return how far a session is, out of its diary and the store.
 
+    A session of which nothing was kept may be begun anew with another plan.
+
     Raises
     ------
     DataError
         If the session was begun with another plan.
     """
     trials = plan.trials()
+    taken = [] if store is None else [info for info in store.index if info.session == session]
     if begun := journal.of("begun"):
-        if begun[0]["plan"] != plan.sha256:
+        if begun[-1]["plan"] != plan.sha256:
+            if not taken and not journal.of("skipped"):
+                return Progress(trials, frozenset(), frozenset())
             raise DataError(
                 f"{journal.folder}: session {session!r} was begun with another plan; go on with that one "
                 f"(it stands in {journal.path}), or give --session another name"
             )
         # As it was drawn then: another numpy may draw another order from the same seed.
-        trials = tuple(Trial(**entry) for entry in begun[0]["order"])
-    accepted = set()
-    for info in () if store is None else store.index:
-        if info.session == session and info.labels.get("plan") == plan.sha256[:16]:
-            accepted.add(int(info.labels["trial"]))
+        trials = tuple(Trial(**entry) for entry in begun[-1]["order"])
+    accepted = {int(info.labels["trial"]) for info in taken if info.labels.get("plan") == plan.sha256[:16]}
     skipped = {int(entry["trial"]) for entry in journal.of("skipped")} - accepted
     return Progress(trials, frozenset(accepted), frozenset(skipped))
 
@@ -172,7 +174,8 @@ class Session:
         SourceLost
             If the source went away. What was accepted is in the store.
         """
-        if not self._journal.of("begun"):
+        begun = self._journal.of("begun")
+        if not begun or begun[-1]["plan"] != self.plan.sha256:
             order = [vars(trial) for trial in self.progress.trials]
             values = self.plan.model_dump(mode="json")
             self._journal.write("begun", {"plan": self.plan.sha256, "order": order, "values": values})
