@@ -5,10 +5,11 @@ import json
 import numpy as np
 import pytest
 
+import tactogram
 from tactogram.cli import main
 from tactogram.datasets import create_store
 from tactogram.errors import ParameterError
-from tactogram.jobs.stream import StreamSettings, latency_lines, stream
+from tactogram.jobs.stream import StreamSettings, latency_lines, stream, underrun_line
 from tactogram.jobs.training import train
 from tactogram.signal import Signal
 from tactogram.signal.io import read_metadata, read_signal, write_signal
@@ -133,3 +134,49 @@ def test_the_verb_prints_a_table_and_json(textures, capsys, tmp_path):
     assert result["latency"]["block_ms"] == 5.0
     assert main([*arguments, "--motion", str(tmp_path / "none.csv")]) == 1
     assert "none.csv" in capsys.readouterr().err
+
+
+def test_underruns_say_whose_they_are_and_what_helps():
+    def line(worked_ms, *, asked=False, granted=False, underruns=7):
+        return underrun_line(
+            {
+                "latency": {
+                    "underruns": underruns,
+                    "block_ms": 5.0,
+                    "compute": {"count": 1000},
+                    "processor": {"p99_ms": worked_ms},
+                },
+                "device": {"realtime_priority": granted},
+                "realtime_asked": asked,
+            }
+        )
+
+    assert line(1.0, underruns=0) == "underruns: 0"
+    assert line(1.0).startswith("underruns: 7 of 1000 blocks")
+    assert "other programs" in line(1.0)
+    assert "--realtime" in line(1.0)
+    assert "not granted" in line(1.0, asked=True)
+    assert "--realtime" not in line(1.0, asked=True, granted=True)
+    assert "fewer textures" in line(9.0)
+
+
+def test_friction_is_streamed_to_an_electrovibration_display(textures, tmp_path):
+    x = np.arange(2000) / 40
+    mu = Signal((0.35 + 0.03 * np.sin(np.pi * x)).astype(np.float32), 40, "1", ("mu",), domain="displacement")
+    write_signal(tmp_path / "mu.npz", mu)
+    out = tmp_path / "sent.npz"
+    result = tactogram.stream(
+        tmp_path / "mu.npz",
+        StreamSettings(backend="file", seconds=1.0),
+        display="electrovibration",
+        level="physical",
+        out=out,
+    )
+    sent = read_signal(out)
+    assert (sent.rate, sent.unit) == (48_000, "V")
+    assert 30 < np.abs(sent.samples).max() <= 141
+    assert result["display"]["rehearsal"] is None
+    assert result["display"]["fitted"]["mu_wanted"]
+    json.dumps(result, allow_nan=False)
+    with pytest.raises(ParameterError, match="one surface at a time"):
+        to_file([textures], mix={"cork": 1.0}, display="electrovibration", level="physical")

@@ -26,7 +26,7 @@ from tactogram.rendering.streaming.network import NetworkBlocks, NetworkMotion, 
 from tactogram.rendering.streaming.output import DisplayOutput
 from tactogram.rendering.streaming.recorded_motion import MotionFile, MouseMotion
 from tactogram.rendering.streaming.stream import Stream
-from tactogram.rendering.streaming.surface import Along
+from tactogram.rendering.streaming.surface import Along, SurfaceTexture
 from tactogram.rendering.streaming.textures import StreamingTexture
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
@@ -78,8 +78,8 @@ class StreamSettings:
 
 
 def stream(
-    sources: Sequence[str | Path],
-    settings: StreamSettings,
+    sources: Sequence[str | Path] | str | Path,
+    settings: StreamSettings | None = None,
     *,
     mix: Mapping[str, float] | None = None,
     mix_to: Mapping[str, float] | None = None,
@@ -97,9 +97,10 @@ def stream(
 
     Parameters
     ----------
-    sources : sequence of path
+    sources : path or sequence of path
         Runs of generators and signal files; ``options`` are passed to `read_signal`.
-    settings : StreamSettings
+    settings : StreamSettings, optional
+        By default ten seconds under a simulated hand, to a device that plays to nobody.
     mix, mix_to : mapping, optional
         Weights by material or file stem; with ``mix_to`` they go there evenly over the whole time.
     display, level : str, optional
@@ -118,13 +119,16 @@ def stream(
     -------
     dict
         `Stream.facts`, and ``backend``, ``seconds``, ``simulated`` (motion or textures), ``textures_simulated``,
-        ``interrupted`` (from the keyboard), ``device``, ``network``, ``blocks``, ``file``, ``figure``.
+        ``interrupted`` (from the keyboard), ``realtime_asked``, ``device``, ``network``, ``blocks``,
+        ``file``, ``figure``.
 
     Raises
     ------
     TactogramError
         If an option is wrong, or something failed on the way (after the display was brought to rest).
     """
+    settings = settings or StreamSettings()
+    sources = [sources] if isinstance(sources, str | Path) else sources
     _check(settings, display, level)
     opened = None if display is None else open_display(display)
     rate = LEAST_RATE if opened is None else opened.rate
@@ -142,7 +146,11 @@ def stream(
     contact = ContactSettings(gain=settings.tap_gain)
     output = None
     if opened is not None and level is not None:
-        rehearsed = _rehearsal(textures, weights, contact, rate, most, settings.seed)
+        rehearsed: Signal | SurfaceTexture
+        if opened.family == "electrovibration":
+            rehearsed = _only_surface(textures, opened.name)
+        else:
+            rehearsed = _rehearsal(textures, weights, contact, rate, most, settings.seed)
         output = DisplayOutput(opened, rehearsed, level=parse_level(level))
     clock = Clock()
     motion = _motion(settings, clock)
@@ -165,6 +173,7 @@ def stream(
         "simulated": simulated or motion.simulated,
         "textures_simulated": simulated,
         "interrupted": running.ends_s < 0,
+        "realtime_asked": settings.realtime,
         **device,
     }
     return facts | _written(running, facts, out, figure)
@@ -194,13 +203,46 @@ def latency_lines(facts: Mapping[str, Any]) -> list[str]:
     return [
         *rows,
         f"blocks of {latency['block_ms']:g} ms; {added}; not in the table",
-        f"underruns: {latency['underruns']}",
+        underrun_line(facts),
         f"{of}motion: {motion['used']} samples used, {dropped} dropped ({motion['late']} late, "
         f"{motion['out_of_order']} out of order, {motion['invalid']} invalid), "
         f"connection lost {motion['lost_connections']} times",
         "states: " + ", ".join(f"{name} {100 * share:.0f} %" for name, share in facts["states"].items()),
         f"landings: {facts['landings']}",
+        *_clipped_lines(facts),
     ]
+
+
+def _clipped_lines(facts: Mapping[str, Any]) -> list[str]:
+    """Return what of the drive was cut off, if anything was."""
+    display = facts.get("display", {})
+    count = display.get("clipped_samples", 0) + display.get("over_modulated_samples", 0)
+    return (
+        [f"clipped: {count} samples beyond the limits of {display['display']}; lower --level"]
+        if count
+        else []
+    )
+
+
+def underrun_line(facts: Mapping[str, Any]) -> str:
+    """Return how many blocks were not ready in time, why as far as it can be told, and what helps."""
+    latency = facts["latency"]
+    count, of = latency["underruns"], latency["compute"]["count"]
+    if not count:
+        return "underruns: 0"
+    line = f"underruns: {count} of {of} blocks"
+    worked = latency["processor"]["p99_ms"]
+    if worked is not None and worked > latency["block_ms"]:
+        return f"{line}; the blocks themselves take too long: stream fewer textures at a time"
+    line += "; the blocks were quick enough, other programs had the processor"
+    granted = facts.get("device", {}).get("realtime_priority")
+    if facts.get("realtime_asked"):
+        return (
+            line
+            if granted
+            else f"{line}; real-time priority was asked for and not granted (docs/streaming.md)"
+        )
+    return f"{line}: end them, or try --realtime"
 
 
 def _check(settings: StreamSettings, display: str | None, level: str | None) -> None:
@@ -238,6 +280,15 @@ def _motion(settings: StreamSettings, clock: Clock) -> MotionSource:
             host, port = parse_address(settings.listen or "127.0.0.1")
             return NetworkMotion(host=host, port=port, clock=clock.now)
     return MotionFile(settings.motion)
+
+
+def _only_surface(textures: Sequence[StreamingTexture], display: str) -> SurfaceTexture:
+    if len(textures) != 1 or not isinstance(textures[0], SurfaceTexture):
+        raise ParameterError(
+            f"{display}: streams one surface at a time, a friction coefficient over displacement (or over time, with "
+            f"--speed); got {', '.join(texture.name for texture in textures)}"
+        )
+    return textures[0]
 
 
 def _rehearsal(

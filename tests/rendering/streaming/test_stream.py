@@ -31,6 +31,7 @@ from tactogram.rendering.streaming.latency import Durations
 from tactogram.rendering.streaming.output import DisplayOutput, least_phase
 from tactogram.rendering.streaming.recorded_motion import MotionFile, MouseMotion, mouse_step
 from tactogram.rendering.streaming.stream import Stream
+from tactogram.rendering.streaming.surface import SurfaceTexture
 from tactogram.rendering.streaming.textures import AutoregressiveTexture, TextureTable
 from tactogram.signal import Signal
 
@@ -415,3 +416,59 @@ def test_a_mouse_that_is_not_there_is_one_line(tmp_path):
 def test_a_stream_and_its_display_have_one_rate(engine, output):
     with pytest.raises(ParameterError, match="display's 8000 Hz"):
         Stream(engine(rate=16_000.0, most=80), output())
+
+
+def friction(k=0.5, *, mu=0.35, swing=0.03):
+    """A friction coefficient with ridges, k of them per mm, 40 mm long."""
+    x = np.arange(1600) / 40
+    return Signal(
+        (mu + swing * np.sin(2 * np.pi * k * x)).astype(np.float32), 40.0, "1", ("mu",), domain="displacement"
+    )
+
+
+def test_electrovibration_is_friction_at_the_fingers_place(script):
+    """At 50 mm/s over 0.5 ridges per mm the square of the voltage goes at 25 Hz, as the square law asks."""
+    display = open_display("electrovibration")
+    most = int(0.005 * display.rate)
+    surface = SurfaceTexture("mu", friction(), rate=display.rate, along="x")
+    motion = script(lambda t: 50 * t, lambda t: 0.5)
+    engine = Engine([surface], motion, rate=display.rate, most=most)
+    stream = Stream(engine, DisplayOutput(display, surface, level=parse_level("physical")), record_s=1.0)
+    run_unpaced(stream, seconds=0.8)
+    assert stream.error is None
+    sent = stream.recorded[0].astype(np.float64)
+    assert np.abs(sent).max() <= 141.0
+    middle = sent[int(0.2 * display.rate) : int(0.7 * display.rate)]
+    square = np.convolve(2 * middle**2, np.ones(48) / 48, "same")[100:-100]
+    settings = display.settings
+    t = np.arange(len(square)) / display.rate
+    basis = np.stack([np.ones_like(t), np.sin(2 * np.pi * 25 * t), np.cos(2 * np.pi * 25 * t)])
+    mean, a, b = np.linalg.lstsq(basis.T, square, rcond=None)[0]
+    # mu = mu_0 (1 + k_e V_rms^2 / F): the amplitude's square is twice that of V_rms.
+    per_mu = 2 * settings.normal_force_n / (settings.newton_per_v2 * settings.mu_0)
+    assert mean == pytest.approx(per_mu * 0.05, rel=0.03)
+    assert np.hypot(a, b) == pytest.approx(per_mu * 0.03, rel=0.05)
+    assert sent[-1] == 0.0
+
+
+def test_electrovibration_has_no_voltage_once_the_finger_is_lost(script):
+    display = open_display("electrovibration")
+    most = int(0.005 * display.rate)
+    surface = SurfaceTexture("mu", friction(), rate=display.rate, along="x")
+    engine = Engine([surface], script(lambda t: 50 * t, end=0.3), rate=display.rate, most=most)
+    stream = Stream(engine, DisplayOutput(display, surface, level=parse_level("physical")), record_s=0.6)
+    run_unpaced(stream, seconds=0.6)
+    sent = stream.recorded[0]
+    assert np.abs(sent[int(0.25 * display.rate) : int(0.3 * display.rate)]).max() > 50
+    assert not sent[int(0.45 * display.rate) :].any()
+    # Its carrier fades: no direct voltage is left of it.
+    fading = sent[int(0.38 * display.rate) : int(0.45 * display.rate)]
+    assert abs(float(fading.mean())) < 0.5
+
+
+def test_what_the_limits_cut_off_is_counted(engine, output):
+    quiet_one, loud = output(level="gain=0.01"), output(level="gain=1000")
+    for made in (quiet_one, loud):
+        run_unpaced(Stream(engine(), made), seconds=1.0)
+    assert quiet_one.clipped == 0
+    assert loud.clipped > 0

