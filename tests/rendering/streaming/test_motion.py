@@ -31,6 +31,34 @@ def test_a_sample_that_waited_too_long_is_dropped():
     assert finger.counts.late == 1
 
 
+def test_a_clock_that_stood_still_is_late_for_a_second_and_not_for_ever():
+    """A game that loads for 0.7 s, and whose clock stands still meanwhile."""
+    finger = Finger()
+    used = []
+    for i in range(400):
+        now = i / 100
+        used.append(finger.hear(MotionSample(now - (0.7 if now >= 1 else 0.0), now, now, 0.0), now))
+    assert all(used[:100])
+    assert not any(used[171:200])
+    assert all(used[275:])
+    assert finger.counts.clocks_set == 1
+    assert finger.heard_s == pytest.approx(3.99)
+
+
+def test_samples_that_waited_for_the_engine_never_set_the_clock():
+    finger = Finger()
+    finger.hear(at(0.0), 0.0)
+    assert not any(finger.hear(at(i / 100), 5.0) for i in range(1, 300))
+    assert finger.counts.clocks_set == 0
+
+
+@pytest.mark.parametrize("absurd", [{"speed_mm_s": 3e38}, {"x_mm": 3e38, "y_mm": 0.0}, {"force_n": -1.0}])
+def test_what_no_hand_does_is_invalid(absurd):
+    finger = Finger()
+    assert not finger.hear(MotionSample(0.0, 0.0, **absurd), 0.0)
+    assert finger.counts.invalid == 1
+
+
 def test_the_senders_clock_may_be_any():
     finger = Finger()
     for i in range(100):
