@@ -60,6 +60,8 @@ def test_a_take_of_which_nothing_came_is_no_recording():
         ((330.2, 330.1, 330.3), 330.0, 330.0),  # near
         ((331.0, 329.0, 333.0), 330.0, 330.0),  # not sure that it is another
         ((331.0, 330.9, 331.1), 330.0, 331.0),
+        ((385.0, 360.0, 400.0), 330.0, 330.0),  # a busy computer: a few arrivals say little
+        ((400.0, 399.5, 400.5), 330.0, 400.0),
         (None, 330.0, 330.0),
         ((328.0, 327.9, 328.1), None, 328.0),
         ((328.0, 320.0, 336.0), None, None),  # not known well enough to begin

@@ -142,6 +142,14 @@ def test_first_sensor_heard_is_read_where_none_is_named():
     assert source.facts()["sender"] == "81000007"
 
 
+def test_clipping_is_where_the_scaled_samples_end():
+    """4095 steps are all that the sensor has, whatever a step is taken for."""
+    for scale in (1.0, TRUE_STEP, 0.9):
+        largest = 4095 * 4e-3 * 9.80665 * scale
+        full_scale = TweliteSource(Bytes([]), name="x", scale=scale).full_scale
+        assert 0.95 * largest < full_scale <= 1.001 * largest
+
+
 def test_scale_of_the_data_sheet_is_applied_when_asked_for():
     data = b"".join(s.data for s in transmissions(SimulatedReceiver(seconds=0.1)))
     plain = np.concatenate([b.samples for b in drained(TweliteSource(Bytes(data), name="x"))], axis=1)

@@ -16,16 +16,13 @@ from tactogram.capture.digilent import DigilentSource, ScopeFormat, digilent_dev
 from tactogram.capture.log import kind_of
 from tactogram.capture.lsl import LslSource
 from tactogram.capture.nidaq import AnalogFormat, NiSource, ni_devices
-from tactogram.capture.played import PlayedSource
 from tactogram.capture.raw_log import log_facts, log_pieces
 from tactogram.capture.serial_csv import CsvFormat, CsvSource
 from tactogram.capture.source import Source
 from tactogram.capture.twelite_simulated import SimulatedPort, SimulatedReceiver
 from tactogram.capture.twelite_source import TweliteSource
-from tactogram.datasets import open_store
 from tactogram.errors import DeviceError, MissingExtraError, ParameterError
 from tactogram.extras import imported, lsl
-from tactogram.signal.io import read_signal
 from tactogram.validation import validated
 
 
@@ -227,6 +224,8 @@ def _log(address: str, place: str, o: LogOptions) -> Source:
 def _simulated(address: str, place: str, o: SimulatedOptions) -> Source:
     if place != "twelite":
         raise ParameterError(f"{address}: what is simulated is twelite, got {place!r}")
+    from tactogram.signal.io import read_signal
+
     receiver = SimulatedReceiver(**o.model_dump(include=set(SimulatedReceiver.model_fields)))
     signal = None if o.file is None else read_signal(o.file)
     port = SimulatedPort(receiver, signal, paced=o.paced)
@@ -234,6 +233,10 @@ def _simulated(address: str, place: str, o: SimulatedOptions) -> Source:
 
 
 def _played(address: str, place: str, o: PlayedOptions) -> Source:
+    # A store brings in half of scipy, which no real sensor needs.
+    from tactogram.capture.played import PlayedSource
+    from tactogram.datasets import open_store
+
     receiver = SimulatedReceiver(**o.model_dump(include=set(SimulatedReceiver.model_fields)))
     store = open_store(_needed(place, address, "the store"))
     names = tuple(name for name in o.materials.split(",") if name)

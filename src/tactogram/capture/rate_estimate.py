@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import theilslopes
 
 MOST_POINTS = 200
 """Points that a line is laid through; of more, the promptest of each group is taken."""
@@ -72,6 +71,9 @@ def estimate_rate(indices: NDArray[np.int64], arrivals_s: NDArray[np.float64]) -
     lateness = times - period * places
     groups = np.array_split(np.arange(len(places)), min(MOST_POINTS, max(5, len(places) // 4)))
     prompt = np.array([group[np.argmin(lateness[group])] for group in groups if len(group)])
+    # Here, because it takes longer to import than everything else that a source needs.
+    from scipy.stats import theilslopes
+
     slope, _, low, high = theilslopes(times[prompt], places[prompt], _LEVEL)
     if not (slope > 0 and low > 0):
         return None

@@ -99,8 +99,9 @@ def joined(blocks: Sequence[Block], *, start: int, stop: int) -> NDArray[np.floa
 def rate_of(measured: Mapping[str, float] | None, reference: float | None) -> float | None:
     """Return the rate that a take is written with, Hz; None while it is not known.
 
-    ``reference`` where the measured rate does not contradict it: it lies in the interval of the measurement, or within
-    `RATE_TOLERANCE`. Else, or where there is none, the measured one once it is known to `RATE_KNOWN`.
+    ``reference`` until a measurement contradicts it: one that is known to `RATE_KNOWN`, whose interval does not hold
+    the reference, and that differs by more than `RATE_TOLERANCE`. A few arrivals on a busy computer contradict nothing.
+    Without a reference the measured one once it is known so well.
 
     Parameters
     ----------
@@ -111,10 +112,10 @@ def rate_of(measured: Mapping[str, float] | None, reference: float | None) -> fl
     if measured is None:
         return reference
     hz, low, high = measured["hz"], measured["low"], measured["high"]
-    near = reference is not None and abs(hz / reference - 1) <= RATE_TOLERANCE
-    if reference is not None and (near or low <= reference <= high):
+    if high - low > 2 * RATE_KNOWN * hz:
         return reference
-    return hz if high - low <= 2 * RATE_KNOWN * hz or reference is not None else None
+    agrees = reference is not None and (abs(hz / reference - 1) <= RATE_TOLERANCE or low <= reference <= high)
+    return reference if agrees else hz
 
 
 def bridged(samples: NDArray[np.float32]) -> tuple[NDArray[np.float32], list[tuple[int, int]]]:

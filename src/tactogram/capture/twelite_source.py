@@ -71,7 +71,6 @@ class TweliteSource:
     """
 
     unit = "m/s^2"
-    full_scale = FULL_SCALE
 
     def __init__(
         self,
@@ -85,6 +84,8 @@ class TweliteSource:
         simulated: bool = False,
     ) -> None:
         self.name, self.rate, self.simulated = name, rate, simulated
+        # The firmware's scale clips at 16.4 g, the data sheet's at 16 g, one's own may lie below.
+        self.full_scale = FULL_SCALE * min(1.0, scale / TRUE_STEP)
         self.axes: tuple[str, ...] = AXES
         self.parser, self.senders = Parser(), Senders()
         self._stream, self._scale, self._log_path = stream, scale, log
