@@ -49,6 +49,13 @@ def test_a_missing_library_is_said_with_its_extra(monkeypatch):
     assert "the extra devices" in found["line"]
 
 
+@pytest.mark.parametrize(("name", "test"), devices.ALSO.items())
+def test_a_device_is_tried_by_the_name_that_its_source_has_too(name, test, monkeypatch):
+    monkeypatch.setitem(devices._TESTS, test, lambda: ("works", "tried", {}))
+    found = try_device(name)
+    assert (found["device"], found["line"]) == (test, "tried")
+
+
 def test_an_unknown_device_is_refused():
     with pytest.raises(ParameterError, match="device must be one of serial, lsl"):
         try_device("toaster")

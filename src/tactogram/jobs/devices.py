@@ -98,6 +98,15 @@ PATHS: tuple[DevicePath, ...] = (
 )
 
 
+ALSO = {
+    "digilent": "dwf",
+    "ni": "daq",
+    "twelite": "serial",
+    "udp": "osc",
+}
+"""Names by which sources and backends call what a self-test stands for."""
+
+
 def device_names() -> tuple[str, ...]:
     """Return the names that `try_device` takes."""
     return tuple(dict.fromkeys(path.name for path in PATHS))
@@ -122,7 +131,7 @@ def try_device(name: str) -> dict[str, Any]:
     Parameters
     ----------
     name : str
-        One of `device_names`.
+        One of `device_names`, or of `ALSO`.
 
     Returns
     -------
@@ -136,8 +145,10 @@ def try_device(name: str) -> dict[str, Any]:
     ParameterError
         If there is no such path.
     """
+    name = ALSO.get(name, name)
     if name not in device_names():
-        raise ParameterError(f"device must be one of {', '.join(device_names())}, got {name!r}")
+        known = ", ".join((*device_names(), *ALSO))
+        raise ParameterError(f"device must be one of {known}, got {name!r}")
     state: State
     try:
         state, line, facts = _TESTS[name]()
