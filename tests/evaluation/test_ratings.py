@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.rating_figures import error_figure, prediction_figure, word_map_figure
+from tactogram.evaluation.rating_figures import prediction_figure, word_map_figure
 from tactogram.evaluation.ratings import Predicted, distances_to_targets, one_rater_error, split_half_error
+from tactogram.statistics.figures import error_figure
 
 WORDS = ("rough", "sticky")
 

@@ -11,9 +11,7 @@ from numpy.typing import NDArray
 from scipy.signal import stft, welch
 
 from tactogram.signal import Image, Signal
-
-INK, BLUE, ORANGE = "#1b1f24", "#2166ac", "#d6604d"
-AXIS_COLOURS = ("#2166ac", "#d6604d", "#4d9221", "#8073ac", "#b35806", "#666666")
+from tactogram.statistics.figures import AXIS_COLOURS, INK
 
 
 def confusion_figure(counts: NDArray[np.int64], names: Sequence[str], *, title: str = "") -> Figure:

@@ -8,13 +8,14 @@ import numpy as np
 from matplotlib.colors import Colormap, LinearSegmentedColormap
 from matplotlib.figure import Figure
 
-from tactogram.evaluation.figures import INK, spectra_figure
+from tactogram.evaluation.figures import spectra_figure
 from tactogram.evaluation.generation_measures import MEMORY_MEASURES, TITLES
 from tactogram.evaluation.measures import SIGNAL_MEASURES
 from tactogram.evaluation.report import Block, Picture, Section, Sound, Table, Text
 from tactogram.evaluation.spectrogram_figures import spectrograms_figure
 from tactogram.evaluation.standing import CEILING, FLOOR, MODEL, NEAREST, GenerationResult
 from tactogram.signal import Signal
+from tactogram.statistics.figures import INK
 
 BySet = Mapping[str, Sequence[Signal]]
 

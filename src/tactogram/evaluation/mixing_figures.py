@@ -10,11 +10,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.figures import AXIS_COLOURS, INK
 from tactogram.evaluation.measures.sets import check_alike
 from tactogram.evaluation.mixing import MixingLadder
 from tactogram.evaluation.spectrogram_figures import Scale, draw_spectrograms
 from tactogram.signal import Signal
+from tactogram.statistics.figures import AXIS_COLOURS, INK
 
 MARKERS = "s^vDP*"
 """One per axis, beside its colour: lines can be told apart without seeing colours."""

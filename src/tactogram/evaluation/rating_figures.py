@@ -1,4 +1,4 @@
-"""Figures of scores: predicted and given, errors beside what they are held against, and the space of words."""
+"""Figures of scores: predicted and given, and the space of words. Errors as bars: `tactogram.statistics.figures`."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from tactogram.evaluation.figures import AXIS_COLOURS, BLUE, INK, ORANGE
 from tactogram.evaluation.ratings import Predicted
+from tactogram.statistics.figures import AXIS_COLOURS, BLUE, GRAY, INK, ORANGE
 
-GRAY = "#8a8f98"
 MARKS = "osD^vP*Xh<>"
 
 
@@ -54,48 +53,6 @@ def prediction_figure(found: Predicted, figures: Mapping[str, Any], *, title: st
     right.plot(ends, ends, color=GRAY, lw=0.8)
     right.plot(given.ravel(), said.ravel(), ".", color=BLUE, alpha=0.4, ms=4)
     right.set(xlabel="given (mean of the raters)", ylabel="predicted, item kept apart", aspect="equal")
-    return figure
-
-
-def error_figure(
-    rows: Mapping[str, tuple[float, float]],
-    *,
-    marked: Sequence[tuple[str, str, str]] = (),
-    lines: Mapping[str, float] | None = None,
-    title: str = "",
-) -> Figure:
-    """Draw mean absolute errors as bars with standard errors, as Fig. 7 of the ultrasonic display's publication.
-
-    Parameters
-    ----------
-    rows : mapping from str to (mean, standard error)
-    marked : sequence of (first, second, text)
-        Pairs that are joined by a bracket.
-    lines : mapping from str to float, optional
-        What stands beside them: levels by name.
-    title : str
-    """
-    figure = Figure(figsize=(2.2 + 1.05 * len(rows), 4.6), layout="constrained")
-    axes = figure.add_subplot()
-    names = list(rows)
-    means, errors = np.array([rows[name] for name in names]).T
-    axes.bar(range(len(names)), means, 0.62, yerr=errors, color=[GRAY, *[BLUE] * (len(names) - 1)], capsize=4)
-    top = float((means + errors).max())
-    for step, (first, second, text) in enumerate(marked):
-        a, b = sorted((names.index(first), names.index(second)))
-        height = top * (1.06 + 0.09 * step)
-        axes.plot(
-            [a, a, b, b], [height - 0.015 * top, height, height, height - 0.015 * top], color=INK, lw=0.9
-        )
-        axes.text((a + b) / 2, height, text, ha="center", va="bottom", fontsize=8)
-    for (name, value), colour in zip((lines or {}).items(), AXIS_COLOURS[1:], strict=False):
-        axes.axhline(value, color=colour, ls="--", lw=1, label=f"{name} ({value:.2f})")
-    axes.set_xticks(range(len(names)), names)
-    axes.set_ylim(0, top * (1.12 + 0.09 * len(marked)))
-    axes.set_ylabel("mean absolute error to the plates' scores,\npoints of the scale")
-    axes.set_title(title, fontsize=10)
-    if lines:
-        figure.legend(loc="outside lower center", fontsize=8, frameon=False, ncols=2)
     return figure
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tactogram.datasets import Ratings, Scale, Split, Store, item_of, open_store
 from tactogram.errors import LeakError, ParameterError
-from tactogram.evaluation.rating_figures import error_figure, prediction_figure
+from tactogram.evaluation.rating_figures import prediction_figure
 from tactogram.evaluation.ratings import Predicted
 from tactogram.evaluation.report import Picture, Section, save_figure
 from tactogram.evaluation.reproduction import constant_error, reproduction
@@ -21,6 +21,7 @@ from tactogram.jobs.rating_crossval import Rateable, said_of, words_table
 from tactogram.jobs.training import LoadedRun, load_run, test_part
 from tactogram.model import Predictor
 from tactogram.signal import Image, Signal
+from tactogram.statistics.figures import error_figure
 from tactogram.training.run import write_text
 
 Floats = NDArray[np.float64]

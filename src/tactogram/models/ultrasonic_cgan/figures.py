@@ -8,10 +8,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.cluster.hierarchy import dendrogram
 
-from tactogram.evaluation.figures import AXIS_COLOURS, BLUE, INK, ORANGE
 from tactogram.evaluation.selection import Rule, smoothed
 from tactogram.models.ultrasonic_cgan.surfaces import Surfaces
 from tactogram.models.ultrasonic_cgan.trained import Trained
+from tactogram.statistics.figures import AXIS_COLOURS, BLUE, INK, ORANGE
 
 POINTS = 2000
 """Points of a raw curve that are drawn, at most."""

@@ -1,0 +1,123 @@
+"""Shares of yes-or-no answers: exact test and intervals of one, d' of what it says of a person's eye or finger.
+
+E. B. Wilson, J. Am. Stat. Assoc. 22 (1927), and C. J. Clopper, E. S. Pearson, Biometrika 26 (1934), by scipy. d' by
+N. A. Macmillan, C. D. Creelman, "Detection Theory: A User's Guide", 2nd ed. (2005), ch. 7 and 9.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy import optimize, stats
+
+from tactogram.errors import ParameterError
+
+
+@dataclass(frozen=True)
+class Share:
+    """How many of independent answers were of one kind.
+
+    Parameters
+    ----------
+    count, n : int
+    share : float
+        ``count / n``.
+    chance : float
+        What it is held against.
+    p : float
+        Two-sided exact binomial.
+    wilson, clopper_pearson : tuple of (float, float)
+        Intervals of the share.
+    """
+
+    count: int
+    n: int
+    share: float
+    chance: float
+    p: float
+    wilson: tuple[float, float]
+    clopper_pearson: tuple[float, float]
+
+
+def share_of(count: int, n: int, *, chance: float = 0.5, confidence: float = 0.95) -> Share:
+    """Return a share with its exact test against chance and its intervals; answers are taken as independent.
+
+    Raises
+    ------
+    ParameterError
+        If ``count`` is not from 0 to ``n``, ``n`` is 0, or ``chance`` or ``confidence`` is not between 0 and 1.
+    """
+    if not 0 <= count <= n or n < 1:
+        raise ParameterError(f"a share needs 0 <= count <= n and n >= 1, got {count} of {n}")
+    for name, value in (("chance", chance), ("confidence", confidence)):
+        if not 0 < value < 1:
+            raise ParameterError(f"{name} must be between 0 and 1, got {value:g}")
+    test = stats.binomtest(count, n, chance)
+
+    def interval(method: str) -> tuple[float, float]:
+        found = test.proportion_ci(confidence, method)
+        return float(found.low), float(found.high)
+
+    return Share(count, n, count / n, chance, float(test.pvalue), interval("wilson"), interval("exact"))
+
+
+@lru_cache(maxsize=1024)
+def smallest_significant(n: int, *, chance: float = 0.5, alpha: float = 0.05) -> int | None:
+    """Return the smallest count above chance with a two-sided exact p below ``alpha``; None where all n are too few."""
+    for count in range(int(np.ceil(n * chance)), n + 1):
+        if count > n * chance and float(stats.binomtest(count, n, chance).pvalue) < alpha:
+            return count
+    return None
+
+
+def exact_power(n: int, truth: float, *, chance: float = 0.5, alpha: float = 0.05) -> float:
+    """Return how often the two-sided exact binomial test of n independent answers shows a share of ``truth``.
+
+    Raises
+    ------
+    ParameterError
+        If ``n`` is below 1, or ``truth`` is not from 0 to 1.
+    """
+    if n < 1 or not 0 <= truth <= 1:
+        raise ParameterError(f"n must be >= 1 and truth from 0 to 1, got {n} and {truth:g}")
+    counts = np.arange(n + 1)
+    likely = stats.binom.pmf(counts, n, chance)
+    # Two-sided as scipy's: all counts that are no likelier under chance than the one that was had.
+    order = np.argsort(likely, kind="stable")
+    ends = np.searchsorted(likely[order], likely * (1 + 1e-7), side="right")
+    p = np.cumsum(likely[order])[ends - 1]
+    return float(stats.binom.pmf(counts, n, truth)[p < alpha].sum())
+
+
+def d_prime_2afc(share: float) -> float:
+    """Return d' of a share correct where one of two intervals or places is asked for: sqrt(2) z(share).
+
+    Infinite at 0 and 1; `corrected` keeps a count from there.
+    """
+    return float(np.sqrt(2) * stats.norm.ppf(share))
+
+
+def d_prime_abx(share: float) -> float:
+    """Return d' of a share correct in ABX, by independent observations; 0 at chance or below.
+
+    share = F(d'/sqrt 2) F(d'/2) + F(-d'/sqrt 2) F(-d'/2), F the normal distribution (Macmillan, Creelman, ch. 9).
+    """
+    if share <= 0.5:
+        return 0.0
+    if share >= 1:
+        return float("inf")
+    return float(optimize.brentq(lambda d: abx_share(d) - share, 0, 40))
+
+
+def abx_share(d_prime: float) -> float:
+    """Return the share correct in ABX of an observer of that d'; the inverse of `d_prime_abx`."""
+    f = stats.norm.cdf
+    a, b = d_prime / np.sqrt(2), d_prime / 2
+    return float(f(a) * f(b) + f(-a) * f(-b))
+
+
+def corrected(count: int, n: int) -> float:
+    """Return (count + 1/2) / (n + 1): a share that is never 0 or 1 (M. J. Hautus, Behav. Res. Methods 27, 1995)."""
+    return (count + 0.5) / (n + 1)
