@@ -1,5 +1,6 @@
 """Every source by one line of text, and what is there."""
 
+import subprocess
 import sys
 
 import pytest
@@ -128,3 +129,28 @@ def test_what_a_library_prints_while_it_is_imported_is_not_shown(tmp_path, monke
 def test_what_drivers_raise_becomes_one_line(error, told):
     with pytest.raises(DeviceError, match=told), device_errors("dwf:1", library="dwfpy"):
         raise error
+
+
+def test_what_only_one_system_has_is_not_needed_to_begin():
+    """Windows has neither pseudo-terminals nor fcntl: real sensors are read there all the same."""
+    code = (
+        "import sys\n"
+        "for name in ('fcntl', 'termios', 'tty'): sys.modules[name] = None\n"
+        "import tactogram.capture.journal, tactogram.capture.terminal\n"
+        "from tactogram.capture import open_source\n"
+        "from tactogram.errors import DeviceError\n"
+        "try:\n"
+        "    open_source('simulated:twelite').__enter__()\n"
+        "except DeviceError as error:\n"
+        "    print(error)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.stdout == "simulated:twelite: needs a pseudo-terminal, which this system does not have\n", (
+        done.stderr
+    )
+
+
+def test_a_sensor_needs_no_statistics_to_begin():
+    code = "import sys, tactogram.capture; print('scipy.stats' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"

@@ -127,7 +127,9 @@ class LineConsole:
 
 
 def _handle(answers: TextIO | None) -> int | None:
-    """Return what the system calls a file by; None for a text in memory."""
+    """Return what the system calls a file by; None for a text in memory, and where only sockets can be waited for."""
+    if sys.platform == "win32":
+        return None
     try:
         return None if answers is None else answers.fileno()
     except (OSError, ValueError):

@@ -7,9 +7,9 @@ it would have said did not come to be, or stands in the store.
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
+import sys
 from collections.abc import Mapping
 from contextlib import suppress
 from datetime import UTC, datetime
@@ -52,8 +52,7 @@ class Journal:
         self.folder.mkdir(parents=True, exist_ok=True)
         file = self.path.open("a+", encoding="utf-8")
         try:
-            # Let go by the system when the process ends, however it ends.
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            _lock(file)
         except OSError as error:
             file.close()
             raise DataError(f"{self.folder}: another process is at this session; end it first") from error
@@ -128,3 +127,17 @@ class Journal:
                 raise DataError(f"{self.path}: line {number} must be an event, got {line[:60]!r}")
             events.append(entry)
         return events
+
+
+def _lock(file: TextIO) -> None:
+    """Lock a file for this process, or raise OSError; the system lets go when the process ends, however it ends."""
+    # Each module is there on one kind of system only.
+    if sys.platform == "win32":
+        import msvcrt
+
+        os.lseek(file.fileno(), 1 << 30, os.SEEK_SET)  # behind the end: what is locked cannot be read there
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+    else:
+        import fcntl
+
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -9,7 +9,6 @@ import math
 import os
 import select
 import threading
-import tty
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,7 +33,7 @@ from tactogram.capture.twelite_forms import (
     battery_code,
     checksum,
 )
-from tactogram.errors import ParameterError
+from tactogram.errors import DeviceError, ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.resampling import resample
 from tactogram.signal.units import STANDARD_GRAVITY
@@ -271,7 +270,19 @@ class SimulatedPort:
         return os.ttyname(self._slave)
 
     def __enter__(self) -> Self:
-        """Make the pty, open it, and begin to print."""
+        """Make the pty, open it, and begin to print.
+
+        Raises
+        ------
+        DeviceError
+            On a system without pseudo-terminals (Windows).
+        """
+        try:
+            import tty  # not there on Windows
+        except ModuleNotFoundError as error:
+            raise DeviceError(
+                f"{self.name}: needs a pseudo-terminal, which this system does not have"
+            ) from error
         self._master, self._slave = os.openpty()
         tty.setraw(self._slave)
         self._port = SerialPort(self.path)

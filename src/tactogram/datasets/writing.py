@@ -197,7 +197,9 @@ def clear_unfinished(path: Path) -> list[str]:
 def to_disk(*paths: Path) -> None:
     """Return when files and folders are on the disk itself (fsync): a pulled plug takes nothing of them."""
     for path in paths:
-        opened = os.open(path, os.O_RDONLY)
+        if os.name == "nt" and path.is_dir():  # cannot be opened there; the file system sees to it
+            continue
+        opened = os.open(path, os.O_RDWR if os.name == "nt" else os.O_RDONLY)
         try:
             os.fsync(opened)
         finally:

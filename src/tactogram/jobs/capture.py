@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import sys
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
@@ -137,7 +138,8 @@ def _listening(run: Path | str) -> Recognise:
 
 def _console(yes: bool, answers: TextIO | None) -> Any:
     """Return a context that gives a console: a panel with keys on a terminal, lines elsewhere."""
-    if not yes and answers is None and sys.stdin.isatty() and sys.stderr.isatty():
+    keys = importlib.util.find_spec("termios") is not None  # Windows has none: answers are lines there
+    if keys and not yes and answers is None and sys.stdin.isatty() and sys.stderr.isatty():
         from tactogram.capture.terminal import TerminalConsole
 
         return TerminalConsole()
