@@ -19,6 +19,7 @@ from tactogram.cli import (
     reproducing,
     start,
     streaming,
+    studying,
     training,
 )
 from tactogram.cli.options import Verbs
@@ -35,6 +36,7 @@ GROUPS = (
     streaming,
     capturing,
     capture_log,
+    studying,
     reproducing,
 )
 

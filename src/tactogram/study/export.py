@@ -47,6 +47,7 @@ DESCRIPTIONS: Mapping[str, str] = {
     "seed": "Seed of the study's order",
     "simulated": "Whether a simulated participant answered",
     "other_condition": "Version of the second stimulus",
+    "simulated_stimuli": "true where what was felt or seen was simulated, whoever answered",
     "token": "Page on which it was asked",
     "step": "Step of the trial",
     "consent_sha256": "Hash of the text that was agreed to",

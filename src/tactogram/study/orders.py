@@ -93,12 +93,12 @@ def _block(
     if rule == "as-listed":
         return list(range(count))
     if rule == "blocks":
-        return generator(seed, participant, purpose, repeat).permutation(count).tolist()
+        return [int(i) for i in generator(seed, participant, purpose, repeat).permutation(count)]
     square = latin_square(count) if rule == "latin" else williams_square(count)
     row = ((participant - 1) * repeats + repeat - 1) % len(square)
     # One relabelling for all participants: another for each would undo the balance.
     labels = generator(seed, 0, purpose).permutation(count)
-    return labels[square[row]].tolist()
+    return [int(i) for i in labels[square[row]]]
 
 
 def balanced_sides(count: int, rng: np.random.Generator, sides: Sequence[str] = ("A", "B")) -> list[str]:

@@ -36,6 +36,8 @@ class SimulatedEffect(BaseModel):
     """Between participants, in units of ``unit``: VAS and ratings as a whole."""
     within_sd: float = Field(default=1.0, ge=0)
     """From answer to answer of the same participant, in units of ``unit``."""
+    exponent: float = Field(default=0.0, ge=-5, le=5)
+    """Of the power law from intensity to magnitude, where levels are ``gain=`` or ``peak=``."""
     threshold_db: float = Field(default=-20.0, allow_inf_nan=False)
     """Intensity at which half of the way from guessing to certainty is gone: staircases."""
     threshold_sd_db: float = Field(default=3.0, ge=0)
@@ -96,7 +98,12 @@ class SimulatedParticipant:
             return "evoked" if self.rng.random() < _logistic(logit) else "not evoked"
         noise = self.effect.within_sd * self.rng.standard_normal()
         if question.kind == "number":
-            told = 1.0 + self._shift(asked) + UNIT["number"] * (self.bias + noise)
+            told = (
+                1.0
+                + self._shift(asked)
+                + self.effect.exponent * _log_intensity(page)
+                + UNIT["number"] * (self.bias + noise)
+            )
             return f"{10**told:.4g}"
         unit = UNIT[question.kind]
         width = question.high - question.low
@@ -205,6 +212,14 @@ def take(
         ).page
         pages += 1
     return pages
+
+
+def _log_intensity(page: Page) -> float:
+    """Return log10 of the intensity of what is judged on a page, 0 where the level does not say."""
+    judged = page.presented[-1]
+    kind, _, number = (judged.stimulus.level if judged.stimulus else "").partition("=")
+    known = math.log10(float(number)) if kind in ("gain", "peak") else 0.0
+    return known + judged.gain_db / 20
 
 
 def _logistic(x: float) -> float:

@@ -98,7 +98,7 @@ def answers_to(
             block=page.block,
             trial=page.trial,
             repeat=page.repeat,
-            design=page.kind,
+            design="questions" if page.kind == "consent" else page.kind,
             question=asked.question.id,
             condition=asked.condition,
             stimulus=asked.stimulus,
@@ -157,9 +157,11 @@ def _display(study: Study, page: Page) -> str:
 
 
 def _further(page: Page, asked: Asked) -> dict[str, str]:
+    simulated = any(p.stimulus is not None and p.stimulus.is_simulated for p in page.presented)
     return {
         "token": page.token,
         "step": str(page.step),
         **({"other_condition": asked.other_condition} if asked.other else {}),
+        **({"simulated_stimuli": "true"} if simulated else {}),
         **page.more,
     }

@@ -30,11 +30,13 @@ class Source(BaseModel):
     """Of what ``run`` makes, or of what is simulated."""
     seconds: float | None = Field(default=None, gt=0, le=3600)
     simulated: str = ""
-    """A simulated recording, as SET/MATERIAL: ``surfaces/cork``."""
+    """A simulated recording, as SET/MATERIAL: ``stroking9/carpet``."""
+    autoregressive: bool = False
+    """Whether not the recording is played, but a signal drawn from an autoregressive model of it."""
     image: str = ""
     """A picture to be seen, beside the study's file."""
     simulated_image: str = ""
-    """A simulated picture, as FAMILY/NUMBER: ``sand/3``."""
+    """A simulated picture, as FAMILY/NUMBER: ``sand/3``; ``any/TEXT`` draws both by the text."""
     display: str = ""
     """On what it is played; by default the study's."""
     level: str = ""
@@ -49,6 +51,8 @@ class Source(BaseModel):
             raise ValueError(f"a stimulus has one source, got {' and '.join(given)}")
         if (self.material or self.words) and not self.run:
             raise ValueError("material and words are conditions of a run; give run, too")
+        if self.autoregressive and not (self.file or self.simulated):
+            raise ValueError("autoregressive needs a recording: give file or simulated, too")
         if self.image and self.simulated_image:
             raise ValueError("a stimulus has one picture, got image and simulated_image")
         return self

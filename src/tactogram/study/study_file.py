@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, field_validator, model_validator
 
@@ -43,10 +43,13 @@ class Study(BaseModel):
     """Of every order and side."""
     order: Rule = "random"
     """See `tactogram.study.orders.ordered`."""
-    display: str = "browser"
-    """On what stimuli are played: ``browser`` plays sound on the participant's device, else a display's name."""
+    display: str = "audio"
+    """On what stimuli are played, as `render` takes it."""
+    played_by: Literal["browser", "server"] = "browser"
+    """``browser`` sends the drive to the participant's device and plays it there as sound, in parts of full scale;
+    ``server`` plays it on the display at the server."""
     level: str = "physical"
-    """How strong; as `render` takes it."""
+    """How strong, as `render` takes it: physical, sensation=20, gain=2 …"""
     rest_every: int = Field(default=0, ge=0)
     """Trials after which a rest is offered; 0 is never."""
     consent: Wording

@@ -18,7 +18,7 @@ from tactogram.study.stimuli import Stimulus
 from tactogram.study.trials import Asked, Given, Page, Participant, Presented, Setting
 from tactogram.study.wording import Wording
 
-PLACES = ("AA", "AB", "BA", "BB")
+PLACES = ("A A", "A B", "B A", "B B")
 """Where the pair's first is, and what X is: each once in four trials."""
 
 
@@ -56,7 +56,7 @@ class Abx(Design):
         places = [balanced_sides(self.repeats, rng, PLACES) for _ in pairs]
         trial = len(given) + 1
         block, repeat, which = order[trial - 1]
-        first_at, x_is = places[which][repeat - 1]
+        first_at, x_is = places[which][repeat - 1].split()
         a, b = pairs[which] if first_at == "A" else pairs[which][::-1]
         x, not_x = (a, b) if x_is == "A" else (b, a)
         asked = Asked(

@@ -1,0 +1,238 @@
+"""Verbs for experiments with people: `study list`, `check`, `simulate`, `export`, `withdraw`, `analyse`, `power`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tactogram.cli.options import Add, Verbs
+from tactogram.cli.printing import Arguments, columns, lines_of, print_result
+
+
+def add_verbs(verbs: Verbs) -> None:
+    """Add what each verb takes."""
+    study = verbs.group("study", "experiments with people: check, simulate, export, analyse")
+    study.add("list", studies)
+
+    add = study.add("check", check)
+    add("study", metavar="FILE|NAME", help="a study: a TOML file, or one of `study list`")
+    add("--stimuli", action="store_true", help="make and render every stimulus, too")
+    _changes_option(add)
+
+    add = study.add("simulate", simulate)
+    add("study", metavar="FILE|NAME")
+    add("--out", required=True, metavar="DIR", help="folder of the session; made, or gone on with")
+    add("--participants", type=int, default=20, metavar="N", help="simulated ones (default %(default)s)")
+    add(
+        "--effect",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="what is true of them, e.g. d_prime=1 or shift.generated=-10; by default no effect",
+    )
+    add("--seed", type=int, default=0, help="of their answers (default %(default)s)")
+    add("--play", action="store_true", help="make and render stimuli and log their hashes")
+    _changes_option(add)
+
+    add = study.add("export", export)
+    add("folder", metavar="DIR", help="folder of the session")
+    add("--out", metavar="F", help="a tidy table: .csv, .tsv or .parquet")
+    add("--bids", metavar="DIR", help="a BIDS folder, which must be new")
+
+    add = study.add("withdraw", withdraw)
+    add("folder", metavar="DIR", help="folder of the session")
+    add("code", metavar="CODE", help="of the participant")
+
+    _analyse_options(study.add("analyse", analyse))
+    _power_options(study.add("power", power))
+
+
+def studies(a: Arguments) -> None:
+    """List the studies that come with the package."""
+    from tactogram.jobs.study import list_studies
+
+    found = list_studies()
+    rows = [(name, s["design"], f"{s['trials']} trials", s["title"]) for name, s in found.items()]
+    print_result(a, found, columns([("name", "design", "each", ""), *rows]))
+
+
+def check(a: Arguments) -> None:
+    """Check a study's file and say what it asks of a participant."""
+    from tactogram.jobs.study import check_study
+    from tactogram.recipe import parse_changes
+
+    facts = check_study(a.study, changes=parse_changes(a.set), stimuli=a.stimuli)
+    shown = {**facts, "rendered": None if facts["rendered"] is None else f"{len(facts['rendered'])} stimuli"}
+    print_result(a, facts, lines_of(shown))
+
+
+def simulate(a: Arguments) -> None:
+    """Let simulated participants take a study, with an effect that is put in, or none."""
+    import sys
+
+    from tactogram.jobs.study import simulate_study
+    from tactogram.recipe import parse_changes
+
+    def progress(done: int) -> None:
+        sys.stderr.write(f"\r{done} of {a.participants} simulated participants")
+        sys.stderr.flush()
+
+    result = simulate_study(
+        a.study,
+        a.out,
+        participants=a.participants,
+        effect=parse_changes(a.effect),
+        seed=a.seed,
+        changes=parse_changes(a.set),
+        play=a.play,
+        progress=progress,
+    )
+    sys.stderr.write("\n")
+    count = len(result["simulated_participants"])
+    text = f"{result['study']}: {count} simulated participants, {result['answers']} answers in {result['folder']}"
+    print_result(a, result, text)
+
+
+def export(a: Arguments) -> int:
+    """Write the answers of a session as a tidy table or a BIDS folder."""
+    from tactogram.jobs.study import export_study
+
+    facts = export_study(a.folder, table=a.out, bids=a.bids)
+    print_result(a, facts, lines_of(facts))
+    return 1 if facts.get("bids_problems") else 0
+
+
+def withdraw(a: Arguments) -> None:
+    """Delete a participant and all that is kept of them; tables exported before are to be exported again."""
+    from tactogram.jobs.study import withdraw
+
+    facts = withdraw(a.folder, a.code)
+    print_result(a, facts, _withdrawn_text(facts))
+
+
+def analyse(a: Arguments) -> None:
+    """Test what answers show, as the publication did and as repeated answers ask for, with intervals and verdicts."""
+    from tactogram.datasets.ratings import SEVEN_POINT, scale_of
+    from tactogram.jobs.study_analysis import analyse_study, margins_of
+
+    result = analyse_study(
+        a.source,
+        a.out,
+        design=a.design,
+        margins=margins_of(a.margin),
+        targets=a.targets,
+        targets_scale=scale_of(a.targets_scale) if a.targets_scale else SEVEN_POINT,
+        reference=a.reference,
+        columns=_pairs("--column", a.column),
+        constants=_pairs("--constant", a.constant),
+        encoding=a.encoding,
+        draws=a.draws,
+        seed=a.seed,
+        figures=not a.no_figures,
+    )
+    text = result.pop("text")
+    print_result(a, result, f"{text}\nwritten: {', '.join(result['files'])} in {result['out']}")
+
+
+def power(a: Arguments) -> None:
+    """Say what a study of some size can show, before it is run: exactly, and with simulated participants."""
+    from tactogram.jobs.study_analysis import study_power
+
+    result = study_power(
+        a.design,
+        participants=_counts("--participants", a.participants),
+        trials=_counts("--trials", a.trials),
+        effect=a.effect,
+        person_sd=a.person_sd,
+        trial_sd=a.trial_sd,
+        margin=a.margin,
+        simulations=a.simulations,
+        seed=a.seed,
+    )
+    print_result(a, result, result.pop("text"))
+
+
+def _analyse_options(add: Add) -> None:
+    add(
+        "source",
+        metavar="FILE|STORE",
+        help="a table of answers (.csv, .tsv, .parquet), or a session's folder",
+    )
+    add("--out", required=True, metavar="DIR", help="folder for analysis.json, analysis.txt and the figures")
+    add("--design", help="only these rows; of another's table what all its rows are, e.g. two_area")
+    add(
+        "--margin",
+        action="append",
+        default=[],
+        metavar="QUESTION=VALUE",
+        help="what counts as equal, decided before: which=0.1 (share), realism=5 (mm), rating=0.2 (points) …",
+    )
+    add("--targets", metavar="F", help="table of ratings that scores of words are held against")
+    add("--targets-scale", metavar="SCALE", help="of that table (default 7-point)")
+    add("--reference", metavar="CONDITION", help="instead: the condition whose mean scores are the targets")
+    add(
+        "--column",
+        action="append",
+        default=[],
+        metavar="NAME=HEADING",
+        help="another's table: the heading of one of our columns, e.g. participant=subject",
+    )
+    add(
+        "--constant",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="another's table: what a column is in every row, e.g. question=which",
+    )
+    add("--encoding", default="utf-8-sig", help="of another's table (default %(default)s)")
+    add("--draws", type=int, default=2000, help="of the bootstraps (default %(default)s)")
+    add("--seed", type=int, default=0, help="of the bootstraps (default %(default)s)")
+    add("--no-figures", action="store_true", help="write no PNG")
+
+
+def _power_options(add: Add) -> None:
+    add("design", help="two_area, realism, rating, evoked, abx, staircase, magnitude or pairwise")
+    add("--participants", metavar="N,N,…", help="sizes of the study")
+    add("--trials", metavar="N,N,…", help="trials of each participant")
+    add("--effect", type=float, help="the truth that power is of")
+    add("--person-sd", type=float, help="spread of people's own effects")
+    add("--trial-sd", type=float, help="spread of single answers; of staircases the slope per dB")
+    add("--margin", type=float, help="what counts as equal")
+    add(
+        "--simulations",
+        type=int,
+        default=2000,
+        help="studies of simulated participants per row (default %(default)s)",
+    )
+    add("--seed", type=int, default=0, help="of the simulations (default %(default)s)")
+
+
+def _pairs(option: str, texts: list[str]) -> dict[str, str]:
+    from tactogram.errors import ParameterError
+
+    found = {}
+    for text in texts:
+        name, sign, value = text.partition("=")
+        if not sign or not name or name in found:
+            raise ParameterError(f"{option} needs NAME=VALUE, each name once, got {text!r}")
+        found[name] = value
+    return found
+
+
+def _counts(option: str, text: str | None) -> tuple[int, ...]:
+    from tactogram.errors import ParameterError
+
+    try:
+        return tuple(int(part) for part in text.split(",")) if text else ()
+    except ValueError:
+        raise ParameterError(f"{option} needs whole numbers divided by commas, got {text!r}") from None
+
+
+def _withdrawn_text(facts: dict[str, Any]) -> str:
+    return (
+        f"deleted: {facts['answers_deleted']} answers and the code; {facts['participants_left']} participants left\n"
+        "tables and folders that were exported before still hold them: delete those, and export again"
+    )
+
+
+def _changes_option(add: Add) -> None:
+    add("--set", action="append", default=[], metavar="KEY=VALUE", help="change a value of the study")

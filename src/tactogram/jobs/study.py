@@ -1,0 +1,271 @@
+"""Studies: listed, checked, taken by simulated participants, exported, withdrawn from."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from tactogram.errors import DataError, ParameterError
+from tactogram.rendering.level import parse_level
+from tactogram.signal.io.files import written_beside
+from tactogram.study.answers import SUFFIXES, Answers, read_answers, write_answers
+from tactogram.study.bids_rules import problems
+from tactogram.study.export import export_bids
+from tactogram.study.importing import Mapped, import_answers
+from tactogram.study.session_store import SessionStore
+from tactogram.study.simulated import SimulatedEffect, simulate
+from tactogram.study.study_file import Study, shipped_studies
+from tactogram.study.trials import Page, Participant
+from tactogram.validation import validated
+
+Progress = Callable[[int], None]
+
+
+def list_studies() -> dict[str, Any]:
+    """Return the studies that come with the package, by name, with what there is to choose by."""
+    return {name: _facts(Study.load(path)) for name, path in shipped_studies().items()}
+
+
+def check_study(
+    study: Path | str, *, changes: Mapping[str, Any] | None = None, stimuli: bool = False
+) -> dict[str, Any]:
+    """Return what a study asks of a participant, after checking its file, levels and files of stimuli.
+
+    Parameters
+    ----------
+    study : Path or str
+        A TOML file, or the name of a shipped one.
+    changes : mapping, optional
+        Values by dotted key.
+    stimuli : bool
+        Whether every stimulus is made and rendered on its display, too; generating can take a while.
+
+    Raises
+    ------
+    TactogramError
+        Whatever is wrong first, in one line.
+    """
+    loaded = Study.load(study, changes=changes)
+    folder = study_folder(study)
+    for stimulus in loaded.all_stimuli:
+        if stimulus.is_played:
+            parse_level(stimulus.level or loaded.level)
+        for name in (stimulus.file, stimulus.image):
+            path = Path(name) if Path(name).is_absolute() else folder / name
+            if name and not path.is_file():
+                raise DataError(f"stimulus {stimulus.name}: {path}: no such file")
+    facts = _facts(loaded) | {"sha256": loaded.sha256, "rendered": None}
+    if stimuli:
+        facts["rendered"] = _render_all(loaded, folder)
+    return facts
+
+
+def simulate_study(
+    study: Path | str,
+    out: Path | str,
+    *,
+    participants: int,
+    effect: Mapping[str, Any] | None = None,
+    seed: int = 0,
+    changes: Mapping[str, Any] | None = None,
+    play: bool = False,
+    progress: Progress = lambda done: None,
+) -> dict[str, Any]:
+    """Let simulated participants take a study, by the same interface as people, into a session folder.
+
+    Parameters
+    ----------
+    study : Path or str
+    out : Path
+        Folder of the session; one that was begun with the same study goes on.
+    participants : int
+        How many more.
+    effect : mapping, optional
+        Values of `SimulatedEffect`, by name; ``shift.NAME`` for one of its shifts. None is no effect.
+    seed : int
+        Of their answers.
+    changes : mapping, optional
+        Values of the study, by dotted key.
+    play : bool
+        Whether stimuli are made and rendered and their hashes logged, as when people take it.
+    progress : callable, optional
+        Called with how many are done.
+
+    Raises
+    ------
+    DataError
+        If people took the study in that folder: real and simulated answers are kept apart.
+    """
+    if participants < 1:
+        raise ParameterError(f"participants must be at least 1, got {participants}")
+    put_in = effect_of(effect or {})
+    loaded = Study.load(study, changes=changes)
+    with SessionStore(Path(out), loaded) as store:
+        if any(not known.simulated for known in store.participants()):
+            raise DataError(f"{out}: people took this study; give simulated participants another folder")
+        logged = _logger(store, loaded, study_folder(study)) if play else None
+        who = simulate(store, participants, effect=put_in, seed=seed, play=logged, progress=progress)
+        rows = len(store.answers())
+    return {
+        "folder": str(out),
+        "study": loaded.name,
+        "simulated_participants": [participant.code for participant in who],
+        "effect": put_in.model_dump(),
+        "answers": rows,
+        "simulated": True,
+    }
+
+
+def export_study(
+    folder: Path | str, *, table: Path | str | None = None, bids: Path | str | None = None
+) -> dict[str, Any]:
+    """Write the answers of a session folder as a tidy table, as a BIDS folder, or both.
+
+    Parameters
+    ----------
+    folder : Path
+    table : Path, optional
+        ``.csv``, ``.tsv`` or ``.parquet``. The study stands beside it as ``.study.json``.
+    bids : Path, optional
+        A new folder. It is checked by `bids_rules.problems`.
+    """
+    if table is None and bids is None:
+        raise ParameterError("export needs where to: --out F.csv, --bids DIR, or both")
+    with SessionStore(Path(folder)) as store:
+        answers = store.answers()
+        facts: dict[str, Any] = {
+            "study": store.study.name,
+            "answers": len(answers),
+            "participants": len(answers.unique("participant")),
+            "simulated_participants": len(answers.where(simulated=True).unique("participant")),
+            "withdrawn": store.withdrawn,
+        }
+        if table is not None:
+            path = Path(table)
+            write_answers(path, answers)
+            described = path.with_suffix(".study.json")
+            with written_beside(described) as part:
+                text = json.dumps(json.loads(store.study.as_json()), ensure_ascii=False, indent=1)
+                part.write_text(text + "\n", encoding="utf-8")
+            facts |= {"table": str(path), "study_file": str(described)}
+        if bids is not None:
+            made = export_bids(store, Path(bids))
+            facts |= {"bids": str(made), "bids_problems": problems(made)}
+    return facts
+
+
+def withdraw(folder: Path | str, code: str) -> dict[str, Any]:
+    """Delete a participant and all that is kept of them in a session folder."""
+    with SessionStore(Path(folder)) as store:
+        deleted = store.withdraw(code)
+        left = len(store.participants())
+    return {"folder": str(folder), "answers_deleted": deleted, "participants_left": left}
+
+
+def open_answers(
+    source: Path | str,
+    *,
+    columns: Mapping[str, str] | None = None,
+    constants: Mapping[str, str] | None = None,
+    encoding: str = "utf-8-sig",
+) -> Answers:
+    """Return the answers of a session folder, of a table, or of another's table by a mapping of columns.
+
+    Parameters
+    ----------
+    source : Path
+    columns, constants : mapping, optional
+        See `tactogram.study.importing.Mapped`; any of them makes it another's table.
+    encoding : str
+    """
+    path = Path(source)
+    if path.is_dir():
+        with SessionStore(path) as store:
+            return store.answers()
+    if path.suffix.lower() not in SUFFIXES:
+        raise ParameterError(f"{path}: answers are a session folder or {', '.join(SUFFIXES)}")
+    if not path.is_file():
+        raise DataError(f"{path}: no such file")
+    if columns or constants:
+        return import_answers(path, Mapped(columns or {}, constants or {}, encoding=encoding))
+    return read_answers(path)
+
+
+def effect_of(values: Mapping[str, Any]) -> SimulatedEffect:
+    """Return the effect that values by name say, ``shift.NAME`` being a shift."""
+    whole: dict[str, Any] = {}
+    for key, value in values.items():
+        name, dot, inner = key.partition(".")
+        if dot and name == "shift":
+            whole.setdefault("shift", {})[inner] = value
+        else:
+            whole[key] = value
+    return validated(SimulatedEffect, whole, where="effect")
+
+
+def study_folder(study: Path | str) -> Path:
+    """Return what the files of a study stand beside."""
+    return shipped_studies().get(str(study), Path(study)).parent
+
+
+def _facts(study: Study) -> dict[str, Any]:
+    language = study.languages[0]
+    return {
+        "name": study.name,
+        "title": study.title.en or study.title.in_language(language),
+        "design": study.design.model_dump()["kind"],
+        "trials": study.trials,
+        "stimuli": len(study.all_stimuli),
+        "conditions": list(dict.fromkeys(stimulus.condition for stimulus in study.all_stimuli)),
+        "simulated_stimuli": sum(stimulus.is_simulated for stimulus in study.all_stimuli),
+        "order": study.order,
+        "seed": study.seed,
+        "languages": list(study.languages),
+        "display": study.display,
+        "level": study.level,
+        "source": study.source,
+    }
+
+
+def _render_all(study: Study, folder: Path) -> dict[str, str]:
+    """Make and render every stimulus, and return its hash."""
+    from tactogram.jobs.study_stimuli import Stimuli
+    from tactogram.study.trials import Presented
+
+    made = Stimuli(study, folder)
+    hashes = {}
+    for stimulus in study.all_stimuli:
+        made.image(stimulus)
+        if stimulus.is_played:
+            hashes[stimulus.name] = made.played(Presented("", stimulus)).sha256
+    return hashes
+
+
+def _logger(store: SessionStore, study: Study, folder: Path) -> Callable[[Participant, Page], None]:
+    from tactogram.jobs.study_stimuli import Stimuli
+
+    stimuli = Stimuli(study, folder)
+
+    def play(participant: Participant, page: Page) -> None:
+        for presented in page.presented:
+            if presented.stimulus is None or presented.stimulus.is_played:
+                log_played(store, stimuli, participant.code, page, presented.slot)
+
+    return play
+
+
+def log_played(store: SessionStore, stimuli: Any, code: str, page: Page, slot: str) -> Any:
+    """Render what is in a slot of a participant's page, log it, and return it (`study_stimuli.Played`)."""
+    played = stimuli.played(page.slot(slot))
+    store.log_played(
+        code,
+        page.token,
+        slot,
+        sha256=played.sha256,
+        level=played.level,
+        display=played.display,
+        gain_db=played.gain_db,
+    )
+    return played

@@ -1,0 +1,46 @@
+import pytest
+
+from tactogram.study.session_store import SessionStore
+from tactogram.study.study_file import Study
+
+DESIGNS = {
+    "two_area": {"kind": "two_area", "repeats": 2},
+    "rating": {"kind": "rating", "words": ["rough", "dry"]},
+    "evoked": {"kind": "evoked", "set_size": 3, "words": ["rough", "dry"]},
+    "abx": {"kind": "abx", "repeats": 4},
+    "staircase": {"kind": "staircase", "most_trials": 12, "reversals": 4, "steps_db": [4.0]},
+    "magnitude": {"kind": "magnitude", "repeats": 2},
+    "pairwise": {"kind": "pairwise", "comparisons": 6},
+}
+
+
+def make_study(design="abx", **changes):
+    stimuli = [
+        {"name": f"{item}-{version}", "item": item, "condition": version, "file": "a.wav", "image": "a.png"}
+        for item in ("cork", "tile")
+        for version in ("recorded", "generated")
+    ]
+    values = {
+        "name": "small",
+        "title": "Small",
+        "consent": "Do you agree?",
+        "seed": 3,
+        "design": DESIGNS[design] if isinstance(design, str) else design,
+        "stimuli": stimuli,
+        "before": [
+            {"id": "hand", "text": "Hand?", "kind": "choice", "options": [{"value": "r"}, {"value": "l"}]}
+        ],
+        "after": [{"id": "comment", "text": "Else?", "kind": "text", "required": False}],
+    }
+    return Study.of(values | changes)
+
+
+@pytest.fixture(name="make_study")
+def make_study_fixture():
+    return make_study
+
+
+@pytest.fixture
+def store(tmp_path):
+    with SessionStore(tmp_path / "session", make_study()) as opened:
+        yield opened

@@ -1,0 +1,79 @@
+import json
+
+import pytest
+
+from tactogram.errors import ParameterError
+from tactogram.study.study_file import Study, shipped_studies
+from tactogram.study.wording import wordings
+
+
+@pytest.mark.parametrize("name", shipped_studies())
+def test_a_shipped_study_has_both_languages_and_comes_back_from_its_values(name):
+    study = Study.load(name)
+    assert study.languages == ("ja", "en")
+    assert all(bool(wording.ja) == bool(wording.en) for _, wording in wordings(study))
+    assert study.consent
+    assert Study.of(json.loads(study.as_json())).sha256 == study.sha256
+    assert all(stimulus.is_simulated or stimulus.text for stimulus in study.all_stimuli)
+
+
+def test_the_shipped_studies_have_the_numbers_of_the_papers():
+    two = Study.load("two-area")
+    assert len({stimulus.item for stimulus in two.all_stimuli}) == 9
+    assert (two.design.repeats, two.design.speed_mm_s, two.design.vas_mm, two.trials) == (10, 500, 100, 90)
+    assert two.after
+    image = Study.load("image-words")
+    assert (len(image.all_stimuli), image.design.image_mm, len(image.design.words)) == (48, 30, 10)
+    assert (image.design.low, image.design.high) == (1, 7)
+    evoked = Study.load("evoked-words")
+    assert (len(evoked.all_stimuli), evoked.design.set_size, evoked.trials) == (320, 80, 80)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"colour": "red"}, "unknown key 'colour'; known here: after"),
+        (
+            {"design": {"kind": "abx", "times": 3}},
+            "study: design: unknown key 'times'; known here: instructions",
+        ),
+        ({"design": {"kind": "guess"}}, "design.kind must be one of two_area, rating.*, got 'guess'"),
+        ({"design": {"kind": "abx", "repeats": 0}}, "repeats: must be greater than or equal to 1, got 0"),
+        ({"order": "any"}, "order: must be 'random', 'blocks'"),
+        ({"name": "My study"}, "name: String should match"),
+        ({"title": {"en": "only English"}}, "title lacks the language ja; give title.ja"),
+        ({"stimuli": []}, "needs stimuli"),
+        ({"stimuli": [{"name": "a", "file": "a.wav", "run": "runs/b"}]}, "one source, got file and run"),
+        ({"stimuli": [{"name": "a"}, {"name": "a"}]}, "names of stimuli must differ, got 'a' twice"),
+        (
+            {"grid": {"items": ["a"], "by_condition": {"x": {}}}},
+            "by_condition names x, which is no condition",
+        ),
+        ({"grid": {"items": ["a"], "by_condition": {"": {"sound": "x"}}}}, "by_condition.: sound: Extra"),
+        (
+            {"design": {"kind": "two_area", "asked_for": "made"}},
+            "needs each item as 'made' and as 'recorded'",
+        ),
+        ({"design": {"kind": "staircase", "start_db": 90.0}}, "lowest_db <= start_db <= highest_db"),
+        ({"design": {"kind": "magnitude", "standard": "x"}}, "standard must be one of cork-recorded"),
+        ({"design": {"kind": "evoked", "sets": 2}}, "sets must be at most 1"),
+        ({"before": [{"id": "a", "text": "?", "kind": "choice"}]}, "needs at least two different options"),
+        ({"before": [{"id": "a", "text": "?", "kind": "vas"}]}, "vas needs low < high"),
+    ],
+)
+def test_what_is_wrong_with_a_study_is_said_in_one_line(make_study, changes, message):
+    with pytest.raises(ParameterError, match=message) as refused:
+        make_study(**changes)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_file_that_is_none_is_refused(tmp_path):
+    with pytest.raises(ParameterError, match="no such study; shipped ones are abx"):
+        Study.load(tmp_path / "x.toml")
+    (tmp_path / "x.toml").write_text("title = ")
+    with pytest.raises(ParameterError, match="not a readable study"):
+        Study.load(tmp_path / "x.toml")
+
+
+def test_values_of_a_shipped_study_can_be_changed():
+    assert Study.load("two-area", changes={"design.repeats": 2, "seed": 5}).trials == 18
