@@ -141,6 +141,17 @@ def test_a_measured_sweep_gives_carrier_and_q(tmp_path, run):
     )
 
 
+def test_a_sweep_in_khz_is_refused_and_one_in_hz_printed_to_be_copied(tmp_path, run):
+    f = np.linspace(27_400, 29_000, 81)
+    y = preset("finger").admittance(f)
+    for name, unit in (("hz", 1), ("khz", 1000)):
+        lines = [f"{a / unit},{b.real},{b.imag}" for a, b in zip(f, y, strict=True)]
+        text = "frequency_hz,conductance_s,susceptance_s\n" + "\n".join(lines)
+        (tmp_path / f"{name}.csv").write_text(text)
+    assert "resonance_hz: 28200\n" in run("transducer", tmp_path / "hz.csv").stdout
+    assert "are they in kHz?" in run("transducer", tmp_path / "khz.csv").stderr
+
+
 class SimulatedDevice:
     """Stands in for an Analog Discovery."""
 
@@ -210,6 +221,11 @@ def test_what_is_no_drive_of_the_display_never_reaches_the_device(drive, tmp_pat
     write_signal(tmp_path / "loud.npz", Signal(np.full(100, 2.0), 16_000, "V"))
     with pytest.raises(ParameterError, match=r"outside of 0 to 1\.1 V"):
         play(tmp_path / "loud.npz", "ultrasonic-envelope")
+    with pytest.raises(ParameterError, match="channel: must be less than or equal to 2, got 7"):
+        play(drive, "ultrasonic-envelope", channel=7)
+    for seconds in (0, -1, float("nan")):
+        with pytest.raises(ParameterError, match="--loop must be a number of seconds > 0"):
+            play(drive, "ultrasonic-envelope", loop_s=seconds)
     with pytest.raises(ParameterError, match="is not a drive"):
         play(tmp_path / "x.csv", "ultrasonic-envelope")
 

@@ -87,6 +87,26 @@ def test_how_axes_become_one_can_be_chosen(capsys, tmp_path, recording):
     assert read_signal(out).unit == "V"
 
 
+def test_a_drive_never_replaces_its_signal(capsys, recording):
+    before = recording.read_bytes()
+    arguments = ["--display", "voice-coil", "--level", "physical", "--out", str(recording)]
+    assert main(["render", str(recording), *arguments]) == 1
+    assert "is the signal itself" in capsys.readouterr().err
+    assert recording.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("speed", "message"),
+    [("0", "a speed must be > 0 mm/s"), ("nan", "a speed must be > 0 mm/s"), ("1e-9", "cut the signal")],
+)
+def test_a_speed_that_no_finger_has_is_one_line(capsys, tmp_path, speed, message):
+    mu = Signal(np.linspace(0.3, 0.4, 100).astype(np.float32), 10, "1", domain="displacement")
+    write_signal(tmp_path / "mu.npz", mu)
+    arguments = ["--display", "electrovibration", "--level", "peak=1", "--speed", speed]
+    assert main(["render", str(tmp_path / "mu.npz"), *arguments, "--out", str(tmp_path / "d.npz")]) == 1
+    assert message in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -98,6 +118,9 @@ def test_how_axes_become_one_can_be_chosen(capsys, tmp_path, recording):
             "unknown key 'colour'",
         ),
         (["--display", "voice-coil", "--level", "gain=100", "--set", "linear.over=refuse"], "over the limit"),
+        (["--display", "voice-coil", "--level", "sensation=1e9"], "level sensation takes -200 to 200 dB"),
+        (["--display", "voice-coil", "--level", "gain=1e300"], "level gain needs a factor of 1e-12 to 1e+12"),
+        (["--display", "voice-coil", "--level", "physical", "--set", "rate=1e12"], "cut the signal"),
     ],
 )
 def test_what_cannot_be_rendered_is_one_line_and_no_file(capsys, tmp_path, recording, arguments, message):

@@ -6,7 +6,7 @@ import pytest
 from tactogram.errors import ParameterError
 from tactogram.rendering.axes import combined
 from tactogram.rendering.level import Level, parse_level
-from tactogram.rendering.report import Report, signal_facts
+from tactogram.rendering.report import Report, percent, signal_facts
 from tactogram.signal import Signal, dft321
 
 
@@ -31,7 +31,7 @@ def test_a_level_is_read_and_written(text, level):
         ("loud", "level must be one of physical"),
         ("", "level must be one of physical"),
         ("gain", "write gain=2"),
-        ("gain=0", "factor > 0"),
+        ("gain=0", "factor of 1e-12 to"),
         ("gain=x", "needs a number after ="),
         ("gain=", "needs a number after ="),
         ("gain=inf", "finite"),
@@ -79,3 +79,11 @@ def test_a_report_with_something_that_is_no_json_is_a_defect():
     with pytest.raises(ValueError, match="JSON compliant"):
         report.as_json()
     assert "clipped: nothing" in report.as_text()
+
+
+@pytest.mark.parametrize(
+    ("share", "words"),
+    [(1.0, "100 %"), (0.999, "100 %"), (0.0423, "4.2 %"), (3.14e-4, "0.031 %"), (0.0, "0 %")],
+)
+def test_a_share_is_said_in_two_digits(share, words):
+    assert percent(share) == words

@@ -85,8 +85,12 @@ def test_what_cannot_be_identified_is_refused():
         identify(SWEEP, Signal(np.ones((3, 1000)), 8000, "m/s^2"), band=BAND)
     with pytest.raises(ParameterError, match="at most 500 Hz"):
         identify(SWEEP, Signal(np.ones(1000), 1000, "m/s^2"), band=BAND)
+    for name in ("erm-drv2605", "electrovibration", "ultrasonic"):
+        with pytest.raises(ParameterError, match="a sweep is for displays of the family linear"):
+            exponential_sweep(open_display(name), band=(20, 80))
+    biased = open_display("voice-coil", changes={"lowest": 0.0, "dc": True})
     with pytest.raises(ParameterError, match="takes no negative drive"):
-        exponential_sweep(open_display("erm-drv2605"), band=(20, 80))
+        exponential_sweep(biased)
     with pytest.raises(ParameterError, match="share of the limit"):
         exponential_sweep(COIL, level=2)
     with pytest.raises(ParameterError, match="4 periods"):

@@ -35,6 +35,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         # No permission, no space, a file where a folder is needed: the system's words say enough.
         sys.stderr.write(f"tactogram: {error}\n")
         return 1
+    except MemoryError as error:
+        sys.stderr.write(f"tactogram: not enough memory: {error or 'take less at once'}\n")
+        return 1
     except KeyboardInterrupt:
         sys.stderr.write("tactogram: interrupted\n")
         return 130

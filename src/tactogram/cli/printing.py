@@ -37,7 +37,8 @@ def text_of(value: Any) -> str:
     if value is None:
         return "-"
     if isinstance(value, float):
-        return f"{value:.4g}"
+        # A frequency or a rate is to be copied: not as 2.82e+04.
+        return f"{value:.7g}" if 1e4 <= abs(value) < 1e7 else f"{value:.4g}"
     if isinstance(value, Mapping):
         return ", ".join(f"{name} {text_of(inner)}" for name, inner in value.items())
     if isinstance(value, list | tuple):

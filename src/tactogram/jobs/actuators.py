@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,9 @@ from tactogram.rendering.friction_calibration import calibrated, read_pairs, wri
 from tactogram.rendering.safety import safe
 from tactogram.rendering.transducer import fitted, read_sweep
 from tactogram.signal.io import read_signal
+
+LEAST_HZ = 1000.0
+"""No transducer of an ultrasonic display resonates below it."""
 
 
 def calibrate(
@@ -77,6 +81,10 @@ def transducer(sweep: Path | str) -> dict[str, Any]:
         If the table cannot be read, or holds no resonance.
     """
     frequency, admittance = read_sweep(sweep)
+    if frequency.max() < LEAST_HZ:
+        raise ParameterError(
+            f"{sweep}: its frequencies end at {frequency.max():g} Hz, far below ultrasound: are they in kHz?"
+        )
     found = fitted(frequency, admittance)
     away = found.admittance(frequency) - admittance
     return {
@@ -138,6 +146,8 @@ def play(
     kind, _, serial = device.partition(":")
     if kind != "digilent":
         raise ParameterError(f"--device must be digilent or digilent:SERIAL, got {device!r}")
+    if loop_s is not None and not (math.isfinite(loop_s) and loop_s > 0):
+        raise ParameterError(f"--loop must be a number of seconds > 0, got {loop_s:g}")
     known = open_display(display)
     settings = known.settings
     if (

@@ -110,6 +110,8 @@ def render(
         raise ParameterError(
             f"{out}: suffix must be one of {', '.join(WRITABLE)}, got {out.suffix or 'none'}"
         )
+    if out.exists() and Path(file).exists() and out.samefile(file):
+        raise ParameterError(f"{out}: is the signal itself, which the drive would replace; name another file")
     asked = parse_level(level) if isinstance(level, str) else level
     opened = open_display(display, changes=changes)
     if calibration is not None:

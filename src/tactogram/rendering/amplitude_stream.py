@@ -18,6 +18,7 @@ from scipy import signal as dsp
 from tactogram.rendering.display import Display
 from tactogram.rendering.level import Level
 from tactogram.rendering.levelled import within_limits
+from tactogram.rendering.report import percent
 from tactogram.rendering.strength import correlation, strength
 from tactogram.signal.signal import Signal
 
@@ -112,16 +113,16 @@ def drive(
     unreachable = [_one_frequency(settings)]
     if facts["silent_share"]:
         unreachable.append(
-            f"{100 * facts['silent_share']:.2g} % of the time is too weak to move it and is left silent"
+            f"{percent(facts['silent_share'])} of the time is too weak to move it and is left silent"
         )
     if settings.loop == "closed":
         scaled.append(
             "overdrive and braking are the driver's own: the stream holds none, the figures count none"
         )
     elif settings.overdrive:
-        above, below = (100 * facts[name] for name in ("overdriven_share", "braking_share"))
+        above, below = (percent(facts[name]) for name in ("overdriven_share", "braking_share"))
         scaled.append(
-            f"overdriven in {above:.2g} % and braked in {below:.2g} % of the steps, against a time constant of "
+            f"overdriven in {above} and braked in {below} of the steps, against a time constant of "
             f"{settings.rise_ms:g} ms"
         )
     facts |= {"scaled": scaled, "clipped": clipped, "unreachable": unreachable}

@@ -26,6 +26,7 @@ from tactogram.errors import DeviceError, ParameterError, UnitError
 from tactogram.extras import device_errors, imported
 from tactogram.rendering import electrovibration, ultrasonic
 from tactogram.signal.signal import Signal
+from tactogram.validation import validated
 
 LARGEST_V = 5.0
 """Of an Analog Discovery's generator, 0 to peak."""
@@ -70,7 +71,13 @@ def generator(
         )
     if isinstance(settings, ultrasonic.Settings) and settings.mapping == "suppressed-carrier":
         raise ParameterError("the AM node cannot turn the sign of a carrier: use the mapping vibration")
-    return Generator(carrier_hz=settings.carrier_hz, peak_v=settings.peak_v, channel=channel, serial=serial)
+    values = {
+        "carrier_hz": settings.carrier_hz,
+        "peak_v": settings.peak_v,
+        "channel": channel,
+        "serial": serial,
+    }
+    return validated(Generator, values, where="digilent")
 
 
 def am_data(envelope: NDArray[np.floating], peak_v: float) -> NDArray[np.float64]:
@@ -263,7 +270,8 @@ class AnalogDiscovery:
             If the frequency is not > 0.
         """
         self._opened()
-        self.wanted = Generator.model_validate({**self.wanted.model_dump(), "carrier_hz": carrier_hz})
+        values = {**self.wanted.model_dump(), "carrier_hz": carrier_hz}
+        self.wanted = validated(Generator, values, where=self.name)
         with device_errors(self.name, library="dwfpy"):
             self._channel[self._module.AnalogOutputNode.CARRIER].frequency = carrier_hz
             self._channel.apply()

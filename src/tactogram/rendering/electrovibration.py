@@ -28,6 +28,7 @@ from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.display import Display
 from tactogram.rendering.level import Level
 from tactogram.rendering.modulation import limited, shaped
+from tactogram.rendering.report import percent
 from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
 
@@ -151,12 +152,12 @@ def drive(
         sentences["unreachable"].append(f"{share:.1f} % of the power, above {highest:g} Hz")
     if more["slewed_share"] > 1e-3:
         sentences["clipped"].append(
-            f"{100 * more['slewed_share']:.2g} % of the samples held back by {settings.slew_v_per_s:g} V/s"
+            f"{percent(more['slewed_share'])} of the samples held back by {settings.slew_v_per_s:g} V/s"
         )
     rms = more["highest_v"] / math.sqrt(2)
     if settings.calibrated_to_v_rms is not None and rms > settings.calibrated_to_v_rms * (1 + 1e-3):
         sentences["scaled"].append(
-            f"up to {rms:.3g} V rms, but calibrated to {settings.calibrated_to_v_rms:g} V rms only: beyond it is a guess"
+            f"up to {rms:.3g} V rms, but calibrated to {settings.calibrated_to_v_rms:g} V rms only, the rest is a guess"
         )
     return Signal(raw.samples, display.rate, "V", display.channels), {**facts, **more, **sentences}
 
@@ -228,7 +229,7 @@ def friction_target(
             unreachable.append(f"friction below {s.mu_0:g}, that of the finger on the bare display")
         if facts["increase_scaled_by"] < 1:
             unreachable.append(
-                f"friction above {s.mu_max:.3g}: of what was wanted {100 * facts['increase_scaled_by']:.2g} % of the "
+                f"friction above {s.mu_max:.3g}: of what was wanted {percent(facts['increase_scaled_by'])} of the "
                 "swing come out"
             )
     target = np.clip(target, s.mu_0, s.mu_max)
@@ -341,9 +342,7 @@ def _raised(
         scaled.append(f"{s.mu_0 - low:.3g} added to the friction coefficient: only increases are possible")
         return target + (s.mu_0 - low)
     facts["below_share"] = float(np.mean(target < s.mu_0))
-    clipped.append(
-        f"{100 * facts['below_share']:.2g} % of the samples at mu_0 {s.mu_0:g}, the least possible"
-    )
+    clipped.append(f"{percent(facts['below_share'])} of the samples at mu_0 {s.mu_0:g}, the least possible")
     return np.maximum(target, s.mu_0)
 
 
@@ -357,7 +356,7 @@ def _lowered(
         high = float(target.max())
         if s.over == "refuse":
             raise ParameterError(
-                f"{100 * share:.2g} % of the friction is beyond {most:.3g}, what v_max {s.v_max:g} V gives (largest "
+                f"{percent(share)} of the friction is beyond {most:.3g}, what v_max {s.v_max:g} V gives (largest "
                 f"{high:.3g}); lower the level or the gain, or let it scale or clip"
             )
         factor = (most - s.mu_0) / (high - s.mu_0)
@@ -366,7 +365,7 @@ def _lowered(
         return s.mu_0 + factor * (target - s.mu_0)
     facts["beyond_share"] = share
     if share > 0:
-        clipped.append(f"{100 * share:.2g} % of the samples at {most:.3g}, what v_max {s.v_max:g} V gives")
+        clipped.append(f"{percent(share)} of the samples at {most:.3g}, what v_max {s.v_max:g} V gives")
     return np.minimum(target, most)
 
 

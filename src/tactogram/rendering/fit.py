@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,9 @@ from tactogram.rendering.report import SENTENCES, Report, amount, signal_facts
 from tactogram.rendering.safety import safe
 from tactogram.signal.displacement import played
 from tactogram.signal.signal import Signal
+
+MOST_SAMPLES = 2e8
+"""Of a drive and channel: 400 s of an ultrasonic waveform, and 1.6 GB where it is transformed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +80,11 @@ def fit(
         scaled.append(words)
     elif speed_mm_s is not None:
         raise ParameterError("a signal over time takes no speed; leave it out")
+    if signal.seconds * display.rate > MOST_SAMPLES:
+        raise ParameterError(
+            f"{signal.seconds:.4g} s at {display.rate:g} Hz are more samples than a drive may have, {MOST_SAMPLES:g}: "
+            "cut the signal, or render an envelope"
+        )
     signal, constant = _without_constant(signal)
     if constant is not None:
         scaled.append(constant)
@@ -127,6 +136,8 @@ def _lost_to_fades(raw: Signal, drive: Signal, display: Display) -> list[str]:
 
 
 def _over_time(signal: Signal, speed_mm_s: float | Signal, display: Display) -> tuple[Signal, str]:
+    if not isinstance(speed_mm_s, Signal) and not (speed_mm_s > 0 and math.isfinite(speed_mm_s)):
+        raise ParameterError(f"a speed must be > 0 mm/s and finite, got {speed_mm_s:g}")
     if isinstance(speed_mm_s, Signal):
         rate = display.rate if display.band is None else min(display.rate, 4 * display.band[1])
         return played(signal, speed_mm_s, rate), f"met at a given speed over {speed_mm_s.seconds:.4g} s"

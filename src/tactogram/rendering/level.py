@@ -11,6 +11,9 @@ from tactogram.errors import ParameterError
 Kind = Literal["physical", "sensation", "gain", "peak"]
 KINDS = ("physical", "sensation", "sensation=DB", "gain=FACTOR", "peak=SHARE")
 
+MOST_DB, MOST_GAIN = 200.0, 1e12
+"""What is beyond is a mistake, and no arithmetic of it a drive."""
+
 
 @dataclass(frozen=True)
 class Level:
@@ -45,8 +48,11 @@ class Level:
         match self.kind:
             case "physical" if value is not None:
                 raise ParameterError(f"level physical takes no value, got {value:g}; use gain={value:g}")
-            case "gain" if value is None or value <= 0:
-                raise ParameterError(f"level gain needs a factor > 0, got {value}; write gain=2")
+            case "sensation" if value is not None and abs(value) > MOST_DB:
+                raise ParameterError(f"level sensation takes -{MOST_DB:g} to {MOST_DB:g} dB, got {value:g}")
+            case "gain" if value is None or not 1 / MOST_GAIN <= value <= MOST_GAIN:
+                asked = f"level gain needs a factor of {1 / MOST_GAIN:g} to {MOST_GAIN:g}, got {value}"
+                raise ParameterError(f"{asked}; write gain=2")
             case "peak" if value is None or not 0 < value <= 1:
                 raise ParameterError(f"level peak needs a share in 0 to 1, got {value}; write peak=0.8")
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.display import Display
 from tactogram.rendering.level import Level
-from tactogram.rendering.report import amount
+from tactogram.rendering.report import amount, percent
 from tactogram.signal.perception import sensation_level_db
 from tactogram.signal.signal import Signal
 
@@ -117,16 +117,16 @@ def within_limits(
     if share > clip_share and over != "clip":
         if over == "refuse":
             raise ParameterError(
-                f"{100 * share:.2g} % of the drive is over the limit of {limit} (largest "
+                f"{percent(share)} of the drive is over the limit of {limit} (largest "
                 f"{amount(float(reach.max()) * high, unit)}); lower the level, or let it scale or clip"
             )
         factor = 1 / float(np.quantile(reach, 1 - clip_share, method="higher"))
         scaled.append(
-            f"times {factor:.4g} ({20 * np.log10(factor):.1f} dB): {100 * share:.2g} % of the drive was over the "
+            f"times {factor:.4g} ({20 * np.log10(factor):.1f} dB): {percent(share)} of the drive was over the "
             f"limit of {limit}"
         )
     outside = float(np.mean(reach * factor > 1 + 1e-9))
     if outside > 0:
         largest = 20 * np.log10(float(reach.max()) * factor)
-        clipped.append(f"{100 * outside:.2g} % of the samples at {limit}, the largest by {largest:.1f} dB")
+        clipped.append(f"{percent(outside)} of the samples at {limit}, the largest by {largest:.1f} dB")
     return np.clip(drive * factor, low, high), factor

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import signal as dsp
 
 from tactogram.errors import ParameterError
+from tactogram.rendering.report import percent
 
 KNEE = 0.8
 """The soft limiter leaves what is below this share of full scale as it is."""
@@ -186,7 +187,7 @@ def scaled_within(
         allowed = "" if over == "refuse" else f" ({100 * most_limited:g} % may be limited)"
         softly = ", or set over_modulation to limit" if over == "refuse" else ""
         raise ParameterError(
-            f"the signal over-modulates: it reaches {peak / scale:.3g} of full modulation, {100 * beyond:.2g} % of the "
+            f"the signal over-modulates: it reaches {peak / scale:.3g} of full modulation, {percent(beyond)} of the "
             f"samples are beyond 1{allowed}; {remedy}{softly}"
         )
     facts["limited_share"] = float(np.mean(np.abs(inner) > KNEE))

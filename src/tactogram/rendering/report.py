@@ -90,6 +90,11 @@ def amount(value: float, unit: str) -> str:
     return f"{value:.4g}" if unit == "1" else f"{value:.4g} {unit}"
 
 
+def percent(share: float) -> str:
+    """Return a share as people read it, two digits: ``100 %``, ``4.2 %``, ``0.031 %``."""
+    return f"{float(f'{100 * share:.2g}'):g} %"
+
+
 def _in_words(facts: Mapping[str, Any]) -> str:
     over = "s" if facts["domain"] == "time" else "mm"
     per = "Hz" if facts["domain"] == "time" else "per mm"

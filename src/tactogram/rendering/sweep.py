@@ -53,8 +53,13 @@ def exponential_sweep(
     Raises
     ------
     ParameterError
-        If the band does not lie below half the rate, or level or times are out of range.
+        If the display is not linear, the band does not lie below half the rate, or level or times are out of range.
     """
+    if display.family != "linear":
+        raise ParameterError(
+            f"{display.name} is {display.family}: a sweep is for displays of the family linear, whose drive has the "
+            "shape of their output; `transducer` measures an ultrasonic one, `calibrate` an electrovibration display"
+        )
     low, high = band or display.band or (10.0, 0.45 * display.rate)
     if not 0 < low < high < display.rate / 2:
         raise ParameterError(f"band must be 0 < low < high < {display.rate / 2:g} Hz, got {low:g} {high:g}")

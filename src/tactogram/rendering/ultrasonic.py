@@ -25,7 +25,7 @@ from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.display import Display
 from tactogram.rendering.level import Level
 from tactogram.rendering.modulation import limited, scaled_within, shaped
-from tactogram.rendering.report import amount
+from tactogram.rendering.report import amount, percent
 from tactogram.rendering.safety import fade_window
 from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
@@ -287,8 +287,8 @@ def _sentences(facts: dict[str, Any], words: str) -> dict[str, list[str]]:
     clipped, unreachable = [], []
     if facts["limited_share"] > 0:
         clipped.append(
-            f"{100 * facts['limited_share']:.2g} % of the samples limited softly, "
-            f"{100 * facts['over_modulated_share']:.2g} % over-modulated"
+            f"{percent(facts['limited_share'])} of the samples limited softly, "
+            f"{percent(facts['over_modulated_share'])} over-modulated"
         )
     if facts["removed_share"] > 1e-3:
         low, high = facts["band"]
