@@ -1,0 +1,223 @@
+"""Studies analysed as JSON, text and figures; and what a study of some size could show."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tactogram.datasets.ratings import SEVEN_POINT, Scale
+from tactogram.datasets.ratings_table import read_table
+from tactogram.errors import DataError, ParameterError
+from tactogram.jobs.study import open_answers
+from tactogram.signal.io.files import written_beside
+from tactogram.study.analysis import MARGINS, Plan, analyse
+from tactogram.study.analysis.finding import finite, table_lines
+from tactogram.study.analysis.words import Targets
+from tactogram.study.answers import Answers, read_cells
+from tactogram.study.power import PowerTable, power_table
+
+JSON_FILE, TEXT_FILE = "analysis.json", "analysis.txt"
+
+
+def analyse_study(
+    source: Path | str,
+    out: Path | str,
+    *,
+    design: str | None = None,
+    margins: Mapping[str, float] | None = None,
+    targets: Path | str | None = None,
+    targets_scale: Scale = SEVEN_POINT,
+    reference: str | None = None,
+    columns: Mapping[str, str] | None = None,
+    constants: Mapping[str, str] | None = None,
+    encoding: str = "utf-8-sig",
+    draws: int = 2000,
+    seed: int = 0,
+    figures: bool = True,
+) -> dict[str, Any]:
+    """Analyse a session folder or a table of answers, and write JSON, text and figures.
+
+    All is computed before anything is written.
+
+    Parameters
+    ----------
+    source : Path
+        A session folder, or ``.csv``, ``.tsv`` or ``.parquet``.
+    out : Path
+        A folder: ``analysis.json``, ``analysis.txt`` and a PNG per figure.
+    design : str, optional
+        Only rows of this design; where the table has no such column, what all its rows are.
+    margins : mapping, optional
+        See `tactogram.study.analysis.Plan`. Decided before the answers were seen.
+    targets : Path, optional
+        What ratings are held against: see `targets_of`.
+    targets_scale : Scale
+        Of that table.
+    reference : str, optional
+        Instead: a condition of the study.
+    columns, constants : mapping, optional
+        How another's table is read; see `tactogram.study.importing.Mapped`.
+    encoding : str
+    draws, seed : int
+        Of the bootstraps.
+    figures : bool
+
+    Returns
+    -------
+    dict
+        What ``analysis.json`` holds, with ``out``, ``files`` and ``text``.
+
+    Raises
+    ------
+    TactogramError
+        In one line: what is wrong with the table, the margins or the targets.
+    """
+    answers = _opened(Path(source), design, columns, constants, encoding)
+    plan = Plan(
+        dict(margins or {}),
+        targets=None if targets is None else targets_of(Path(targets), scale=targets_scale),
+        reference=reference,
+        seed=seed,
+        draws=draws,
+    )
+    analysis = analyse(answers, plan=plan)
+    result = analysis.as_dict() | {
+        "source": str(source),
+        "targets": None if targets is None else str(targets),
+    }
+    drawn = {}
+    if figures:
+        from tactogram.study.figures import figures_of
+
+        for section in analysis.sections:
+            drawn.update(figures_of(section, answers.where(design=section.design)))
+    folder = Path(out)
+    folder.mkdir(parents=True, exist_ok=True)
+    result["files"] = [JSON_FILE, TEXT_FILE, *(f"{name}.png" for name in drawn)]
+    with written_beside(folder / JSON_FILE) as part:
+        text = json.dumps(result, ensure_ascii=False, indent=1, allow_nan=False)
+        part.write_text(text + "\n", encoding="utf-8")
+    with written_beside(folder / TEXT_FILE) as part:
+        part.write_text(analysis.text(), encoding="utf-8")
+    for name, figure in drawn.items():
+        with written_beside(folder / f"{name}.png") as part:
+            figure.savefig(part, format="png", dpi=130)
+    return result | {"out": str(out), "text": analysis.text()}
+
+
+def study_power(design: str, **options: Any) -> dict[str, Any]:
+    """Return what a study of a design can show, with a text; options are those of `power_table`."""
+    found = power_table(design, **options)
+    plain: dict[str, Any] = finite(found.as_dict())
+    return plain | {"text": _power_text(found)}
+
+
+def margins_of(texts: Sequence[str]) -> dict[str, float]:
+    """Return margins from ``QUESTION=VALUE``, as the command line gives them.
+
+    Raises
+    ------
+    ParameterError
+        If one is not of that form.
+    """
+    found = {}
+    for text in texts:
+        name, sign, amount = text.partition("=")
+        try:
+            if not sign or name in found or not math.isfinite(float(amount)):
+                raise ValueError(text)  # noqa: TRY301
+            found[name] = float(amount)
+        except ValueError:
+            raise ParameterError(
+                f"a margin must be QUESTION=VALUE, each question once, of {', '.join(MARGINS)} "
+                f"(which=0.1, realism=5), got {text!r}"
+            ) from None
+    return found
+
+
+def targets_of(path: Path, *, scale: Scale = SEVEN_POINT) -> Targets:
+    """Return the mean score of each item and word: of a table of ratings, or of answers to a study of words.
+
+    Parameters
+    ----------
+    path : Path
+        A table of ratings; a session folder or a table of answers, of which the design ``rating`` is taken.
+    scale : Scale
+        Of a table of ratings.
+
+    Raises
+    ------
+    DataError
+        If the table is broken, or has an item without a score for one of its words.
+    """
+    if not path.exists():
+        raise DataError(f"{path}: no such table of target ratings")
+    if path.is_dir() or {"participant", "question"} <= set(read_cells(path)[0]):
+        return _mean_answers(path)
+    ratings = read_table(path, scale=scale).ratings
+    for place in np.argwhere(np.isnan(ratings.means)):
+        item, word = ratings.items[place[0]], ratings.words[place[1]]
+        raise DataError(f"{path}: item {item!r} must have a score for {word!r}, got none")
+    return {
+        item: dict(zip(ratings.words, map(float, row), strict=True))
+        for item, row in zip(ratings.items, ratings.means, strict=True)
+    }
+
+
+def _mean_answers(path: Path) -> Targets:
+    scores = open_answers(path).where(lambda row: row.design == "rating" and math.isfinite(row.value))
+    if not len(scores):
+        raise DataError(f"{path}: must have answers of the design rating to be targets, got none")
+    conditions = scores.unique("condition")
+    if len(conditions) > 1:
+        raise DataError(f"{path}: targets must be of one condition, got {', '.join(conditions)}")
+    return {
+        item: {word: float(of_word.numbers().mean()) for word, of_word in of_item.by("question").items()}
+        for item, of_item in scores.by("stimulus").items()
+    }
+
+
+def _opened(
+    source: Path,
+    design: str | None,
+    columns: Mapping[str, str] | None,
+    constants: Mapping[str, str] | None,
+    encoding: str,
+) -> Answers:
+    constant = dict(constants or {})
+    mapped = bool(columns or constants)
+    if design is not None and mapped and "design" not in (columns or {}):
+        constant.setdefault("design", design)
+    answers = open_answers(source, columns=columns, constants=constant, encoding=encoding)
+    if design is None:
+        return answers
+    kept = answers.where(design=design)
+    if not len(kept):
+        raise DataError(
+            f"{source}: has no rows of design {design!r}, but {', '.join(answers.unique('design'))}"
+        )
+    return kept
+
+
+def _power_text(found: PowerTable) -> str:
+    assumed = found.assumed
+    error = 2 * math.sqrt(0.05 * 0.95 / found.simulations)
+    lines = [
+        f"What a study of design {found.design} can show, by {found.simulations} studies of simulated participants per "
+        f"row (a share of .05 is known to ±{error:.3f}).",
+        f"Effect: {assumed.effect:g} {assumed.effect_text}; person_sd {assumed.person_sd:g}, "
+        f"trial_sd {assumed.trial_sd:g}, margin ±{assumed.margin:g}; a trial: {assumed.trials_text}.",
+        f"power, type_1, equivalence: {assumed.test}, the last where there is no difference.",
+    ]
+    if assumed.printed:
+        lines.append(f"printed_…: {assumed.printed}, which takes answers as independent.")
+    if assumed.kind in ("share", "votes"):
+        lines.append(
+            "exact_…: exact binomial if answers were independent; equivalence 0.000 where it is impossible."
+        )
+    return "\n".join([*lines, "", *table_lines(found.rows)])

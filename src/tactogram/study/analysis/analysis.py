@@ -1,0 +1,201 @@
+"""A whole study's analysis: which section answers which question."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tactogram.errors import DataError, ParameterError
+from tactogram.study.analysis.discrimination import analyse_discrimination
+from tactogram.study.analysis.evoked import analyse_evoked
+from tactogram.study.analysis.finding import Section
+from tactogram.study.analysis.magnitude import analyse_magnitude
+from tactogram.study.analysis.preference import analyse_preference
+from tactogram.study.analysis.realism import analyse_realism
+from tactogram.study.analysis.staircases import analyse_staircases
+from tactogram.study.analysis.words import Targets, analyse_words
+from tactogram.study.answers import Answers
+
+WHICH, REALISM = "which", "realism"
+MARGINS = ("which", "realism", "rating", "abx", "staircase", "magnitude")
+"""What a margin can be given for."""
+DESIGNS = ("two_area", "rating", "evoked", "abx", "staircase", "magnitude", "pairwise")
+UNTESTED = ("questions",)
+"""Rows of the questions before and after: they are counted, not tested."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is decided before the answers are seen.
+
+    Parameters
+    ----------
+    margins : mapping from str to float
+        Half the width of what counts as equal, by one of `MARGINS`: a share (``which``, ``abx``), mm (``realism``),
+        points (``rating``), dB (``staircase``) or the exponent (``magnitude``).
+    targets : mapping, optional
+        Scores of the stimuli that ratings are held against.
+    reference : str, optional
+        Instead: the condition whose mean scores are the targets.
+    seed : int
+        Of the bootstraps.
+    draws : int
+        Of a bootstrap; a tenth of it where each draw is a fit.
+
+    Raises
+    ------
+    ParameterError
+        If a margin is for something else or not > 0, both targets and a reference are given, or draws are too few.
+    """
+
+    margins: Mapping[str, float]
+    targets: Targets | None = None
+    reference: str | None = None
+    seed: int = 0
+    draws: int = 2000
+
+    def __post_init__(self) -> None:
+        for name, margin in self.margins.items():
+            if name not in MARGINS:
+                raise ParameterError(f"a margin must be for one of {', '.join(MARGINS)}, got {name!r}")
+            if not (margin > 0 and np.isfinite(margin)):
+                raise ParameterError(f"margin of {name} must be > 0, got {margin:g}")
+        if self.targets is not None and self.reference is not None:
+            raise ParameterError("ratings are held against targets or a reference condition, got both")
+        if self.draws < 100:
+            raise ParameterError(f"draws must be at least 100 for an interval of 95 %, got {self.draws}")
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """What is said of a study.
+
+    Parameters
+    ----------
+    study : str
+    sections : tuple of Section
+    plan : Plan
+    notes : tuple of str
+    """
+
+    study: str
+    sections: tuple[Section, ...]
+    plan: Plan
+    notes: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain values, for JSON."""
+        return {
+            "study": self.study,
+            "simulated": any(section.simulated for section in self.sections),
+            "margins": dict(self.plan.margins),
+            "reference": self.plan.reference,
+            "seed": self.plan.seed,
+            "draws": self.plan.draws,
+            "sections": [section.as_dict() for section in self.sections],
+            "notes": list(self.notes),
+        }
+
+    def text(self) -> str:
+        """Return it in lines."""
+        margins = ", ".join(f"{name} ±{value:g}" for name, value in self.plan.margins.items())
+        head = [
+            f"Study {self.study}",
+            f"Margins, given beforehand: {margins}"
+            if margins
+            else "No margin was given: nothing can be equivalent.",
+            "A difference is shown or not shown; with a margin what is not shown is equivalent within the margin or "
+            "undecided. What is not shown is not shown to be absent.",
+            *(f"Note: {note}." for note in self.notes),
+        ]
+        parts = ["\n".join(head)]
+        parts += [f"{'=' * 80}\n{section.text()}" for section in self.sections]
+        return "\n\n".join(parts) + "\n"
+
+
+def analyse(answers: Answers, *, plan: Plan | None = None) -> Analysis:
+    """Return the analysis of every question that the answers hold.
+
+    Parameters
+    ----------
+    answers : Answers
+        Of one study; ``design`` says what is asked.
+    plan : Plan, optional
+
+    Raises
+    ------
+    DataError
+        If there is no answer to a trial, answers are of several studies, or real and simulated participants are mixed.
+    """
+    plan = plan or Plan({})
+    studies = answers.unique("study")
+    if len(studies) > 1:
+        raise DataError(f"answers must be of one study, got {', '.join(studies)}; analyse them one by one")
+    trials = answers.where(lambda row: row.design not in UNTESTED)
+    if not len(trials):
+        raise DataError("answers must hold trials, got none")
+    if len(set(trials.column("simulated"))) > 1:
+        raise DataError(
+            "answers are of simulated participants and of people: leave one of both out (column simulated)"
+        )
+    sections = []
+    for design, group in trials.by("design").items():
+        if design not in DESIGNS:
+            raise DataError(f"design must be one of {', '.join(DESIGNS)}, got {design!r}")
+        if twice := _twice(group):
+            raise DataError(f"{twice}: is there twice; leave one out")
+        sections += _sections(design, group, plan)
+    notes: tuple[str, ...] = ()
+    if other := len(answers) - len(trials):
+        notes = (f"{other} answers to the questions before and after the trials are not tested",)
+    return Analysis(studies[0], tuple(sections), plan, notes)
+
+
+def _sections(design: str, group: Answers, plan: Plan) -> list[Section]:
+    rng = np.random.default_rng(plan.seed)
+    fits = max(100, plan.draws // 10)
+    margin = plan.margins.get
+    if design == "two_area":
+        return _two_area(group, plan)
+    single: dict[str, Callable[[], Section]] = {
+        "rating": lambda: analyse_words(
+            group,
+            rng=rng,
+            targets=plan.targets,
+            reference=plan.reference,
+            margin=margin("rating"),
+            draws=plan.draws,
+        ),
+        "evoked": lambda: analyse_evoked(group),
+        "abx": lambda: analyse_discrimination(group, margin=margin("abx"), design="abx"),
+        "staircase": lambda: analyse_staircases(group, rng=rng, margin=margin("staircase"), draws=fits),
+        "magnitude": lambda: analyse_magnitude(group, margin=margin("magnitude")),
+        "pairwise": lambda: analyse_preference(group, rng=rng, draws=max(100, plan.draws // 4)),
+    }
+    return [single[design]()]
+
+
+def _two_area(group: Answers, plan: Plan) -> list[Section]:
+    found = []
+    for question, rows in group.by("question").items():
+        if question == WHICH:
+            found.append(analyse_discrimination(rows, margin=plan.margins.get("which")))
+        elif question == REALISM:
+            found.append(analyse_realism(rows, margin=plan.margins.get("realism")))
+        else:
+            raise DataError(f"two_area: question must be {WHICH} or {REALISM}, got {question!r}")
+    return found
+
+
+def _twice(group: Answers) -> str:
+    """Return the first answer that stands there twice, in words; "" where none does."""
+    seen = set()
+    for row in group:
+        key = (row.participant, row.session, row.trial, row.question, row.stimulus, row.condition, row.repeat)
+        if row.trial and key in seen:
+            return f"trial {row.trial} of participant {row.participant}, question {row.question}"
+        seen.add(key)
+    return ""

@@ -1,0 +1,160 @@
+"""Magnitude estimation: geometric means, and Stevens' exponent by participant.
+
+S. S. Stevens, "On the psychophysical law", Psychological Review 64 (1957): estimate = k intensity**exponent. Everyone
+picks numbers of their own size, so that each participant's estimates are divided by their geometric mean first.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from tactogram.errors import DataError, ParameterError
+from tactogram.statistics.summary import summary
+from tactogram.study.analysis.finding import Finding, Section, answered, verdict_of
+from tactogram.study.analysis.realism import paired_findings
+from tactogram.study.answers import Answer, Answers
+
+
+def analyse_magnitude(answers: Answers, *, margin: float | None = None) -> Section:
+    """Return geometric means of estimates per stimulus, and where intensities are known the exponent.
+
+    Confirmatory is the mean over participants of the slopes of log estimate over log intensity, with Student's t
+    interval and p against 0 (no growth).
+
+    Parameters
+    ----------
+    answers : Answers
+        ``value`` is the number given. The intensity is the further column ``intensity``, else the decibels of
+        ``intensity_db``, else what ``level`` says as gain=FACTOR, peak=SHARE or sensation=DB, else ``stimulus`` or
+        ``condition`` where that is a number.
+    margin : float, optional
+        Of the exponent's difference from 1 (estimates in proportion).
+
+    Raises
+    ------
+    DataError
+        If no estimate is above 0.
+    """
+    kept, notes = answered(answers, "magnitude")
+    above = kept.where(lambda row: row.value > 0)
+    if not len(above):
+        raise DataError("magnitude: must have an estimate above 0, got none")
+    if lost := len(kept) - len(above):
+        notes += (f"{lost} estimates of 0 or below are left out: they have no logarithm",)
+    logs, means = np.log(above.numbers()), {}
+    for person in above.unique("participant"):
+        own = np.array([row.participant == person for row in above])
+        means[person] = float(logs[own].mean())
+    level = np.array([means[row.participant] for row in above])
+    scale = float(np.mean(list(means.values())))
+    rows = _stimuli(above, logs - level + scale)
+    findings, slopes = _exponents(above, logs, margin)
+    if not findings:
+        notes += ("intensities are not known: no exponent; give a column intensity",)
+    return Section(
+        "Magnitude estimation",
+        above.rows[0].design,
+        above.rows[0].question,
+        len(means),
+        len(above),
+        any(above.column("simulated")),
+        tuple(findings),
+        {"geometric means": rows, **({"exponent per participant": slopes} if slopes else {})},
+        notes,
+    )
+
+
+def intensity_of(row: Answer) -> float:
+    """Return the intensity of an answer's stimulus, > 0; NaN where it is not known."""
+    if db := row.more.get("intensity_db", ""):
+        return float(10 ** (_number(db) / 20))
+    kind, _, amount = row.level.partition("=")
+    if kind == "sensation" and math.isfinite(_number(amount)):
+        return float(10 ** (_number(amount) / 20))
+    level = amount if kind in ("gain", "peak") else ""
+    for text in (row.more.get("intensity", ""), level, row.stimulus, row.condition):
+        value = _number(text)
+        if 0 < value < math.inf:
+            return value
+    return math.nan
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
+def _stimuli(above: Answers, logs: Any) -> list[dict[str, Any]]:
+    """Return the geometric mean of each stimulus, its interval over participants' own means."""
+    cells: dict[tuple[str, str], dict[str, list[float]]] = {}
+    where: dict[tuple[str, str], float] = {}
+    for row, log in zip(above, logs, strict=True):
+        key = (row.stimulus, row.condition)
+        cells.setdefault(key, {}).setdefault(row.participant, []).append(float(log))
+        where.setdefault(key, intensity_of(row))
+    rows = []
+    for (stimulus, condition), people in cells.items():
+        found = summary([np.mean(values) for values in people.values()])
+        rows.append(
+            {
+                "stimulus": stimulus,
+                "condition": condition,
+                "intensity": where[stimulus, condition],
+                "geometric_mean": math.exp(found.mean),
+                "low": math.exp(found.low) if found.n > 1 else None,
+                "high": math.exp(found.high) if found.n > 1 else None,
+                "participants": found.n,
+            }
+        )
+    return rows
+
+
+def _exponents(above: Answers, logs: Any, margin: float | None) -> tuple[list[Finding], list[dict[str, Any]]]:
+    if margin is not None and not margin > 0:
+        raise ParameterError(f"margin must be > 0, got {margin:g}")
+    x = np.log(np.array([intensity_of(row) for row in above]))
+    people = np.array(above.column("participant"))
+    rows: list[dict[str, Any]] = []
+    for person in dict.fromkeys(people.tolist()):
+        own = (people == person) & np.isfinite(x)
+        if len(np.unique(x[own])) > 1:
+            fit = stats.linregress(x[own], logs[own])
+            rows.append(
+                {"participant": person, "exponent": float(fit.slope), "r_squared": float(fit.rvalue) ** 2}
+            )
+    if not rows:
+        return [], []
+    slopes = np.array([row["exponent"] for row in rows])
+    found = summary(slopes)
+    if found.n < 2:
+        one = Finding(
+            "all", "log-log slope", "confirmatory", "Stevens' exponent", found.mean, n=len(above), participants=1,
+            note="one participant: no interval over people",
+        )  # fmt: skip
+        return [one], rows
+    p = float(stats.ttest_1samp(slopes, 0.0).pvalue) if found.sd > 0 else float(found.mean == 0)
+    findings = [
+        Finding(
+            "all",
+            "log-log slope by participant, Student's t",
+            "confirmatory",
+            "Stevens' exponent",
+            found.mean,
+            found.low,
+            found.high,
+            p,
+            verdict_of(p),
+            len(above),
+            found.n,
+            found.mean / found.se if found.se > 0 else None,
+            note="p against 0: whether estimates grow with intensity",
+        )
+    ]
+    findings += paired_findings(slopes - 1, "all", "exponent minus 1", margin=margin, n=len(above))
+    return findings, rows

@@ -1,0 +1,362 @@
+"""Scores of words: errors to target scores, per condition and word, by participant and as the publications printed.
+
+Printed were the mean absolute error of all scores with its standard error (n = 2,400), Student's t [1, Fig. 7] and
+Steel-Dwass [2, Fig. 5 and 6]. Both take each score as independent, which the 120 of one person are not. Here: each
+participant's own mean error, Friedman and Wilcoxon's signed ranks, intervals by bootstrap over participants.
+
+[1], [2] as in `tactogram.datasets.words`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import DataError
+from tactogram.statistics.clustered import bootstrap_by_participant
+from tactogram.statistics.comparison import (
+    INDEPENDENT,
+    Comparison,
+    friedman_wilcoxon,
+    steel_dwass,
+    student_t,
+)
+from tactogram.study.analysis.finding import Finding, Section, answered, holm, verdict_of
+from tactogram.study.analysis.ordinal import ordinal_findings
+from tactogram.study.analysis.realism import holm_paired, paired_findings, paired_ps
+from tactogram.study.answers import Answers
+
+Numbers = NDArray[np.float64]
+Targets = Mapping[str, Mapping[str, float]]
+"""Of each stimulus, the score of each word that answers are held against."""
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors of answers, or the scores where there is no target.
+
+    Parameters
+    ----------
+    conditions, words, participants : tuple of str
+    values : mapping from (condition, word) to float64 array, shape (answer,)
+    people : float64 array, shape (participant, condition, word)
+        Means of each participant, NaN where there is none.
+    measure : str
+    """
+
+    conditions: tuple[str, ...]
+    words: tuple[str, ...]
+    participants: tuple[str, ...]
+    values: Mapping[tuple[str, str], Numbers]
+    people: Numbers
+    measure: str
+
+    def of(self, condition: str) -> Numbers:
+        """Return all errors under a condition."""
+        held = [self.values[condition, word] for word in self.words if (condition, word) in self.values]
+        return np.concatenate(held)
+
+
+def analyse_words(
+    answers: Answers,
+    *,
+    rng: np.random.Generator,
+    targets: Targets | None = None,
+    reference: str | None = None,
+    margin: float | None = None,
+    draws: int = 2000,
+) -> Section:
+    """Return what is said of scores of words under conditions.
+
+    Confirmatory is Friedman's test over the conditions, of two Wilcoxon's signed ranks, on each participant's mean over
+    words, and between every two conditions Wilcoxon's with Holm's correction.
+
+    Parameters
+    ----------
+    answers : Answers
+        ``question`` is the word, ``value`` the score, ``stimulus`` the item, ``condition`` the version.
+    rng : numpy Generator
+        For the bootstrap.
+    targets : mapping, optional
+        What scores are held against: errors are analysed. Without any, the scores themselves are.
+    reference : str, optional
+        Instead of ``targets``: the condition of these answers whose mean scores are the targets.
+    margin : float, optional
+        Of the mean absolute error (or score), in points, given before the answers were seen.
+    draws : int
+
+    Raises
+    ------
+    DataError
+        If no answer is a number, the reference is no condition, or a stimulus or word has no target.
+    """
+    kept, notes = answered(answers, "rating")
+    if reference is not None:
+        kept, targets = _against(kept, reference)
+    errors = errors_of(kept, targets)
+    rows, overall = _table(kept, errors, rng, draws)
+    findings = _by_participant(errors, margin) + _printed(errors) + _per_word(errors, margin)
+    if len(errors.conditions) > 1:
+        findings += ordinal_findings(kept)
+        notes += ("the ordinal check is of the scores themselves, not of their errors",) if targets else ()
+        notes += (f"what was printed {INDEPENDENT}",)
+    else:
+        notes += ("one condition: there is nothing to compare",)
+    if targets is None:
+        notes += ("no target scores were given: scores are compared, not their errors",)
+    return Section(
+        "Words" + (": mean absolute error" if targets else ": scores"),
+        kept.rows[0].design,
+        "words",
+        len(errors.participants),
+        len(kept),
+        any(kept.column("simulated")),
+        tuple(findings),
+        {errors.measure: overall, f"{errors.measure}, per word": rows},
+        notes,
+    )
+
+
+def errors_of(answers: Answers, targets: Targets | None) -> Errors:
+    """Return the absolute errors of scores to their targets; the scores, without targets.
+
+    Raises
+    ------
+    DataError
+        Naming the first stimulus or word that has no target.
+    """
+    conditions, words = answers.unique("condition"), answers.unique("question")
+    people = answers.unique("participant")
+    place = {name: number for number, name in enumerate(people)}
+    held: dict[tuple[str, str], list[float]] = {}
+    cells: dict[tuple[int, str, str], list[float]] = {}
+    for row in answers:
+        value = (
+            row.value if targets is None else abs(row.value - _target(targets, row.stimulus, row.question))
+        )
+        held.setdefault((row.condition, row.question), []).append(value)
+        cells.setdefault((place[row.participant], row.condition, row.question), []).append(value)
+    means = np.full((len(people), len(conditions), len(words)), np.nan)
+    for (person, condition, word), values in cells.items():
+        means[person, conditions.index(condition), words.index(word)] = np.mean(values)
+    measure = "score, points" if targets is None else "mean absolute error, points"
+    return Errors(conditions, words, people, {key: np.array(v) for key, v in held.items()}, means, measure)
+
+
+def _target(targets: Targets, stimulus: str, word: str) -> float:
+    try:
+        return float(targets[stimulus][word])
+    except KeyError:
+        raise DataError(
+            f"targets: must have a score of {stimulus!r} for {word!r}, have {len(targets)} stimuli "
+            f"({', '.join(list(targets)[:5])})"
+        ) from None
+
+
+def _against(answers: Answers, reference: str) -> tuple[Answers, Targets]:
+    given = answers.where(condition=reference)
+    if not len(given):
+        known = ", ".join(str(name) for name in answers.unique("condition"))
+        raise DataError(f"reference must be one of the conditions {known}, got {reference!r}")
+    sums: dict[str, dict[str, list[float]]] = {}
+    for row in given:
+        sums.setdefault(row.stimulus, {}).setdefault(row.question, []).append(row.value)
+    targets = {s: {w: float(np.mean(v)) for w, v in words.items()} for s, words in sums.items()}
+    rest = answers.where(lambda row: row.condition != reference)
+    if not len(rest):
+        raise DataError(f"reference {reference!r} is the only condition: nothing is left to hold against it")
+    return rest, targets
+
+
+def _by_participant(errors: Errors, margin: float | None) -> list[Finding]:
+    """Return the tests between conditions on each participant's mean over words."""
+    if len(errors.conditions) < 2 or len(errors.participants) < 2:
+        return []
+    means = dict(zip(errors.conditions, _nanmean(errors.people, 2).T, strict=True))
+    found = friedman_wilcoxon(means)
+    findings = _friedman(found, "all words", "confirmatory", errors) if found.overall else []
+    for pair in found.pairs:
+        gaps = means[pair.first] - means[pair.second]
+        gaps = gaps[~np.isnan(gaps)]
+        name = f"{pair.first} minus {pair.second}"
+        # ``pair.p`` is Holm's over all pairs: where there is one pair it is Wilcoxon's own.
+        t_p = float(paired_ps(gaps)[0])
+        findings += paired_findings(
+            gaps,
+            name,
+            f"difference of {errors.measure}",
+            margin=margin,
+            n=sum(len(errors.of(c)) for c in (pair.first, pair.second)),
+            roles=("check", "confirmatory"),
+            ps=(min(1.0, t_p * len(found.pairs)), pair.p) if len(found.pairs) > 1 else None,
+        )
+    return findings
+
+
+def _friedman(found: Comparison, of: str, role: Any, errors: Errors, p: float | None = None) -> list[Finding]:
+    statistic, raw = found.overall or (0.0, 1.0)
+    means = [group.mean for group in found.groups.values()]
+    p = raw if p is None else p
+    return [
+        Finding(
+            of,
+            f"Friedman over {len(means)} conditions",
+            role,
+            f"largest difference of {errors.measure}",
+            max(means) - min(means),
+            p=p,
+            verdict=verdict_of(p),
+            participants=len(errors.participants) - found.left_out,
+            n=sum(len(values) for values in errors.values.values()),
+            statistic=statistic,
+            correction="none" if of == "all words" else "Holm over words",
+        )
+    ]
+
+
+def _printed(errors: Errors) -> list[Finding]:
+    """Return Student's t and Steel-Dwass on every score, over all words and per word."""
+    if len(errors.conditions) < 2:
+        return []
+    findings = []
+    flat = {name: errors.of(name) for name in errors.conditions}
+    per_word = {
+        word: {c: errors.values[c, word] for c in errors.conditions if (c, word) in errors.values}
+        for word in errors.words
+    }
+    tests = [("all words", student_t(flat)), ("all words", steel_dwass(flat))]
+    tests += [
+        (word, steel_dwass(groups))
+        for word, groups in per_word.items()
+        if len(groups) > 1 and min(len(values) for values in groups.values()) > 1
+    ]
+    for of, test in tests:
+        findings += [
+            Finding(
+                f"{of}, {pair.first} minus {pair.second}",
+                test.test,
+                "as printed",
+                f"difference of {errors.measure}",
+                pair.difference,
+                p=pair.p,
+                verdict=verdict_of(pair.p),
+                n=test.groups[pair.first].n + test.groups[pair.second].n,
+                participants=len(errors.participants),
+                statistic=pair.statistic,
+                correction=test.correction,
+            )
+            for pair in test.pairs
+        ]
+    return findings
+
+
+def _per_word(errors: Errors, margin: float | None) -> list[Finding]:
+    """Return Friedman and paired tests per word; p by Holm over words, and over words and pairs."""
+    if len(errors.conditions) < 2:
+        return []
+    friedmans: dict[str, Comparison] = {}
+    gaps: dict[str, tuple[Numbers, int]] = {}
+    for place, word in enumerate(errors.words):
+        full = errors.people[:, :, place]
+        full = full[~np.isnan(full).any(1)]
+        if len(full) < 2:
+            continue
+        if len(errors.conditions) > 2:
+            friedmans[word] = friedman_wilcoxon(dict(zip(errors.conditions, full.T, strict=True)))
+        for a, b in combinations(range(len(errors.conditions)), 2):
+            first, second = errors.conditions[a], errors.conditions[b]
+            count = len(errors.values[first, word]) + len(errors.values[second, word])
+            gaps[f"{word}, {first} minus {second}"] = (full[:, a] - full[:, b], count)
+    findings = []
+    overall = holm([found.overall[1] if found.overall else 1.0 for found in friedmans.values()])
+    for (word, found), p in zip(friedmans.items(), overall, strict=True):
+        findings += _friedman(found, word, "check", errors, p)
+    if gaps:
+        findings += holm_paired(gaps, f"difference of {errors.measure}", margin)
+    return findings
+
+
+def _table(
+    kept: Answers, errors: Errors, rng: np.random.Generator, draws: int
+) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Return rows per condition and word, and per condition, with intervals by participant."""
+    words = bootstrap_by_participant(errors.people, lambda t: _nanmean(t, 0), rng=rng, draws=draws)
+    whole = bootstrap_by_participant(
+        errors.people, lambda t: _nanmean(_nanmean(t, 2), 0), rng=rng, draws=draws
+    )
+    others, again = _one_rater(kept), _retest(kept)
+    rows, overall = [], []
+    for c, condition in enumerate(errors.conditions):
+        values = errors.of(condition)
+        overall.append(
+            {
+                "condition": condition,
+                "n": len(values),
+                "participants": int((~np.isnan(errors.people[:, c]).all(1)).sum()),
+                "mean": float(whole[0][c]),
+                "low": float(whole[1][c]),
+                "high": float(whole[2][c]),
+                "se_as_printed": float(values.std(ddof=1) / np.sqrt(len(values)))
+                if len(values) > 1
+                else None,
+            }
+        )
+        for w, word in enumerate(errors.words):
+            if (condition, word) in errors.values:
+                held = errors.values[condition, word]
+                rows.append(
+                    {
+                        "condition": condition,
+                        "word": word,
+                        "n": len(held),
+                        "mean": float(words[0][c, w]),
+                        "low": float(words[1][c, w]),
+                        "high": float(words[2][c, w]),
+                        "se_as_printed": float(held.std(ddof=1) / np.sqrt(len(held)))
+                        if len(held) > 1
+                        else None,
+                        "one_rater": others.get((condition, word)),
+                        "retest": again.get((condition, word)),
+                    }
+                )
+    return rows, overall
+
+
+def _one_rater(kept: Answers) -> dict[tuple[str, str], float]:
+    """Return the mean absolute error of one participant to the mean of the others, of the same thing."""
+    cells: dict[tuple[str, str, str], dict[str, list[float]]] = {}
+    for row in kept:
+        key = (row.condition, row.question, row.stimulus)
+        cells.setdefault(key, {}).setdefault(row.participant, []).append(row.value)
+    found: dict[tuple[str, str], list[float]] = {}
+    for (condition, word, _), people in cells.items():
+        own = np.array([np.mean(values) for values in people.values()])
+        if len(own) > 1:
+            gaps = np.abs(own - (own.sum() - own) / (len(own) - 1))
+            found.setdefault((condition, word), []).append(float(gaps.mean()))
+    return {key: float(np.mean(values)) for key, values in found.items()}
+
+
+def _retest(kept: Answers) -> dict[tuple[str, str], float]:
+    """Return the mean absolute difference of a participant's answers to the same thing, where it was repeated."""
+    cells: dict[tuple[str, str, str, str], list[float]] = {}
+    for row in kept:
+        cells.setdefault((row.condition, row.question, row.stimulus, row.participant), []).append(row.value)
+    found: dict[tuple[str, str], list[float]] = {}
+    for (condition, word, *_), values in cells.items():
+        if len(values) > 1:
+            gaps = [abs(a - b) for a, b in combinations(values, 2)]
+            found.setdefault((condition, word), []).append(float(np.mean(gaps)))
+    return {key: float(np.mean(values)) for key, values in found.items()}
+
+
+def _nanmean(table: Numbers, axis: int) -> Numbers:
+    there = ~np.isnan(table)
+    with np.errstate(invalid="ignore"):
+        means: Numbers = np.where(there, table, 0).sum(axis) / there.sum(axis)
+    return means
