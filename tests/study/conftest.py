@@ -44,3 +44,8 @@ def make_study_fixture():
 def store(tmp_path):
     with SessionStore(tmp_path / "session", make_study()) as opened:
         yield opened
+
+
+@pytest.fixture(name="make_study_once", scope="session")
+def make_study_once_fixture():
+    return make_study
