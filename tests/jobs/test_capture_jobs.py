@@ -5,7 +5,6 @@ import json
 import os
 import re
 import signal
-import subprocess
 import sys
 from pathlib import Path
 
@@ -181,14 +180,22 @@ def test_a_session_that_is_killed_goes_on(tmp_path, plan, store):
     """The process itself, with its device, its log and its diary, and SIGKILL in the middle of a take."""
     plan.write_text(PLAN.replace('"cork", "tile"', '"cork", "foam", "tile"'))
     address = f"played:{store}?loss=0.05&seed=8"
-    command = [sys.executable, "-m", "tactogram.cli", "capture", str(plan), "--source", address]
-    command += ["--data", str(tmp_path / "mine"), "--yes"]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True) as process:
-        for line in process.stderr:
+    told, tells = os.pipe()
+    child = os.fork()
+    if child == 0:
+        try:
+            os.close(told)
+            sys.stderr = os.fdopen(tells, "w")
+            main(["capture", str(plan), "--source", address, "--data", str(tmp_path / "mine"), "--yes"])
+        finally:
+            os._exit(1)
+    os.close(tells)
+    with os.fdopen(told) as lines:
+        for line in lines:
             if line.startswith("take 2 of 3") and line.rstrip().endswith("recording"):
-                os.kill(process.pid, signal.SIGKILL)
+                os.kill(child, signal.SIGKILL)
                 break
-    assert process.returncode == -signal.SIGKILL
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == -signal.SIGKILL
     assert len(open_store(tmp_path / "mine")) == 1
     result = capture(plan, f"played:{store}?loss=0.05&seed=9", tmp_path / "mine", yes=True)
     assert (result["accepted"], result["left"]) == (2, 0)

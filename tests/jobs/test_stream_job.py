@@ -1,6 +1,7 @@
 """The verb `stream`: runs and files, mixed, on every backend that needs no hardware."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -118,6 +119,9 @@ def test_backends_without_hardware(textures, backend):
         ({"settings": {"seconds": 0.0}}, "seconds must be > 0"),
         ({"settings": {"backend": "audio"}}, "say which --display"),
         ({"settings": {"motion": "osc"}}, "does not keep the time"),
+        ({"out": Path("sent.xyz")}, "suffix must be one of .wav"),
+        ({"figure": Path("sent.pdf")}, "must be .png"),
+        ({"out": Path(__file__) / "sent.wav"}, "no folder that may be written to"),
     ],
 )
 def test_what_cannot_be_streamed_is_refused(textures, options, says):

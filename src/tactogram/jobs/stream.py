@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,7 +31,7 @@ from tactogram.rendering.streaming.surface import Along, SurfaceTexture
 from tactogram.rendering.streaming.textures import StreamingTexture
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
-from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.files import WRITABLE, written_beside
 
 Backend = Literal["null", "file", "clock", "audio", "osc", "udp"]
 REHEARSAL_S = 5.0
@@ -130,6 +131,7 @@ def stream(
     settings = settings or StreamSettings()
     sources = [sources] if isinstance(sources, str | Path) else sources
     _check(settings, display, level)
+    _check_files(out, figure)
     opened = None if display is None else open_display(display)
     rate = LEAST_RATE if opened is None else opened.rate
     if rate < LEAST_RATE:
@@ -268,6 +270,18 @@ def _check(settings: StreamSettings, display: str | None, level: str | None) -> 
         raise ParameterError(
             f"backend file does not keep the time, so motion cannot come from {settings.motion}: use clock"
         )
+
+
+def _check_files(out: Path | None, figure: Path | None) -> None:
+    """Refuse what could not be written in the end: an hour of streaming would be lost."""
+    if out is not None and out.suffix.lower() not in WRITABLE:
+        raise ParameterError(f"{out}: suffix must be one of {', '.join(WRITABLE)}, got {out.suffix}")
+    if figure is not None and figure.suffix.lower() != ".png":
+        raise ParameterError(f"{figure}: a figure's suffix must be .png, got {figure.suffix}")
+    for path in filter(None, (out, figure)):
+        there = next(folder for folder in path.absolute().parents if folder.exists())
+        if not there.is_dir() or not os.access(there, os.W_OK):
+            raise ParameterError(f"{path}: {there} is no folder that may be written to")
 
 
 def _motion(settings: StreamSettings, clock: Clock) -> MotionSource:
