@@ -265,3 +265,12 @@ def test_a_loop_is_rendered_without_a_fade():
     assert abs(x[-1] - x[0]) < 3 * np.abs(np.diff(x)).max()
     assert x[:160].max() == pytest.approx(x[8000:8160].max(), rel=1e-3)
     assert any("one period of a loop" in words for words in drive.report.scaled)
+
+
+def test_inverted_friction_is_not_said_to_be_a_share_of_the_signal():
+    t = np.arange(2000) / 2000
+    mu = Signal((0.3 + 0.1 * np.sign(np.sin(2 * np.pi * 10 * t))).astype(np.float32), 2000, "1")
+    rough = open_display("ultrasonic-envelope", changes={"ultrasonic.mapping": "friction"})
+    scaled = fit(mu, rough, level=Level("peak", 1.0)).report.scaled
+    assert not any("of the signal is full modulation" in words for words in scaled)
+    assert any(words.startswith("the swing times 0.") for words in scaled)

@@ -279,7 +279,13 @@ def _full_scale(level: Level, settings: Settings, display: Display) -> tuple[flo
 
 def _sentences(facts: dict[str, Any], words: str) -> dict[str, list[str]]:
     """Return what a report says of ``facts``."""
-    scaled = [words, f"{amount(facts['full_scale'], facts['unit'])} of the signal is full modulation"]
+    scaled = [words]
+    if facts["mapping"] != "friction":
+        scaled.append(f"{amount(facts['full_scale'], facts['unit'])} of the signal is full modulation")
+    elif facts["full_scale"] > 1:
+        scaled.append(
+            f"the swing times {1 / facts['full_scale']:.4g}: band and pre-emphasis made its peaks larger"
+        )
     scaled.append(
         f"carrier of {facts['carrier_v']:.4g} V at the generator: {facts['limit_v']:g} V {facts['limit_is']} at the "
         "transducer, gain and depth"
