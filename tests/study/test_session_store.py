@@ -244,3 +244,15 @@ def test_a_page_is_there_once_by_a_rule_of_the_file(store):
     answer(store, code, 1)
     with pytest.raises(sqlite3.IntegrityError):
         store._connection.execute("INSERT INTO pages VALUES (1, 2, 'consent', '{}', '{}')")
+
+
+def test_a_full_disk_stores_nothing_of_a_page_and_the_rest_stays(store):
+    code = store.enrol().code
+    answer(store, code, 2)
+    pages = store._connection.execute("PRAGMA page_count").fetchone()[0]
+    store._connection.execute(f"PRAGMA max_page_count = {pages}")
+    with pytest.raises(DataError, match="nothing was stored: database or disk is full"):
+        store.note("x" * 4000)
+    assert store.notes() == []
+    store._connection.execute("PRAGMA max_page_count = 1000000")
+    assert store.submit(code, "trial-1.1", {"which": "A"}).stored

@@ -105,6 +105,13 @@ class Stimuli:
         """Return the picture of a stimulus, None if it has none."""
         if stimulus.simulated_image:
             return _simulated_image(stimulus.simulated_image, stimulus.seed)
+        if stimulus.image_run:
+            made = self._generated(stimulus, stimulus.image_run)
+            if not isinstance(made, Image):
+                raise ParameterError(
+                    f"stimulus {stimulus.name}: {stimulus.image_run} makes signals; give it as run"
+                )
+            return made
         return read_image(self._file(stimulus.image)) if stimulus.image else None
 
     def display(self, stimulus: Stimulus) -> Display:
@@ -122,7 +129,10 @@ class Stimuli:
 
     def _made(self, stimulus: Stimulus) -> Signal:
         if stimulus.run:
-            return self._generated(stimulus)
+            made = self._generated(stimulus, stimulus.run)
+            if not isinstance(made, Signal):
+                raise ParameterError(f"{stimulus.run} makes images; give it as image_run")
+            return made
         if stimulus.simulated:
             length = None if stimulus.autoregressive else stimulus.seconds
             signal = _simulated(stimulus.simulated, 0 if stimulus.autoregressive else stimulus.seed, length)
@@ -137,7 +147,7 @@ class Stimuli:
             signal = signal.cut(0, max(1, round(stimulus.seconds * signal.rate)))
         return signal
 
-    def _generated(self, stimulus: Stimulus) -> Signal:
+    def _generated(self, stimulus: Stimulus, run: str) -> Signal | Image:
         from tactogram.jobs.generate import generate
 
         condition: dict[str, Any] = {}
@@ -145,10 +155,7 @@ class Stimuli:
             condition["material"] = {stimulus.material: 1.0}
         if stimulus.words:
             condition["words"] = dict(stimulus.words)
-        run = self._beside(stimulus.run)
-        [made] = generate(run, condition, seconds=stimulus.seconds, seed=stimulus.seed)
-        if not isinstance(made, Signal):
-            raise ParameterError(f"{stimulus.run} makes images; write them to files and give image")
+        [made] = generate(self._beside(run), condition, seconds=stimulus.seconds, seed=stimulus.seed)
         return made
 
     def _beside(self, name: str) -> Path:

@@ -10,6 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from tactogram.study.wording import Wording
 
 Name = Annotated[str, Field(min_length=1, max_length=120)]
+SIGNALS, PICTURES = ("file", "run", "simulated"), ("image", "image_run", "simulated_image")
+"""Where a signal and a picture can come from."""
 Weights = dict[str, float]
 
 
@@ -21,13 +23,13 @@ class Source(BaseModel):
     file: str = ""
     """A signal, beside the study's file."""
     run: str = ""
-    """A trained generator, which makes the signal, or the image where ``run`` makes images."""
+    """A trained generator, which makes the signal."""
     material: str = ""
-    """Condition of ``run``."""
+    """Condition of ``run`` and ``image_run``."""
     words: Weights = Field(default_factory=dict)
-    """Condition of ``run``: scores by word."""
+    """Condition of ``run`` and ``image_run``: scores by word."""
     seed: int = Field(default=0, ge=0)
-    """Of what ``run`` makes, or of what is simulated."""
+    """Of what runs make, or of what is simulated."""
     seconds: float | None = Field(default=None, gt=0, le=3600)
     simulated: str = ""
     """A simulated recording, as SET/MATERIAL: ``stroking9/carpet``."""
@@ -35,6 +37,8 @@ class Source(BaseModel):
     """Whether not the recording is played, but a signal drawn from an autoregressive model of it."""
     image: str = ""
     """A picture to be seen, beside the study's file."""
+    image_run: str = ""
+    """A trained generator, which makes the picture."""
     simulated_image: str = ""
     """A simulated picture, as FAMILY/NUMBER: ``sand/3``; ``any/TEXT`` draws both by the text."""
     display: str = ""
@@ -46,15 +50,16 @@ class Source(BaseModel):
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
-        given = [name for name in ("file", "run", "simulated") if getattr(self, name)]
+        given = [name for name in SIGNALS if getattr(self, name)]
         if len(given) > 1:
             raise ValueError(f"a stimulus has one source, got {' and '.join(given)}")
-        if (self.material or self.words) and not self.run:
-            raise ValueError("material and words are conditions of a run; give run, too")
+        if (self.material or self.words) and not (self.run or self.image_run):
+            raise ValueError("material and words are conditions of a run; give run or image_run, too")
         if self.autoregressive and not (self.file or self.simulated):
             raise ValueError("autoregressive needs a recording: give file or simulated, too")
-        if self.image and self.simulated_image:
-            raise ValueError("a stimulus has one picture, got image and simulated_image")
+        pictures = [name for name in PICTURES if getattr(self, name)]
+        if len(pictures) > 1:
+            raise ValueError(f"a stimulus has one picture, got {' and '.join(pictures)}")
         return self
 
 
@@ -80,9 +85,14 @@ class Stimulus(Source):
         return bool(self.simulated or self.simulated_image)
 
     @property
+    def is_seen(self) -> bool:
+        """Whether it has a picture."""
+        return any(getattr(self, name) for name in PICTURES)
+
+    @property
     def is_played(self) -> bool:
         """Whether a signal is played for it."""
-        return bool(self.file or self.run or self.simulated)
+        return any(getattr(self, name) for name in SIGNALS)
 
 
 class Grid(BaseModel):
@@ -133,7 +143,7 @@ class Grid(BaseModel):
         # A condition with its own source of signals or pictures replaces that of all.
         own = self.by_condition.get(condition, {})
         values = self.source.model_dump(exclude_defaults=True)
-        for kinds in (("file", "run", "simulated"), ("image", "simulated_image")):
+        for kinds in (SIGNALS, PICTURES):
             if any(kind in own for kind in kinds):
                 values = {key: value for key, value in values.items() if key not in kinds}
         values |= own

@@ -215,7 +215,7 @@ class Given:
 
 def _slot_shown(presented: Presented, language: Language) -> dict[str, Any]:
     stimulus = presented.stimulus
-    picture = stimulus is not None and bool(stimulus.image or stimulus.simulated_image)
+    picture = stimulus is not None and stimulus.is_seen
     # Silence is announced as played: who could see the difference need not feel it.
     played = stimulus is None or stimulus.is_played
     text = stimulus.text.in_language(language) if stimulus is not None else ""

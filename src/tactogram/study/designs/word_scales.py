@@ -146,7 +146,7 @@ class Evoked(WordScales):
     def check(self, setting: Setting) -> None:
         """Refuse stimuli without an image, and more sets than there are."""
         for stimulus in setting.stimuli:
-            if not (stimulus.image or stimulus.simulated_image or stimulus.run):
+            if not stimulus.is_seen:
                 raise ParameterError(
                     f"evoked shows images, and stimulus {stimulus.name!r} has none; give image"
                 )
