@@ -472,3 +472,28 @@ def test_what_the_limits_cut_off_is_counted(engine, output):
         run_unpaced(Stream(engine(), made), seconds=1.0)
     assert quiet_one.clipped == 0
     assert loud.clipped > 0
+
+
+def test_a_sound_card_that_was_pulled_out_ends_the_stream(engine, monkeypatch):
+    """It asks for nothing any more, and the library says nothing."""
+
+    class OutputStream:
+        latency, device = 0.0, 0
+
+        def __init__(self, **options):
+            pass
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            ended.append(True)
+
+    ended = []
+    card = types.SimpleNamespace(OutputStream=OutputStream, query_devices=lambda device: {"name": "x"})
+    monkeypatch.setattr(backends, "imported", lambda *_, **__: card)
+    monkeypatch.setattr(backends, "STALLED_S", 0.05)
+    monkeypatch.setattr(backends, "STATUS_S", 0.02)
+    with pytest.raises(DeviceError, match="asked for no samples for 0.05 s"):
+        run_audio(Stream(engine()), seconds=20.0, clock=Clock())
+    assert ended

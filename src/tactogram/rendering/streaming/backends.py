@@ -32,6 +32,8 @@ Status = Callable[[float], None]
 
 STATUS_S = 0.25
 """How often the status is told, s."""
+STALLED_S = 2.0
+"""A device that asks for nothing for so long is gone, s."""
 SETTLING_S = 0.05
 """How much of an ended stream is still sent, so that it fades out, s."""
 
@@ -201,7 +203,7 @@ def run_miniaudio(
             with quiet():
                 clock.start()
                 device.start(source)
-                _wait(stream, seconds, clock, status)
+                _wait(stream, seconds, clock, status, puller)
                 device.stop()
         finally:
             device.close()
@@ -255,7 +257,7 @@ def run_sounddevice(
         engine.latency.queued_s = float(playing.latency)
         with quiet():
             clock.start()
-            _wait(stream, seconds, clock, status)
+            _wait(stream, seconds, clock, status, puller)
         name = str(sounddevice.query_devices(playing.device)["name"])
     engine.latency.underruns = max(engine.latency.underruns, flagged)
     return {
@@ -336,13 +338,26 @@ def _take_priority() -> bool:
     return True
 
 
-def _wait(stream: Stream, seconds: float, clock: Clock, status: Status | None) -> None:
-    """Wait until a device has played for so long and faded out, or the stream has an error or is interrupted."""
+def _wait(stream: Stream, seconds: float, clock: Clock, status: Status | None, puller: Puller) -> None:
+    """Wait until a device has played for so long and faded out, or the stream has an error or is interrupted.
+
+    Raises
+    ------
+    DeviceError
+        If the device asked for nothing for `STALLED_S`: a sound card whose plug was pulled says nothing else.
+    """
     asleep = threading.Event()
     stream.ends_s = seconds
+    frames, since = -1, clock.now()
     try:
         while (left := seconds - clock.now()) > 0 and stream.error is None:
             asleep.wait(min(STATUS_S, left))
+            if puller.frames != frames:
+                frames, since = puller.frames, clock.now()
+            elif clock.now() - since > STALLED_S:
+                raise DeviceError(
+                    f"the device has asked for no samples for {STALLED_S:g} s; is it still plugged in?"
+                )
             if status is not None:
                 status(clock.now())
     except KeyboardInterrupt:
