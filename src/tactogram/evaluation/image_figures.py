@@ -149,10 +149,16 @@ def trade_off_figure(
     x = [float(np.mean(one.distance)) for one in weights]
     y = [float(np.mean(one.correlation)) for one in weights]
     curve.plot(x, y, "-o", color="tab:blue")
-    for one, left, up in zip(weights, x, y, strict=True):
+    near = 0.1 * (max(x) - min(x))
+    for place, (one, left, up) in enumerate(zip(weights, x, y, strict=True)):
         curve.plot(one.distance, one.correlation, ".", color="tab:blue", alpha=0.4)
+        stacked = sum(abs(left - other) < near and abs(up - y[n]) < 0.05 for n, other in enumerate(x[:place]))
         curve.annotate(
-            f"weight {one.weight:,.0f}", (left, up), xytext=(6, 6), textcoords="offset points", fontsize=8
+            f"weight {one.weight:,.0f}",
+            (left, up),
+            xytext=(6, 6 + 11 * stacked),
+            textcoords="offset points",
+            fontsize=8,
         )
     curve.axhline(0, color="0.7", linewidth=0.8)
     if best is not None:
