@@ -176,3 +176,12 @@ def test_a_response_needs_to_know_the_axis_and_the_band(capsys, tmp_path, record
     band = ["--band", "20", "400"]
     assert main(["response", str(recording), str(recording), "--out", str(tmp_path / "r.csv"), *band]) == 1
     assert "give --axis NAME" in capsys.readouterr().err
+
+
+def test_too_little_memory_is_one_line(capsys, monkeypatch):
+    def shown(*_, **__):
+        raise MemoryError("Unable to allocate 58.2 TiB")
+
+    monkeypatch.setattr("tactogram.jobs.render.show_display", shown)
+    assert main(["displays", "audio"]) == 1
+    assert capsys.readouterr().err == "tactogram: not enough memory: Unable to allocate 58.2 TiB\n"

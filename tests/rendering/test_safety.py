@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -33,6 +33,7 @@ SAMPLES = hnp.arrays(
 )
 
 
+@settings(max_examples=50)
 @given(SAMPLES, st.booleans())
 def test_limits_hold_whatever_comes(samples, dc):
     d = display(dc=dc)
@@ -44,6 +45,7 @@ def test_limits_hold_whatever_comes(samples, dc):
     assert not drive.samples[:, -1].any()
 
 
+@settings(max_examples=30)
 @given(SAMPLES)
 def test_lowest_and_rest_are_kept(samples):
     d = display(lowest=0.1, rest=0.2, dc=True)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tactogram.errors import ParameterError, UnitError
@@ -28,6 +28,7 @@ def force(display, signal, level, **options):
     return directions(display.settings) @ tensions.samples, tensions.samples, facts
 
 
+@settings(max_examples=30)
 @given(st.floats(0.03, 0.97), st.floats(0.03, 0.97))
 def test_a_balance_exists_wherever_the_finger_is(u, v):
     s = Settings(finger_mm=(200 * u, 150 * v))

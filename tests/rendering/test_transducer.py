@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tactogram.errors import DataError, ParameterError, UnitError
@@ -48,6 +48,7 @@ def test_conductance_is_largest_at_resonance():
     assert f[preset("finger").admittance(f).real.argmax()] == pytest.approx(28_200, abs=0.5)
 
 
+@settings(max_examples=30)
 @given(
     q=st.floats(20, 900),
     r1=st.floats(15, 900),
