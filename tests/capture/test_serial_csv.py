@@ -106,6 +106,19 @@ def test_micros_that_begin_again_after_71_minutes_are_no_gap():
     assert source.facts()["time_went_back"] == 0
 
 
+@pytest.mark.parametrize("digit", ["9", "-"])
+def test_one_damaged_digit_of_the_time_is_one_lost_sample_and_no_hole(digit):
+    """It was a hole of nine seconds, and a restart."""
+    rows = [f"{1000 * i},{i}" for i in range(300)]
+    rows[100] = digit + rows[100]
+    samples, source = read("micros,x\n" + "\n".join(rows) + "\n")
+    assert samples.shape == (1, 300)
+    assert np.flatnonzero(np.isnan(samples[0])).tolist() == [100]
+    assert samples[0, 101:].tolist() == list(range(101, 300))
+    assert source.parser.rejected["stray time"] == 1
+    assert source.backward == 0
+
+
 def test_a_board_that_starts_again_leaves_a_gap():
     times = [*range(5000, 5050), *range(50)]
     samples, source = read("ms,z\n" + "".join(f"{t},{n}\n" for n, t in enumerate(times)), rate=1000)

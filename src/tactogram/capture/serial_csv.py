@@ -30,7 +30,9 @@ unit is taken for microseconds, which boards print."""
 LEARNT_ROWS = 32
 """Rows whose median step is the nominal period, where none is given."""
 MOST_MISSING = 2_000_000
-"""Samples that a leap of the time column is entered as at most: a damaged digit must not fill the memory."""
+"""Samples that a leap of the time column is entered as at most."""
+MOST_UNCONFIRMED = 100
+"""Rows that the time may leave out, without another row that says so, too: it may be a damaged digit."""
 
 _LARGEST = float(np.finfo(np.float32).max)
 
@@ -95,6 +97,7 @@ class CsvSource:
         self._tick_s = 1.0
         self._last_tick: float | None = None
         self._ticks = _Unwrapped()
+        self._held: list[float] | None = None
         self._waiting: list[list[float]] = []
         self._next = 0
         self._over: str | None = None
@@ -182,6 +185,8 @@ class CsvSource:
             for row in self._waiting:
                 columns += self._timed(row)
             self._waiting = []
+        if last and self._held is not None:
+            self._stray()
         if not columns:
             return None
         if self._time is None:
@@ -198,6 +203,28 @@ class CsvSource:
         return self.rate is not None or last
 
     def _timed(self, row: list[float]) -> list[NDArray[np.float64]]:
+        """Return what a row adds: nothing while its time leaps and no other row says so, too."""
+        if self._held is not None:
+            if self._follows(row, self._seconds(self._held)):
+                held, self._held = self._held, None
+                return [*self._placed(held), *self._placed(row)]
+            self._stray()
+        if self._last_tick is not None and self.rate is not None and not self._follows(row, self._last_tick):
+            self._held = row
+            return []
+        return self._placed(row)
+
+    def _seconds(self, row: list[float]) -> float:
+        return self._ticks.seen(row[self._time or 0]) * self._tick_s
+
+    def _follows(self, row: list[float], before_s: float) -> bool:
+        return 0 <= (self._seconds(row) - before_s) * (self.rate or 0.0) <= MOST_UNCONFIRMED
+
+    def _stray(self) -> None:
+        self._held = None
+        self.parser.rejected["stray time"] += 1
+
+    def _placed(self, row: list[float]) -> list[NDArray[np.float64]]:
         """Return a row as samples, behind as many NaN as the board's own time has left out."""
         seconds = self._ticks.add(row[self._time or 0]) * self._tick_s
         found: list[NDArray[np.float64]] = []
@@ -290,11 +317,16 @@ class _Unwrapped:
     def __init__(self) -> None:
         self._turns, self._last = 0.0, -math.inf
 
-    def add(self, ticks: float) -> float:
+    def seen(self, ticks: float) -> float:
+        turns = self._turns
         if self._last - ticks > 2**31 and self._last < 2**32:
-            self._turns += 2**32
-        self._last = ticks
-        return self._turns + ticks
+            turns += 2**32
+        return turns + ticks
+
+    def add(self, ticks: float) -> float:
+        seen = self.seen(ticks)
+        self._turns, self._last = seen - ticks, ticks
+        return seen
 
 
 def _unit(text: str | None) -> tuple[str, float]:
