@@ -1,4 +1,6 @@
 import json
+import tomllib
+from pathlib import Path
 
 import pytest
 
@@ -77,3 +79,10 @@ def test_a_file_that_is_none_is_refused(tmp_path):
 
 def test_values_of_a_shipped_study_can_be_changed():
     assert Study.load("two-area", changes={"design.repeats": 2, "seed": 5}).trials == 18
+
+
+def test_the_study_in_the_documentation_is_one():
+    text = (Path(__file__).parents[2] / "docs" / "studies.md").read_text(encoding="utf-8")
+    study = Study.of(tomllib.loads(text.partition("```toml\n")[2].partition("```")[0]))
+    assert [stimulus.name for stimulus in study.all_stimuli][:2] == ["cork/recorded", "cork/generated"]
+    assert study.all_stimuli[1].run == "runs/my-run"
