@@ -138,3 +138,14 @@ def test_a_level_that_replaces_the_signals_own_is_changed_itself():
 def test_an_effect_is_given_by_name():
     effect = effect_of({"d_prime": 1.5, "shift.generated": -10})
     assert (effect.d_prime, effect.shift) == (1.5, {"generated": -10})
+
+
+def test_signal_and_picture_of_a_shipped_study_are_made(tmp_path):
+    study = Study.load("image-words")
+    stimuli = Stimuli(study, tmp_path)
+    first = study.all_stimuli[0]
+    played = stimuli.played(Presented("", first))
+    assert played.drive.signal.seconds == pytest.approx(1.0, abs=0.01)
+    # peak=0.5 of full scale
+    assert np.abs(played.drive.signal.samples).max() == pytest.approx(0.5, rel=0.01)
+    assert stimuli.image(first).size == (128, 128)

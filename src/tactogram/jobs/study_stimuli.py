@@ -122,7 +122,13 @@ class Stimuli:
         signal, text = self.signal(stimulus), stimulus.level or self.study.level
         try:
             level, signal = stronger(parse_level(text), signal, gain_db)
-            drive = fit(signal, self.display(stimulus), level=level)
+            drive = fit(
+                signal,
+                self.display(stimulus),
+                level=level,
+                axes=stimulus.axes or None,
+                speed_mm_s=stimulus.speed_mm_s,
+            )
         except TactogramError as error:
             raise type(error)(f"stimulus {stimulus.name}: {error}") from error
         return Played(drive, signal_sha256(drive.signal), text, drive.report.display, gain_db)

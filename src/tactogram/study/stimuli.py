@@ -45,6 +45,10 @@ class Source(BaseModel):
     """On what it is played; by default the study's."""
     level: str = ""
     """How strong; by default the study's. As `render` takes it: physical, sensation=20, gain=2 …"""
+    axes: str = ""
+    """How several axes become the display's, as `render` takes it; by default as the display says."""
+    speed_mm_s: float | None = Field(default=None, gt=0, le=5000)
+    """Of the finger, for a signal over displacement."""
     text: Wording = Wording()
     """What is to be done where nothing is played: ``Stroke plate {item}.``"""
 
