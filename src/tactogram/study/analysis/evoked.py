@@ -55,6 +55,7 @@ def analyse_evoked(answers: Answers) -> Section:
         )
         for ((image, word), share), p in zip(shares.items(), ps, strict=True)
     ]
+    rows.sort(key=lambda row: (row["image"], row["word"]))
     words, per_word = _words(kept)
     people = len(set(kept.column("participant")))
     notes += (

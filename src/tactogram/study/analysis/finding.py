@@ -22,7 +22,7 @@ EQUIVALENT, UNDECIDED = "equivalent within the margin", "undecided"
 VERDICTS = (SHOWN, NOT_SHOWN, EQUIVALENT, UNDECIDED)
 ALPHA = 0.05
 MOST_LINES = 120
-"""Findings of one role that are written out in a text; more stand in its tables and in the JSON."""
+"""Findings of one role that are written out in a text; more are counted there, and stand in the JSON."""
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ class Section:
             held = [f for f in self.findings if f.role == role]
             if len(held) > MOST_LINES:
                 counts = ", ".join(f"{sum(f.verdict == v for f in held)} {v}" for v in VERDICTS)
-                lines += ["", f"{heading}: {len(held)} findings ({counts}); the tables hold them"]
+                lines += ["", f"{heading}: {len(held)} findings ({counts}), all in the JSON"]
             elif held:
                 lines += ["", f"{heading}:", *(f"  {finding.text()}" for finding in held)]
         for name, rows in self.tables.items():

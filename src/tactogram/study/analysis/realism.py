@@ -18,9 +18,9 @@ from tactogram.errors import DataError
 from tactogram.statistics.clustered import mixed_difference
 from tactogram.statistics.comparison import student_t
 from tactogram.statistics.equivalence import paired_equivalence
-from tactogram.statistics.signed_rank import pseudomedian
+from tactogram.statistics.signed_rank import pseudomedian, signed_rank_p
 from tactogram.statistics.summary import Summary, summary
-from tactogram.study.analysis.finding import Finding, Section, answered, holm, verdict_of
+from tactogram.study.analysis.finding import Finding, Role, Section, answered, holm, verdict_of
 from tactogram.study.answers import Answers
 
 Numbers = NDArray[np.float64]
@@ -88,7 +88,7 @@ def paired_findings(
     *,
     margin: float | None = None,
     n: int,
-    roles: tuple[Any, Any] = ("check", "check"),
+    roles: tuple[Role, Role] = ("check", "check"),
     ps: tuple[float, float] | None = None,
     equivalence_p: float | None = None,
 ) -> list[Finding]:
@@ -158,7 +158,12 @@ def paired_findings(
     return [t, rank]
 
 
-def holm_paired(gaps: Mapping[str, tuple[Numbers, int]], measure: str, margin: float | None) -> list[Finding]:
+def holm_paired(
+    gaps: Mapping[str, tuple[Numbers, int]],
+    measure: str,
+    margin: float | None,
+    roles: tuple[Role, Role] = ("check", "check"),
+) -> list[Finding]:
     """Return `paired_findings` of several things, every p with Holm's correction over them.
 
     Parameters
@@ -167,6 +172,7 @@ def holm_paired(gaps: Mapping[str, tuple[Numbers, int]], measure: str, margin: f
         Differences, and answers that went into them, by what they are of.
     measure : str
     margin : float, optional
+    roles : tuple of two roles
     """
     both = [paired_ps(differences) for differences, _ in gaps.values()]
     t_p, rank_p = (holm([pair[k] for pair in both]) for k in (0, 1))
@@ -177,7 +183,7 @@ def holm_paired(gaps: Mapping[str, tuple[Numbers, int]], measure: str, margin: f
         finding
         for (of, (differences, n)), t, rank, e in zip(gaps.items(), t_p, rank_p, equal, strict=True)
         for finding in paired_findings(
-            differences, of, measure, margin=margin, n=n, ps=(t, rank), equivalence_p=e
+            differences, of, measure, margin=margin, n=n, roles=roles, ps=(t, rank), equivalence_p=e
         )
     ]
 
@@ -191,7 +197,7 @@ def paired_ps(differences: Numbers) -> tuple[float, float]:
             "ignore", RuntimeWarning
         )  # differences without spread: t is infinite, as it should be
         t = stats.ttest_1samp(differences, 0.0).pvalue
-    return float(t), float(stats.wilcoxon(differences).pvalue)
+    return float(t), signed_rank_p(differences)
 
 
 def _differences(kept: Answers, names: tuple[str, ...]) -> dict[str, float]:

@@ -9,6 +9,7 @@ participant's own mean error, Friedman and Wilcoxon's signed ranks, intervals by
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
@@ -17,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tactogram.datasets.words import WORDS
 from tactogram.errors import DataError
 from tactogram.statistics.clustered import bootstrap_by_participant
 from tactogram.statistics.comparison import (
@@ -28,7 +30,7 @@ from tactogram.statistics.comparison import (
 )
 from tactogram.study.analysis.finding import Finding, Section, answered, holm, verdict_of
 from tactogram.study.analysis.ordinal import ordinal_findings
-from tactogram.study.analysis.realism import holm_paired, paired_findings, paired_ps
+from tactogram.study.analysis.realism import holm_paired
 from tactogram.study.answers import Answers
 
 Numbers = NDArray[np.float64]
@@ -130,7 +132,8 @@ def errors_of(answers: Answers, targets: Targets | None) -> Errors:
     DataError
         Naming the first stimulus or word that has no target.
     """
-    conditions, words = answers.unique("condition"), answers.unique("question")
+    conditions = tuple(sorted(answers.unique("condition"), key=_by_size))
+    words = tuple(sorted(answers.unique("question"), key=_as_listed))
     people = answers.unique("participant")
     place = {name: number for number, name in enumerate(people)}
     held: dict[tuple[str, str], list[float]] = {}
@@ -146,6 +149,19 @@ def errors_of(answers: Answers, targets: Targets | None) -> Errors:
         means[person, conditions.index(condition), words.index(word)] = np.mean(values)
     measure = "score, points" if targets is None else "mean absolute error, points"
     return Errors(conditions, words, people, {key: np.array(v) for key, v in held.items()}, means, measure)
+
+
+def _by_size(name: str) -> tuple[float, str]:
+    """Return what sorts conditions: names first, then numbers by size."""
+    try:
+        return float(name.replace(",", "")), name
+    except ValueError:
+        return -math.inf, name
+
+
+def _as_listed(word: str) -> tuple[int, str]:
+    """Return what sorts words: the ten words as the publications list them, then others by name."""
+    return (WORDS.index(word), "") if word in WORDS else (len(WORDS), word)
 
 
 def _target(targets: Targets, stimulus: str, word: str) -> float:
@@ -180,22 +196,13 @@ def _by_participant(errors: Errors, margin: float | None) -> list[Finding]:
     means = dict(zip(errors.conditions, _nanmean(errors.people, 2).T, strict=True))
     found = friedman_wilcoxon(means)
     findings = _friedman(found, "all words", "confirmatory", errors) if found.overall else []
-    for pair in found.pairs:
-        gaps = means[pair.first] - means[pair.second]
-        gaps = gaps[~np.isnan(gaps)]
-        name = f"{pair.first} minus {pair.second}"
-        # ``pair.p`` is Holm's over all pairs: where there is one pair it is Wilcoxon's own.
-        t_p = float(paired_ps(gaps)[0])
-        findings += paired_findings(
-            gaps,
-            name,
-            f"difference of {errors.measure}",
-            margin=margin,
-            n=sum(len(errors.of(c)) for c in (pair.first, pair.second)),
-            roles=("check", "confirmatory"),
-            ps=(min(1.0, t_p * len(found.pairs)), pair.p) if len(found.pairs) > 1 else None,
-        )
-    return findings
+    gaps = {}
+    for first, second in combinations(errors.conditions, 2):
+        apart = means[first] - means[second]
+        count = len(errors.of(first)) + len(errors.of(second))
+        gaps[f"{first} minus {second}"] = (apart[~np.isnan(apart)], count)
+    measure = f"difference of {errors.measure}"
+    return findings + holm_paired(gaps, measure, margin, ("check", "confirmatory"))
 
 
 def _friedman(found: Comparison, of: str, role: Any, errors: Errors, p: float | None = None) -> list[Finding]:
