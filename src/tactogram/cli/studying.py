@@ -166,7 +166,9 @@ def _analyse_options(add: Add) -> None:
         metavar="QUESTION=VALUE",
         help="what counts as equal, decided before: which=0.1 (share), realism=5 (mm), rating=0.2 (points) …",
     )
-    add("--targets", metavar="F", help="table of ratings that scores of words are held against")
+    add(
+        "--targets", metavar="F", help="ratings, or answers to a study of words, that scores are held against"
+    )
     add("--targets-scale", metavar="SCALE", help="of that table (default 7-point)")
     add("--reference", metavar="CONDITION", help="instead: the condition whose mean scores are the targets")
     add(
