@@ -20,6 +20,7 @@ from tactogram.study.analysis.staircases import in_order
 from tactogram.study.answers import Answers
 
 Rows = Sequence[Mapping[str, Any]]
+SLANTED: dict[str, Any] = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"}
 MOST_BRACKETS = 6
 """Above it only those with the first condition are drawn."""
 
@@ -74,7 +75,8 @@ def correct_figure(section: Section) -> Figure:
         )
         figure.legend(loc="outside lower right", fontsize=8, frameon=False)
     axes.set_xticks([*range(len(rows)), end], [*names, "all, by\nparticipant"])
-    axes.tick_params(axis="x", labelrotation=0 if len(rows) < 8 and max(map(len, names)) < 9 else 30)
+    if len(rows) > 7 or max(map(len, names)) > 8:
+        axes.set_xticks(axes.get_xticks(), [*names, "all, by\nparticipant"], **SLANTED)
     axes.set(ylim=(0, 100), ylabel="correct, % (95 % interval)")
     axes.set_title(f"{_title(section)}\nall: {whole.verdict}", fontsize=10)
     return figure
@@ -93,7 +95,7 @@ def realism_figure(section: Section) -> Figure:
         errors = [row.get(f"{condition} se", np.nan) for row in rows]
         at = np.arange(len(rows)) + 0.38 * (k - 0.5)
         left.bar(at, means, 0.36, yerr=errors, color=colour, capsize=2, label=condition)
-    left.set_xticks(range(len(items)), items, rotation=30 if len(items) > 5 else 0)
+    left.set_xticks(range(len(items)), items, **(SLANTED if len(items) > 5 else {}))
     left.set(ylabel=f"mark, {unit} (mean ± SE of all marks)")
     left.legend(fontsize=8, frameon=False, ncols=2, loc="upper center", bbox_to_anchor=(0.5, 1.1))
     paired = [f for f in section.findings if f.test == "paired t by participant"]
