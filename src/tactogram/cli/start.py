@@ -13,7 +13,11 @@ def add_verbs(verbs: Verbs) -> None:
     add("--seed", type=int, default=0)
 
     add = verbs.add("doctor", doctor)
-    add("--device", metavar="NAME", help="try this one: serial, lsl, daq, dwf (or digilent), audio, null, osc or mouse")
+    add(
+        "--device",
+        metavar="NAME",
+        help="try this one: serial, lsl, daq, dwf (or digilent), audio, null, osc or mouse",
+    )
 
     add = verbs.add("models", models)
     models_option(add)
