@@ -256,7 +256,8 @@ def test_damage_anywhere_is_one_line_or_harmless(tmp_path_factory, suffix, data)
     path = tmp_path_factory.mktemp("damaged") / f"a{suffix}"
     write_signal(path, Signal(np.random.default_rng(0).normal(size=(2, 30)), 500, "N", ("a", "b")))
     raw = bytearray(path.read_bytes())
-    share = st.integers(0, 99_999)  # of the file, in 1e-5: a worksheet's length depends on the time of day in it
+    # A share of the file, in 1e-5: a worksheet's length depends on the time of day in it.
+    share = st.integers(0, 99_999)
     for _ in range(data.draw(st.integers(1, 4))):
         raw[data.draw(share) * len(raw) // 100_000] = data.draw(st.integers(0, 255))
     path.write_bytes(raw[: 1 + data.draw(share) * len(raw) // 100_000])
