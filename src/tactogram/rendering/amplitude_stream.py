@@ -17,7 +17,6 @@ from scipy import signal as dsp
 
 from tactogram.rendering.display import Display
 from tactogram.rendering.level import Level
-from tactogram.rendering.levelled import within_limits
 from tactogram.rendering.report import percent
 from tactogram.rendering.strength import correlation, strength
 from tactogram.signal.signal import Signal
@@ -67,27 +66,8 @@ def drive(
     ParameterError
         If too much is over the limit and ``over`` is ``refuse``.
     """
-    scaled: list[str] = []
-    clipped: list[str] = []
-    wanted = strength(
-        signal,
-        display=display,
-        level=level,
-        smoothing_ms=settings.smoothing_ms,
-        output_at_full=settings.output_at_full,
-        frequency_hz=settings.frequency_hz,
-    )
-    scaled.append(wanted.words)
-    share, limiting = within_limits(
-        wanted.share,
-        0.0,
-        1.0,
-        unit="1",
-        over=settings.over,
-        clip_share=settings.clip_share,
-        scaled=scaled,
-        clipped=clipped,
-    )
+    wanted = strength(signal, settings, display=display, level=level)
+    share, scaled = wanted.share, wanted.scaled
     target = np.sqrt(share) if settings.actuator == "erm" else share
     silent = target < settings.start
     target = np.where(silent, 0.0, target)
@@ -102,7 +82,7 @@ def drive(
     facts: dict[str, Any] = {
         "setup": setup_registers(settings),
         "register": PLAYBACK_REGISTER,
-        "limiting": limiting,
+        "limiting": wanted.limiting,
         "silent_share": float(np.mean(silent & (share > 0))),
         "overdriven_share": float(np.mean(np.abs(values) > rated + 0.5)),
         "braking_share": float(np.mean(values < 0)),
@@ -125,7 +105,7 @@ def drive(
             f"overdriven in {above} and braked in {below} of the steps, against a time constant of "
             f"{settings.rise_ms:g} ms"
         )
-    facts |= {"scaled": scaled, "clipped": clipped, "unreachable": unreachable}
+    facts |= {"scaled": scaled, "clipped": wanted.clipped, "unreachable": unreachable}
     return Signal(values.astype(np.float32), display.rate, display.unit, display.channels), facts
 
 

@@ -10,7 +10,6 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from tactogram.rendering.display import Display
 from tactogram.rendering.level import Level
-from tactogram.rendering.levelled import within_limits
 from tactogram.rendering.strength import correlation, strength
 from tactogram.signal.signal import Signal
 
@@ -51,27 +50,8 @@ def drive(
     ParameterError
         If too much is over the limit and ``over`` is ``refuse``.
     """
-    scaled: list[str] = []
-    clipped: list[str] = []
-    wanted = strength(
-        signal,
-        display=display,
-        level=level,
-        smoothing_ms=settings.smoothing_ms,
-        output_at_full=settings.output_at_full,
-        frequency_hz=settings.frequency_hz,
-    )
-    scaled.append(wanted.words)
-    share, limiting = within_limits(
-        wanted.share,
-        0.0,
-        1.0,
-        unit="1",
-        over=settings.over,
-        clip_share=settings.clip_share,
-        scaled=scaled,
-        clipped=clipped,
-    )
+    wanted = strength(signal, settings, display=display, level=level)
+    share, scaled = wanted.share, wanted.scaled
     if settings.strengths == 1:
         values = _on_off(share, max(1, round(settings.shortest_ms / 1e3 * display.rate)))
         scaled.append("on and off alternate: the share of time on follows the strength")
@@ -79,12 +59,12 @@ def drive(
         values = np.round(share * settings.strengths)
     timings, strengths = runs(values, display.rate)
     facts = {
-        "limiting": limiting,
+        "limiting": wanted.limiting,
         "timings_ms": timings,
         "strengths": strengths,
         "strength_correlation": correlation(share, values / settings.strengths),
         "scaled": scaled,
-        "clipped": clipped,
+        "clipped": wanted.clipped,
         "unreachable": [
             f"what the frequencies are: a phone vibrates at its own, here taken for {settings.frequency_hz:g} Hz; what "
             "remains is how strong it is"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +12,35 @@ from scipy import signal as dsp
 from tactogram.errors import UnitError
 from tactogram.rendering.display import Display
 from tactogram.rendering.level import Level
-from tactogram.rendering.levelled import MOTION
+from tactogram.rendering.levelled import MOTION, within_limits
 from tactogram.signal.filters import bandpass
 from tactogram.signal.kinematics import differentiate
 from tactogram.signal.perception import FELT_HZ, detection_threshold, sensation_level_db, weighted
 from tactogram.signal.signal import Signal
+
+
+class StrengthSettings(Protocol):
+    """What a family's settings say of it."""
+
+    @property
+    def smoothing_ms(self) -> float:
+        """Length of the window (Hann) over which power is averaged."""
+
+    @property
+    def output_at_full(self) -> float | None:
+        """Amplitude of the display's acceleration at full drive, m/s^2; None is not known."""
+
+    @property
+    def frequency_hz(self) -> float:
+        """At which it vibrates then."""
+
+    @property
+    def over(self) -> Literal["scale", "clip", "refuse"]:
+        """What is done where it would have to be stronger than at full drive."""
+
+    @property
+    def clip_share(self) -> float:
+        """Up to which share of the time that is clipped."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,24 +50,20 @@ class Strength:
     Parameters
     ----------
     share : float64 array, shape (time,)
-        Of what the display gives at full drive; above 1 is more than it can.
-    words : str
-        How the level was reached.
+        Of what the display gives at full drive, 0 to 1.
+    scaled, clipped : list of str
+        How the level was reached, and what became of too much.
+    limiting : float
+        What it was made weaker by.
     """
 
     share: NDArray[np.float64]
-    words: str
+    scaled: list[str]
+    clipped: list[str]
+    limiting: float
 
 
-def strength(
-    signal: Signal,
-    *,
-    display: Display,
-    level: Level,
-    smoothing_ms: float,
-    output_at_full: float | None,
-    frequency_hz: float,
-) -> Strength:
+def strength(signal: Signal, settings: StrengthSettings, *, display: Display, level: Level) -> Strength:
     """Return how strong ``display`` shall vibrate, at its rate.
 
     The strength is the amplitude of the sine that has the power of the signal around each moment. For a level of
@@ -53,22 +74,40 @@ def strength(
     ----------
     signal : Signal
         The power of its axes is added.
+    settings : StrengthSettings
     display : Display
     level : Level
         ``peak`` is a share of full drive; ``gain`` is in m/s^2 per unit of signal where the display's output is known,
         else in parts of full drive per unit of signal.
-    smoothing_ms : float
-        Length of the window (Hann) over which power is averaged.
-    output_at_full : float, m/s^2, or None
-        Amplitude of the display's acceleration at full drive.
-    frequency_hz : float
-        At which it vibrates then.
 
     Raises
     ------
     UnitError
         If a physical level or one of sensation is asked for where signal or display has none.
+    ParameterError
+        If too much is over full drive and the settings refuse that.
     """
+    wanted, words = _wanted(signal, settings, display, level)
+    scaled, clipped = [words], list[str]()
+    share, limiting = within_limits(
+        wanted,
+        0.0,
+        1.0,
+        unit="1",
+        over=settings.over,
+        clip_share=settings.clip_share,
+        scaled=scaled,
+        clipped=clipped,
+    )
+    return Strength(share, scaled, clipped, limiting)
+
+
+def _wanted(
+    signal: Signal, settings: StrengthSettings, display: Display, level: Level
+) -> tuple[NDArray[np.float64], str]:
+    """Return the strength that ``level`` asks for, above 1 where the display cannot, and in words how."""
+    output_at_full, frequency_hz = settings.output_at_full, settings.frequency_hz
+    smoothing_ms = settings.smoothing_ms
     moving = signal.unit in MOTION and output_at_full is not None
     if level.kind in ("physical", "sensation") and not moving:
         known = "is not known" if output_at_full is None else "is known"
@@ -82,22 +121,23 @@ def strength(
         more = 0.0 if level.value is None or not np.isfinite(own) else level.value - own
         threshold = float(detection_threshold(frequency_hz, "m/s^2"))
         share = felt * threshold / float(output_at_full or 1.0) * 10 ** (more / 20)
-        return Strength(
-            share, f"as far above the threshold at {frequency_hz:g} Hz as the signal, {more:+.1f} dB"
+        return (
+            share,
+            f"as far above the threshold at {frequency_hz:g} Hz as the signal, {more:+.1f} dB",
         )
     felt = _at_rate(_amplitude(_in_band(signal, display), smoothing_ms), signal.rate, display.rate)
     full = output_at_full or 1.0
     match level.kind:
         case "physical":
-            return Strength(felt / full, f"{full:g} m/s^2 of the signal are full drive, as its output has it")
+            return felt / full, f"{full:g} m/s^2 of the signal are full drive, as its output has it"
         case "gain":
             value = float(level.value or 1.0)
             per = "m/s^2" if output_at_full is not None else "of full drive"
-            return Strength(felt * value / full, f"{value:g} {per} per {signal.unit} of the signal, as asked")
+            return felt * value / full, f"{value:g} {per} per {signal.unit} of the signal, as asked"
     peak = float(felt.max())
     factor = float(level.value or 1.0) / peak if peak > 0 else 1.0
     words = f"the strongest moment is {level.value:g} of full drive; the signal's own level is lost"
-    return Strength(felt * factor, words)
+    return felt * factor, words
 
 
 def _in_band(signal: Signal, display: Display) -> Signal:
