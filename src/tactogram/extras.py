@@ -92,7 +92,10 @@ def device_errors(device: str, *, library: str = "") -> Iterator[None]:
     except Exception as error:
         driver = _missing_driver(error)
         needs = f"; it needs {DRIVERS[library]}" if driver and library in DRIVERS else ""
-        raise DeviceError(f"{device.rstrip(':')}: {one_line(error).rstrip('.')}{needs}") from error
+        code = None if driver else getattr(error, "errno", None)
+        # The system's words once; pyserial has them, the number and the name of the port twice.
+        why = os.strerror(code) if isinstance(error, OSError) and code else one_line(error).rstrip(".")
+        raise DeviceError(f"{device.rstrip(':')}: {why}{needs}") from error
 
 
 @contextmanager

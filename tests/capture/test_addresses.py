@@ -154,3 +154,9 @@ def test_a_sensor_needs_no_statistics_to_begin():
     code = "import sys, tactogram.capture; print('scipy.stats' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "False\n"
+
+
+def test_a_port_that_is_not_there_is_named_once():
+    with pytest.raises(DeviceError) as told, open_source("serial:/dev/tty-not-there?rate=100") as source:
+        source.read(0.01)
+    assert str(told.value) == "/dev/tty-not-there: No such file or directory"
