@@ -7,6 +7,7 @@ there but its driver is not, or the device did not open or stopped answering (bo
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 from collections.abc import Iterator
@@ -92,9 +93,10 @@ def device_errors(device: str, *, library: str = "") -> Iterator[None]:
     except Exception as error:
         driver = _missing_driver(error)
         needs = f"; it needs {DRIVERS[library]}" if driver and library in DRIVERS else ""
-        code = None if driver else getattr(error, "errno", None)
-        # The system's words once; pyserial has them, the number and the name of the port twice.
-        why = os.strerror(code) if isinstance(error, OSError) and code else one_line(error).rstrip(".")
+        why = one_line(error).rstrip(".")
+        if isinstance(error, OSError) and error.errno in (errno.ENOENT, errno.EACCES) and not driver:
+            # The system's words once; pyserial has them, the number and the name of the port twice.
+            why = os.strerror(error.errno)
         raise DeviceError(f"{device.rstrip(':')}: {why}{needs}") from error
 
 

@@ -20,6 +20,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
+from tactogram.capture.byte_stream import ByteStream
 from tactogram.errors import DataError
 
 HEAD = "# tactogram raw log "
@@ -92,6 +93,55 @@ class RawLog:
     def close(self) -> None:
         """Close it."""
         self._file.close()
+
+
+class LoggedStream:
+    """A `ByteStream` of which all that comes is kept in a new log.
+
+    Parameters
+    ----------
+    stream : ByteStream
+    path : Path
+    kind, address, simulated
+        As of `RawLog`.
+    """
+
+    def __init__(
+        self, stream: ByteStream, path: Path | str, *, kind: str, address: str, simulated: bool = False
+    ) -> None:
+        self.name = stream.name
+        self._stream, self._path = stream, path
+        self._kind, self._address, self._simulated = kind, address, simulated
+        self._log: RawLog | None = None
+
+    def __enter__(self) -> Self:
+        """Open both, the log first: what cannot be kept is not begun."""
+        self._log = RawLog(self._path, kind=self._kind, address=self._address, simulated=self._simulated)
+        try:
+            self._stream.__enter__()
+        except BaseException:
+            self._close_log()
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close both."""
+        self._stream.__exit__(kind, error, trace)
+        self._close_log()
+
+    def read(self, timeout_s: float) -> tuple[bytes, float] | None:
+        """Return what came and when, once it is in the log."""
+        got = self._stream.read(timeout_s)
+        if got is not None and self._log is not None:
+            self._log.write(*got)
+        return got
+
+    def _close_log(self) -> None:
+        if self._log is not None:
+            self._log.close()
+            self._log = None
 
 
 def escaped(data: bytes) -> str:

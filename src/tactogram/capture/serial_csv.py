@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from tactogram.capture.byte_stream import ByteStream
 from tactogram.capture.csv_lines import CsvParser
 from tactogram.capture.rate_estimate import RateEstimate, RateMeter
-from tactogram.capture.raw_log import RawLog
+from tactogram.capture.raw_log import LoggedStream
 from tactogram.capture.source import Block, SourceEnded
 from tactogram.errors import ParameterError, UnitError
 from tactogram.signal.units import parse_seconds, parse_unit, split_heading
@@ -91,8 +91,9 @@ class CsvSource:
         self.axes: tuple[str, ...] = tuple(a.strip() for a in form.axes.split(",")) if form.axes else ()
         self.meter = RateMeter()
         self.received = self.lost = self.backward = 0
-        self._stream, self._log_path = stream, log
-        self._log: RawLog | None = None
+        if log is not None:
+            stream = LoggedStream(stream, log, kind="serial", address=name, simulated=simulated)
+        self._stream = stream
         self._time: int | None = None
         self._tick_s = 1.0
         self._last_tick: float | None = None
@@ -105,13 +106,7 @@ class CsvSource:
 
     def __enter__(self) -> Self:
         """Open it, and the log first."""
-        if self._log_path is not None:
-            self._log = RawLog(self._log_path, kind="serial", address=self.name, simulated=self.simulated)
-        try:
-            self._stream.__enter__()
-        except BaseException:
-            self._close_log()
-            raise
+        self._stream.__enter__()
         return self
 
     def __exit__(
@@ -119,7 +114,6 @@ class CsvSource:
     ) -> None:
         """Close it."""
         self._stream.__exit__(kind, error, trace)
-        self._close_log()
 
     def read(self, timeout_s: float = 0.1) -> Block | None:
         """Return what has come; None if no row did within ``timeout_s``."""
@@ -139,8 +133,6 @@ class CsvSource:
             if got is None:
                 return None
             data, arrival = got
-            if self._log is not None:
-                self._log.write(data, arrival)
             block = self._block(self.parser.feed(data), arrival)
             if block is not None or monotonic() >= until:
                 return block
@@ -304,11 +296,6 @@ class CsvSource:
             return int(wanted) - 1
         known = ", ".join(names) or f"1 to {self.parser.columns}"
         raise ParameterError(f"{self.name}: time must be one of the columns {known}, or none, got {wanted!r}")
-
-    def _close_log(self) -> None:
-        if self._log is not None:
-            self._log.close()
-            self._log = None
 
 
 class _Unwrapped:

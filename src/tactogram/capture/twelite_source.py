@@ -12,7 +12,7 @@ from typing import Any, Self
 import numpy as np
 
 from tactogram.capture.byte_stream import ByteStream
-from tactogram.capture.raw_log import RawLog
+from tactogram.capture.raw_log import LoggedStream
 from tactogram.capture.sequence import Piece, Timeline
 from tactogram.capture.source import Block, SourceEnded
 from tactogram.capture.twelite import Parser
@@ -88,20 +88,15 @@ class TweliteSource:
         self.full_scale = FULL_SCALE * min(1.0, scale / TRUE_STEP)
         self.axes: tuple[str, ...] = AXES
         self.parser, self.senders = Parser(), Senders()
-        self._stream, self._scale, self._log_path = stream, scale, log
+        if log is not None:
+            stream = LoggedStream(stream, log, kind="twelite", address=name, simulated=simulated)
+        self._stream, self._scale = stream, scale
         self._sender = None if sender is None else serial_number(sender)
-        self._log: RawLog | None = None
         self._over: str | None = None
 
     def __enter__(self) -> Self:
-        """Open it, and the log first: what cannot be kept is not begun."""
-        if self._log_path is not None:
-            self._log = RawLog(self._log_path, kind="twelite", address=self.name, simulated=self.simulated)
-        try:
-            self._stream.__enter__()
-        except BaseException:
-            self._close_log()
-            raise
+        """Open it, and the log first."""
+        self._stream.__enter__()
         return self
 
     def __exit__(
@@ -109,7 +104,6 @@ class TweliteSource:
     ) -> None:
         """Close it."""
         self._stream.__exit__(kind, error, trace)
-        self._close_log()
 
     def read(self, timeout_s: float = 0.1) -> Block | None:
         """Return what has come; None if no sample did within ``timeout_s``."""
@@ -129,8 +123,6 @@ class TweliteSource:
             if got is None:
                 return None
             data, arrival = got
-            if self._log is not None:
-                self._log.write(data, arrival)
             block = self._block(self.senders.add(self.parser.feed(data, arrival)))
             if block is not None or monotonic() >= until:
                 return block
@@ -152,11 +144,6 @@ class TweliteSource:
         if self._scale != 1:
             samples = samples * np.float32(self._scale)
         return Block(samples, pieces[0].first_index, pieces[-1].arrival_s)
-
-    def _close_log(self) -> None:
-        if self._log is not None:
-            self._log.close()
-            self._log = None
 
 
 def facts_of_bytes(parser: Parser) -> dict[str, Any]:
