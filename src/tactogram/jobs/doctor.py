@@ -20,6 +20,7 @@ EXTRAS = {
     "lsl": "Lab Streaming Layer",
     "daq": "National Instruments devices",
     "dwf": "Digilent Analog Discovery",
+    "studio": "studio and studies in the browser",
     "vision": "photographs: pretrained trunks, LPIPS, FID, Grad-CAM",
 }
 
