@@ -23,7 +23,8 @@ from typing import Any, Self
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.study.answers import Answer, Answers
-from tactogram.study.session_tables import TABLES, VERSION
+from tactogram.study.device_facts import kept_facts
+from tactogram.study.session_tables import STEPS, TABLES, VERSION
 from tactogram.study.sitting import answers_to, declined, next_page
 from tactogram.study.study_file import Study
 from tactogram.study.trials import Given, Page, Participant
@@ -106,6 +107,7 @@ class SessionStore:
         language: Language | None = None,
         simulated: bool = False,
         session: str = "1",
+        device: Mapping[str, Any] | None = None,
     ) -> Participant:
         """Return a new participant, with the lowest number that is free.
 
@@ -119,6 +121,8 @@ class SessionStore:
             By default the study's first.
         simulated : bool
         session : str
+        device : mapping, optional
+            What the device says of itself; see `tactogram.study.device_facts`.
 
         Raises
         ------
@@ -126,10 +130,7 @@ class SessionStore:
             If the code is taken or may be a name, or the study lacks the language.
         """
         language = language or self.study.languages[0]
-        if language not in self.study.languages:
-            raise ParameterError(
-                f"language must be one of {', '.join(self.study.languages)}, got {language!r}"
-            )
+        self._check_language(language)
         if code is not None and not CODE.fullmatch(code):
             raise ParameterError(
                 f"code must be 2 to 16 letters and digits with a digit among them, never a name, got {code[:40]!r}"
@@ -148,6 +149,7 @@ class SessionStore:
                 "INSERT INTO participants (number, code, language, simulated, session, status) VALUES (?,?,?,?,?,?)",
                 (number, code, language, simulated, session, "active"),
             )
+            _add_device(rows, number, "", kept_facts(device))
         return Participant(code, number, language, simulated, session)
 
     def participant(self, code: str) -> Participant:
@@ -186,6 +188,7 @@ class SessionStore:
         responses: Mapping[str, str],
         *,
         rt_ms: Mapping[str, float] | None = None,
+        device: Mapping[str, Any] | None = None,
     ) -> Submitted:
         """Store the answers to a page; they are on the disk when this returns.
 
@@ -199,6 +202,9 @@ class SessionStore:
             By the keys of the page's questions.
         rt_ms : mapping from str to float, optional
             By key; ``""`` stands for the page.
+        device : mapping, optional
+            What the device says of itself and of this page: ``{"px_per_mm": 6.1, "refresh_hz": 60}``. What cannot be
+            kept is left out (see `tactogram.study.device_facts`); the rest stands in the rows, as ``device_px_per_mm``.
 
         Raises
         ------
@@ -217,6 +223,7 @@ class SessionStore:
                 f"{participant.code} is {now}, got an answer to {token[:60]!r}; reload the page"
             )
         accepted = page.accepted(responses)
+        facts = kept_facts(device)
         answers = answers_to(
             self.study,
             participant,
@@ -225,9 +232,10 @@ class SessionStore:
             at=now_utc(),
             rt_ms=_times(rt_ms or {}, accepted),
             played=self.played(participant.code, token),
+            device=facts,
         )
         new = Given(token, accepted, page.more)
-        if self._store(participant, len(given) + 1, new, answers):
+        if self._store(participant, len(given) + 1, new, answers, facts):
             return Submitted(True, next_page(self.study, participant, [*given, new]))
         return Submitted(False, self.page(code))
 
@@ -275,6 +283,38 @@ class SessionStore:
             ).fetchall()
         return [dict(zip(names, row, strict=True)) for row in rows]
 
+    def note_device(self, code: str, device: Mapping[str, Any]) -> None:
+        """Keep what a device says of itself as a participant begins or goes on with it."""
+        participant = self.participant(code)
+        with self._writing() as rows:
+            _add_device(rows, self._still_there(participant), "", kept_facts(device))
+
+    def device_log(self, code: str) -> list[dict[str, Any]]:
+        """Return what devices said: ``token`` ("" as the participant began or went on), ``facts``, ``at``."""
+        with self._lock:
+            rows = self._connection.execute(
+                "SELECT token, facts, at FROM device WHERE participant = ? ORDER BY id",
+                (self.participant(code).number,),
+            ).fetchall()
+        return [{"token": token, "facts": json.loads(facts), "at": at} for token, facts, at in rows]
+
+    def device(self, code: str) -> dict[str, Any]:
+        """Return the last word on each fact of a participant's device."""
+        return {name: fact for one in self.device_log(code) for name, fact in one["facts"].items()}
+
+    def set_language(self, code: str, language: Language) -> None:
+        """Change the language of a participant's pages.
+
+        Raises
+        ------
+        ParameterError
+            If the study lacks the language, or nobody has the code.
+        """
+        self._check_language(language)
+        number = self.participant(code).number
+        with self._writing() as rows:
+            rows.execute("UPDATE participants SET language = ? WHERE number = ?", (language, number))
+
     def note(self, text: str, *, code: str | None = None) -> None:
         """Write down what the experimenter saw, about one participant or the whole.
 
@@ -318,7 +358,7 @@ class SessionStore:
             found = rows.execute(
                 "SELECT count(*) FROM answers WHERE participant = ?", (participant.number,)
             ).fetchone()[0]
-            for table in ("answers", "pages", "played", "notes"):
+            for table in ("answers", "pages", "played", "notes", "device"):
                 rows.execute(f"DELETE FROM {table} WHERE participant = ?", (participant.number,))
             rows.execute("DELETE FROM participants WHERE number = ?", (participant.number,))
             rows.execute("UPDATE study SET withdrawn = withdrawn + 1")
@@ -397,8 +437,11 @@ class SessionStore:
         connection.execute("PRAGMA foreign_keys=ON")
         with self._writing() as rows:
             version = rows.execute("PRAGMA user_version").fetchone()[0]
-            if version not in (0, VERSION):
-                raise DataError(f"{self.path}: is of version {version}, this program knows {VERSION}")
+            if not 0 <= version <= VERSION:
+                raise DataError(
+                    f"{self.path}: is of version {version}, this program knows versions up to {VERSION}; "
+                    "open it with the program that made it"
+                )
             if version == 0:
                 if study is None:
                     raise DataError(f"{self.path}: holds no study")
@@ -407,7 +450,11 @@ class SessionStore:
                 rows.execute(
                     "INSERT INTO study (id, facts, begun) VALUES (1,?,?)", (study.as_json(), now_utc())
                 )
-                rows.execute(f"PRAGMA user_version = {VERSION}")
+            else:
+                for older in range(version, VERSION):
+                    for step in STEPS[older]:
+                        rows.execute(step)
+            rows.execute(f"PRAGMA user_version = {VERSION}")
             [facts] = rows.execute("SELECT facts FROM study").fetchone()
         begun = Study.of(json.loads(facts), where=str(self.path))
         if study is not None and study.sha256 != begun.sha256:
@@ -463,6 +510,7 @@ class SessionStore:
         position: int,
         given: Given,
         answers: Sequence[Answer],
+        device: Mapping[str, Any],
     ) -> bool:
         """Store a page and its rows; return False if another got there first."""
         number = participant.number
@@ -483,6 +531,7 @@ class SessionStore:
                 "INSERT INTO answers (participant, position, place, row) VALUES (?,?,?,?)",
                 [(number, position, place, json.dumps(asdict(row))) for place, row in enumerate(answers)],
             )
+            _add_device(rows, number, given.token, device)
         return True
 
     def _still_there(self, participant: Participant) -> int:
@@ -495,6 +544,11 @@ class SessionStore:
         if row[1] != "active":
             raise ParameterError(f"the session of {participant.code} was ended by the experimenter")
         return participant.number
+
+    def _check_language(self, language: str) -> None:
+        if language not in self.study.languages:
+            known = ", ".join(self.study.languages)
+            raise ParameterError(f"language must be one of {known}, got {language[:20]!r}")
 
     def _status(self, participant: Participant) -> str:
         with self._lock:
@@ -527,6 +581,14 @@ def _times(rt_ms: Mapping[str, float], accepted: Mapping[str, str]) -> dict[str,
     """Return the times that can be: what a broken or changed clock made of the others is left out."""
     known = {key: value for key, value in rt_ms.items() if key == "" or key in accepted}
     return {key: float(value) for key, value in known.items() if 0 <= value < 86_400_000}
+
+
+def _add_device(rows: sqlite3.Connection, number: int, token: str, facts: Mapping[str, Any]) -> None:
+    if facts:
+        rows.execute(
+            "INSERT INTO device (participant, token, facts, at) VALUES (?,?,?,?)",
+            (number, token, json.dumps(facts, ensure_ascii=False), now_utc()),
+        )
 
 
 def _answer(values: dict[str, Any]) -> Answer:

@@ -1,7 +1,15 @@
-"""The tables of a session store."""
+"""The tables of a session store, and the steps from one version of them to the next."""
 
-VERSION = 1
+VERSION = 2
 """Kept as ``user_version`` of the file."""
+_DEVICE = (
+    # What devices said of themselves: with an answer, or ("") when a participant began or went on.
+    "CREATE TABLE device (id INTEGER PRIMARY KEY AUTOINCREMENT, participant INTEGER NOT NULL REFERENCES participants, "
+    "token TEXT NOT NULL, facts TEXT NOT NULL, at TEXT NOT NULL)",
+    "CREATE INDEX device_by_page ON device (participant, token)",
+)
+STEPS = {1: _DEVICE}
+"""What leads from a version to the next. An older folder is brought to the present one when it opens."""
 TABLES = (
     "CREATE TABLE study (id INTEGER PRIMARY KEY CHECK (id = 1), facts TEXT NOT NULL, begun TEXT NOT NULL, "
     "withdrawn INTEGER NOT NULL DEFAULT 0)",
@@ -22,4 +30,5 @@ TABLES = (
     "CREATE INDEX played_by_page ON played (participant, token)",
     "CREATE TABLE notes (id INTEGER PRIMARY KEY AUTOINCREMENT, participant INTEGER REFERENCES participants, "
     "text TEXT NOT NULL, at TEXT NOT NULL)",
+    *_DEVICE,
 )

@@ -9,8 +9,10 @@ import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 from tactogram.study.answers import Answer
+from tactogram.study.device_facts import device_columns
 from tactogram.study.questions import Option, Question
 from tactogram.study.study_file import Study
 from tactogram.study.trials import Asked, Given, Page, Participant
@@ -75,6 +77,7 @@ def answers_to(
     at: str,
     rt_ms: Mapping[str, float] | None = None,
     played: Mapping[str, str] | None = None,
+    device: Mapping[str, Any] | None = None,
 ) -> tuple[Answer, ...]:
     """Return the rows that the accepted answers to a page make.
 
@@ -88,7 +91,10 @@ def answers_to(
         By key; ``""`` stands for the page.
     played : mapping from str to str, optional
         Hash of what was played, by slot.
+    device : mapping, optional
+        What `device_facts.kept_facts` kept.
     """
+    columns = device_columns(device or {})
     times, hashes = rt_ms or {}, played or {}
     return tuple(
         Answer(
@@ -116,7 +122,7 @@ def answers_to(
             display=_display(study, page),
             seed=study.seed,
             simulated=participant.simulated,
-            more=_further(page, asked),
+            more=_further(page, asked) | columns,
         )
         for asked in page.asked
     )

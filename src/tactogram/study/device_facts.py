@@ -1,0 +1,85 @@
+"""What a participant's device says of itself: pixels for each mm, refresh rate, speeds as measured, audio latency.
+
+Facts come from a page. One that cannot be kept is left out: no answer is lost because a browser says something odd.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from typing import Any
+
+FACT = re.compile(r"[a-z][a-z0-9_]{0,39}")
+"""Name of a fact: lower-case letters, digits and _; the unit stands in it."""
+MOST_FACTS = 40
+LONGEST_TEXT = 200
+LONGEST_LIST = 200
+COLUMN = "device_"
+"""What the columns of an answer's device facts begin with."""
+DESCRIPTIONS: Mapping[str, str] = {
+    "px_per_mm": "CSS pixels for each mm of the screen, as calibrated",
+    "calibrated": "Whether the screen was calibrated with a card held to it",
+    "pixel_ratio": "Device pixels for each CSS pixel",
+    "width_px": "Width of the page, CSS pixels",
+    "height_px": "Height of the page, CSS pixels",
+    "touch": "Whether the screen takes touches",
+    "pointer": "What was moved: touch, pen or mouse",
+    "refresh_hz": "Refresh rate of the screen, Hz, as measured",
+    "target_speed_mm_s": "Speed of the target as drawn, mm/s, as measured",
+    "finger_speed_mm_s": "Mean speed of the finger over the area, mm/s, as measured",
+    "followed_mm": "Mean distance of the finger from the target, mm, as measured",
+    "audio_latency_ms": "Latency of sound that the browser states, ms",
+}
+"""Those that the participant pages send."""
+
+
+def kept_facts(device: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return the facts that are kept: numbers, texts, yes or no, lists of numbers; a table's are ``outer_inner``.
+
+    Parameters
+    ----------
+    device : mapping, optional
+        As a page sent it: by name, JSON values.
+    """
+    found: dict[str, Any] = {}
+    for name, value in (device or {}).items():
+        inner = value.items() if isinstance(value, Mapping) else [("", value)]
+        for key, one in inner:
+            whole = f"{name}_{key}" if key else str(name)
+            if FACT.fullmatch(whole) and len(found) < MOST_FACTS and (kept := _kept(one)) is not None:
+                found[whole] = kept
+    return found
+
+
+def device_columns(facts: Mapping[str, Any]) -> dict[str, str]:
+    """Return the facts of an answer as further columns of its row."""
+    return {f"{COLUMN}{name}": fact_text(value) for name, value in facts.items()}
+
+
+def fact_text(value: Any) -> str:
+    """Return a fact as a cell holds it; numbers of a list are divided by spaces."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, list):
+        return " ".join(fact_text(one) for one in value)
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def described(name: str) -> str:
+    """Return what a fact is; of one that is not known, that the page sent it."""
+    return DESCRIPTIONS.get(name, f"{name}, as the page sent it")
+
+
+def _kept(value: Any) -> Any:
+    if isinstance(value, bool):
+        return value
+    if isinstance(value, int | float):
+        return value if math.isfinite(value) and abs(value) < 1e15 else None
+    if isinstance(value, str):
+        text = " ".join("".join(c if c.isprintable() else " " for c in value).split())
+        return text[:LONGEST_TEXT] or None
+    if isinstance(value, list) and 0 < len(value) <= LONGEST_LIST:
+        numbers = [_kept(one) for one in value if isinstance(one, int | float)]
+        return numbers if len(numbers) == len(value) and None not in numbers else None
+    return None
