@@ -19,6 +19,7 @@ from tactogram.cli import (
     reproducing,
     start,
     streaming,
+    studio,
     studying,
     training,
 )
@@ -37,6 +38,7 @@ GROUPS = (
     capturing,
     capture_log,
     studying,
+    studio,
     reproducing,
 )
 

@@ -1,0 +1,128 @@
+"""What all pages share: the frame, how an error is told, how something long is waited for."""
+
+from __future__ import annotations
+
+import asyncio
+import functools
+import logging
+from collections.abc import Awaitable, Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, ParamSpec, TypeVar
+
+from nicegui import ui
+from nicegui.elements.column import Column
+
+from tactogram.errors import TactogramError
+
+P = ParamSpec("P")
+T = TypeVar("T")
+LOG = logging.getLogger(__name__)
+
+PAGES = {
+    "Make": "/make",
+    "Touch": "/touch",
+    "Materials": "/materials",
+    "Train": "/train",
+    "Send": "/send",
+    "Live": "/live",
+    "Studies": "/studies",
+    "Reports": "/reports",
+}
+"""What the navigation names, and where it leads."""
+HEAD = '<link rel="stylesheet" href="/static/studio.css">'
+
+
+@contextmanager
+def page(title: str, *, wide: bool = False) -> Iterator[Column]:
+    """Draw the frame of a page, and give the column that its content goes into.
+
+    Parameters
+    ----------
+    title : str
+        Its heading; one of `PAGES` is marked as the present page.
+    wide : bool
+        Whether the content takes the whole width.
+    """
+    ui.page_title(f"{title} · tactogram")
+    ui.add_head_html(HEAD)
+    ui.html('<a class="skip" href="#content">Skip to the content</a>', sanitize=False)
+    ui.colors(primary="#0b5d66", negative="#a4262c", positive="#1e6b34", warning="#8a5a00")
+    with ui.element("header").classes("bar"):
+        ui.link("tactogram", "/").classes("brand")
+        with ui.element("nav").props('aria-label="Pages"'):
+            for name, address in PAGES.items():
+                link = ui.link(name, address)
+                if name == title:
+                    link.props('aria-current="page"')
+    width = "content wide" if wide else "content"
+    with ui.element("main").classes(width).props('id="content" tabindex="-1"'):
+        ui.element("h1").classes("title").props(f'data-title="{title}"')._text = title
+        with ui.column().classes("w-full gap-4 items-stretch") as column:
+            yield column
+
+
+def told(error: BaseException) -> None:
+    """Show an error as a sentence; what nobody expected is logged with its place, too."""
+    if isinstance(error, TactogramError | OSError):
+        text = str(error)
+    else:
+        LOG.error("unexpected", exc_info=error)
+        text = f"Something unexpected went wrong: {type(error).__name__}: {error}. Nothing kept was touched."
+    ui.notify(text, type="negative", multi_line=True, timeout=12_000, close_button="Close")
+
+
+def telling(handler: Callable[P, Any]) -> Callable[P, Any]:
+    """Return a handler of events, plain or asynchronous, whose errors are told."""
+    if asyncio.iscoroutinefunction(handler):
+
+        @functools.wraps(handler)
+        async def waited(*args: P.args, **kwargs: P.kwargs) -> Any:
+            try:
+                return await handler(*args, **kwargs)
+            except Exception as error:
+                told(error)
+
+        return waited
+
+    @functools.wraps(handler)
+    def called(*args: P.args, **kwargs: P.kwargs) -> Any:
+        try:
+            return handler(*args, **kwargs)
+        except Exception as error:
+            told(error)
+
+    return called
+
+
+async def in_background(function: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> T:
+    """Return what a function returns that takes long, calling it in a thread."""
+    return await asyncio.to_thread(function, *args, **kwargs)
+
+
+@contextmanager
+def busy(what: str, *, button: ui.button | None = None) -> Iterator[Callable[[str], None]]:
+    """Show that something is being done, and give a function that says how far it is.
+
+    Parameters
+    ----------
+    what : str
+        Such as ``generating``.
+    button : ui.button, optional
+        That is disabled meanwhile.
+    """
+    notice = ui.notification(what, spinner=True, timeout=None, type="ongoing")
+    if button is not None:
+        button.disable()
+
+    def say(text: str) -> None:
+        notice.message = text
+
+    try:
+        yield say
+    finally:
+        notice.dismiss()
+        if button is not None:
+            button.enable()
+
+
+Handler = Callable[..., Awaitable[None] | None]

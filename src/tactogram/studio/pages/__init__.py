@@ -1,0 +1,1 @@
+"""One module for each page; each has ``add(studio)``, which registers its routes."""

@@ -1,0 +1,17 @@
+"""The page Live."""
+
+from __future__ import annotations
+
+from nicegui import ui
+
+from tactogram.studio.layout import page
+from tactogram.studio.studio import Studio
+
+
+def add(studio: Studio) -> None:
+    """Register the page."""
+
+    @ui.page("/live")
+    def show() -> None:
+        with page("Live"):
+            ui.label("To come.")

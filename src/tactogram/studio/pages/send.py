@@ -1,0 +1,17 @@
+"""The page Send."""
+
+from __future__ import annotations
+
+from nicegui import ui
+
+from tactogram.studio.layout import page
+from tactogram.studio.studio import Studio
+
+
+def add(studio: Studio) -> None:
+    """Register the page."""
+
+    @ui.page("/send")
+    def show() -> None:
+        with page("Send"):
+            ui.label("To come.")

@@ -1,0 +1,17 @@
+"""The page Train."""
+
+from __future__ import annotations
+
+from nicegui import ui
+
+from tactogram.studio.layout import page
+from tactogram.studio.studio import Studio
+
+
+def add(studio: Studio) -> None:
+    """Register the page."""
+
+    @ui.page("/train")
+    def show() -> None:
+        with page("Train"):
+            ui.label("To come.")

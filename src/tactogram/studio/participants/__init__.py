@@ -1,0 +1,1 @@
+"""What participants of a study reach: a page of their own, and nothing else."""

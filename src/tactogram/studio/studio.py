@@ -1,0 +1,34 @@
+"""What every page is handed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from tactogram.studio.first_voices import FirstVoices
+from tactogram.studio.shelf import Shelf
+from tactogram.studio.workspace import Workspace
+
+
+@dataclass(frozen=True)
+class Studio:
+    """A studio on a workspace.
+
+    Parameters
+    ----------
+    workspace : Workspace
+    shelf : Shelf
+        Kept results.
+    first : FirstVoices
+        Something to play with where no run is.
+    """
+
+    workspace: Workspace
+    shelf: Shelf
+    first: FirstVoices
+
+    @classmethod
+    def at(cls, folder: Path | str) -> Studio:
+        """Return the studio on a folder."""
+        workspace = Workspace.at(folder)
+        return cls(workspace, Shelf(workspace.own / "kept"), FirstVoices(workspace.own / "first"))

@@ -1,0 +1,126 @@
+"""A browser, a studio served to it, and pages that fail a test on whatever goes wrong in them."""
+
+import contextlib
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+QUIET = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--autoplay-policy=user-gesture-required",
+)
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """Give the system's Chromium, driven by Playwright."""
+    found = os.environ.get("TACTOGRAM_BROWSER") or next(filter(None, map(shutil.which, BROWSERS)), None)
+    if not found:
+        pytest.skip(
+            "no browser: install Chromium (Debian: apt install chromium), or name one in TACTOGRAM_BROWSER"
+        )
+    playwright = pytest.importorskip("playwright.sync_api").sync_playwright().start()
+    opened = playwright.chromium.launch(executable_path=found, args=list(QUIET))
+    yield opened
+    opened.close()
+    playwright.stop()
+
+
+@contextlib.contextmanager
+def served(*arguments: str, folder: Path, prefix: str):
+    """Run a verb that serves, and give its process and the address that it prints after ``prefix``."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "tactogram.cli", *arguments],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=(folder / "server.log").open("ab"),
+        text=True,
+        env={**os.environ, "OMP_NUM_THREADS": "1", "PYTHONWARNINGS": "default"},
+        start_new_session=True,
+    )
+    try:
+        for line in process.stdout:
+            if line.startswith(prefix):
+                yield process, line.removeprefix(prefix).strip().rstrip("/")
+                break
+        else:
+            pytest.fail((folder / "server.log").read_text())
+    finally:
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        process.stdout.close()
+
+
+@pytest.fixture(scope="session")
+def surfaces(tmp_path_factory):
+    """Give a workspace with a small simulated store and a run of autoregressive textures (`studio/first`)."""
+    from tactogram.jobs.simulate import simulate_to_store
+    from tactogram.jobs.training import train
+
+    folder = tmp_path_factory.mktemp("surfaces")
+    first = folder / "studio" / "first"
+    simulate_to_store("stroking9", first / "surfaces", seed=0, per_class=2, seconds=1.0, workers=1)
+    train("ar_texture", first / "surfaces", split="all", out=first / "voices")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def workspace(surfaces, tmp_path_factory):
+    """Give a workspace of the module's own."""
+    folder = tmp_path_factory.mktemp("studio") / "workspace"
+    shutil.copytree(surfaces, folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def server(workspace):
+    """Give the address of a studio on `workspace`."""
+    with served(
+        "studio", "--port", "0", "--no-open", "--folder", ".", folder=workspace, prefix="studio: "
+    ) as (_, address):
+        yield address
+
+
+@contextlib.contextmanager
+def watched(context, address):
+    """Give a page of ``context``; afterwards fail on its errors, and on requests to other hosts."""
+    page = context.new_page()
+    wrong = []
+    page.on("pageerror", lambda error: wrong.append(f"error in the page: {error}"))
+    page.on("console", lambda told: wrong.append(f"console: {told.text}") if told.type == "error" else None)
+    host = urlsplit(address).netloc
+    page.on(
+        "request",
+        lambda asked: (
+            None
+            if asked.url.startswith(("data:", "blob:")) or urlsplit(asked.url).netloc == host
+            else wrong.append(f"request to {asked.url}")
+        ),
+    )
+    page.wrong = wrong
+    yield page
+    assert wrong == []
+
+
+@pytest.fixture
+def tab(browser, server):
+    """Give a page on the studio; what is expected to go wrong is cleared with ``tab.wrong.clear()``."""
+    context = browser.new_context(base_url=server, viewport={"width": 1440, "height": 900})
+    context.set_default_timeout(15_000)
+    with watched(context, server) as page:
+        yield page
+    context.close()
