@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import json
 import re
-import secrets
 import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,7 @@ from tactogram.signal.io import read_image, read_signal, write_image, write_sign
 from tactogram.signal.io.files import written_beside
 
 SIGNAL, IMAGE, FACTS = "signal.npz", "image.png", "facts.json"
-ID = re.compile(r"[0-9]{8}-[0-9]{6}-[0-9a-f]{6}")
+ID = re.compile(r"[0-9]{8}-[0-9]{6}-[0-9]{6}")
 LONGEST_TITLE = 120
 
 
@@ -29,7 +28,7 @@ class Made:
     Parameters
     ----------
     id : str
-        Its folder's name: when it was kept, and six random digits.
+        Its folder's name: when it was kept, to the microsecond, so that names are in order.
     folder : Path
     title : str
     facts : mapping
@@ -93,9 +92,10 @@ class Shelf:
         facts : mapping
             JSON values.
         """
-        now = datetime.now(UTC)
-        identifier = f"{now:%Y%m%d-%H%M%S}-{secrets.token_hex(3)}"
         self.folder.mkdir(parents=True, exist_ok=True)
+        now = datetime.now(UTC)
+        while (self.folder / (identifier := f"{now:%Y%m%d-%H%M%S-%f}")).exists():
+            now += timedelta(microseconds=1)
         part = self.folder / f".{identifier}.part"
         part.mkdir()
         try:
