@@ -24,7 +24,8 @@ QUIET = (
 )
 
 
-@pytest.fixture(scope="session")
+# Not for the session: while Playwright runs, its event loop does, and tests of other modules may want their own.
+@pytest.fixture(scope="module")
 def browser():
     """Give the system's Chromium, driven by Playwright."""
     found = os.environ.get("TACTOGRAM_BROWSER") or next(filter(None, map(shutil.which, BROWSERS)), None)
@@ -42,15 +43,16 @@ def browser():
 @contextlib.contextmanager
 def served(*arguments: str, folder: Path, prefix: str):
     """Run a verb that serves, and give its process and the address that it prints after ``prefix``."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", "tactogram.cli", *arguments],
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        stderr=(folder / "server.log").open("ab"),
-        text=True,
-        env={**os.environ, "OMP_NUM_THREADS": "1", "PYTHONWARNINGS": "default"},
-        start_new_session=True,
-    )
+    with (folder / "server.log").open("ab") as log:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "tactogram.cli", *arguments],
+            cwd=folder,
+            stdout=subprocess.PIPE,
+            stderr=log,
+            text=True,
+            env={**os.environ, "OMP_NUM_THREADS": "1", "PYTHONWARNINGS": "default"},
+            start_new_session=True,
+        )
     try:
         for line in process.stdout:
             if line.startswith(prefix):
@@ -124,3 +126,15 @@ def tab(browser, server):
     with watched(context, server) as page:
         yield page
     context.close()
+
+
+@pytest.fixture(scope="session", name="served")
+def served_fixture():
+    """Give `served`, for verbs and folders of a test's own."""
+    return served
+
+
+@pytest.fixture(scope="session", name="watched")
+def watched_fixture():
+    """Give `watched`, for contexts of a test's own."""
+    return watched

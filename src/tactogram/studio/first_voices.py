@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Literal
 
 State = Literal["absent", "making", "there", "failed"]
-PER_CLASS, SECONDS, SEED = 3, 2.0, 0
+PER_CLASS, SECONDS, SEED = 2, 2.0, 0
 
 
 @dataclass
@@ -62,37 +62,36 @@ class FirstVoices:
             self.folder.mkdir(parents=True, exist_ok=True)
             for gone in (self.store, self.run):  # what an earlier process left unfinished
                 shutil.rmtree(gone, ignore_errors=True)
-            simulate = ["data", "simulate", "stroking9", "--out", str(self.store), "--seed", str(SEED)]
-            self._call(
-                "simulating nine surfaces",
-                [*simulate, "--per-class", str(PER_CLASS), "--seconds", str(SECONDS)],
-            )
-            learn = [
-                "train",
-                "ar_texture",
-                "--data",
-                str(self.store),
-                "--split",
-                "all",
-                "--out",
-                str(self.run),
-            ]
-            self._call("learning their textures", learn)
-            self.line = ""
-        except (OSError, subprocess.SubprocessError) as error:
+            self._follow([sys.executable, "-m", __name__, str(self.store), str(self.run)])
+        except OSError as error:
             self.line = f"the first surfaces could not be made: {error}"
         finally:
             self._making = False
 
-    def _call(self, line: str, arguments: list[str]) -> None:
-        self.line = line
-        done = subprocess.run(
-            [sys.executable, "-m", "tactogram.cli", *arguments],
-            check=False,
-            capture_output=True,
-            text=True,
-            env={**os.environ, "OMP_NUM_THREADS": "1"},
-        )
-        if done.returncode:
-            said = done.stderr.strip().splitlines()
-            raise subprocess.SubprocessError(said[-1] if said else f"exit {done.returncode}")
+    def _follow(self, command: list[str]) -> None:
+        """Run a command, and have ``line`` say what it says."""
+        environment = {**os.environ, "OMP_NUM_THREADS": "1"}
+        with subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment
+        ) as process:
+            for line in process.stdout or ():
+                self.line = line.strip()
+        self.line = "" if not process.returncode else f"the first surfaces could not be made: {self.line}"
+
+
+def make(store: Path, run: Path) -> None:
+    """Simulate the surfaces and learn their textures, saying on stdout what is being done."""
+    from tactogram.jobs.simulate import simulate_to_store
+    from tactogram.jobs.training import train
+
+    sys.stdout.write("simulating nine surfaces\n")
+    sys.stdout.flush()
+    # One process: to start more takes longer than they save.
+    simulate_to_store("stroking9", store, seed=SEED, per_class=PER_CLASS, seconds=SECONDS, workers=1)
+    sys.stdout.write("learning their textures\n")
+    sys.stdout.flush()
+    train("ar_texture", store, split="all", out=run)
+
+
+if __name__ == "__main__":
+    make(Path(sys.argv[1]), Path(sys.argv[2]))

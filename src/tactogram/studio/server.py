@@ -10,6 +10,7 @@ import socket
 import threading
 import webbrowser
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -111,15 +112,17 @@ def serve(
 
     logging.getLogger("uvicorn.error").setLevel(logging.WARNING)
     config = uvicorn.Config(app, log_level="warning", access_log=False, timeout_graceful_shutdown=2)
-    Server(config).run(sockets=[listener])
+    with suppress(KeyboardInterrupt):  # the usual way to end it
+        Server(config).run(sockets=[listener])
 
 
 def _listener(host: str, port: int) -> socket.socket:
     try:
         return socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
     except OSError as error:
+        why = os.strerror(error.errno) if error.errno else str(error)
         raise DeviceError(
-            f"port {port} of {host} cannot be listened on ({error.strerror}): give another --port, or 0 for a free one"
+            f"port {port} of {host} cannot be listened on ({why}): give another --port, or 0 for a free one"
         ) from None
 
 
