@@ -59,6 +59,14 @@ class SurfaceTexture:
         What it is laid out over: the way gone (which never goes back), or a coordinate: then the same place feels the
         same, and a stroke back meets it from the other side.
 
+    Attributes
+    ----------
+    nodes : float32 array, shape (copy, axis, node)
+        The loop, oversampled; each copy has half an octave less than the one before it.
+    nodes_per_mm : float
+    samples_per_speed : float
+        Samples of the surface per sample of the engine and mm/s.
+
     Raises
     ------
     ParameterError
@@ -96,9 +104,9 @@ class SurfaceTexture:
                 f"{name} is too long to play from memory: {signal.length_mm:g} mm at {signal.rate:g} samples per mm; "
                 "cut it or lower its rate"
             )
-        self._table = _copies(loop, copies)
-        self._nodes_per_mm = loop.rate * OVERSAMPLED
-        self._samples_per_speed = signal.rate / rate
+        self.nodes = _copies(loop, copies)
+        self.nodes_per_mm = loop.rate * OVERSAMPLED
+        self.samples_per_speed = signal.rate / rate
         variance = np.var(loop.samples.astype(np.float64), axis=1)
         self.level = float(np.sqrt(variance.sum()))
 
@@ -106,11 +114,11 @@ class SurfaceTexture:
         """Write the next ``motion.count`` samples to ``out``, float32, shape (axis, most)."""
         place = {"path": motion.path_mm, "x": motion.x_mm, "y": motion.y_mm}[self.along]
         _play(
-            self._table,
+            self.nodes,
             place,
             motion.speed_mm_s,
-            self._nodes_per_mm,
-            self._samples_per_speed,
+            self.nodes_per_mm,
+            self.samples_per_speed,
             motion.count,
             out,
         )

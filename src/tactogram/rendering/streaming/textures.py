@@ -191,6 +191,13 @@ class AutoregressiveTexture:
         Most samples in a block.
     seed : int
         Decides the noise.
+
+    Attributes
+    ----------
+    half : int
+        Samples of the table's rate on each side of the one that is interpolated; 0 where the rates are the same.
+    kernel : float64 array, shape (PHASES + 1, 2 half)
+        Their weights: row p is for a place p / PHASES past a sample.
     """
 
     holds_at_rest = False
@@ -202,22 +209,22 @@ class AutoregressiveTexture:
         n, order = len(table.axes), table.reflection.shape[-1]
         self._state = np.ascontiguousarray(table.root[0, 0] @ self._random.standard_normal((n, order)))
         self._ratio = table.rate / rate
-        self._half = 0
-        self._kernel = np.zeros((PHASES + 1, 0))
+        self.half = 0
+        self.kernel = np.zeros((PHASES + 1, 0))
         if self._ratio != 1:
-            self._half = max(3, min(LONGEST_KERNEL, round(KERNEL_S * table.rate)))
-            reach = self._half * max(
+            self.half = max(3, min(LONGEST_KERNEL, round(KERNEL_S * table.rate)))
+            reach = self.half * max(
                 1.0, self._ratio
             )  # the kernel widens where the texture has more than fits
-            self._half = int(np.ceil(reach))
-            self._kernel = _sinc(self._half, min(1.0, 1 / self._ratio))
-        self.delay_s = self._half / table.rate
-        room = 2 * self._half + int(np.ceil(most * self._ratio)) + 2
+            self.half = int(np.ceil(reach))
+            self.kernel = _sinc(self.half, min(1.0, 1 / self._ratio))
+        self.delay_s = self.half / table.rate
+        room = 2 * self.half + int(np.ceil(most * self._ratio)) + 2
         self._noise = np.zeros((room, n))
         self._made = np.zeros((n, room))
         self._history = np.zeros((n, room))
         self._have = 0
-        self._place = float(max(self._half - 1, 0))
+        self._place = float(max(self.half - 1, 0))
         # Parameters at the beginning and at the end of a block.
         self._reflection = np.zeros((2, n, order))
         self._deviation = np.zeros((2, n))
@@ -230,8 +237,8 @@ class AutoregressiveTexture:
     def render(self, motion: MotionBlock, out: Block) -> None:
         """Write the next ``motion.count`` samples to ``out``, float32, shape (axis, most)."""
         count = motion.count
-        last = int(self._place + (count - 1) * self._ratio) + self._half
-        new = max(0, last + 1 - self._have) if self._half else count
+        last = int(self._place + (count - 1) * self._ratio) + self.half
+        new = max(0, last + 1 - self._have) if self.half else count
         self._random.standard_normal(out=self._noise[:new])
         t = self._table
         self._have, self._place = _render(
@@ -255,8 +262,8 @@ class AutoregressiveTexture:
             self._have,
             self._place,
             self._ratio,
-            self._half,
-            self._kernel,
+            self.half,
+            self.kernel,
             count,
             out,
         )
