@@ -31,6 +31,10 @@ class RunError(TactogramError):
     """A run folder is missing, broken, unfinished, or of another version."""
 
 
+class StoppedError(TactogramError):
+    """A training ended before its end because it was asked to; what it had learned is kept in its checkpoint."""
+
+
 class MissingExtraError(TactogramError, ImportError):
     """An optional dependency is not installed; the message names the extra that brings it."""
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tactogram.datasets import Split, create_store
-from tactogram.errors import LeakError, ParameterError, RunError
+from tactogram.errors import LeakError, ParameterError, RunError, StoppedError
 from tactogram.jobs.classify import classify
 from tactogram.jobs.crossval import crossval
 from tactogram.jobs.data import add_signal
@@ -33,6 +33,23 @@ def test_a_run_holds_what_made_it(run, store, tiny):
     steps = [(m["stage"], m["step"]) for m in run.metrics()]
     assert steps == sorted(set(steps))
     assert steps[-1] == (1, tiny["config.steps"])
+
+
+def test_a_training_that_was_asked_to_stop_goes_on_to_the_same_weights(run, store, tmp_path, tiny):
+    """Every step that was done is kept, whatever ``checkpoint_every``, and the logs are those of one training."""
+    asked = iter(range(1000))
+    known = {"recipe": "tiny", "changes": tiny, "where": {"material": "!wool"}, "accelerator": "cpu"}
+    out = tmp_path / "stopped"
+    with pytest.raises(StoppedError, match=r"prepared; the run is as it was"):
+        train("stroke_cnn", store, **known, out=out, stop=lambda: True)
+    assert not out.exists()
+    prepared = len(Split.load(run.folder / "split.json").train)
+    with pytest.raises(StoppedError, match=r"after step 37 of 60 of classify; all of it is kept .* --resume"):
+        train("stroke_cnn", store, **known, out=out, stop=lambda: next(asked) == prepared + 37)
+    assert load_state(out / "checkpoint.safetensors")[1] == {"stage": 1, "step": 37}
+    train("stroke_cnn", store, **known, out=out, resume=True)
+    for name in ("model.safetensors", "metrics.jsonl"):
+        assert (out / name).read_bytes() == (run.folder / name).read_bytes()
 
 
 def test_a_loaded_run_says_what_the_trained_one_said(run, texture):

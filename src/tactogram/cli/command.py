@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 
 from tactogram.cli.parser import make_parser
-from tactogram.errors import TactogramError
+from tactogram.errors import StoppedError, TactogramError
 
 # torch's threads spin when they wait, and collapse when a core is busy. Read when torch is imported.
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
@@ -16,7 +16,7 @@ os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one verb; return 0, or 1 after a line on stderr where something was wrong.
 
-    Usage errors exit with 2, as argparse does.
+    Usage errors exit with 2, as argparse does; what was interrupted, or asked to stop, with 130.
     """
     arguments = make_parser().parse_args(argv)
     if folders := getattr(arguments, "models", None):
@@ -25,6 +25,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.environ["TACTOGRAM_MODELS"] = os.pathsep.join([*folders, *([known] if known else [])])
     try:
         return arguments.run(arguments) or 0
+    except StoppedError as error:
+        sys.stderr.write(f"tactogram: {error}\n")
+        return 130
     except TactogramError as error:
         sys.stderr.write(f"tactogram: {error}\n")
         return 1

@@ -6,6 +6,7 @@ from typing import Any
 
 from tactogram.cli.options import Verbs, models_option, training_arguments, training_options
 from tactogram.cli.printing import Arguments, accuracies, columns, lines_of, print_result, text_of
+from tactogram.cli.stopping import asked_to_stop
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -53,7 +54,7 @@ def train(a: Arguments) -> None:
     from tactogram.jobs.progress import shown
     from tactogram.jobs.training import train
 
-    with shown() as progress:
+    with asked_to_stop() as stop, shown() as progress:
         run = train(
             a.model,
             a.data,
@@ -62,6 +63,7 @@ def train(a: Arguments) -> None:
             resume=a.resume,
             devices=a.devices,
             progress=progress,
+            stop=stop,
         )
     facts = run.facts()
     result = {"run": str(run.folder), "run_id": run.data["run_id"], "validation": facts["validation"]}

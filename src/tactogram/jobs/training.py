@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
+
+from pydantic import BaseModel
 
 from tactogram import models
 from tactogram.datasets import (
@@ -27,7 +28,7 @@ from tactogram.datasets import (
     split_photographs,
 )
 from tactogram.datasets.splits import By
-from tactogram.errors import ParameterError, RunError
+from tactogram.errors import ParameterError, RunError, StoppedError
 from tactogram.jobs.progress import Progress, silent
 from tactogram.jobs.rated import TEST_SHARE, VALIDATION_SHARE, RatedData
 from tactogram.model import Classifier, Example, Kind, Learner, SignalKind
@@ -36,6 +37,15 @@ from tactogram.signal import Signal
 from tactogram.training.device import make_fabric
 from tactogram.training.loop import BEGINNING, Position, fit
 from tactogram.training.run import Run
+
+Stop = Callable[[], bool]
+"""Says whether a training should end where it is; asked after each step."""
+
+
+def never() -> bool:
+    """Return False: nobody asks a training to stop."""
+    return False
+
 
 BEGUN = ("recipe.toml", "data.json", "environment.json", "split.json")
 """What a run has before its first step; the recipe, which makes it a run, first."""
@@ -101,6 +111,52 @@ def load_run(folder: Path | str, *, device: str = "cpu", model_folders: Sequence
     return LoadedRun(run, facts, recipe, kind, model)
 
 
+@dataclass(frozen=True)
+class Plan:
+    """What a training would be of: the data and its parts, the model and its configuration."""
+
+    store: Store
+    facts: models.ModelFacts
+    recipe: Recipe
+    config: BaseModel
+    parts: Split
+    rated: RatedData | None
+    """Of a model that learns from ratings."""
+
+
+def planned(
+    model: str,
+    data: Path | str,
+    *,
+    recipe: str = "quick",
+    changes: Mapping[str, Any] | None = None,
+    split: str = "",
+    by: By = "recording",
+    label: Label = "material",
+    where: Mapping[str, str] | None = None,
+    model_folders: Sequence[Path] = (),
+) -> Plan:
+    """Return what `train` would train with the same arguments; no signal is prepared, nothing is written.
+
+    Raises
+    ------
+    TactogramError
+        If data and model do not fit, or an argument is none.
+    """
+    store = open_store(data)
+    facts = models.find(model, model_folders)
+    chosen = Recipe.load(facts.recipe(recipe), changes=changes)
+    index = select(store.index, where) if len(store) else []
+    rated = None if facts.learns_from == "recordings" else RatedData(store, facts.learns_from)
+    if rated is not None:
+        parts = rated.split(index, chosen.prepare, split=split, by=by, seed=chosen.seed)
+    else:
+        parts = make_split(index, split=split, by=by, seed=chosen.seed, label=label)
+    if "image" in facts.needs:
+        parts = split_photographs(store, parts, seed=chosen.seed)
+    return Plan(store, facts, chosen, facts.config(chosen.config), parts, rated)
+
+
 def train(
     model: str,
     data: Path | str,
@@ -117,6 +173,7 @@ def train(
     devices: int = 1,
     model_folders: Sequence[Path] = (),
     progress: Progress = silent,
+    stop: Stop = never,
 ) -> Run:
     """Train ``model`` on the training part of ``data`` and return the finished run.
 
@@ -143,24 +200,29 @@ def train(
         The run's folder; by default ``runs/MODEL-RECIPE-ID``.
     resume : bool
         Go on with the run in ``out`` from its last checkpoint.
+    stop : callable
+        Says whether to end where it is: a checkpoint of that step is written first.
 
     Raises
     ------
     RunError
         If the folder holds another run, or ``resume`` meets other data or another recipe than it began with.
+    StoppedError
+        If ``stop`` said so; the message says how much is kept.
     """
-    store = open_store(data)
-    facts = models.find(model, model_folders)
-    chosen = Recipe.load(facts.recipe(recipe), changes=changes)
-    index = select(store.index, where) if len(store) else []
-    rated = None if facts.learns_from == "recordings" else RatedData(store, facts.learns_from)
-    if rated is not None:
-        parts = rated.split(index, chosen.prepare, split=split, by=by, seed=chosen.seed)
-    else:
-        parts = make_split(index, split=split, by=by, seed=chosen.seed, label=label)
-    if "image" in facts.needs:
-        parts = split_photographs(store, parts, seed=chosen.seed)
-    config = facts.config(chosen.config)
+    plan = planned(
+        model,
+        data,
+        recipe=recipe,
+        changes=changes,
+        split=split,
+        by=by,
+        label=label,
+        where=where,
+        model_folders=model_folders,
+    )
+    store, facts, chosen, config = plan.store, plan.facts, plan.recipe, plan.config
+    parts, rated = plan.parts, plan.rated
     resolved = chosen.resolved(config) | {"split": parts.as_dict(), "label": label}
     identity = run_id(resolved, store.sha256)
     folder = Path(out) if out else Path("runs") / f"{model}-{Path(recipe).stem}-{identity}"
@@ -180,7 +242,7 @@ def train(
         examples = part_examples(store, parts, "train", chosen.prepare, label=label)
         if "image" in facts.needs:
             require_photographs(examples)
-        examples.prepare_all(progress=partial(progress, "prepare"))
+        examples.prepare_all(progress=_preparing(progress, stop))
         kind = signal_kind(examples, simulated=store.simulated)
         validation = part_examples(store, parts, "validation", chosen.prepare, label=label)
     learner = facts.build(config, kind, seed=chosen.seed)
@@ -196,7 +258,14 @@ def train(
     start = run.restore(learner) if resume else Position()
     try:
         run_training(
-            learner, examples, chosen, run=run, start=start, rank=fabric.global_rank, progress=progress
+            learner,
+            examples,
+            chosen,
+            run=run,
+            start=start,
+            rank=fabric.global_rank,
+            progress=progress,
+            stop=stop,
         )
     except ParameterError:
         if first and not resume:
@@ -229,8 +298,15 @@ def run_training(
     rank: int = 0,
     task: str = "",
     progress: Progress = silent,
+    stop: Stop = never,
 ) -> None:
-    """Fit ``learner``; log and save to ``run`` where there is one, and show progress."""
+    """Fit ``learner``; log and save to ``run`` where there is one, and show progress.
+
+    Raises
+    ------
+    StoppedError
+        If ``stop`` said so, after the checkpoint of that step.
+    """
     every = recipe.training
 
     def on_step(position: Position, stage: Any, losses: dict[str, float]) -> None:
@@ -242,6 +318,13 @@ def run_training(
                 run.save_checkpoint(learner, position)
         note = " ".join(f"{name} {loss:.3g}" for name, loss in losses.items()) if len(losses) < 4 else ""
         progress(f"{task}{stage.name}", position.step, stage.steps, note)
+        if run is not None and stop():
+            if rank == 0:
+                run.save_checkpoint(learner, position)
+            raise StoppedError(
+                f"stopped after step {position.step} of {stage.steps} of {stage.name}; all of it is kept in "
+                f"{run.folder}: --resume goes on"
+            )
 
     fit(learner, examples, seed=recipe.seed, start=start, rank=rank, on_step=on_step)
 
@@ -350,6 +433,17 @@ def _begin(run: Run, recipe: Recipe, identity: str, store: Store, split: Split, 
     # Before the recipe, which makes it a run: a kill leaves a run with its split, or none.
     split.save(run.folder / "split.json")
     Run.create(run.folder, recipe=recipe, data=data, identity=identity)
+
+
+def _preparing(progress: Progress, stop: Stop) -> Callable[[int, int], None]:
+    """Return what shows how far the preparation is, and ends it where ``stop`` says so."""
+
+    def show(done: int, total: int) -> None:
+        progress("prepare", done, total)
+        if stop():
+            raise StoppedError("stopped while recordings were prepared; the run is as it was")
+
+    return show
 
 
 def _draw(run: Run, learner: Learner) -> None:
