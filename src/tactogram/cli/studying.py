@@ -127,6 +127,8 @@ def analyse(a: Arguments) -> None:
         encoding=a.encoding,
         draws=a.draws,
         seed=a.seed,
+        alpha=a.alpha,
+        practice=a.practice,
         figures=not a.no_figures,
     )
     text = result.pop("text")
@@ -164,7 +166,14 @@ def _analyse_options(add: Add) -> None:
         action="append",
         default=[],
         metavar="QUESTION=VALUE",
-        help="what counts as equal, decided before: which=0.1 (share), realism=5 (mm), rating=0.2 (points) …",
+        help="what counts as equal, instead of the study file's: which=0.1 (share), realism=5 (mm) …; what differs "
+        "is reported as given afterwards",
+    )
+    add("--alpha", type=float, help="instead of the study file's; likewise")
+    add(
+        "--practice",
+        action="store_true",
+        help="analyse the practice trials, in the place of those that count",
     )
     add(
         "--targets", metavar="F", help="ratings, or answers to a study of words, that scores are held against"

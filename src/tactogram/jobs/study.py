@@ -20,6 +20,8 @@ from tactogram.study.study_file import Study, shipped_studies
 from tactogram.study.trials import Page, Participant
 from tactogram.validation import validated
 
+STUDY_SUFFIX = ".study.json"
+"""Of the file beside a table that holds the study it is of."""
 Progress = Callable[[int], None]
 
 
@@ -49,7 +51,7 @@ def check_study(
     """
     loaded = Study.load(study, changes=changes)
     folder = study_folder(study)
-    for stimulus in loaded.all_stimuli:
+    for stimulus in loaded.made_stimuli:
         if stimulus.is_played:
             parse_level(stimulus.level or loaded.level)
         for name in (stimulus.file, stimulus.image):
@@ -145,7 +147,7 @@ def export_study(
         if table is not None:
             path = Path(table)
             write_answers(path, answers)
-            described = path.with_suffix(".study.json")
+            described = path.with_suffix(STUDY_SUFFIX)
             with written_beside(described) as part:
                 text = json.dumps(json.loads(store.study.as_json()), ensure_ascii=False, indent=1)
                 part.write_text(text + "\n", encoding="utf-8")
@@ -220,6 +222,9 @@ def _facts(study: Study) -> dict[str, Any]:
         "stimuli": len(study.all_stimuli),
         "conditions": list(dict.fromkeys(stimulus.condition for stimulus in study.all_stimuli)),
         "simulated_stimuli": sum(stimulus.is_simulated for stimulus in study.all_stimuli),
+        "practice": study.practice.trials if study.practice else 0,
+        "margins": study.planned.values,
+        "alpha": study.planned.alpha,
         "order": study.order,
         "seed": study.seed,
         "languages": list(study.languages),
@@ -236,7 +241,7 @@ def _render_all(study: Study, folder: Path) -> dict[str, str]:
 
     made = Stimuli(study, folder)
     hashes = {}
-    for stimulus in study.all_stimuli:
+    for stimulus in study.made_stimuli:
         made.image(stimulus)
         if stimulus.is_played:
             hashes[stimulus.name] = made.played(Presented("", stimulus)).sha256

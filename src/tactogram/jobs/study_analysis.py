@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,13 +14,17 @@ import numpy as np
 from tactogram.datasets.ratings import SEVEN_POINT, Scale
 from tactogram.datasets.ratings_table import read_table
 from tactogram.errors import DataError, ParameterError
-from tactogram.jobs.study import open_answers
+from tactogram.jobs.study import STUDY_SUFFIX, open_answers
 from tactogram.signal.io.files import written_beside
 from tactogram.study.analysis import MARGINS, Plan, analyse
 from tactogram.study.analysis.finding import finite, table_lines
 from tactogram.study.analysis.words import Targets
 from tactogram.study.answers import Answers, read_cells
+from tactogram.study.planned import ALPHA
 from tactogram.study.power import PowerTable, power_table
+from tactogram.study.practice import MARK
+from tactogram.study.session_store import SessionStore
+from tactogram.study.study_file import Study
 
 JSON_FILE, TEXT_FILE = "analysis.json", "analysis.txt"
 
@@ -38,6 +43,8 @@ def analyse_study(
     encoding: str = "utf-8-sig",
     draws: int = 2000,
     seed: int = 0,
+    alpha: float | None = None,
+    practice: bool = False,
     figures: bool = True,
 ) -> dict[str, Any]:
     """Analyse a session folder or a table of answers, and write JSON, text and figures.
@@ -53,7 +60,8 @@ def analyse_study(
     design : str, optional
         Only rows of this design; where the table has no such column, what all its rows are.
     margins : mapping, optional
-        See `tactogram.study.analysis.Plan`. Decided before the answers were seen.
+        See `tactogram.study.analysis.Plan`; in the place of those in the study's file. What differs from the file is
+        reported as given afterwards.
     targets : Path, optional
         What ratings are held against: see `targets_of`.
     targets_scale : Scale
@@ -65,6 +73,10 @@ def analyse_study(
     encoding : str
     draws, seed : int
         Of the bootstraps.
+    alpha : float, optional
+        By default the study's.
+    practice : bool
+        Whether the practice trials are analysed, in the place of those that count.
     figures : bool
 
     Returns
@@ -78,8 +90,13 @@ def analyse_study(
         In one line: what is wrong with the table, the margins or the targets.
     """
     answers = _opened(Path(source), design, columns, constants, encoding)
-    plan = Plan(
-        dict(margins or {}),
+    if practice:
+        answers = practice_of(answers)
+    study = study_of(Path(source))
+    plan = _plan(
+        study,
+        margins,
+        alpha=alpha,
         targets=None if targets is None else targets_of(Path(targets), scale=targets_scale),
         reference=reference,
         seed=seed,
@@ -108,6 +125,47 @@ def analyse_study(
         with written_beside(folder / f"{name}.png") as part:
             figure.savefig(part, format="png", dpi=130)
     return result | {"out": str(out), "text": analysis.text()}
+
+
+def study_of(source: Path) -> Study | None:
+    """Return the study that answers are of: of a session folder, or of the file that stands beside a table.
+
+    `tactogram.jobs.study.export_study` writes that file. None where there is none.
+    """
+    if source.is_dir():
+        with SessionStore(source) as store:
+            return store.study
+    beside = source.with_suffix(STUDY_SUFFIX)
+    if not beside.is_file():
+        return None
+    try:
+        facts = json.loads(beside.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise DataError(f"{beside}: not a readable study: {error}; export the answers again") from error
+    return Study.of(facts, where=str(beside))
+
+
+def practice_of(answers: Answers) -> Answers:
+    """Return the practice trials as trials of the design that was practised.
+
+    Raises
+    ------
+    DataError
+        If there is none.
+    """
+    kept = answers.where(design=MARK)
+    if not len(kept):
+        raise DataError("answers hold no practice trials")
+    return Answers(tuple(replace(row, design=row.more.get(MARK, "")) for row in kept))
+
+
+def _plan(
+    study: Study | None, margins: Mapping[str, float] | None, *, alpha: float | None, **options: Any
+) -> Plan:
+    if study is None:
+        return Plan(dict(margins or {}), alpha=ALPHA if alpha is None else alpha, **options)
+    planned = study.planned
+    return Plan.of(planned, margins, alpha=planned.alpha if alpha is None else alpha, **options)
 
 
 def study_power(design: str, **options: Any) -> dict[str, Any]:

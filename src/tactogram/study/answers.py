@@ -16,6 +16,7 @@ version; ``other`` and the further column ``other_condition`` are the second one
 - *pairwise*, question ``preferred``: ``stimulus`` and ``other`` are the pair, ``side`` is where ``stimulus`` was;
   ``answer`` is A or B, ``value`` 1 if ``stimulus`` was chosen, else 0.
 - the questions before and after the trials: ``design`` is ``questions``; ``stimulus`` is "".
+- practice: ``design`` is ``practice``, and the further column ``practice`` the design that was practised.
 """
 
 from __future__ import annotations

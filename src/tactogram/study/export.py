@@ -53,6 +53,7 @@ DESCRIPTIONS: Mapping[str, str] = {
     "consent_sha256": "Hash of the text that was agreed to",
     "staircase": "Which staircase",
     "reversals": "Reversals of the staircase before this trial",
+    "practice": "Design that was practised; such an answer does not count",
     "modulus": "Number that the standard stands for",
     "expected_bits": "Information that was expected of this pair",
     "first": "Number of the first of the pair",

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import ScalarFormatter
 
 from tactogram.statistics.figures import AXIS_COLOURS, BLUE, GRAY, INK, ORANGE, error_figure
-from tactogram.study.analysis.finding import Finding, Section
+from tactogram.study.analysis.finding import SHOWN, Finding, Section
 from tactogram.study.analysis.staircases import in_order
 from tactogram.study.answers import Answers
 
@@ -116,7 +116,7 @@ def conditions_figure(section: Section) -> Figure:
     marked = []
     for finding in section.role("confirmatory"):
         first, divider, second = finding.of.partition(" minus ")
-        if divider and finding.p is not None and finding.p < 0.05:
+        if divider and finding.p is not None and finding.verdict == SHOWN:
             marked.append((first, second, "**" if finding.p < 0.01 else "*"))
     marked.sort(key=lambda pair: abs(list(shown).index(pair[0]) - list(shown).index(pair[1])))
     if len(marked) > MOST_BRACKETS:

@@ -24,6 +24,7 @@ from typing import Any, Self
 from tactogram.errors import DataError, ParameterError
 from tactogram.study.answers import Answer, Answers
 from tactogram.study.device_facts import kept_facts
+from tactogram.study.practice import practised
 from tactogram.study.session_tables import STEPS, TABLES, VERSION
 from tactogram.study.sitting import answers_to, declined, next_page
 from tactogram.study.study_file import Study
@@ -397,7 +398,10 @@ class SessionStore:
         return [Participant(row[0], row[1], row[2], bool(row[3]), row[4]) for row in rows]
 
     def progress(self) -> list[dict[str, Any]]:
-        """Return where each participant stands, for the experimenter: code, number, status, trials done and in all."""
+        """Return where each participant stands, for the experimenter.
+
+        Code, number, status, trials done and in all, practice trials begun, and when the last answer came.
+        """
         found = []
         for participant in self.participants():
             given = self._given(participant)
@@ -417,6 +421,8 @@ class SessionStore:
                     "page": None if page is None else page.token,
                     "trials": len(trials) - (0 if finished_all else 1),
                     "of": self.study.trials,
+                    "practice": len({one.token.partition(".")[0] for one in practised(given)}),
+                    "last": self._last(participant),
                 }
             )
         return found
@@ -544,6 +550,15 @@ class SessionStore:
         if row[1] != "active":
             raise ParameterError(f"the session of {participant.code} was ended by the experimenter")
         return participant.number
+
+    def _last(self, participant: Participant) -> str | None:
+        """Return when the last answer came, by the clock of then; None if none has."""
+        with self._lock:
+            row = self._connection.execute(
+                "SELECT row FROM answers WHERE participant = ? ORDER BY position DESC LIMIT 1",
+                (participant.number,),
+            ).fetchone()
+        return None if row is None else str(json.loads(row[0])["at"])
 
     def _check_language(self, language: str) -> None:
         if language not in self.study.languages:

@@ -1,4 +1,4 @@
-"""One participant's way through a study: consent, questions, trials, questions, end.
+"""One participant's way through a study: consent, questions, practice, trials, questions, end.
 
 All of it is a pure function of the study, the participant and the answers so far.
 """
@@ -13,6 +13,7 @@ from typing import Any
 
 from tactogram.study.answers import Answer
 from tactogram.study.device_facts import device_columns
+from tactogram.study.practice import MARK, TOKEN, practice_page, practised
 from tactogram.study.questions import Option, Question
 from tactogram.study.study_file import Study
 from tactogram.study.trials import Asked, Given, Page, Participant
@@ -48,8 +49,15 @@ def next_page(study: Study, participant: Participant, given: Sequence[Given]) ->
         return None
     if study.before and BEFORE not in tokens:
         return Page(BEFORE, "questions", tuple(Asked(question) for question in study.before))
-    trials = [one for one in given if one.token not in (CONSENT, BEFORE, AFTER)]
+    practice = practised(given)
+    trials = [
+        one for one in given if one.token not in (CONSENT, BEFORE, AFTER) and not one.token.startswith(TOKEN)
+    ]
+    if not trials and (page := practice_page(study, participant, given)) is not None:
+        return page
     page = study.design.next_page(study.setting, participant, trials)
+    if page is not None and study.practice is not None and not trials:
+        return study.practice.first_trial(page, study.design, study.setting, participant, practice)
     if page is not None:
         due = study.rest_every and page.trial > 1 and page.step == 1
         return replace(page, rest=bool(due and (page.trial - 1) % study.rest_every == 0))
@@ -104,7 +112,7 @@ def answers_to(
             block=page.block,
             trial=page.trial,
             repeat=page.repeat,
-            design="questions" if page.kind == "consent" else page.kind,
+            design=_design(page),
             question=asked.question.id,
             condition=asked.condition,
             stimulus=asked.stimulus,
@@ -162,12 +170,19 @@ def _display(study: Study, page: Page) -> str:
     return "+".join(dict.fromkeys(shown))
 
 
+def _design(page: Page) -> str:
+    if page.practice:
+        return MARK
+    return "questions" if page.kind == "consent" else page.kind
+
+
 def _further(page: Page, asked: Asked) -> dict[str, str]:
     simulated = any(p.stimulus is not None and p.stimulus.is_simulated for p in page.presented)
     return {
         "token": page.token,
         "step": str(page.step),
         **({"other_condition": asked.other_condition} if asked.other else {}),
+        **({MARK: page.kind} if page.practice else {}),
         **({"simulated_stimuli": "true"} if simulated else {}),
         **page.more,
     }

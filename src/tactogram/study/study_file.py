@@ -17,6 +17,8 @@ from tactogram.errors import ParameterError
 from tactogram.study import studies as _studies
 from tactogram.study.designs import DESIGNS, Design
 from tactogram.study.orders import Rule
+from tactogram.study.planned import Planned
+from tactogram.study.practice import Practice
 from tactogram.study.questions import Question
 from tactogram.study.stimuli import Grid, Stimulus
 from tactogram.study.trials import Setting
@@ -58,6 +60,10 @@ class Study(BaseModel):
     """Asked before the first trial. No names, no addresses."""
     after: tuple[Question, ...] = ()
     """Asked after the last trial."""
+    practice: Practice | None = None
+    """Trials before those that count."""
+    analysis: Planned | None = None
+    """What is decided of the analysis before anybody answers."""
     design: SerializeAsAny[Design]
     stimuli: tuple[Stimulus, ...] = ()
     grid: Grid | None = None
@@ -83,6 +89,9 @@ class Study(BaseModel):
                 if wording and not wording.in_language(language):
                     raise ValueError(f"{place} lacks the language {language}; give {place}.{language}")
         self.design.check(self.setting)
+        if self.practice is not None:
+            self.practice.check(self.design, self.setting)
+        self.planned.check(self.design.model_dump()["kind"])
         return self
 
     @classmethod
@@ -140,6 +149,16 @@ class Study(BaseModel):
     def setting(self) -> Setting:
         """What its design needs to know."""
         return Setting(self.name, self.seed, self.order, self.all_stimuli)
+
+    @property
+    def made_stimuli(self) -> tuple[Stimulus, ...]:
+        """Those of the trials, and those that come in practice only."""
+        return (*self.all_stimuli, *(self.practice.own if self.practice else ()))
+
+    @property
+    def planned(self) -> Planned:
+        """What is decided of the analysis; without a table in the file no margin, and alpha .05."""
+        return self.analysis or Planned()
 
     @property
     def trials(self) -> int:

@@ -132,10 +132,12 @@ class Page:
         Trials there are, or at most will be; 0 where it is no trial.
     rest : bool
         Whether a rest is offered before it.
+    practice : bool
+        Whether its answers do not count.
     more : mapping from str to str
         Further columns of its answers.
     layout : mapping from str to JSON values
-        What the design says of how it looks: sizes in mm, speeds in mm/s.
+        What the design says of how it looks: sizes in mm, speeds in mm/s; texts are Wordings.
     """
 
     token: str
@@ -149,6 +151,7 @@ class Page:
     repeat: int = 1
     total: int = 0
     rest: bool = False
+    practice: bool = False
     more: Mapping[str, str] = field(default_factory=dict)
     layout: Mapping[str, Any] = field(default_factory=dict)
 
@@ -189,7 +192,7 @@ class Page:
             "step": self.step,
             "total": self.total,
             "rest": self.rest,
-            "layout": dict(self.layout),
+            "layout": _in_language(self.layout, language),
             "slots": [_slot_shown(presented, language) for presented in self.presented],
             "questions": [_question_shown(asked, language) for asked in self.asked],
         }
@@ -211,6 +214,14 @@ class Given:
     token: str
     responses: Mapping[str, str]
     facts: Mapping[str, str] = field(default_factory=dict)
+
+
+def _in_language(value: Any, language: Language) -> Any:
+    if isinstance(value, Wording):
+        return value.in_language(language)
+    if isinstance(value, Mapping):
+        return {name: _in_language(inner, language) for name, inner in value.items()}
+    return value
 
 
 def _slot_shown(presented: Presented, language: Language) -> dict[str, Any]:

@@ -9,22 +9,25 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import DataError, ParameterError
+from tactogram.study import planned as _planned
 from tactogram.study.analysis.discrimination import analyse_discrimination
 from tactogram.study.analysis.evoked import analyse_evoked
-from tactogram.study.analysis.finding import Section
+from tactogram.study.analysis.finding import Section, judged
 from tactogram.study.analysis.magnitude import analyse_magnitude
 from tactogram.study.analysis.preference import analyse_preference
 from tactogram.study.analysis.realism import analyse_realism
 from tactogram.study.analysis.staircases import analyse_staircases
 from tactogram.study.analysis.words import Targets, analyse_words
 from tactogram.study.answers import Answers
+from tactogram.study.planned import ALPHA, Planned, differing, margin_name, margin_text
+from tactogram.study.practice import MARK
 
 WHICH, REALISM = "which", "realism"
-MARGINS = ("which", "realism", "rating", "abx", "staircase", "magnitude")
+MARGINS: tuple[str, ...] = tuple(name for names in _planned.MARGINS.values() for name in names)
 """What a margin can be given for."""
 DESIGNS = ("two_area", "rating", "evoked", "abx", "staircase", "magnitude", "pairwise")
-UNTESTED = ("questions",)
-"""Rows of the questions before and after: they are counted, not tested."""
+UNTESTED = ("questions", MARK)
+"""Rows of the questions before and after, and of practice: they are counted, not tested."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,11 @@ class Plan:
         Of the bootstraps.
     draws : int
         Of a bootstrap; a tenth of it where each draw is a fit.
+    alpha : float
+        A difference is shown where p is below. Intervals are of 95 % whatever it is.
+    planned : Planned, optional
+        What the study's file gave beforehand. What differs is reported as given afterwards; without it, nobody can see
+        when margins were given, and that is said.
 
     Raises
     ------
@@ -56,6 +64,50 @@ class Plan:
     reference: str | None = None
     seed: int = 0
     draws: int = 2000
+    alpha: float = ALPHA
+    planned: Planned | None = None
+
+    @classmethod
+    def of(cls, beforehand: Planned, margins: Mapping[str, float] | None = None, **options: Any) -> Plan:
+        """Return the plan of a study's file, with margins that were given since in the place of its own."""
+        return cls({**beforehand.values, **(margins or {})}, planned=beforehand, **options)
+
+    @property
+    def afterwards(self) -> dict[str, float]:
+        """What is not as the study's file gave it beforehand; {} where nothing is known of that."""
+        if self.planned is None:
+            return {}
+        changed = {} if self.alpha == self.planned.alpha else {"alpha": self.alpha}
+        return differing(self.margins, self.planned.values) | changed
+
+    def lines(self) -> list[str]:
+        """Return in sentences which margins there are, and when they were given."""
+        said = [margin_text(name, value) for name, value in self.margins.items()]
+        beforehand = [] if self.planned is None else list(self.planned.margins.items())
+        if self.planned is None:
+            lines = [
+                f"Margins, given with the analysis: {', '.join(said)}. Whether that was beforehand cannot be seen"
+            ]
+            lines = lines if said else ["No margin was given: nothing can be equivalent"]
+        elif beforehand:
+            stood = [
+                margin_text(name, margin.value) + (f" ({margin.because})" if margin.because else "")
+                for name, margin in beforehand
+            ]
+            lines = [f"Margins, given beforehand in the study's file: {', '.join(stood)}"]
+        else:
+            lines = ["The study's file gives no margin" + ("" if said else ": nothing can be equivalent")]
+        if self.afterwards:
+            changed = ", ".join(
+                f"alpha {value:g}" if name == "alpha" else margin_text(name, value)
+                for name, value in self.afterwards.items()
+            )
+            lines.append(
+                f"Given afterwards, not as in the study's file: {changed}. What rests on it is exploratory"
+            )
+        known = "" if self.planned is None or "alpha" in self.afterwards else " (beforehand)"
+        lines.append(f"Alpha {self.alpha:g}{known}; intervals are of 95 %")
+        return [f"{line}." for line in lines]
 
     def __post_init__(self) -> None:
         for name, margin in self.margins.items():
@@ -65,6 +117,8 @@ class Plan:
                 raise ParameterError(f"margin of {name} must be > 0, got {margin:g}")
         if self.targets is not None and self.reference is not None:
             raise ParameterError("ratings are held against targets or a reference condition, got both")
+        if not 0 < self.alpha <= 0.2:
+            raise ParameterError(f"alpha must be > 0 and at most 0.2, got {self.alpha:g}")
         if self.draws < 100:
             raise ParameterError(f"draws must be at least 100 for an interval of 95 %, got {self.draws}")
 
@@ -92,6 +146,9 @@ class Analysis:
             "study": self.study,
             "simulated": any(section.simulated for section in self.sections),
             "margins": dict(self.plan.margins),
+            "margins_beforehand": None if self.plan.planned is None else self.plan.planned.values,
+            "given_afterwards": self.plan.afterwards,
+            "alpha": self.plan.alpha,
             "reference": self.plan.reference,
             "seed": self.plan.seed,
             "draws": self.plan.draws,
@@ -101,12 +158,9 @@ class Analysis:
 
     def text(self) -> str:
         """Return it in lines."""
-        margins = ", ".join(f"{name} ±{value:g}" for name, value in self.plan.margins.items())
         head = [
             f"Study {self.study}",
-            f"Margins, given beforehand: {margins}"
-            if margins
-            else "No margin was given: nothing can be equivalent.",
+            *self.plan.lines(),
             "A difference is shown or not shown; with a margin what is not shown is equivalent within the margin or "
             "undecided. What is not shown is not shown to be absent.",
             *(f"Note: {note}." for note in self.notes),
@@ -147,11 +201,19 @@ def analyse(answers: Answers, *, plan: Plan | None = None) -> Analysis:
             raise DataError(f"design must be one of {', '.join(DESIGNS)}, got {design!r}")
         if twice := _twice(group):
             raise DataError(f"{twice}: is there twice; leave one out")
-        sections += _sections(design, group, plan)
+        sections += [_at(section, plan) for section in _sections(design, group, plan)]
     notes: tuple[str, ...] = ()
-    if other := len(answers) - len(trials):
-        notes = (f"{other} answers to the questions before and after the trials are not tested",)
+    if other := len(answers.where(design="questions")):
+        notes += (f"{other} answers to the questions before and after the trials are not tested",)
+    if practised := len(answers.where(design=MARK)):
+        notes += (f"{practised} answers to practice trials are left out",)
     return Analysis(studies[0], tuple(sections), plan, notes)
+
+
+def _at(section: Section, plan: Plan) -> Section:
+    late = margin_name(section.design, section.question) in plan.afterwards
+    note = "margin given afterwards" if late else ""
+    return judged(section, alpha=plan.alpha, note=note)
 
 
 def _sections(design: str, group: Answers, plan: Plan) -> list[Section]:

@@ -22,7 +22,7 @@ from tactogram.statistics.shares import (
     share_of,
     smallest_significant,
 )
-from tactogram.study.analysis.finding import ALPHA, Finding, Section, answered, holm, verdict_of
+from tactogram.study.analysis.finding import Finding, Section, answered, holm, verdict_of
 from tactogram.study.answers import Answers
 
 CORRECT = "share correct"
@@ -288,6 +288,6 @@ def _sides(kept: Answers) -> list[Finding]:
             verdict_of(found.p),
             found.n,
             found.participants,
-            note=f"alpha {ALPHA:g}; a preference for one side, whatever was there",
+            note="a preference for one side, whatever was there",
         )
     ]

@@ -8,19 +8,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from statsmodels.stats.multitest import multipletests
 
 from tactogram.errors import DataError
 from tactogram.study.answers import Answers
+from tactogram.study.planned import ALPHA
 
 Role = Literal["confirmatory", "as printed", "check"]
 SHOWN, NOT_SHOWN = "shown", "not shown"
 EQUIVALENT, UNDECIDED = "equivalent within the margin", "undecided"
 VERDICTS = (SHOWN, NOT_SHOWN, EQUIVALENT, UNDECIDED)
-ALPHA = 0.05
+SMALL = "the difference is shown, and is smaller than the margin"
 MOST_LINES = 120
 """Findings of one role that are written out in a text; more are counted there, and stand in the JSON."""
 
@@ -160,6 +161,46 @@ def verdict_of(p: float | None, *, equivalence_p: float | None = None, alpha: fl
     if equivalence_p is None:
         return "" if p is None else NOT_SHOWN
     return EQUIVALENT if equivalence_p < alpha else UNDECIDED
+
+
+def judged(section: Section, *, alpha: float = ALPHA, note: str = "") -> Section:
+    """Return a section with its verdicts at ``alpha``.
+
+    What stands on an interval of 95 % alone has no verdict at another alpha.
+
+    Parameters
+    ----------
+    section : Section
+    alpha : float
+    note : str
+        Said of each finding that is held against a margin.
+    """
+    findings = tuple(_judged(finding, alpha, note) for finding in section.findings)
+    last = {finding.of: finding.verdict for finding in findings}
+    tables = {
+        name: [
+            {**row, "verdict": _row_verdict(row, last, alpha)} if "verdict" in row else row for row in rows
+        ]
+        for name, rows in section.tables.items()
+    }
+    return replace(section, findings=findings, tables=tables)
+
+
+def _row_verdict(row: Mapping[str, Any], last: Mapping[str, str], alpha: float) -> str:
+    """Return the verdict of a table's row: by its own p, or that of the last finding about its texture."""
+    return verdict_of(row["p_holm"], alpha=alpha) if "p_holm" in row else last[row["texture"]]
+
+
+def _judged(finding: Finding, alpha: float, note: str) -> Finding:
+    if finding.p is None:
+        return finding if alpha == ALPHA else replace(finding, verdict="")
+    if not finding.verdict:
+        return finding
+    equal = finding.equivalence_p
+    verdict = verdict_of(finding.p, equivalence_p=equal, alpha=alpha)
+    small = verdict == SHOWN and equal is not None and equal < alpha
+    notes = [finding.note, SMALL if small else "", note if equal is not None else ""]
+    return replace(finding, verdict=verdict, note="; ".join(said for said in notes if said))
 
 
 def holm(ps: Sequence[float]) -> list[float]:

@@ -116,11 +116,6 @@ def paired_findings(
         equal = equivalence_p
     people, correction = len(differences), "Holm" if ps else "none"
     size = {"dz": found.mean / found.sd} if found.sd > 0 else {}
-    small = (
-        "the difference is shown, and is smaller than the margin"
-        if equal is not None and equal < 0.05 and p < 0.05
-        else ""
-    )
     t = Finding(
         of,
         "paired t by participant",
@@ -138,7 +133,6 @@ def paired_findings(
         equal,
         margin,
         correction,
-        "the difference is shown, and is smaller than the margin" if small else "",
     )
     rank = Finding(
         of,

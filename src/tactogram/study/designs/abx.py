@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from typing import Literal
+from typing import ClassVar, Literal, Self
 
 from pydantic import Field
 
@@ -25,6 +25,7 @@ PLACES = ("A A", "A B", "B A", "B B")
 class Abx(Design):
     """Values of an ABX test."""
 
+    has_right_answers: ClassVar[bool] = True
     kind: Literal["abx"] = "abx"
     pairs: tuple[tuple[str, str], ...] = ()
     """Names of stimuli. By default all pairs of conditions within each item, or of all where no item has two."""
@@ -44,6 +45,12 @@ class Abx(Design):
     def total(self, setting: Setting) -> int:
         """Return repeats times pairs."""
         return self.repeats * len(self._pairs(setting))
+
+    def for_practice(self, names: Sequence[str]) -> Self:
+        """Return it with those pairs alone whose stimuli are practised on."""
+        return self.model_copy(
+            update={"pairs": tuple(pair for pair in self.pairs if set(pair) <= set(names))}
+        )
 
     def next_page(self, setting: Setting, participant: Participant, given: Sequence[Given]) -> Page | None:
         """Return the next trial."""

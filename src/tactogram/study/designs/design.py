@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict
 
@@ -23,6 +23,8 @@ class Design(BaseModel, ABC):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
+    has_right_answers: ClassVar[bool] = False
+    """Whether an answer can be right or wrong."""
     instructions: Wording = Wording()
     """Shown above each trial; each design has its own by default."""
 
@@ -42,6 +44,10 @@ class Design(BaseModel, ABC):
     @abstractmethod
     def total(self, setting: Setting) -> int:
         """Return how many trials a participant has, or has at most."""
+
+    def for_practice(self, names: Sequence[str]) -> Self:
+        """Return the design that is practised on the stimuli of these names."""
+        return self
 
 
 def ab_question(identifier: str, text: Wording, **more: Any) -> Question:

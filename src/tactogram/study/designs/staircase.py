@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, Self
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -48,6 +48,7 @@ class Track:
 class Staircase(Design):
     """Values of a 2AFC staircase; one for each target, mixed at random."""
 
+    has_right_answers: ClassVar[bool] = True
     kind: Literal["staircase"] = "staircase"
     standard: str = ""
     """Name of the stimulus beside each target; "" is silence, and what is found a detection threshold."""

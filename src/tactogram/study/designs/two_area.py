@@ -9,7 +9,7 @@ real texture is stroked and a 100 mm visual analogue scale is marked for each. T
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
@@ -25,6 +25,7 @@ from tactogram.study.wording import Wording
 class TwoArea(Design):
     """Values of a two-area test; the defaults are those of the paper."""
 
+    has_right_answers: ClassVar[bool] = True
     kind: Literal["two_area"] = "two_area"
     asked_for: str = "generated"
     """The condition that is to be found."""

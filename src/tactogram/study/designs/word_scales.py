@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 from pydantic import Field, field_validator
 
@@ -154,6 +154,10 @@ class Evoked(WordScales):
             raise ParameterError(
                 f"sets must be at most {count}, the number of sets there are, got {self.sets}"
             )
+
+    def for_practice(self, names: Sequence[str]) -> Self:
+        """Return it with one set: there are few images to practise on."""
+        return self.model_copy(update={"sets": 1})
 
     def _set_count(self, setting: Setting) -> int:
         return -(-len(setting.stimuli) // self.set_size)

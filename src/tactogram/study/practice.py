@@ -1,0 +1,159 @@
+"""Practice before the trials: the study's own design with few trials, whose answers are kept and marked.
+
+A practice page is a page of the design, on stimuli of the study or of its own; its token begins with ``practice-``, and
+its rows have the design ``practice``, so that no analysis takes them for answers. Its order is drawn by itself: the
+trials are the same with and without it.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from tactogram.errors import ParameterError
+from tactogram.study.designs import Design
+from tactogram.study.stimuli import Stimulus
+from tactogram.study.trials import Given, Page, Participant, Setting
+from tactogram.study.wording import Wording
+
+if TYPE_CHECKING:
+    from tactogram.study.study_file import Study
+
+TOKEN = "practice-"
+MARK = "practice"
+"""Design of the rows; their further column of this name is the design that was practised."""
+
+
+class Practice(BaseModel):
+    """What the table ``practice`` of a study's file says."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    trials: int = Field(ge=1, le=100)
+    """How many."""
+    feedback: bool = False
+    """Whether it is said if an answer was right; only where answers are."""
+    stimuli: tuple[str, ...] = ()
+    """Names of the study's stimuli that are practised on; by default all, or none if there are ``own`` ones."""
+    own: tuple[Stimulus, ...] = ()
+    """Stimuli that come in practice only, so that nothing is learned of those that count."""
+    text: Wording = Wording(
+        ja="練習 {number} / {of}(記録には使いません)", en="Practice {number} of {of}: it does not count."
+    )
+    right: Wording = Wording(ja="正解です。", en="That was right.")
+    wrong: Wording = Wording(ja="不正解です。", en="That was wrong.")
+    ended: Wording = Wording(
+        ja="練習は終わりです。ここから本番です。", en="The practice is over. From here on it counts."
+    )
+
+    @model_validator(mode="after")
+    def _once(self) -> Self:
+        names = [*self.stimuli, *(stimulus.name for stimulus in self.own)]
+        if twice := [name for name in names if names.count(name) > 1]:
+            raise ValueError(f"practice names {twice[0]!r} twice")
+        return self
+
+    def check(self, design: Design, setting: Setting) -> None:
+        """Refuse stimuli that are not there or not enough, and feedback where no answer is right.
+
+        Raises
+        ------
+        ParameterError
+        """
+        known = [stimulus.name for stimulus in setting.stimuli]
+        for name in self.stimuli:
+            if name not in known:
+                raise ParameterError(f"practice: stimuli must be of {', '.join(known[:12])}, got {name!r}")
+        for stimulus in self.own:
+            if stimulus.name in known:
+                raise ParameterError(
+                    f"practice: own stimulus {stimulus.name!r} is one of the study; name it in stimuli"
+                )
+        if self.feedback and not design.has_right_answers:
+            kind = design.model_dump()["kind"]
+            raise ParameterError(
+                f"practice: feedback needs answers that are right or wrong, which {kind} has not"
+            )
+        practised, own = self._design(design, setting), self.setting(setting)
+        try:
+            practised.check(own)
+        except ParameterError as error:
+            raise ParameterError(f"practice: {error}") from None
+        if (most := practised.total(own)) < self.trials:
+            raise ParameterError(
+                f"practice: trials must be at most {most}, those of the design, got {self.trials}"
+            )
+
+    def setting(self, setting: Setting) -> Setting:
+        """Return the setting of the practice: its stimuli, and a seed of its own."""
+        every = self.stimuli or (() if self.own else tuple(stimulus.name for stimulus in setting.stimuli))
+        chosen = tuple(stimulus for stimulus in setting.stimuli if stimulus.name in every)
+        seed = zlib.crc32(f"practice of {setting.seed}".encode())
+        return replace(setting, seed=seed, stimuli=(*chosen, *self.own))
+
+    def next_page(
+        self, design: Design, setting: Setting, participant: Participant, given: Sequence[Given]
+    ) -> Page | None:
+        """Return the practice page after ``given``, the answers to practice pages in order; None at its end."""
+        page = self._page(design, setting, participant, given)
+        if page is None or not given:
+            return page
+        return replace(page, layout={**page.layout, **self.said(design, setting, participant, given)})
+
+    def first_trial(
+        self, page: Page, design: Design, setting: Setting, participant: Participant, given: Sequence[Given]
+    ) -> Page:
+        """Return the first trial, with what is to be said after the practice."""
+        said = {"practice_ended": {"text": self.ended}, **self.said(design, setting, participant, given)}
+        return replace(page, layout={**page.layout, **said})
+
+    def said(
+        self, design: Design, setting: Setting, participant: Participant, given: Sequence[Given]
+    ) -> dict[str, Any]:
+        """Return what is said of the last answer: whether it was right, where feedback is given and it can be."""
+        before = self._page(design, setting, participant, given[:-1]) if self.feedback and given else None
+        right = [asked for asked in before.asked if asked.right] if before else []
+        if not right:
+            return {}
+        correct = all(given[-1].responses[asked.key] == asked.right for asked in right)
+        return {"feedback": {"correct": correct, "text": self.right if correct else self.wrong}}
+
+    def _page(
+        self, design: Design, setting: Setting, participant: Participant, given: Sequence[Given]
+    ) -> Page | None:
+        page = self._design(design, setting).next_page(self.setting(setting), participant, given)
+        if page is None or page.trial > self.trials:
+            return None
+        number, of = str(page.trial), str(self.trials)
+        about = {
+            "number": page.trial,
+            "of": self.trials,
+            "feedback": self.feedback,
+            "text": self.text.filled(number=number, of=of),
+        }
+        return replace(
+            page,
+            token=f"{TOKEN}{page.trial}.{page.step}",
+            total=self.trials,
+            practice=True,
+            layout={**page.layout, "practice": about},
+        )
+
+    def _design(self, design: Design, setting: Setting) -> Design:
+        return design.for_practice([stimulus.name for stimulus in self.setting(setting).stimuli])
+
+
+def practice_page(study: Study, participant: Participant, given: Sequence[Given]) -> Page | None:
+    """Return the practice page after all that a participant answered so far; None if none is left."""
+    if study.practice is None:
+        return None
+    return study.practice.next_page(study.design, study.setting, participant, practised(given))
+
+
+def practised(given: Sequence[Given]) -> list[Given]:
+    """Return the answers to practice pages."""
+    return [one for one in given if one.token.startswith(TOKEN)]
