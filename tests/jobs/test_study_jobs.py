@@ -4,8 +4,16 @@ import numpy as np
 import pytest
 
 from tactogram.cli import main
-from tactogram.errors import ParameterError
-from tactogram.jobs.study import effect_of, log_played, open_answers, simulate_study
+from tactogram.errors import DataError, ParameterError
+from tactogram.jobs.study import (
+    begin_session,
+    effect_of,
+    log_played,
+    open_answers,
+    origin_folder,
+    simulate_study,
+    study_folder,
+)
 from tactogram.jobs.study_stimuli import Stimuli, signal_sha256, stronger
 from tactogram.rendering.level import parse_level
 from tactogram.signal import Signal
@@ -149,3 +157,21 @@ def test_signal_and_picture_of_a_shipped_study_are_made(tmp_path):
     # peak=0.5 of full scale
     assert np.abs(played.drive.signal.samples).max() == pytest.approx(0.5, rel=0.01)
     assert stimuli.image(first).size == (128, 128)
+
+
+def test_a_session_knows_where_its_stimuli_lie(study_file, tmp_path):
+    session = begin_session(study_file, tmp_path / "deep" / "session")
+    assert origin_folder(session) == study_file.resolve().parent
+    assert begin_session(study_file, session) == session
+    assert origin_folder(begin_session("abx", tmp_path / "shipped")) == study_folder("abx")
+    assert origin_folder(tmp_path) == tmp_path
+    (session / "origin.json").write_text("[]")
+    with pytest.raises(DataError, match=r"origin\.json: not readable"):
+        origin_folder(session)
+
+
+def test_a_session_is_not_begun_with_stimuli_that_are_missing(study_file, tmp_path):
+    next(study_file.parent.glob("**/*.wav")).unlink()
+    with pytest.raises(DataError, match="no such file"):
+        begin_session(study_file, tmp_path / "session")
+    assert not (tmp_path / "session").exists()

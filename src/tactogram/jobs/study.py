@@ -22,6 +22,8 @@ from tactogram.validation import validated
 
 STUDY_SUFFIX = ".study.json"
 """Of the file beside a table that holds the study it is of."""
+ORIGIN = "origin.json"
+"""In a session folder: where its study's file lies."""
 Progress = Callable[[int], None]
 
 
@@ -62,6 +64,50 @@ def check_study(
     if stimuli:
         facts["rendered"] = _render_all(loaded, folder)
     return facts
+
+
+def begin_session(study: Path | str, out: Path | str, *, changes: Mapping[str, Any] | None = None) -> Path:
+    """Begin a study in a session folder, or go on with it, and return the folder.
+
+    Where the study's file lies is kept beside the answers (``origin.json``): stimuli are looked for there.
+
+    Parameters
+    ----------
+    study : Path or str
+        A TOML file, or the name of a shipped one.
+    out : Path
+        New, or begun with the same study.
+    changes : mapping, optional
+        Values by dotted key.
+
+    Raises
+    ------
+    TactogramError
+        If the study is wrong, a stimulus's file is missing, or the folder holds another study.
+    """
+    check_study(study, changes=changes)
+    folder = Path(out)
+    with SessionStore(folder, Study.load(study, changes=changes)):
+        pass
+    _keep_origin(folder, study)
+    return folder
+
+
+def origin_folder(session: Path | str) -> Path:
+    """Return what the files of a session's study stand beside; the session's own folder where nobody said.
+
+    Raises
+    ------
+    DataError
+        If what was said cannot be read.
+    """
+    path = Path(session) / ORIGIN
+    if not path.is_file():
+        return Path(session)
+    try:
+        return study_folder(json.loads(path.read_text(encoding="utf-8"))["study"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise DataError(f"{path}: not readable: {error}; run the study again with its file") from error
 
 
 def simulate_study(
@@ -107,6 +153,7 @@ def simulate_study(
     with SessionStore(Path(out), loaded) as store:
         if any(not known.simulated for known in store.participants()):
             raise DataError(f"{out}: people took this study; give simulated participants another folder")
+        _keep_origin(store.path.parent, study)
         logged = _logger(store, loaded, study_folder(study)) if play else None
         who = simulate(store, participants, effect=put_in, seed=seed, play=logged, progress=progress)
         rows = len(store.answers())
@@ -193,6 +240,13 @@ def open_answers(
     if columns or constants:
         return import_answers(path, Mapped(columns or {}, constants or {}, encoding=encoding))
     return read_answers(path)
+
+
+def _keep_origin(folder: Path, study: Path | str) -> None:
+    shipped = str(study) in shipped_studies()
+    origin = {"study": str(study) if shipped else str(Path(study).resolve()), "shipped": shipped}
+    with written_beside(folder / ORIGIN) as part:
+        part.write_text(json.dumps(origin, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 def effect_of(values: Mapping[str, Any]) -> SimulatedEffect:

@@ -10,8 +10,8 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-FACT = re.compile(r"[a-z][a-z0-9_]{0,39}")
-"""Name of a fact: lower-case letters, digits and _; the unit stands in it."""
+FACT = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
+"""Name of a fact: letters, digits and _; the unit stands in it, and after the unit the slot."""
 MOST_FACTS = 40
 LONGEST_TEXT = 200
 LONGEST_LIST = 200
@@ -68,7 +68,12 @@ def fact_text(value: Any) -> str:
 
 def described(name: str) -> str:
     """Return what a fact is; of one that is not known, that the page sent it."""
-    return DESCRIPTIONS.get(name, f"{name}, as the page sent it")
+    if name in DESCRIPTIONS:
+        return DESCRIPTIONS[name]
+    whole, _, slot = name.rpartition("_")
+    if slot in ("A", "B", "X") and whole in DESCRIPTIONS:
+        return f"{DESCRIPTIONS[whole]}; of {slot}"
+    return f"{name}, as the page sent it"
 
 
 def _kept(value: Any) -> Any:
