@@ -22,11 +22,23 @@ def add_verbs(verbs: Verbs) -> None:
     add("sweep", metavar="SWEEP.csv", help="columns frequency_hz, conductance_s, susceptance_s")
 
     add = verbs.add("play", play)
-    add("file", metavar="DRIVE", help="as `render` wrote it for a display whose output is an envelope")
-    add("--display", required=True, metavar="NAME|FILE", help="that display")
-    add("--device", default="digilent", metavar="digilent[:SERIAL]", help="default %(default)s")
-    add("--channel", type=int, default=1, help="of the device (default %(default)s)")
-    add("--loop", type=float, metavar="SECONDS", help="again and again, from the device's buffer")
+    add("file", metavar="DRIVE", help="as `render` wrote it for the display")
+    add("--display", required=True, metavar="NAME|FILE", help="that display; a Digilent needs an envelope's")
+    add(
+        "--device",
+        default="digilent",
+        metavar="DEVICE",
+        help="digilent[:SERIAL], audio[:NAME], or null, which plays to nobody (default %(default)s)",
+    )
+    add("--channel", type=int, default=1, help="of the Digilent (default %(default)s)")
+    add("--loop", type=float, metavar="SECONDS", help="again and again for so long")
+    add("--strength", type=float, default=1.0, help="share of the drive, on audio and null (default 1)")
+    add(
+        "--full-scale",
+        type=float,
+        metavar="V",
+        help="what the amplifier behind a sound card makes of full scale, for a display that is driven in V",
+    )
 
 
 def calibrate(a: Arguments) -> None:
@@ -64,8 +76,15 @@ def transducer(a: Arguments) -> None:
 
 
 def play(a: Arguments) -> None:
-    """Give a rendered envelope to a device that makes the carrier itself."""
-    from tactogram.jobs.actuators import play
+    """Play a rendered drive on a sound card, or an envelope on a generator that makes the carrier itself."""
+    if a.device.partition(":")[0] in ("audio", "null"):
+        from tactogram.jobs.playback import play_drive
 
-    result = play(a.file, a.display, device=a.device, channel=a.channel, loop_s=a.loop)
+        result = play_drive(
+            a.file, a.display, device=a.device, strength=a.strength, loop_s=a.loop, full_scale=a.full_scale
+        )
+    else:
+        from tactogram.jobs.actuators import play
+
+        result = play(a.file, a.display, device=a.device, channel=a.channel, loop_s=a.loop)
     print_result(a, result, lines_of(result))

@@ -17,6 +17,7 @@ from tactogram.capture.journal import Journal
 from tactogram.capture.metronome import Bell, Metronome, Played, Silent
 from tactogram.capture.session import Recognise, Session, session_folder
 from tactogram.capture.session_plan import SessionPlan, shipped_plans
+from tactogram.capture.tapped import Hears, Tapped
 from tactogram.datasets import open_store
 from tactogram.errors import TactogramError
 from tactogram.extras import device_errors, imported
@@ -40,6 +41,8 @@ def capture(
     recognise: Path | str | None = None,
     sound: bool = True,
     console: Console | None = None,
+    metronome: Metronome | None = None,
+    heard: Hears | None = None,
 ) -> dict[str, Any]:
     """Run a session plan, or go on with one; every accepted take is in the store before the next one begins.
 
@@ -65,6 +68,10 @@ def capture(
         Whether the metronome may be heard; else it is silent.
     console : Console, optional
         Where the session is shown and asked, if not on the terminal.
+    metronome : Metronome, optional
+        What beats instead of a loudspeaker.
+    heard : callable, optional
+        Called with the source and each block as it is read; see `Tapped`.
 
     Returns
     -------
@@ -82,14 +89,16 @@ def capture(
         journal = stack.enter_context(Journal(folder))
         log = _next_log(folder)
         try:
-            source = stack.enter_context(open_source(with_log(address, log)))
+            opened = open_source(with_log(address, log))
+            source = stack.enter_context(opened if heard is None else Tapped(opened, heard))
         except BaseException:
             # It was made before the device did not open, and holds nothing.
             log.unlink(missing_ok=True)
             raise
         if console is None:
             console = stack.enter_context(_console(yes, answers))
-        metronome = _metronome(console) if sound and values.metronome else Silent()
+        if metronome is None:
+            metronome = _metronome(console) if sound and values.metronome else Silent()
         run = Session(
             values, store, name, source, console, journal,
             metronome=metronome, recognise=listening, on_trial=_on_trial(source), log=log.name if log.exists() else "",

@@ -12,6 +12,7 @@ import numpy as np
 from tactogram.capture import open_source
 from tactogram.capture.feed import Feed
 from tactogram.capture.live import Guess, Heard, Latencies, guesses
+from tactogram.capture.tapped import Hears, Tapped
 from tactogram.errors import ParameterError, RunError
 from tactogram.jobs.search import KEPT, SurfaceIndex
 from tactogram.jobs.training import LoadedRun, load_run, part_examples, test_part
@@ -142,6 +143,7 @@ def live(
     seconds: float | None = None,
     show: Callable[[Guess], None] | None = None,
     begin: Callable[[Listener], None] | None = None,
+    heard: Hears | None = None,
 ) -> dict[str, Any]:
     """Say what a sensor feels, window by window, until it ends, somebody interrupts, or ``seconds`` are over.
 
@@ -163,6 +165,8 @@ def live(
         Called with each window.
     begin : callable, optional
         Called once before the first.
+    heard : callable, optional
+        Called with the source and each block as it is read; see `Tapped`.
 
     Returns
     -------
@@ -179,7 +183,8 @@ def live(
         raise ParameterError(f"hop must be > 0 s, got {hop_s:g}")
     latencies, named, counts = Latencies(), Counter[str](), Counter[str]()
     interrupted = False
-    with open_source(address) as source:
+    opened = open_source(address)
+    with opened if heard is None else Tapped(opened, heard) as source:
         feed = Feed(source, reference_rate=rate or source.rate or _recorded_rate(loaded))
         if begin is not None:
             begin(listener)
