@@ -11,6 +11,7 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.level import parse_level
 from tactogram.signal.io.files import written_beside
 from tactogram.study.answers import SUFFIXES, Answers, read_answers, write_answers
+from tactogram.study.beside import write_beside
 from tactogram.study.bids_rules import problems
 from tactogram.study.export import export_bids
 from tactogram.study.importing import Mapped, import_answers
@@ -176,7 +177,8 @@ def export_study(
     ----------
     folder : Path
     table : Path, optional
-        ``.csv``, ``.tsv`` or ``.parquet``. The study stands beside it as ``.study.json``.
+        ``.csv``, ``.tsv`` or ``.parquet``. Beside it stand the study (``.study.json``), the participants with what
+        their devices said (``.participants.csv``), and the experimenter's notes (``.notes.csv``).
     bids : Path, optional
         A new folder. It is checked by `bids_rules.problems`.
     """
@@ -190,6 +192,7 @@ def export_study(
             "participants": len(answers.unique("participant")),
             "simulated_participants": len(answers.where(simulated=True).unique("participant")),
             "withdrawn": store.withdrawn,
+            "notes": len(store.notes()),
         }
         if table is not None:
             path = Path(table)
@@ -198,7 +201,13 @@ def export_study(
             with written_beside(described) as part:
                 text = json.dumps(json.loads(store.study.as_json()), ensure_ascii=False, indent=1)
                 part.write_text(text + "\n", encoding="utf-8")
-            facts |= {"table": str(path), "study_file": str(described)}
+            participants, notes = write_beside(path, store)
+            facts |= {
+                "table": str(path),
+                "study_file": str(described),
+                "participants_table": str(participants),
+                "notes_table": str(notes),
+            }
         if bids is not None:
             made = export_bids(store, Path(bids))
             facts |= {"bids": str(made), "bids_problems": problems(made)}

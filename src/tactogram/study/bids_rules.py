@@ -17,6 +17,8 @@ FILE = re.compile(
     rf"sub-(?P<sub>{LABEL})(_ses-(?P<ses>{LABEL}))?_task-(?P<task>{LABEL})(_run-[0-9]+)?_(?P<suffix>beh|events)"
     r"\.(tsv|json)"
 )
+FREE = ("sourcedata", "derivatives", "code")
+"""Folders that the specification leaves to their makers."""
 TOP = ("dataset_description.json", "README", "participants.tsv", "participants.json", "CHANGES")
 
 
@@ -49,7 +51,7 @@ def _problems(folder: Path) -> Iterator[str]:
         yield from _described(folder / "participants.tsv", rows[0])
     there = sorted(path.name for path in folder.iterdir() if path.is_dir())
     for name in there:
-        if name not in listed:
+        if name not in (*listed, *FREE):
             yield f"{name} is not in participants.tsv"
     for path in sorted(folder.iterdir()):
         if path.is_file() and path.name not in TOP:

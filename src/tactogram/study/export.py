@@ -17,6 +17,8 @@ from typing import Any
 
 from tactogram.errors import DataError
 from tactogram.study.answers import Answers, cells
+from tactogram.study.beside import description_of, notes_table, participants_table
+from tactogram.study.device_facts import COLUMN, described
 from tactogram.study.session_store import SessionStore
 from tactogram.study.study_file import Study
 
@@ -97,16 +99,17 @@ def _write(folder: Path, store: SessionStore, answers: Answers) -> None:
     study = store.study
     _json(folder / "dataset_description.json", _description(study, answers))
     (folder / "README").write_text(_readme(study, answers), encoding="utf-8")
-    progress = {known["participant"]: known for known in store.progress()}
-    rows = [
-        [f"sub-{code}", known["language"], str(known["simulated"]).lower(), known["status"]]
-        for code, known in progress.items()
-    ]
-    _tsv(folder / "participants.tsv", ["participant_id", "language", "simulated", "status"], rows)
+    headings, rows = participants_table(store)
+    _tsv(
+        folder / "participants.tsv",
+        ["participant_id", *headings[1:]],
+        [[f"sub-{row[0]}", *row[1:]] for row in rows],
+    )
     _json(
         folder / "participants.json",
         {
             "participant_id": {"Description": "Code of the participant"},
+            **{name: {"Description": description_of(name)} for name in headings[1:]},
             "language": {"Description": "Of the pages", "Levels": {"ja": "Japanese", "en": "English"}},
             "simulated": {
                 "Description": "Whether it is a simulated participant",
@@ -136,6 +139,16 @@ def _write(folder: Path, store: SessionStore, answers: Answers) -> None:
         _json(place / f"{stem}_beh.json", _sidecar(study, names))
         if played := store.played_log(code):
             _events(place / f"{stem}_events", played)
+    if store.notes():
+        _notes(folder / "sourcedata", store)
+
+
+def _notes(folder: Path, store: SessionStore) -> None:
+    """Write the experimenter's notes where BIDS has what it gives no form: in ``sourcedata``."""
+    folder.mkdir()
+    headings, rows = notes_table(store)
+    _tsv(folder / "notes.tsv", headings, rows)
+    _json(folder / "notes.json", {name: {"Description": description_of(name)} for name in headings})
 
 
 def _description(study: Study, answers: Answers) -> dict[str, Any]:
@@ -167,9 +180,15 @@ def _sidecar(study: Study, names: Sequence[str]) -> dict[str, Any]:
         "Instructions": study.design.instructions.en or study.design.instructions.ja,
     }
     for name in names:
-        facts[name] = {"Description": DESCRIPTIONS.get(name, name)}
+        facts[name] = {"Description": _column(name)}
     facts["rt_ms"]["Units"] = "ms"
     return facts
+
+
+def _column(name: str) -> str:
+    if name.startswith(COLUMN):
+        return described(name.removeprefix(COLUMN))
+    return DESCRIPTIONS.get(name, name)
 
 
 def _events(stem: Path, played: Sequence[Mapping[str, Any]]) -> None:
