@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import tomllib
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -15,7 +17,7 @@ from tactogram.datasets.simulate.sets import make, tasks
 from tactogram.datasets.simulate.surfaces import Surface
 from tactogram.datasets.simulate.tactile_images import FAMILIES, tactile_image
 from tactogram.errors import DataError, ParameterError, TactogramError
-from tactogram.rendering.catalogue import open_display
+from tactogram.rendering.catalogue import open_display, shipped
 from tactogram.rendering.display import Display
 from tactogram.rendering.fit import Drive, fit
 from tactogram.rendering.level import Level, parse_level
@@ -61,10 +63,14 @@ class Stimuli:
     study : Study
     folder : Path
         What the files of the study stand beside.
+    within : sequence of Path, optional
+        Folders that files, runs and displays must lie in, links followed: for a server, whose studies may come from
+        anybody. By default any.
     """
 
-    def __init__(self, study: Study, folder: Path) -> None:
+    def __init__(self, study: Study, folder: Path, *, within: Sequence[Path] = ()) -> None:
         self.study, self.folder = study, folder
+        self._within = tuple(path.resolve() for path in within)
         self._signals: dict[str, Signal] = {}
         self._drives: dict[tuple[str, float], Played] = {}
 
@@ -116,7 +122,30 @@ class Stimuli:
 
     def display(self, stimulus: Stimulus) -> Display:
         """Return what it is played on."""
-        return _display(stimulus.display or self.study.display)
+        name = stimulus.display or self.study.display
+        if self._within and name not in shipped():
+            path = self._beside(name)
+            self._check_response(path)
+            return _display(str(path))
+        return _display(name)
+
+    def check_places(self) -> None:
+        """Refuse a study with a stimulus whose file, run or display lies outside of ``within``.
+
+        Raises
+        ------
+        ParameterError, DataError
+            The message names the stimulus.
+        """
+        for stimulus in self.study.all_stimuli:
+            try:
+                for name in (stimulus.file, stimulus.image, stimulus.run, stimulus.image_run):
+                    if name:
+                        self._beside(name)
+                if stimulus.is_played:
+                    self.display(stimulus)
+            except TactogramError as error:
+                raise type(error)(f"stimulus {stimulus.name}: {error}") from error
 
     def _rendered(self, stimulus: Stimulus, gain_db: float) -> Played:
         signal, text = self.signal(stimulus), stimulus.level or self.study.level
@@ -166,7 +195,23 @@ class Stimuli:
 
     def _beside(self, name: str) -> Path:
         path = Path(name)
-        return path if path.is_absolute() else self.folder / path
+        path = path if path.is_absolute() else self.folder / path
+        if self._within:
+            path = path.resolve()
+            if not any(path.is_relative_to(folder) for folder in self._within):
+                raise ParameterError(
+                    f"{name[:200]}: lies outside of the study's folder and the workspace; copy it there"
+                )
+        return path
+
+    def _check_response(self, display: Path) -> None:
+        """Refuse a display whose measured response lies elsewhere; what else is wrong with it, `open_display` says."""
+        try:
+            response = tomllib.loads(display.read_text(encoding="utf-8")).get("response")
+        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+            return
+        if isinstance(response, dict) and isinstance(response.get("file"), str):
+            self._beside(str(display.parent / response["file"]))
 
     def _file(self, name: str) -> Path:
         path = self._beside(name)

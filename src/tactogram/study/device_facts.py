@@ -5,7 +5,6 @@ Facts come from a page. One that cannot be kept is left out: no answer is lost b
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping
 from typing import Any
@@ -80,7 +79,8 @@ def _kept(value: Any) -> Any:
     if isinstance(value, bool):
         return value
     if isinstance(value, int | float):
-        return value if math.isfinite(value) and abs(value) < 1e15 else None
+        # Not math.isfinite: it fails for whole numbers that no float holds. NaN and infinity are not below.
+        return value if abs(value) < 1e15 else None
     if isinstance(value, str):
         text = " ".join("".join(c if c.isprintable() else " " for c in value).split())
         return text[:LONGEST_TEXT] or None

@@ -19,7 +19,7 @@ from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.study.answers import Answer, Answers
@@ -31,6 +31,7 @@ from tactogram.study.study_file import Study
 from tactogram.study.trials import Given, Page, Participant
 from tactogram.study.wording import Language
 
+State = Literal["going", "done", "declined", "aborted"]
 FILE = "answers.sqlite"
 CODE = re.compile(r"(?=.*[0-9])[A-Za-z0-9]{2,16}")
 """Of a participant: letters and digits, so that BIDS takes it, and a digit at least, so that it is no name."""
@@ -396,6 +397,22 @@ class SessionStore:
                 "SELECT code, number, language, simulated, session FROM participants ORDER BY number"
             ).fetchall()
         return [Participant(row[0], row[1], row[2], bool(row[3]), row[4]) for row in rows]
+
+    def state(self, code: str) -> State:
+        """Return whether a participant is going on, done, did not agree to take part, or was aborted.
+
+        Raises
+        ------
+        ParameterError
+            If nobody has the code.
+        """
+        participant = self.participant(code)
+        if self._status(participant) != "active":
+            return "aborted"
+        given = self._given(participant)
+        if next_page(self.study, participant, given) is not None:
+            return "going"
+        return "declined" if declined(given) else "done"
 
     def progress(self) -> list[dict[str, Any]]:
         """Return where each participant stands, for the experimenter.
