@@ -159,7 +159,12 @@ def _analyse_options(add: Add) -> None:
         metavar="FILE|STORE",
         help="a table of answers (.csv, .tsv, .parquet), or a session's folder",
     )
-    add("--out", required=True, metavar="DIR", help="folder for analysis.json, analysis.txt and the figures")
+    add(
+        "--out",
+        required=True,
+        metavar="DIR",
+        help="folder for report.html, analysis.json, analysis.txt and the figures",
+    )
     add("--design", help="only these rows; of another's table what all its rows are, e.g. two_area")
     add(
         "--margin",

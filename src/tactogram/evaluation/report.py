@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from tactogram.signal import Signal
 from tactogram.signal.filters import resample
 
+SIMULATED = "Simulated data: made by formulas, not recorded from real surfaces."
 AUDIBLE_RATE = 8000
 """Hz; browsers refuse to play slower files."""
 
@@ -66,7 +67,7 @@ class Section:
 
 
 def write_report(
-    path: Path, *, title: str, summary: str, sections: Sequence[Section], simulated: bool
+    path: Path, *, title: str, summary: str, sections: Sequence[Section], simulated: bool | str
 ) -> Path:
     """Write the report to ``path`` (beside it, then renamed) and return it.
 
@@ -75,8 +76,8 @@ def write_report(
     path : Path
     title, summary : str
     sections : sequence of Section
-    simulated : bool
-        Whether any of the data was simulated: said at the top of the page.
+    simulated : bool or str
+        Whether any of the data was simulated, or what was: said at the top of the page.
     """
     page = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(
         files("tactogram.evaluation").joinpath("report.html.jinja").read_text(encoding="utf-8")
@@ -84,7 +85,7 @@ def write_report(
     text = page.render(
         title=title,
         summary=summary,
-        simulated=simulated,
+        simulated=SIMULATED if simulated is True else simulated,
         sections=[(s.title, [_render(block) for block in s.blocks]) for s in sections],
     )
     path.parent.mkdir(parents=True, exist_ok=True)

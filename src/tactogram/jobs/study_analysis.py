@@ -15,6 +15,7 @@ from tactogram.datasets.ratings import SEVEN_POINT, Scale
 from tactogram.datasets.ratings_table import read_table
 from tactogram.errors import DataError, ParameterError
 from tactogram.jobs.study import STUDY_SUFFIX, open_answers
+from tactogram.jobs.study_report import Taken, write_study_report
 from tactogram.signal.io.files import written_beside
 from tactogram.study.analysis import MARGINS, Plan, analyse
 from tactogram.study.analysis.finding import finite, table_lines
@@ -26,7 +27,7 @@ from tactogram.study.practice import MARK
 from tactogram.study.session_store import SessionStore
 from tactogram.study.study_file import Study
 
-JSON_FILE, TEXT_FILE = "analysis.json", "analysis.txt"
+JSON_FILE, TEXT_FILE, REPORT_FILE = "analysis.json", "analysis.txt", "report.html"
 
 
 def analyse_study(
@@ -47,7 +48,7 @@ def analyse_study(
     practice: bool = False,
     figures: bool = True,
 ) -> dict[str, Any]:
-    """Analyse a session folder or a table of answers, and write JSON, text and figures.
+    """Analyse a session folder or a table of answers, and write a report, JSON, text and figures.
 
     All is computed before anything is written.
 
@@ -56,7 +57,7 @@ def analyse_study(
     source : Path
         A session folder, or ``.csv``, ``.tsv`` or ``.parquet``.
     out : Path
-        A folder: ``analysis.json``, ``analysis.txt`` and a PNG per figure.
+        A folder: ``report.html``, ``analysis.json``, ``analysis.txt`` and a PNG per figure.
     design : str, optional
         Only rows of this design; where the table has no such column, what all its rows are.
     margins : mapping, optional
@@ -115,7 +116,7 @@ def analyse_study(
             drawn.update(figures_of(section, answers.where(design=section.design)))
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
-    result["files"] = [JSON_FILE, TEXT_FILE, *(f"{name}.png" for name in drawn)]
+    result["files"] = [JSON_FILE, TEXT_FILE, REPORT_FILE, *(f"{name}.png" for name in drawn)]
     with written_beside(folder / JSON_FILE) as part:
         text = json.dumps(result, ensure_ascii=False, indent=1, allow_nan=False)
         part.write_text(text + "\n", encoding="utf-8")
@@ -124,6 +125,8 @@ def analyse_study(
     for name, figure in drawn.items():
         with written_beside(folder / f"{name}.png") as part:
             figure.savefig(part, format="png", dpi=130)
+    taken = Taken.of(Path(source), answers, study)
+    write_study_report(folder / REPORT_FILE, analysis, taken, drawn, practice=practice)
     return result | {"out": str(out), "text": analysis.text()}
 
 

@@ -1,0 +1,108 @@
+import json
+import re
+
+import pytest
+
+from tactogram.cli import main
+from tactogram.jobs.study import export_study, simulate_study
+from tactogram.jobs.study_analysis import analyse_study
+from tactogram.study.session_store import SessionStore
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory):
+    """Give a session of six simulated participants in the shipped two-area study, made short, without an effect."""
+    folder = tmp_path_factory.mktemp("reported") / "pilot"
+    changes = {"design.repeats": 2, "practice": {"trials": 1}}
+    simulate_study("two-area", folder, participants=6, changes=changes)
+    with SessionStore(folder) as store:
+        store.note("The fan was on <loud>", code=store.participants()[0].code)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def page(session, tmp_path_factory):
+    out = tmp_path_factory.mktemp("report")
+    analyse_study(session, out, draws=200)
+    return (out / "report.html").read_text(encoding="utf-8")
+
+
+def plain(page):
+    return " ".join(re.sub(r"<[^>]+>|&nbsp;", " ", re.sub(r"data:[^\"]+", "", page)).split())
+
+
+def test_the_report_holds_design_people_tests_margins_figures_notes_and_caveats(page):
+    text = plain(page)
+    for said in (
+        "Recorded and generated touch",
+        "6 simulated participants",
+        "Simulated participants: programs answered",
+        "Simulated stimuli: made by formulas",
+        "Margins, given beforehand in the study&#39;s file: realism ±10 mm (a tenth of the line",
+        "which ±0.1 of the share correct (60 % correct is",
+        "Confirmatory: what decides",
+        "As printed: what the publication did",
+        "SHA-256 of the consent",
+        "1 trials",
+        "Enrolled: 6 finished",
+        "The fan was on &lt;loud&gt;",
+        "What is not shown is not shown to be absent",
+        "answers to practice trials are left out",
+    ):
+        assert said in text, said
+    assert page.count("<img ") == 2
+
+
+def test_the_report_never_says_no_difference_and_needs_no_other_file(page):
+    assert not re.search(
+        r"no (significant )?difference|identical|indistinguishable", plain(page), re.IGNORECASE
+    )
+    assert "no effect" not in plain(page).casefold()
+    assert not re.search(r"(src|href)=\"(?!data:|#)", page)
+
+
+def test_margins_given_with_the_command_are_said_to_come_afterwards(session, tmp_path, capsys):
+    given = [
+        "study",
+        "analyse",
+        str(session),
+        "--out",
+        str(tmp_path),
+        "--margin",
+        "realism=25",
+        "--draws",
+        "200",
+    ]
+    assert main([*given, "--no-figures", "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["given_afterwards"] == {"realism": 25.0}
+    assert result["margins"] == {"which": 0.1, "realism": 25.0}
+    assert result["margins_beforehand"] == {"which": 0.1, "realism": 10.0}
+    text = plain((tmp_path / "report.html").read_text(encoding="utf-8"))
+    assert "Given afterwards, not as in the study&#39;s file: realism ±25 mm" in text
+    assert "margin given afterwards" in text
+
+
+def test_an_exported_table_is_reported_with_what_stands_beside_it(session, tmp_path):
+    export_study(session, table=tmp_path / "answers.csv")
+    analyse_study(tmp_path / "answers.csv", tmp_path / "out", draws=200, figures=False)
+    text = plain((tmp_path / "out" / "report.html").read_text(encoding="utf-8"))
+    assert "given beforehand" in text
+    assert "The fan was on" in text
+    assert "Enrolled: 6 finished" in text
+
+
+def test_a_table_alone_says_that_its_study_is_not_known(session, tmp_path):
+    export_study(session, table=tmp_path / "answers.csv")
+    (tmp_path / "answers.study.json").unlink()
+    result = analyse_study(tmp_path / "answers.csv", tmp_path / "out", draws=200, figures=False)
+    assert result["margins_beforehand"] is None
+    assert "came without its study" in plain((tmp_path / "out" / "report.html").read_text(encoding="utf-8"))
+
+
+def test_practice_is_analysed_when_asked_for_and_said_so(session, tmp_path):
+    result = analyse_study(session, tmp_path, draws=200, figures=False, practice=True)
+    assert {section["answers"] for section in result["sections"]} == {6, 12}
+    assert "Practice trials, which do not count." in plain(
+        (tmp_path / "report.html").read_text(encoding="utf-8")
+    )
