@@ -34,6 +34,9 @@ HEADINGS = (
     "people",
     "note",
 )
+SHARED = ("test", "measure", "answers", "people", "note")
+"""Said below a table where it is the same in every row."""
+EMPTY = "–"
 ROLES = {
     "confirmatory": "Confirmatory: what decides",
     "as printed": "As printed: what the publication did",
@@ -169,18 +172,13 @@ def _blocks(said: Said, figures: Sequence[Figure]) -> list[Block]:
         Picture(figure, caption=f"{said.title} ({_who(said)}, {said.answers} answers)") for figure in figures
     ]
     for role, heading in ROLES.items():
-        held = said.role(role)  # type: ignore[arg-type]
-        rows = [_row(finding) for finding in held]
-        if rows:
-            folded = heading if role == "check" or len(rows) > OPEN_ROWS else ""
-            blocks.append(
-                Table(
-                    HEADINGS,
-                    rows,
-                    caption="" if folded else heading,
-                    folded=f"{folded} ({len(rows)})" if folded else "",
-                )
-            )
+        if held := said.role(role):  # type: ignore[arg-type]
+            header, rows, shared = _compact([_row(finding) for finding in held])
+            title = f"{heading}. {shared}" if shared else heading
+            if role == "check" or len(rows) > OPEN_ROWS:
+                blocks.append(Table(header, rows, caption=shared, folded=f"{heading} ({len(rows)})"))
+            else:
+                blocks.append(Table(header, rows, caption=title))
     for name, table in said.tables.items():
         headings = list(dict.fromkeys(key for row in table for key in row))
         cells = [[row.get(key) for key in headings] for row in table]
@@ -189,9 +187,9 @@ def _blocks(said: Said, figures: Sequence[Figure]) -> list[Block]:
 
 
 def _row(f: Finding) -> list[object]:
-    p = "–" if f.p is None else p_text(f.p) + (f" ({f.correction})" if f.correction != "none" else "")
+    p = EMPTY if f.p is None else p_text(f.p) + (f" ({f.correction})" if f.correction != "none" else "")
     size = "".join(f"; {name} {number(value)}" for name, value in f.effect.items())
-    within = "–"
+    within = EMPTY
     if f.margin is not None and f.equivalence_p is not None:
         within = f"±{number(f.margin)}: {p_text(f.equivalence_p)}"
     estimate = number(f.estimate) + size
@@ -202,7 +200,7 @@ def _row(f: Finding) -> list[object]:
         estimate,
         _interval(f),
         p,
-        f.verdict or "–",
+        f.verdict or EMPTY,
         within,
         f.n,
         f.participants,
@@ -210,8 +208,22 @@ def _row(f: Finding) -> list[object]:
     ]
 
 
+def _compact(rows: list[list[object]]) -> tuple[list[str], list[list[object]], str]:
+    """Return headings and rows without what is empty or the same in every row, and the latter in words."""
+    kept, shared = [], []
+    for place, heading in enumerate(HEADINGS):
+        values = {row[place] for row in rows}
+        if values <= {"", EMPTY}:
+            continue
+        if heading in SHARED and len(values) == 1:
+            shared.append(f"{heading}: {values.pop()}")
+        else:
+            kept.append(place)
+    return [HEADINGS[k] for k in kept], [[row[k] for k in kept] for row in rows], "; ".join(shared)
+
+
 def _interval(f: Finding) -> str:
-    return "–" if f.low is None or f.high is None else f"{number(f.low)} to {number(f.high)}"
+    return EMPTY if f.low is None or f.high is None else f"{number(f.low)} to {number(f.high)}"
 
 
 def _who(said: Said) -> str:
@@ -233,7 +245,7 @@ def _design(taken: Taken) -> list[Block]:
     facts: list[tuple[str, Any]] = [
         ("name", study.name),
         ("design", study.design.model_dump()["kind"]),
-        ("trials of a participant, at most", study.trials),
+        ("trials of a participant, at most", str(study.trials)),
         ("stimuli", f"{len(stimuli)}, of which {sum(one.is_simulated for one in stimuli)} simulated"),
         ("conditions", ", ".join(dict.fromkeys(one.condition for one in stimuli if one.condition)) or "one"),
         ("order", f"{study.order}, seed {study.seed}"),
@@ -241,7 +253,7 @@ def _design(taken: Taken) -> list[Block]:
         ("display", f"{study.display}, played by the {study.played_by}"),
         ("level", study.level),
         ("languages", ", ".join(study.languages)),
-        ("reproduces", study.source or "–"),
+        ("reproduces", study.source or EMPTY),
         ("SHA-256 of the study", study.sha256),
         ("SHA-256 of the consent", consent_sha256(study)),
     ]
