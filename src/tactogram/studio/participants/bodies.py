@@ -1,0 +1,118 @@
+"""What participants' pages send and get, as typed JSON."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from tactogram.study.wording import Language
+
+Text = Annotated[str, Field(max_length=4000)]
+Key = Annotated[str, Field(max_length=200)]
+PageToken = Annotated[str, Field(min_length=1, max_length=200)]
+SlotName = Literal["", "A", "B", "X"]
+Device = Annotated[dict[str, Any], Field(max_length=100)]
+"""What a device says of itself; what cannot be kept is left out by the store."""
+
+
+class Sent(BaseModel):
+    """What is sent. Unknown keys are refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Join(Sent):
+    """To begin, or to go on by a code."""
+
+    code: Annotated[str, Field(max_length=40)] = ""
+    """Empty for who begins."""
+    language: Language
+    device: Device = Field(default_factory=dict)
+    attempt: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{0,64}$")] = ""
+    """Drawn by the page for each person who begins: sent twice, it makes one participant."""
+
+
+class Answers(Sent):
+    """The answers to a page."""
+
+    token: PageToken
+    answers: Annotated[dict[Key, Text], Field(max_length=500)]
+    rt_ms: Annotated[dict[Key, float], Field(max_length=500)] = Field(default_factory=dict)
+    """By key of a question; "" is the page."""
+    device: Device = Field(default_factory=dict)
+
+
+class Play(Sent):
+    """What is to be played on the server's display."""
+
+    token: PageToken
+    slot: SlotName = ""
+
+
+class InLanguage(Sent):
+    """The language to go on in."""
+
+    language: Language
+
+
+class Nothing(Sent):
+    """An empty object."""
+
+
+class Joined(BaseModel):
+    """Who joined."""
+
+    ticket: str
+    code: str
+
+
+class Offered(BaseModel):
+    """What people are told before they join."""
+
+    title: dict[str, str]
+    languages: list[str]
+    open: bool
+
+
+class Shown(BaseModel):
+    """Where a participant is."""
+
+    page: dict[str, Any] | None
+    """`tactogram.study.trials.Page.shown`; null at the end."""
+    title: str
+    languages: list[str]
+    language: str
+    code: str
+    played_by: str
+    progress: dict[str, int]
+    """``trial`` and ``of``."""
+    state: Literal["going", "done", "declined", "aborted"]
+
+
+class Stored(Shown):
+    """Where a participant is after answers were sent."""
+
+    stored: bool
+    """False if the page was answered before: nothing changed."""
+
+
+class PlayedFacts(BaseModel):
+    """What became of what was to be played."""
+
+    state: Literal["ended", "stopped", "failed"]
+    sha256: str
+    level: str
+    simulated_device: bool
+
+
+class Stopped(BaseModel):
+    """Whether something was playing."""
+
+    stopped: bool
+
+
+class Refused(BaseModel):
+    """Why not, in one sentence."""
+
+    error: str

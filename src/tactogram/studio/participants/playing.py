@@ -1,0 +1,85 @@
+"""Stimuli on the server's display: one at a time, and stopped by whom they are played to."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass, field
+from typing import Any
+
+from tactogram.errors import TactogramError
+from tactogram.jobs.playback import NULL, Playback
+from tactogram.rendering.display import Display
+from tactogram.signal import Signal
+
+PATIENCE_S = 2.0
+"""How long somebody's former stimulus may take to fade out before the next."""
+
+
+class InUseError(TactogramError):
+    """The display plays to somebody else."""
+
+
+@dataclass
+class ServerDisplay:
+    """The one display of a server.
+
+    Parameters
+    ----------
+    device : str
+        ``audio``, ``audio:NAME``, or ``null``, which plays to nobody, at the right pace.
+    full_scale : float, optional
+        What 1.0 of the device stands for in the unit of drives; see `tactogram.jobs.playback.full_scale_of`.
+    """
+
+    device: str = "audio"
+    full_scale: float | None = None
+    _turn: threading.Lock = field(default_factory=threading.Lock, repr=False)
+    _guard: threading.Lock = field(default_factory=threading.Lock, repr=False)
+    _owner: str = field(default="", repr=False)
+    _playing: Playback | None = field(default=None, repr=False)
+
+    @property
+    def simulated(self) -> bool:
+        """Whether it plays to nobody."""
+        return self.device == NULL
+
+    def play(self, owner: str, drive: Signal, display: Display) -> dict[str, Any]:
+        """Play a drive to its end, and return `Playback.facts`; what the same owner had playing is stopped.
+
+        Raises
+        ------
+        InUseError
+            While it plays to another.
+        TactogramError
+            If it cannot be played, or the device does not answer.
+        """
+        playing = Playback(drive, display, device=self.device, strength=1.0, full_scale=self.full_scale)
+        with self._guard:
+            if self._playing is not None:
+                if self._owner != owner:
+                    raise InUseError("the display is playing to another participant; try again in a moment")
+                self._playing.stop()
+        if not self._turn.acquire(timeout=PATIENCE_S):
+            raise InUseError("the display has not stopped yet; try again in a moment")
+        try:
+            with self._guard:
+                self._owner, self._playing = owner, playing
+            return playing.run()
+        finally:
+            with self._guard:
+                self._owner, self._playing = "", None
+            self._turn.release()
+
+    def stop(self, owner: str) -> bool:
+        """Fade out what an owner has playing; return whether something was."""
+        with self._guard:
+            if self._playing is None or self._owner != owner:
+                return False
+            self._playing.stop()
+            return True
+
+    def stop_all(self) -> None:
+        """Fade out whatever is playing."""
+        with self._guard:
+            if self._playing is not None:
+                self._playing.stop()

@@ -1,0 +1,387 @@
+"""The routes that participants' pages speak to. A ticket reaches its own participant, and nothing else.
+
+Nothing that is sent says which stimulus is which: no names, no files, no conditions; an error in making one is told to
+the experimenter only. Answers are on the disk before the next page is known (`tactogram.study.session_store`).
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import re
+from collections.abc import Callable, Coroutine, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+from fastapi import APIRouter, FastAPI, HTTPException, Query, Request, Response
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import FileResponse, HTMLResponse
+from fastapi.routing import APIRoute
+
+from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.studio.participants.allowance import Allowance
+from tactogram.studio.participants.bodies import (
+    Answers,
+    InLanguage,
+    Join,
+    Joined,
+    Nothing,
+    Offered,
+    PageToken,
+    Play,
+    PlayedFacts,
+    Refused,
+    Shown,
+    SlotName,
+    Stopped,
+    Stored,
+)
+from tactogram.studio.participants.playing import InUseError
+from tactogram.studio.participants.prepared import wav_bytes
+from tactogram.studio.participants.sessions import OpenSession, Sessions, UnknownError
+from tactogram.study.trials import Page, Participant
+
+STATIC = Path(__file__).parent / "static"
+KINDS = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
+_NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,60}\.(js|css|svg)")
+NO_LINK = (
+    "<!doctype html><html lang='en'><meta charset='utf-8'>"
+    "<meta name='viewport' content='width=device-width, initial-scale=1'><title>tactogram</title>"
+    "<p lang='ja'>このリンクは使えません。実験者にお知らせください。</p>"
+    "<p>This link does not work. Please tell the experimenter.</p></html>"
+)
+CANNOT_PLAY = "this stimulus cannot be played; please call the experimenter"
+PROGRAM = "this did not work because of an error in the program; please call the experimenter"
+
+Handler = Callable[[Request], Coroutine[Any, Any, Response]]
+log = logging.getLogger("tactogram.studio")
+
+
+class BehindError(TactogramError):
+    """What was sent belongs to another page than the present one."""
+
+
+class TooOftenError(TactogramError):
+    """Something was tried too often."""
+
+    def __init__(self, wait_s: float) -> None:
+        super().__init__(f"this was tried too often; wait {wait_s:.0f} s and try again")
+        self.wait_s = wait_s
+
+
+class SentenceRoute(APIRoute):
+    """A route whose errors are one sentence in JSON, and which takes no body but JSON."""
+
+    def get_route_handler(self) -> Handler:
+        """Return the handler with its errors told."""
+        handler = super().get_route_handler()
+
+        async def told(request: Request) -> Response:
+            kind = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+            if request.method == "POST" and kind != "application/json":
+                return _refused(415, "a body must be JSON; send it with Content-Type: application/json")
+            try:
+                return await handler(request)
+            except RequestValidationError as error:
+                return _refused(400, _sentence(error))
+            except HTTPException as error:
+                return _refused(
+                    error.status_code, "a body must be JSON of ordinary size and depth; send it again"
+                )
+            except TooOftenError as error:
+                return _refused(429, str(error), {"retry-after": str(max(1, round(error.wait_s)))})
+            except TactogramError as error:
+                return _refused(_status(error), str(error))
+            except Exception:
+                log.exception("%s failed", self.path)
+                return _refused(500, PROGRAM)
+
+        return told
+
+
+def make_participant_app(sessions: Sessions) -> FastAPI:
+    """Return the participants' pages alone, as an application to be wrapped in a `Guard`."""
+    app = FastAPI(title="tactogram: pages for participants", docs_url=None, redoc_url=None)
+    app.include_router(participant_router(sessions))
+    return app
+
+
+def participant_router(sessions: Sessions) -> APIRouter:
+    """Return the routes under ``/join``, ``/take`` and ``/participants``."""
+    refusals: dict[int | str, dict[str, Any]] = {
+        status: {"model": Refused} for status in ("4XX", 400, 404, 409, 413, 415, 423, 429, 503)
+    }
+    router = APIRouter(route_class=SentenceRoute, responses=refusals)
+    _add_files(router)
+    _add_joining(router, sessions)
+    _add_pages(router, sessions)
+    _add_stimuli(router, sessions)
+    return router
+
+
+def _add_files(router: APIRouter) -> None:
+    @router.get("/participants/static/{name}", include_in_schema=False)
+    def static(name: str) -> Response:
+        """Return a file of the pages."""
+        path = STATIC / name
+        if not _NAME.fullmatch(name) or not path.is_file():
+            raise UnknownError(f"there is no file {name[:60]!r}")
+        return FileResponse(path, media_type=KINDS[path.suffix], headers={"cache-control": "no-cache"})
+
+
+def _add_joining(router: APIRouter, sessions: Sessions) -> None:
+    # A code is one of 7 million; who guesses is slowed down, one address first, all together later.
+    guesses = {"address": Allowance(8, 10.0), "session": Allowance(60, 1.0)}
+    newcomers = Allowance(100, 1.0)
+
+    @router.get("/join/{key}", response_class=HTMLResponse)
+    def join_page(key: str) -> Response:
+        """Return the page to begin or go on from."""
+        try:
+            sessions.joined_at(key).stimuli.begin()
+        except UnknownError:
+            return HTMLResponse(NO_LINK, 404)
+        return _page_file("join.html")
+
+    @router.get("/join/{key}/study")
+    def offered(key: str) -> Offered:
+        """Return the study's title in its languages."""
+        study = sessions.joined_at(key).study
+        titles: dict[str, str] = {language: study.title.in_language(language) for language in study.languages}
+        return Offered(title=titles, languages=list(study.languages), open=True)
+
+    @router.post("/join/{key}")
+    def join(key: str, body: Join, request: Request) -> Joined:
+        """Enrol somebody, or let them go on by their code."""
+        session = sessions.joined_at(key)
+        if body.code.strip():
+            address = request.client.host if request.client else ""
+            participant = _by_code(session, body, guesses, address)
+        else:
+            _spend(newcomers, session.folder)
+            participant = session.join(body.attempt, body.language, body.device)
+        session.stimuli.begin()
+        return Joined(ticket=session.keys.ticket(participant.code), code=participant.code)
+
+
+def _add_pages(router: APIRouter, sessions: Sessions) -> None:
+    @router.get("/take/{ticket}", response_class=HTMLResponse)
+    def take_page(ticket: str) -> Response:
+        """Return the page that shows all others; the same for everybody."""
+        try:
+            sessions.of_ticket(ticket)[0].stimuli.begin()
+        except UnknownError:
+            return HTMLResponse(NO_LINK, 404)
+        return _page_file("take.html")
+
+    @router.get("/take/{ticket}/page")
+    def page(ticket: str) -> Shown:
+        """Return what is shown now."""
+        session, participant = sessions.of_ticket(ticket)
+        # Who loads the page again hears nothing of before.
+        sessions.display.stop(ticket)
+        return Shown(**_shown(session, participant, _present(session, participant)))
+
+    @router.post("/take/{ticket}/answers")
+    def answer(ticket: str, body: Answers) -> Stored:
+        """Store the answers to a page, once, and return what is next."""
+        session, participant = sessions.of_ticket(ticket)
+        try:
+            done = session.store.submit(
+                participant.code, body.token, body.answers, rt_ms=body.rt_ms, device=body.device
+            )
+        except ParameterError as error:
+            now = _present(session, participant)
+            if now is None or now.token != body.token:
+                raise BehindError(
+                    "these answers belong to another page than the present one; reload it"
+                ) from error
+            raise
+        return Stored(stored=done.stored, **_shown(session, participant, done.page))
+
+    @router.post("/take/{ticket}/language")
+    def language(ticket: str, body: InLanguage) -> Shown:
+        """Go on in another language."""
+        session, participant = sessions.of_ticket(ticket)
+        session.store.set_language(participant.code, body.language)
+        session, participant = sessions.of_ticket(ticket)
+        return Shown(**_shown(session, participant, _present(session, participant)))
+
+
+def _add_stimuli(router: APIRouter, sessions: Sessions) -> None:
+    files: dict[int | str, dict[str, Any]] = {
+        200: {"content": {"audio/wav": {}}, "description": "32-bit floats"}
+    }
+    pictures: dict[int | str, dict[str, Any]] = {
+        200: {"content": {"image/png": {}}, "description": "a picture"}
+    }
+
+    @router.get("/take/{ticket}/sound", response_class=Response, responses=files)
+    def sound(ticket: str, token: Annotated[PageToken, Query()], slot: SlotName = "") -> Response:
+        """Return what a slot of the present page plays, and log it as played."""
+        session, participant, present = _at(sessions, ticket, token, slot)
+        if session.study.played_by != "browser":
+            raise ParameterError("this study plays at the server; send play")
+        with _blind(session):
+            drive, played = session.stimuli.drive(present, slot)
+            wav = wav_bytes(drive)
+        _log_played(session, participant, token, slot, played)
+        level = played.level or session.study.level
+        headers = {"x-played-sha256": played.sha256, "x-level": level.encode("ascii", "replace").decode()}
+        return Response(wav, media_type="audio/wav", headers=headers)
+
+    @router.get("/take/{ticket}/image", response_class=Response, responses=pictures)
+    def image(ticket: str, token: Annotated[PageToken, Query()], slot: SlotName = "") -> Response:
+        """Return the picture of a slot of the present page."""
+        session, _, present = _at(sessions, ticket, token, slot)
+        if not any(
+            shown.slot == slot and shown.stimulus and shown.stimulus.is_seen for shown in present.presented
+        ):
+            raise ParameterError(f"slot {slot!r} shows no picture")
+        with _blind(session):
+            return Response(session.stimuli.picture(present, slot), media_type="image/png")
+
+    @router.post("/take/{ticket}/play")
+    def play(ticket: str, body: Play) -> PlayedFacts:
+        """Play a slot of the present page on the server's display; answers when it has ended."""
+        session, participant, present = _at(sessions, ticket, body.token, body.slot)
+        if session.study.played_by != "server":
+            raise ParameterError("this study plays in the browser; get sound")
+        with _blind(session):
+            drive, played = session.stimuli.drive(present, body.slot)
+            display = session.stimuli.display(present.slot(body.slot))
+        _log_played(session, participant, body.token, body.slot, played)
+        with _blind(session):
+            facts = sessions.display.play(ticket, drive, display)
+        return PlayedFacts(
+            state=facts["state"],
+            sha256=played.sha256,
+            level=played.level or session.study.level,
+            simulated_device=facts["simulated_device"],
+        )
+
+    @router.post("/take/{ticket}/stop")
+    def stop(ticket: str, body: Nothing) -> Stopped:
+        """Fade out what is playing to this participant."""
+        sessions.of_ticket(ticket)
+        return Stopped(stopped=sessions.display.stop(ticket))
+
+
+@contextmanager
+def _blind(session: OpenSession) -> Iterator[None]:
+    """Tell a participant that a stimulus failed, and not which; the experimenter is told in ``troubles``."""
+    try:
+        yield
+    except InUseError:
+        raise
+    except Exception as error:
+        if isinstance(error, TactogramError):
+            log.warning("%s: %s", session.name, error)
+        else:
+            log.exception("%s: a stimulus failed", session.name)
+        troubles = session.stimuli.troubles
+        if str(error) not in troubles.values():
+            troubles[""] = " ".join(str(error).split())[:300] or type(error).__name__
+        raise DataError(CANNOT_PLAY) from error
+
+
+def _at(sessions: Sessions, ticket: str, token: str, slot: str) -> tuple[OpenSession, Participant, Page]:
+    """Return whose ticket it is and their present page, if it is the one of the token and has the slot."""
+    session, participant = sessions.of_ticket(ticket)
+    page = _present(session, participant)
+    if page is None or page.token != token:
+        raise BehindError("this belongs to another page than the present one; reload it")
+    page.slot(slot)
+    return session, participant, page
+
+
+def _present(session: OpenSession, participant: Participant) -> Page | None:
+    """Return the page of a participant; None at the end, and where the experimenter ended it."""
+    try:
+        return session.store.page(participant.code)
+    except ParameterError:  # ended
+        return None
+
+
+def _shown(session: OpenSession, participant: Participant, page: Page | None) -> dict[str, Any]:
+    study = session.study
+    if page is not None:
+        session.stimuli.ahead(page)
+    return {
+        "page": None if page is None else plain(page.shown(participant.language)),
+        "title": study.title.in_language(participant.language),
+        "languages": list(study.languages),
+        "language": participant.language,
+        "code": participant.code,
+        "played_by": study.played_by,
+        "progress": {"trial": 0 if page is None else page.trial, "of": 0 if page is None else page.total},
+        "state": "going" if page is not None else session.store.state(participant.code),
+    }
+
+
+def plain(value: Any) -> Any:
+    """Return JSON values without infinities, which JSON has not: they become null."""
+    if isinstance(value, float) and value - value != 0:
+        return None
+    if isinstance(value, dict):
+        return {key: plain(inner) for key, inner in value.items()}
+    return [plain(inner) for inner in value] if isinstance(value, list | tuple) else value
+
+
+def _by_code(session: OpenSession, body: Join, guesses: dict[str, Allowance], address: str) -> Participant:
+    keys = {"address": (session.folder, address), "session": session.folder}
+    if wait_s := max(guesses[kind].wait_s(key) for kind, key in keys.items()):
+        raise TooOftenError(wait_s)
+    try:
+        participant = session.store.participant(body.code.strip())
+    except ParameterError as error:
+        for kind, key in keys.items():
+            guesses[kind].spend(key)
+        raise UnknownError(
+            "no participant has this code; look at it again, or ask the experimenter"
+        ) from error
+    if session.store.state(participant.code) == "going":
+        session.store.note_device(participant.code, body.device)
+        if body.language in session.study.languages:
+            session.store.set_language(participant.code, body.language)
+    return participant
+
+
+def _spend(allowance: Allowance, key: object) -> None:
+    if wait_s := allowance.wait_s(key):
+        raise TooOftenError(wait_s)
+    allowance.spend(key)
+
+
+def _log_played(session: OpenSession, participant: Participant, token: str, slot: str, played: Any) -> None:
+    session.store.log_played(
+        participant.code,
+        token,
+        slot,
+        sha256=played.sha256,
+        level=played.level,
+        display=played.display,
+        gain_db=played.gain_db,
+    )
+
+
+def _page_file(name: str) -> Response:
+    return HTMLResponse((STATIC / name).read_text(encoding="utf-8"))
+
+
+def _status(error: TactogramError) -> int:
+    kinds = ((UnknownError, 404), (BehindError, 409), (InUseError, 423), (ParameterError, 400))
+    return next((status for kind, status in kinds if isinstance(error, kind)), 503)
+
+
+def _refused(status: int, sentence: str, headers: dict[str, str] | None = None) -> Response:
+    # json's own escapes: a text may hold halves of characters, which no bytes stand for.
+    body = json.dumps({"error": " ".join(sentence.split())})
+    return Response(body, status, headers=headers, media_type="application/json")
+
+
+def _sentence(error: RequestValidationError) -> str:
+    first = error.errors()[0]
+    place = ".".join(str(part)[:40] for part in first["loc"] if part != "body")
+    return f"{place or 'body'}: {first['msg']}"
