@@ -9,7 +9,7 @@ from tactogram.capture.tapped import Tapped
 def test_each_block_is_handed_on_and_the_source_stays_what_it_is():
     heard = []
     with Tapped(
-        open_source("simulated:twelite?rate=330&seconds=1&paced=false"),
+        open_source("simulated:twelite?rate=330&seconds=2"),
         lambda source, block: heard.append(block),
     ) as source:
         feed = Feed(source)

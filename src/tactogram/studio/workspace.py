@@ -94,6 +94,18 @@ class Workspace:
         """Return the files that are studies: TOML with a table ``design``, by name."""
         return sorted(path for path in self._files(".toml") if _is_study(path))
 
+    def files(self, *suffixes: str) -> list[Path]:
+        """Return the files whose names end so, by name; those of the studio's own state are left out."""
+        hidden = self.own / "state"
+        found = [
+            folder / name
+            for folder, files in self._walk()
+            if folder != hidden
+            for name in files
+            if name.lower().endswith(suffixes) and not name.startswith(".")
+        ]
+        return sorted(found)
+
     def _having(self, name: str) -> list[Path]:
         return [folder for folder, files in self._walk() if name in files]
 
