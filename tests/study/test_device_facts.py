@@ -88,17 +88,19 @@ def test_a_folder_of_the_version_before_opens_and_goes_on(store, make_study, tmp
     store.submit(code, "consent", {"consent": "agreed"})
     before = store.answers()
     store._connection.execute("DROP TABLE device")
+    store._connection.execute("ALTER TABLE study DROP COLUMN ended")
     store._connection.execute("PRAGMA user_version = 1")
     with SessionStore(store.path.parent) as again:
         assert again.answers() == before
         again.submit(code, "before", {"hand": "r"}, device={"px_per_mm": 4})
         assert again.device(code) == {"px_per_mm": 4}
-        assert again._connection.execute("PRAGMA user_version").fetchone()[0] == 2
+        assert again._connection.execute("PRAGMA user_version").fetchone()[0] == 3
+        assert again.ended is None
 
 
 def test_a_folder_of_a_later_version_is_refused(store):
     store._connection.execute("PRAGMA user_version = 9")
-    with pytest.raises(DataError, match="is of version 9, this program knows versions up to 2; open it with"):
+    with pytest.raises(DataError, match="is of version 9, this program knows versions up to 3; open it with"):
         SessionStore(store.path.parent)
 
 

@@ -185,6 +185,27 @@ def test_an_aborted_session_takes_no_answer_until_it_is_opened_again(store):
     assert store.submit(code, "trial-2.1", {"which": "A"}).stored
 
 
+def test_a_study_that_was_ended_takes_nobody_and_nothing_until_it_goes_on(store):
+    done, going = store.enrol("P1").code, store.enrol("P2").code
+    answer(store, done, None)
+    answer(store, going, 3)
+    store.end()
+    for refused in (
+        store.enrol,
+        lambda: store.page(going),
+        lambda: store.submit(going, "trial-2.1", {"which": "A"}),
+    ):
+        with pytest.raises(ParameterError, match="the study was ended by the experimenter"):
+            refused()
+    assert store.page(done) is None
+    assert (store.state(done), store.state(going)) == ("done", "aborted")
+    when = store.ended
+    store.end()
+    assert store.ended == when is not None
+    store.go_on()
+    assert store.submit(going, "trial-2.1", {"which": "A"}).stored
+
+
 def test_what_was_played_stands_in_the_answer(store):
     code = store.enrol().code
     answer(store, code, 2)

@@ -139,6 +139,7 @@ class SessionStore:
             )
         if not re.fullmatch(r"[A-Za-z0-9]{1,16}", session):
             raise ParameterError(f"session must be 1 to 16 letters and digits, got {session[:40]!r}")
+        self._check_going()
         with self._writing() as rows:
             taken = {row[0].casefold() for row in rows.execute("SELECT code FROM participants")}
             if code is not None and code.casefold() in taken:
@@ -181,7 +182,10 @@ class SessionStore:
         """
         participant = self.participant(code)
         self._check_active(participant)
-        return next_page(self.study, participant, self._given(participant))
+        page = next_page(self.study, participant, self._given(participant))
+        if page is not None:
+            self._check_going()
+        return page
 
     def submit(
         self,
@@ -224,6 +228,7 @@ class SessionStore:
             raise ParameterError(
                 f"{participant.code} is {now}, got an answer to {token[:60]!r}; reload the page"
             )
+        self._check_going()
         accepted = page.accepted(responses)
         facts = kept_facts(device)
         answers = answers_to(
@@ -341,6 +346,23 @@ class SessionStore:
             ).fetchall()
         return [{"participant": code, "text": text, "at": at} for code, text, at in rows]
 
+    @property
+    def ended(self) -> str | None:
+        """When the experimenter ended the study, by the clock of then; None while it goes on."""
+        with self._lock:
+            row = self._connection.execute("SELECT ended FROM study").fetchone()
+        return None if row[0] is None else str(row[0])
+
+    def end(self) -> None:
+        """End the study: nobody joins, and who has not finished does not go on. What was answered stays."""
+        with self._writing() as rows:
+            rows.execute("UPDATE study SET ended = ? WHERE ended IS NULL", (now_utc(),))
+
+    def go_on(self) -> None:
+        """Let a study go on that was ended."""
+        with self._writing() as rows:
+            rows.execute("UPDATE study SET ended = NULL")
+
     def abort(self, code: str) -> None:
         """End a participant's session now; what was answered stays."""
         self._set_status(code, "aborted")
@@ -411,7 +433,7 @@ class SessionStore:
             return "aborted"
         given = self._given(participant)
         if next_page(self.study, participant, given) is not None:
-            return "going"
+            return "aborted" if self.ended else "going"
         return "declined" if declined(given) else "done"
 
     def progress(self) -> list[dict[str, Any]]:
@@ -588,6 +610,10 @@ class SessionStore:
                 "SELECT status FROM participants WHERE number = ?", (participant.number,)
             ).fetchone()
         return str(row[0]) if row else "withdrawn"
+
+    def _check_going(self) -> None:
+        if self.ended is not None:
+            raise ParameterError("the study was ended by the experimenter")
 
     def _check_active(self, participant: Participant) -> None:
         if self._status(participant) != "active":

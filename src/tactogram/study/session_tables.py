@@ -1,6 +1,6 @@
 """The tables of a session store, and the steps from one version of them to the next."""
 
-VERSION = 2
+VERSION = 3
 """Kept as ``user_version`` of the file."""
 _DEVICE = (
     # What devices said of themselves: with an answer, or ("") when a participant began or went on.
@@ -8,9 +8,10 @@ _DEVICE = (
     "token TEXT NOT NULL, facts TEXT NOT NULL, at TEXT NOT NULL)",
     "CREATE INDEX device_by_page ON device (participant, token)",
 )
-STEPS = {1: _DEVICE}
+_ENDED = ("ALTER TABLE study ADD COLUMN ended TEXT",)
+STEPS = {1: _DEVICE, 2: _ENDED}
 """What leads from a version to the next. An older folder is brought to the present one when it opens."""
-TABLES = (
+TABLES_1 = (
     "CREATE TABLE study (id INTEGER PRIMARY KEY CHECK (id = 1), facts TEXT NOT NULL, begun TEXT NOT NULL, "
     "withdrawn INTEGER NOT NULL DEFAULT 0)",
     "CREATE TABLE participants (number INTEGER PRIMARY KEY, code TEXT NOT NULL UNIQUE COLLATE NOCASE, "
@@ -30,5 +31,6 @@ TABLES = (
     "CREATE INDEX played_by_page ON played (participant, token)",
     "CREATE TABLE notes (id INTEGER PRIMARY KEY AUTOINCREMENT, participant INTEGER REFERENCES participants, "
     "text TEXT NOT NULL, at TEXT NOT NULL)",
-    *_DEVICE,
 )
+TABLES = (*TABLES_1, *_DEVICE, *_ENDED)
+"""Of a new folder: those of version 1, and every step since."""
