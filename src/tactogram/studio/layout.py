@@ -33,7 +33,7 @@ HEAD = '<link rel="stylesheet" href="/static/studio.css">'
 
 
 @contextmanager
-def page(title: str, *, wide: bool = False) -> Iterator[Column]:
+def page(title: str, *, wide: bool = False, navigation: bool = True) -> Iterator[Column]:
     """Draw the frame of a page, and give the column that its content goes into.
 
     Parameters
@@ -42,23 +42,32 @@ def page(title: str, *, wide: bool = False) -> Iterator[Column]:
         Its heading; one of `PAGES` is marked as the present page.
     wide : bool
         Whether the content takes the whole width.
+    navigation : bool
+        Whether the other pages are named: not where one study is served alone.
     """
     ui.page_title(f"{title} · tactogram")
     ui.add_head_html(HEAD)
     ui.html('<a class="skip" href="#content">Skip to the content</a>', sanitize=False)
     ui.colors(primary="#0b5d66", negative="#a4262c", positive="#1e6b34", warning="#8a5a00")
     with ui.element("header").classes("bar"):
-        ui.link("tactogram", "/").classes("brand")
-        with ui.element("nav").props('aria-label="Pages"'):
-            for name, address in PAGES.items():
-                link = ui.link(name, address)
-                if name == title:
-                    link.props('aria-current="page"')
+        if navigation:
+            ui.link("tactogram", "/").classes("brand")
+            _navigation(title)
+        else:
+            ui.label("tactogram").classes("brand")
     width = "content wide" if wide else "content"
     with ui.element("main").classes(width).props('id="content" tabindex="-1"'):
         ui.element("h1").classes("title").props(f'data-title="{title}"')._text = title
         with ui.column().classes("w-full gap-4 items-stretch") as column:
             yield column
+
+
+def _navigation(title: str) -> None:
+    with ui.element("nav").props('aria-label="Pages"'):
+        for name, address in PAGES.items():
+            link = ui.link(name, address)
+            if name == title:
+                link.props('aria-current="page"')
 
 
 def told(error: BaseException) -> None:

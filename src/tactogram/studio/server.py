@@ -12,10 +12,11 @@ import webbrowser
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 from tactogram.errors import DeviceError
 from tactogram.extras import imported
+from tactogram.studio.guard import Guard
+from tactogram.studio.guard_rules import Guarding
 from tactogram.studio.studio import Studio
 
 STATIC = Path(__file__).parent / "static"
@@ -24,16 +25,14 @@ PAGES = ("home", "make", "touch", "materials", "train", "send", "live", "studies
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 
 
-def make_app(studio: Studio, *, port: int, host: str = "127.0.0.1", token: str | None = None) -> Any:
-    """Return the ASGI application of a studio.
+def make_app(studio: Studio, *, host: str = "127.0.0.1", token: str | None = None) -> Guard:
+    """Return the ASGI application of a studio, guarded.
 
     NiceGUI has one application for a process, so that this is called once in a process.
 
     Parameters
     ----------
     studio : Studio
-    port : int
-        Under which it is reached.
     host : str
         That it listens on.
     token : str, optional
@@ -49,11 +48,18 @@ def make_app(studio: Studio, *, port: int, host: str = "127.0.0.1", token: str |
     from nicegui import ui
 
     from tactogram.studio.layout import told
+    from tactogram.studio.participants.routes import participant_router
 
-    app = FastAPI(title="tactogram", docs_url=None, redoc_url=None)
+    app = FastAPI(title="tactogram", docs_url=None, redoc_url=None, openapi_url=None)
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
-    for name in PAGES:
-        importlib.import_module(f"tactogram.studio.pages.{name}").add(studio)
+    app.include_router(participant_router(studio.sessions))
+    studio.sessions.reopen(studio.workspace.sessions())
+    importlib.import_module("tactogram.studio.experimenter").add(studio)
+    for name in () if studio.alone else PAGES:
+        try:  # TODO(lead): only while pages are being written; removed before they are done
+            importlib.import_module(f"tactogram.studio.pages.{name}").add(studio)
+        except (ImportError, SyntaxError, NameError, AttributeError):
+            logging.getLogger("tactogram.studio").exception("page %s", name)
     pages_app.on_exception(told)
     ui.run_with(
         app,
@@ -64,7 +70,8 @@ def make_app(studio: Studio, *, port: int, host: str = "127.0.0.1", token: str |
         show_welcome_message=False,
         reconnect_timeout=10.0,
     )
-    return app
+    names = (socket.gethostname(), socket.getfqdn())
+    return Guard(app, Guarding(loopback=host in LOOPBACK, token=token, hosts=names))
 
 
 def serve(
@@ -100,7 +107,7 @@ def serve(
     listener = _listener(host, port)
     number = listener.getsockname()[1]
     token = None if host in LOOPBACK else secrets.token_urlsafe(24)
-    app = make_app(studio, port=number, host=host, token=token)
+    app = make_app(studio, host=host, token=token)
     address = f"http://{_named(host)}:{number}{path}" + (f"?token={token}" if token else "")
 
     class Server(uvicorn.Server):  # type: ignore[misc, name-defined]
@@ -111,9 +118,18 @@ def serve(
                 threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
 
     logging.getLogger("uvicorn.error").setLevel(logging.WARNING)
-    config = uvicorn.Config(app, log_level="warning", access_log=False, timeout_graceful_shutdown=2)
-    with suppress(KeyboardInterrupt):  # the usual way to end it
-        Server(config).run(sockets=[listener])
+    config = uvicorn.Config(
+        app,
+        log_level="warning",
+        access_log=False,  # tickets and the token stand in addresses
+        server_header=False,
+        timeout_graceful_shutdown=2,
+    )
+    try:
+        with suppress(KeyboardInterrupt):  # the usual way to end it
+            Server(config).run(sockets=[listener])
+    finally:
+        studio.sessions.close()
 
 
 def _listener(host: str, port: int) -> socket.socket:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tactogram.studio.first_voices import FirstVoices
+from tactogram.studio.participants.sessions import Sessions
 from tactogram.studio.shelf import Shelf
 from tactogram.studio.workspace import Workspace
 
@@ -21,14 +22,26 @@ class Studio:
         Kept results.
     first : FirstVoices
         Something to play with where no run is.
+    sessions : Sessions
+        Studies that are being taken.
+    alone : bool
+        Whether one study is served, without the studio's other pages.
     """
 
     workspace: Workspace
     shelf: Shelf
     first: FirstVoices
+    sessions: Sessions
+    alone: bool = False
 
     @classmethod
-    def at(cls, folder: Path | str) -> Studio:
+    def at(cls, folder: Path | str, *, alone: bool = False) -> Studio:
         """Return the studio on a folder."""
         workspace = Workspace.at(folder)
-        return cls(workspace, Shelf(workspace.own / "kept"), FirstVoices(workspace.own / "first"))
+        return cls(
+            workspace,
+            Shelf(workspace.own / "kept"),
+            FirstVoices(workspace.own / "first"),
+            Sessions(workspace.folder),
+            alone,
+        )
