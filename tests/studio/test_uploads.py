@@ -244,7 +244,15 @@ def test_a_study_is_read_and_checked_by_its_keys():
 
 @pytest.mark.parametrize(
     "data",
-    [b"x = [" + b"[" * 100_000, b"a." * 50_000 + b"b = 1", b"seed = 1e999", b"= 1", b"\xff\xfe", b"name = 1"],
+    [
+        b"x = [" + b"[" * 100_000,
+        b"a." * 50_000 + b"b = 1",
+        b"a . " * 400 + b"b = 1",
+        b"seed = 1e999",
+        b"= 1",
+        b"\xff\xfe",
+        b"name = 1",
+    ],
 )
 def test_what_is_no_study_is_refused(data):
     with pytest.raises(TactogramError, match="a.toml: "):

@@ -51,6 +51,8 @@ MOST_MEMBERS = 200
 MOST_ROWS = 2_000_000
 """Of a Parquet file."""
 MOST_CHANNELS = 64
+MOST_DOTS = 300
+"""In a row in a study's file."""
 LONGEST_NAME = 160
 """Bytes of a name without its suffix; file systems take 255 of the whole."""
 HEADS: dict[str, tuple[bytes, ...]] = {
@@ -171,11 +173,15 @@ def read_uploaded_study(name: str, data: bytes) -> Study:
         One sentence that names file and key.
     """
     name = checked(name, data, kind="study")
+    text = data.decode("utf-8-sig")
+    # tomllib takes time with the square of a key's parts: 50,000 of them half a minute.
+    if any(run.count(".") > MOST_DOTS for run in re.findall(r"[\w\"'\-. \t]+", text)):
+        raise DataError(f"{name}: a key must have at most {MOST_DOTS} parts")
     try:
-        values = tomllib.loads(data.decode("utf-8-sig"))
+        values = tomllib.loads(text)
         values.setdefault("name", Path(name).stem.lower().replace("-", "_"))
         return Study.of(values, where=name)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise DataError(f"{name}: not a readable study: {_line(error)}") from None
 
 
