@@ -14,6 +14,7 @@
  * @property {number} y
  * @property {number} force 0 is a lifted finger.
  * @property {boolean} [quiet] A landing that is not felt: a mouse that glides in from outside.
+ * @property {boolean} [made] Not of a pointer: keys, a simulated hand, a finger that rests.
  */
 
 const DRIFT = 2e-4;

@@ -6,7 +6,7 @@
 
 import { Engine, Output } from "./touch_dsp.js";
 import { Finger } from "./touch_motion.js";
-import { readTable } from "./touch_textures.js";
+import { tableOf } from "./touch_textures.js";
 
 const REPORT_S = 0.03;
 export const QUANTUM = 128;
@@ -98,7 +98,7 @@ export class Player {
 
   _change({ tables, seed, fields, width_mm, tap_gain }) {
     const options = { rate: this.rate, most: QUANTUM, finger: this._finger, seed, fields, width_mm, tap_gain };
-    const engine = tables.length ? new Engine(tables.map(readTable), options) : null;
+    const engine = tables.length ? new Engine(tables.map(({ head, buffer }) => tableOf(head, buffer)), options) : null;
     if (this._engine === null || this._output.silent) {
       this._engine = engine;
       this._changing = false;
@@ -112,7 +112,7 @@ export class Player {
     const finger = this._finger;
     while (this._script.length && this._script[0].time <= now) finger.hear(this._script.shift(), now);
     for (const sample of this._waiting) {
-      if (finger.hear(sample, now)) {
+      if (finger.hear(sample, now) && !sample.made) {
         this._newest = sample.time;
         this._newestBlock = now;
       }

@@ -11,7 +11,8 @@ const MAGIC = "TGTT";
 /**
  * @typedef {object} Table
  * @property {Record<string, any>} head
- * @property {Record<string, Float32Array | Float64Array>} arrays
+ * @property {ArrayBuffer} buffer
+ * @property {Record<string, Float32Array | Float64Array>} arrays Views of the buffer.
  */
 
 /**
@@ -23,21 +24,22 @@ export function readTable(buffer) {
   const bytes = new Uint8Array(buffer);
   if (String.fromCharCode(...bytes.subarray(0, 4)) !== MAGIC) throw new Error("this is no texture table");
   const length = new DataView(buffer).getUint32(4, true);
-  const head = JSON.parse(new TextDecoder().decode(bytes.subarray(8, 8 + length)));
-  return { head, arrays: arraysOf(head, buffer) };
+  return tableOf(JSON.parse(new TextDecoder().decode(bytes.subarray(8, 8 + length))), buffer);
 }
 
 /**
+ * Return a table whose text was read already: the audio thread has no decoder of texts.
  * @param {Record<string, any>} head
  * @param {ArrayBuffer} buffer
+ * @returns {Table}
  */
-function arraysOf(head, buffer) {
+export function tableOf(head, buffer) {
   const arrays = {};
   for (const [name, { type, offset, length }] of Object.entries(head.arrays)) {
     const kind = type === "float64" ? Float64Array : Float32Array;
     arrays[name] = new kind(buffer, offset, length);
   }
-  return arrays;
+  return { head, buffer, arrays };
 }
 
 /** Normal noise from a seed: the small fast counter generator sfc32 (C. Doty-Humphrey), and Box and Muller's way. */

@@ -6,8 +6,16 @@ class TouchProcessor extends AudioWorkletProcessor {
   constructor(options) {
     super();
     this._player = new Player(sampleRate, (report) => this.port.postMessage(report));
-    this.port.onmessage = (event) => this._player.hear(event.data, currentTime);
-    for (const message of options.processorOptions?.messages ?? []) this._player.hear(message, currentTime);
+    this.port.onmessage = (event) => this._hear(event.data);
+    for (const message of options.processorOptions?.messages ?? []) this._hear(message);
+  }
+
+  _hear(message) {
+    try {
+      this._player.hear(message, currentTime);
+    } catch (error) {
+      this.port.postMessage({ error: String(error) });
+    }
   }
 
   process(_inputs, outputs) {

@@ -1,0 +1,244 @@
+/** The page Touch: what is chosen goes to the sound, what the hand does too, and what the sound does is shown. */
+
+import { Pad } from "./touch_pad.js";
+import { Rows } from "./touch_rows.js";
+import { ASSUMED, calibrate, measured } from "./touch_scale.js";
+import { Sound, drawSpectrum, quantile } from "./touch_sound.js";
+import { Vibration } from "./touch_vibration.js";
+
+/** The loudest moment of what is felt first, in dB of full scale: heard, and harmless on headphones. */
+const SAFE_DB = -20;
+/** Louder textures than this make the gain go down to `SAFE_DB` when they are chosen. */
+const LOUD_DB = -6;
+/** By how much the loudest bin of a texture is below its strongest moment, about. */
+const HEADROOM_DB = 20;
+const SETTINGS = "tactogram.touch";
+const $ = (id) => document.getElementById(`touch-${id}`);
+
+await present($("pad") === null);
+
+const report = { state: "lost", speed: 0, force: 0, rms: 0, limited: 0, field: 0, time: 0 };
+const kept = stored();
+const sound = new Sound(reported);
+const pad = new Pad($("pad"), (message) => sound.tellNow(message));
+const vibration = new Vibration((pattern) => navigator.vibrate?.(pattern) ?? false);
+const rows = new Rows({ list: $("rows"), waiting: $("waiting"), rate: sound.rate, kept: kept.rows }, loaded);
+const bins = new Float32Array(sound.analyser.frequencyBinCount);
+let open = false;
+let gain = 0;
+/** Largest magnitude of the textures under a simulated hand, and their unit. */
+let strongest = { peak: 0, unit: "" };
+let limitedSince = 0;
+
+/** For looking at from outside: the tests move the pointer and read this. */
+window.tactogramTouch = { pad, rows, sound, report, vibration, loaded: () => $("pad") && rows.ready };
+
+function reported(told) {
+  if (told.limited > report.limited) limitedSince = performance.now();
+  Object.assign(report, told);
+  vibration.follow(told, rows.fields()[told.field] ?? []);
+}
+
+/** Textures were chosen, or their weights moved. */
+async function loaded({ changed }) {
+  const tables = rows.tables();
+  const fields = rows.fields();
+  $("arrangement").hidden = rows.count < 2;
+  arrange();
+  pad.fields = rows.shown();
+  $("pad").setAttribute("aria-label", rows.words());
+  const width_mm = pad.size.width / fields.length;
+  vibration.tables = tables;
+  if (changed) {
+    setStrongest(tables.map(({ head }) => head));
+    const sent = tables.map(({ head, buffer }) => ({ head, buffer }));
+    await sound.tell({ kind: "textures", tables: sent, seed: 1, fields, width_mm });
+  } else await sound.tell({ kind: "fields", fields, width_mm });
+  keep();
+  $("pad").closest(".touch").dataset.ready = String(tables.length > 0);
+}
+
+/** The gain stays, so that what is stronger feels stronger, unless it would be too much or means something else. */
+function setStrongest(heads) {
+  if (!heads.length) return;
+  const peak = Math.max(...heads.map((head) => head.peak));
+  const unit = heads[0].unit;
+  const louder = gain * peak > 10 ** (LOUD_DB / 20);
+  const other = strongest.peak > 0 && unit !== strongest.unit;
+  strongest = { peak, unit };
+  const known = kept.gain?.[unit];
+  if (gain === 0 && known > 0 && known * peak <= 10 ** (SAFE_DB / 20)) setGain(known);
+  else if (gain === 0 || louder || other) setGain(10 ** (SAFE_DB / 20) / peak);
+  else setGain(gain);
+}
+
+function setGain(to) {
+  gain = to;
+  const peak = gain * strongest.peak;
+  const db = Math.round(20 * Math.log10(peak));
+  $("volume").value = String(db);
+  $("volume-value").value = `${db} dB`;
+  const unit = strongest.unit === "1" ? "of the signal" : `per ${named(strongest.unit)}`;
+  $("gain").textContent =
+    `gain=${figure(gain)}: parts of full scale ${unit}; the strongest moment is peak=${figure(peak)}. ` +
+    "What full scale is in m/s² is the sound card's, amplifier's and actuator's to say, and is not known here.";
+  sound.tell({ kind: "output", gain });
+}
+
+async function begin(on) {
+  if (on) await sound.begin();
+  open = on;
+  $("begin").hidden = true;
+  $("mute").setAttribute("aria-pressed", String(on));
+  $("mute").textContent = on ? "Sound is on" : "Sound is off";
+  await sound.tell({ kind: "output", gain, open });
+}
+
+function arrange() {
+  for (const input of document.getElementsByName("touch-arrangement")) input.checked = input.value === rows.arrangement;
+}
+
+function scale() {
+  const known = measured();
+  pad.pxPerMm = known ?? ASSUMED;
+  const { width, height } = pad.size;
+  $("scale").textContent =
+    `The pad is ${width.toFixed(0)} by ${height.toFixed(0)} mm, ` +
+    (known
+      ? `measured with a card: ${known.toFixed(2)} pixels for each mm.`
+      : `assumed: ${ASSUMED.toFixed(2)} pixels for each mm, as CSS has it. Measure it for true speeds.`);
+  sound.tellNow({ kind: "fields", fields: rows.fields(), width_mm: width / rows.fields().length });
+}
+
+function showNumbers() {
+  const sliding = report.state === "slide";
+  $("speed").value = `${sliding ? report.speed.toFixed(0) : 0} mm/s`;
+  $("force").value = report.state === "lost" || report.state === "air" ? "lifted" : `${report.force.toFixed(2)} N`;
+  $("level").value = strongest.unit ? `${figure(report.rms)} ${named(strongest.unit)}` : "–";
+  const late = sound.latencies;
+  $("latency").value = late.length > 4 ? `${(1e3 * quantile(late, 0.5)).toFixed(0)} ms` : "not measured yet";
+  const told = sound.told();
+  const ms = (value) => (value === null ? "not said" : `${(1e3 * value).toFixed(1)} ms`);
+  const facts = {
+    "pointer to output, median": late.length > 4 ? ms(quantile(late, 0.5)) : "–",
+    "95 % are below": late.length > 4 ? ms(quantile(late, 0.95)) : "–",
+    "in it: the browser's own buffer": ms(told.base),
+    "in it: output, as the system says": ms(told.output),
+    "samples made in": sound.threaded ? "the audio thread" : "the page's thread",
+    "motion used / dropped": `${report.counts?.used ?? 0} / ${(report.counts?.late ?? 0) + (report.counts?.out_of_order ?? 0)}`,
+  };
+  $("facts").replaceChildren(
+    ...Object.entries(facts).flatMap(([name, value]) => [made("dt", name), made("dd", value)]),
+  );
+  const limiting = performance.now() - limitedSince < 2000 && limitedSince > 0;
+  $("limited").textContent = limiting ? "Limited: it would have been over full scale. Turn the volume down." : "";
+}
+
+function draw() {
+  pad.draw(report);
+  const top = 20 * Math.log10(Math.max(1e-6, gain * strongest.peak)) - HEADROOM_DB;
+  if (open) drawSpectrum($("spectrum"), sound.analyser, bins, top);
+  requestAnimationFrame(draw);
+}
+
+/** Return a unit as people write it. */
+function named(unit) {
+  return unit === "1" ? "" : unit.replace("^2", "²");
+}
+
+/** Wait until the page is there: NiceGUI draws it after its scripts have begun. */
+async function present(absent) {
+  while (absent) {
+    await new Promise((resolve) => setTimeout(resolve, 20));
+    absent = $("pad") === null;
+  }
+}
+
+function figure(value) {
+  return value === 0 ? "0" : Number(value.toPrecision(3)).toString();
+}
+
+function made(name, text) {
+  const element = document.createElement(name);
+  element.textContent = text;
+  return element;
+}
+
+function stored() {
+  try {
+    return JSON.parse(localStorage.getItem(SETTINGS) ?? "{}");
+  } catch {
+    return {};
+  }
+}
+
+/** Nothing is lost on a reload. */
+function keep() {
+  const gains = { ...kept.gain, [strongest.unit]: gain };
+  const values = { rows: rows.state(), gain: gains, force: pad.force, hover: pad.hover, vibrate: vibration.on };
+  localStorage.setItem(SETTINGS, JSON.stringify(values));
+}
+
+function listen() {
+  $("begin").addEventListener("click", () => begin(true));
+  $("pad").addEventListener("pointerdown", (event) => {
+    if (!open && !$("begin").hidden && event.target !== $("begin")) begin(true);
+  });
+  $("mute").addEventListener("click", () => begin(!open));
+  $("hand").addEventListener("click", () => {
+    pad.hand = !pad.hand;
+    if (pad.hand && !open && !$("begin").hidden) begin(true);
+  });
+  $("volume").addEventListener("input", () => {
+    setGain(10 ** (Number($("volume").value) / 20) / strongest.peak);
+    keep();
+  });
+  $("press").addEventListener("input", () => {
+    pad.force = Number($("press").value);
+    showForce();
+    keep();
+  });
+  $("hover").addEventListener("change", () => {
+    pad.hover = $("hover").checked;
+    keep();
+  });
+  $("vibrate").addEventListener("change", () => {
+    vibration.on = $("vibrate").checked;
+    if (!vibration.on) vibration.stop();
+    keep();
+  });
+  $("add").addEventListener("click", () => rows.add());
+  $("arrangement").addEventListener("change", (event) => rows.arrange(event.target.value));
+  $("measure").addEventListener("click", () => calibrate($("card"), scale));
+  new ResizeObserver(scale).observe($("pad"));
+  addEventListener("pagehide", () => vibration.stop());
+}
+
+function showForce() {
+  $("press").value = String(pad.force);
+  $("press-value").value = `${pad.force.toFixed(1)} N`;
+}
+
+function begun() {
+  if (kept.force > 0) pad.force = Math.min(2, Math.max(0.1, kept.force));
+  if (typeof kept.hover === "boolean") pad.hover = kept.hover;
+  $("hover").checked = pad.hover;
+  const able = typeof navigator.vibrate === "function";
+  vibration.on = able && (kept.vibrate ?? matchMedia("(pointer: coarse)").matches);
+  $("vibrate").checked = vibration.on;
+  $("vibrate").disabled = !able;
+  $("vibrate-why").textContent = able
+    ? "Only where there is a vibrator: phones, not desktop computers. On and off follow the texture's strength; a phone has one frequency."
+    : "This browser has no vibration (Safari and Firefox have none); Chrome on Android has.";
+  showForce();
+  listen();
+  scale();
+  draw();
+  setInterval(() => {
+    showNumbers();
+    $("hand").setAttribute("aria-pressed", String(pad.hand));
+  }, 100);
+  rows.begin();
+}
+
+begun();

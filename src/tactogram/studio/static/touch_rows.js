@@ -1,0 +1,289 @@
+/** Which textures are felt: a row for each, with what it follows and its weight, beside each other or mixed. */
+
+import { readTable } from "./touch_textures.js";
+
+const MOST = 4;
+const WAYS = {
+  auto: "as it suits the texture",
+  table: "speed and force (models)",
+  path: "the way of the finger",
+  x: "the place from left to right",
+  y: "the place from top to bottom",
+};
+
+/**
+ * @typedef {object} Row
+ * @property {string} key Of the offer: where, of and material.
+ * @property {string} lay
+ * @property {number | null} speed
+ * @property {number} weight
+ * @property {any} [table]
+ * @property {any} [picture]
+ * @property {string} [error]
+ */
+
+/** The rows of the page. */
+export class Rows {
+  /**
+   * @param {{list: HTMLElement, waiting: HTMLElement, rate: number, kept?: any}} parts
+   * @param {(what: {changed: boolean}) => void} loaded
+   */
+  constructor({ list, waiting, rate, kept }, loaded) {
+    this._list = list;
+    this._waiting = waiting;
+    this._rate = rate;
+    this._loaded = loaded;
+    this._offers = [];
+    /** @type {Row[]} */
+    this._rows = (kept?.rows ?? []).slice(0, MOST).map(({ key, lay, speed, weight }) => ({ key, lay, speed, weight }));
+    this.arrangement = kept?.arrangement === "mixed" ? "mixed" : "beside";
+    this.ready = false;
+    const asked = new URLSearchParams(location.search);
+    if (asked.get("of")) {
+      const key = keyOf({ where: asked.get("where") ?? "run", of: asked.get("of"), material: asked.get("material") ?? "" });
+      this._rows = [{ key, lay: "auto", speed: null, weight: 1 }];
+    }
+  }
+
+  get count() {
+    return this._rows.length;
+  }
+
+  /** Ask what there is, until there is something, and load what was chosen. */
+  async begin() {
+    for (;;) {
+      const found = await fetch("/touch/offers").then((answer) => answer.json());
+      this._offers = found.offers;
+      this._waiting.textContent = this._offers.length ? "" : found.waiting;
+      if (this._offers.length) break;
+      await new Promise((resolve) => setTimeout(resolve, 1500));
+    }
+    const known = new Set(this._offers.map(keyOf));
+    this._rows = this._rows.filter((row) => known.has(row.key) || this._asked(row.key));
+    if (!this._rows.length) this._rows = [this._fresh(0)];
+    await Promise.all(this._rows.map((row) => this._load(row)));
+    this._show();
+    this._tell(true);
+  }
+
+  /** Look again at what there is, and feel the newest file or kept result with this name. */
+  async choose(where, of) {
+    this._offers = (await fetch("/touch/offers").then((answer) => answer.json())).offers;
+    await this._change(this._rows[0], { key: keyOf({ where, of, material: "" }), lay: "auto", speed: null });
+  }
+
+  async add() {
+    if (this._rows.length >= MOST) return;
+    const row = this._fresh(this._rows.length);
+    this._rows.push(row);
+    await this._load(row);
+    this._show();
+    this._tell(true);
+    this._list.lastElementChild.querySelector("select").focus();
+  }
+
+  /** @param {"beside" | "mixed"} how */
+  arrange(how) {
+    this.arrangement = how;
+    this._show();
+    this._tell(false);
+  }
+
+  /** Return the tables that are there, in the order of the rows. */
+  tables() {
+    return this._good().map(({ table }) => table);
+  }
+
+  /** Return the weights of the textures in each field of the pad. */
+  fields() {
+    const good = this._good();
+    if (!good.length) return [[]];
+    if (this.arrangement === "beside" && good.length > 1) {
+      return good.map((_, n) => good.map((__, other) => Number(n === other)));
+    }
+    const sum = good.reduce((all, { weight }) => all + weight, 0);
+    return [good.map(({ weight }) => (sum > 0 ? weight / sum : 1 / good.length))];
+  }
+
+  /** Return the pictures of the fields. */
+  shown() {
+    const good = this._good();
+    if (this.arrangement === "beside") return good.map(picture);
+    const heaviest = good.reduce((best, row) => (row.weight > (best?.weight ?? -1) ? row : best), null);
+    return heaviest ? [picture(heaviest)] : [];
+  }
+
+  /** Return what the pad shows, in words. */
+  words() {
+    const good = this._good();
+    if (!good.length) return "Surface: nothing is chosen";
+    const how = good.length < 2 ? "" : this.arrangement === "mixed" ? " Mixed." : " Side by side, from left to right.";
+    return `Surface. ${good.map(({ picture: shown }) => shown?.words ?? "").join("; ")}.${how}`;
+  }
+
+  /** Return what is kept over a reload. */
+  state() {
+    const rows = this._rows.map(({ key, lay, speed, weight }) => ({ key, lay, speed, weight }));
+    return { rows, arrangement: this.arrangement };
+  }
+
+  // -- loading ---------------------------------------------------------------------------------------
+
+  _good() {
+    return this._rows.filter((row) => row.table);
+  }
+
+  _asked(key) {
+    const asked = new URLSearchParams(location.search).get("of");
+    return asked !== null && JSON.parse(key)[1] === asked;
+  }
+
+  _fresh(number) {
+    // Neighbours in a list are often alike: begin with some that differ.
+    const offer = this._offers[(3 * number) % this._offers.length];
+    return { key: keyOf(offer), lay: "auto", speed: null, weight: 1 };
+  }
+
+  async _load(row) {
+    const [where, of, material] = JSON.parse(row.key);
+    const query = new URLSearchParams({ where, of, material, lay: row.lay, rate: String(this._rate) });
+    if (row.speed) query.set("speed", String(row.speed));
+    row.table = row.picture = row.error = undefined;
+    try {
+      const answer = await fetch(`/touch/table?${query}`);
+      if (!answer.ok) throw new Error((await answer.json()).error);
+      row.table = readTable(await answer.arrayBuffer());
+      row.picture = await pictureOf(query);
+    } catch (error) {
+      row.error = error.message;
+    }
+  }
+
+  async _change(row, values) {
+    Object.assign(row, values);
+    await this._load(row);
+    this._show();
+    this._tell(true);
+  }
+
+  _tell(changed) {
+    this._loaded({ changed });
+    this.ready = true;
+  }
+
+  // -- what is seen ----------------------------------------------------------------------------------
+
+  _show() {
+    const focused = document.activeElement?.id;
+    this._list.replaceChildren(...this._rows.map((row, n) => this._drawn(row, n)));
+    if (focused) document.getElementById(focused)?.focus();
+  }
+
+  _drawn(row, n) {
+    const item = element("li");
+    const head = element("div", { className: "touch-row-head" });
+    const select = element("select", { id: `touch-texture-${n}`, ariaLabel: `Texture ${"ABCD"[n]}` });
+    const groups = new Map();
+    for (const offer of this._offers) {
+      if (!groups.has(offer.group)) groups.set(offer.group, element("optgroup", { label: offer.group }));
+      groups.get(offer.group).append(element("option", { value: keyOf(offer), textContent: offer.title }));
+    }
+    select.append(...groups.values());
+    select.value = row.key;
+    select.onchange = () => this._change(row, { key: select.value, lay: "auto", speed: null });
+    if (this._rows.length > 1) head.append(element("b", { textContent: "ABCD"[n] }));
+    head.append(select);
+    if (this._rows.length > 1) {
+      const remove = element("button", { type: "button", className: "touch-button plain", textContent: "Remove" });
+      remove.ariaLabel = `Remove texture ${"ABCD"[n]}`;
+      remove.onclick = () => {
+        this._rows.splice(n, 1);
+        this._show();
+        this._tell(true);
+      };
+      head.append(remove);
+    }
+    item.append(head, this._facts(row));
+    if (this.arrangement === "mixed" && this._rows.length > 1) item.append(this._weight(row, n));
+    item.append(this._more(row, n));
+    return item;
+  }
+
+  _facts(row) {
+    const line = element("p", { className: "small quiet" });
+    if (row.error) {
+      line.className = "small touch-error";
+      line.textContent = row.error;
+    } else if (row.table) {
+      const { head } = row.table;
+      if (head.simulated) line.append(element("span", { className: "simulated", textContent: "simulated" }), " ");
+      const at = head.recorded_mm_s ? `, made or recorded at ${figure(head.recorded_mm_s)} mm/s` : "";
+      const said = [`follows ${head.follows}${at}`, ...head.notes, SHOWN[row.picture?.kind]].filter(Boolean);
+      line.append(said.map((text) => `${text[0].toUpperCase()}${text.slice(1)}.`).join(" "));
+    }
+    return line;
+  }
+
+  _weight(row, n) {
+    const label = element("label", { className: "touch-slider" });
+    const value = element("output", { value: row.weight.toFixed(2) });
+    const range = element("input", { type: "range", min: "0", max: "1", step: "0.01", id: `touch-weight-${n}` });
+    range.value = String(row.weight);
+    range.oninput = () => {
+      row.weight = Number(range.value);
+      value.value = row.weight.toFixed(2);
+      this._tell(false);
+    };
+    label.append(element("span", { textContent: `Weight of ${"ABCD"[n]} (of power)` }), value, range);
+    return label;
+  }
+
+  _more(row, n) {
+    const details = element("details");
+    const inner = element("div", { className: "touch-more" });
+    const lay = element("select", { id: `touch-lay-${n}` });
+    lay.append(...Object.entries(WAYS).map(([value, textContent]) => element("option", { value, textContent })));
+    lay.value = row.lay;
+    lay.onchange = () => this._change(row, { lay: lay.value });
+    const speed = element("input", { type: "number", id: `touch-recorded-${n}`, min: "1", max: "2000", step: "1" });
+    speed.value = String(row.speed ?? row.table?.head.recorded_mm_s ?? "");
+    speed.onchange = () => this._change(row, { speed: Number(speed.value) || null });
+    inner.append(labelled("Follows", lay), labelled("At, in mm/s", speed));
+    details.append(element("summary", { textContent: "How it follows the finger" }), inner);
+    details.open = row.more === true;
+    details.ontoggle = () => (row.more = details.open);
+    return details;
+  }
+}
+
+const SHOWN = {
+  photograph: "photograph of the material",
+  rendered: "picture rendered from the simulated surface",
+  drawn: "picture drawn from the signal, no photograph",
+};
+
+const figure = (value) => Number(value.toPrecision(4)).toString();
+const keyOf = ({ where, of, material }) => JSON.stringify([where, of, material]);
+const picture = ({ table, picture: shown }) => ({ ...shown, name: table.head.name });
+
+async function pictureOf(query) {
+  const answer = await fetch(`/touch/picture?${query}`);
+  if (!answer.ok) return null;
+  const scale = Number(answer.headers.get("x-mm-per-pixel"));
+  return {
+    kind: answer.headers.get("x-picture"),
+    mm_per_pixel: scale > 0 ? scale : null,
+    words: decodeURIComponent(answer.headers.get("x-words") ?? ""),
+    bitmap: await createImageBitmap(await answer.blob()),
+  };
+}
+
+function element(name, values = {}) {
+  return Object.assign(document.createElement(name), values);
+}
+
+function labelled(text, field) {
+  const label = element("label", { textContent: text });
+  label.append(field);
+  return label;
+}

@@ -1,0 +1,163 @@
+/** The audio side of the page Touch: context, worklet, spectrum, and how late the sound is. */
+
+import { Player, QUANTUM } from "./touch_player.js";
+
+const KEPT = 400;
+
+/** Sound that is told messages (see `touch_player.js`) and reports back. */
+export class Sound {
+  /** @param {(report: Record<string, any>) => void} report */
+  constructor(report) {
+    this._report = report;
+    this.context = new AudioContext({ latencyHint: "interactive" });
+    this.analyser = new AnalyserNode(this.context, { fftSize: 8192, smoothingTimeConstant: 0.6 });
+    this.analyser.connect(this.context.destination);
+    /** Whether the samples are made in the audio thread; without a worklet they are made in the page's. */
+    this.threaded = this.context.audioWorklet !== undefined;
+    /** Seconds from a pointer event to the output of the first block that follows it, newest last. */
+    this.latencies = [];
+    this._ready = this.threaded ? this._withWorklet() : this._withoutWorklet();
+  }
+
+  get rate() {
+    return this.context.sampleRate;
+  }
+
+  /**
+   * Tell the player something.
+   * @param {Record<string, any>} message
+   */
+  async tell(message) {
+    await this._ready;
+    this._send(message);
+  }
+
+  /** Tell it at once, if it is there: motion that comes before is of no use. */
+  tellNow(message) {
+    this._send?.(message);
+  }
+
+  /** Begin; a browser allows it only when somebody has just pressed something. */
+  async begin() {
+    await this._ready;
+    if (this.context.state !== "running") await this.context.resume();
+  }
+
+  /** Return what the browser says of its delays, s; null where it does not say. */
+  told() {
+    const { baseLatency, outputLatency } = this.context;
+    return { base: baseLatency ?? null, output: outputLatency > 0 ? outputLatency : null };
+  }
+
+  _heard(report) {
+    if (report.error) {
+      console.error(report.error);
+      return;
+    }
+    if (report.motion === report.motion) {
+      const late = this._lateness(report);
+      if (late !== null) {
+        this.latencies.push(late);
+        if (this.latencies.length > KEPT) this.latencies.shift();
+      }
+    }
+    this._report(report);
+  }
+
+  /** From the time stamp of a pointer event to when the block that it changed first leaves the browser, s. */
+  _lateness({ motion, motion_block: block }) {
+    const stamp = this.context.getOutputTimestamp?.();
+    if (!stamp || !(stamp.performanceTime > 0)) return null;
+    const late = stamp.performanceTime / 1e3 + (block - stamp.contextTime) - motion;
+    return late > 0 && late < 2 ? late : null;
+  }
+
+  async _withWorklet() {
+    await this.context.audioWorklet.addModule(new URL("touch_worklet.js", import.meta.url));
+    const worklet = new AudioWorkletNode(this.context, "tactogram-touch", {
+      numberOfInputs: 0,
+      outputChannelCount: [2],
+    });
+    worklet.port.onmessage = (event) => this._heard(event.data);
+    worklet.connect(this.analyser);
+    this._send = (message) => worklet.port.postMessage(message);
+  }
+
+  /** Over plain HTTP beyond this machine browsers give no worklet: then the page's own thread makes the samples. */
+  async _withoutWorklet() {
+    const player = new Player(this.context.sampleRate, (report) => this._heard(report));
+    const script = this.context.createScriptProcessor(1024, 0, 2);
+    script.onaudioprocess = ({ outputBuffer, playbackTime }) => {
+      const [left, right] = [outputBuffer.getChannelData(0), outputBuffer.getChannelData(1)];
+      for (let i = 0; i < left.length; i += QUANTUM) {
+        player.render(playbackTime + i / this.rate, left.subarray(i, i + QUANTUM));
+      }
+      right.set(left);
+    };
+    script.connect(this.analyser);
+    this._send = (message) => player.hear(message, this.context.currentTime);
+  }
+}
+
+/**
+ * Return what a share of values does not exceed.
+ * @param {number[]} values
+ * @param {number} share
+ */
+export function quantile(values, share) {
+  const sorted = [...values].sort((a, b) => a - b);
+  return sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))];
+}
+
+/**
+ * Draw a spectrum from 0 to 1000 Hz.
+ * @param {HTMLCanvasElement} canvas
+ * @param {AnalyserNode} analyser
+ * @param {Float32Array} bins
+ * @param {number} high dB of full scale at the top; the bottom is 80 dB below.
+ */
+export function drawSpectrum(canvas, analyser, bins, high) {
+  const { width, height } = fitted(canvas);
+  const pen = canvas.getContext("2d");
+  const style = getComputedStyle(canvas);
+  const [most, foot, low] = [1000, 18, high - 80];
+  analyser.getFloatFrequencyData(bins);
+  const perBin = analyser.context.sampleRate / analyser.fftSize;
+  pen.clearRect(0, 0, width, height);
+  pen.font = "12px system-ui, sans-serif";
+  pen.fillStyle = style.getPropertyValue("--quiet") || "#51606e";
+  pen.strokeStyle = style.getPropertyValue("--line") || "#d5dce2";
+  for (let hz = 0; hz <= most; hz += 200) {
+    const x = (hz / most) * (width - 1) + 0.5;
+    pen.beginPath();
+    pen.moveTo(x, 0);
+    pen.lineTo(x, height - foot);
+    pen.stroke();
+    pen.textAlign = hz === 0 ? "left" : hz === most ? "right" : "center";
+    pen.fillText(hz === most ? `${hz} Hz` : String(hz), x, height - 4);
+  }
+  pen.fillStyle = style.getPropertyValue("--accent") || "#0b5d66";
+  pen.beginPath();
+  pen.moveTo(0, height - foot);
+  for (let n = 1; n * perBin <= most && n < bins.length; n++) {
+    const share = Math.min(1, Math.max(0, (bins[n] - low) / (high - low)));
+    pen.lineTo(((n * perBin) / most) * width, (1 - share) * (height - foot));
+  }
+  pen.lineTo(width, height - foot);
+  pen.fill();
+}
+
+/**
+ * Give a canvas as many pixels as the screen has there; return its size in CSS pixels.
+ * @param {HTMLCanvasElement} canvas
+ */
+export function fitted(canvas) {
+  const { clientWidth: width, clientHeight: height } = canvas;
+  const ratio = devicePixelRatio || 1;
+  if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
+    canvas.width = Math.round(width * ratio);
+    canvas.height = Math.round(height * ratio);
+  }
+  canvas.getContext("2d").setTransform(ratio, 0, 0, ratio, 0, 0);
+  return { width, height };
+}

@@ -1,0 +1,142 @@
+"""What the pad of the page Touch shows: a material's photograph, or the signal drawn as a surface."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image as Pillow
+
+from tactogram.rendering.axes import combined
+from tactogram.signal import Image, Signal
+from tactogram.signal.displacement import over_displacement
+from tactogram.studio.touch_sources import Asked, TouchSources
+from tactogram.studio.touch_tables import ASSUMED_SPEED_MM_S
+
+Array = NDArray[np.float64]
+Kind = Literal["photograph", "rendered", "drawn"]
+
+MM_PER_PIXEL = 0.15
+ROWS, COLUMNS = 256, 640
+ACROSS_MM = 1.2
+"""Over which neighbouring lines of a drawn surface agree; a finger's ridges are about half of that apart."""
+LIGHT = np.array([196.0, 187.0, 174.0])
+"""Colour of a drawn surface, sRGB: paper, so that nobody takes it for a photograph of anything."""
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A picture for the pad.
+
+    Parameters
+    ----------
+    png : bytes
+    kind : {"photograph", "rendered", "drawn"}
+        Of the material, of a simulated surface, or drawn from the signal.
+    mm_per_pixel : float, optional
+        None is not known: the picture fills the pad.
+    words : str
+        What it shows, for those who do not see it.
+    """
+
+    png: bytes
+    kind: Kind
+    mm_per_pixel: float | None
+    words: str
+
+
+def picture_of(sources: TouchSources, asked: Asked) -> Picture:
+    """Return the photograph of what was asked for, or what its signal looks like as a surface.
+
+    Raises
+    ------
+    TactogramError
+        As for `TouchSources.table`.
+    """
+    name = asked.material or asked.of
+    found = sources.photograph(asked)
+    if found is not None:
+        image, simulated = found
+        kind: Kind = "rendered" if simulated else "photograph"
+        words = f"{name}: rendered picture of the simulated surface" if simulated else f"Photograph of {name}"
+        return Picture(_png(image.pixels), kind, image.mm_per_pixel, words)
+    signal, speed = sources.signal(asked)
+    drawn = drawn_surface(signal, speed or ASSUMED_SPEED_MM_S, registered=asked.lay in ("x", "y"))
+    pixels = drawn.pixels.transpose(1, 0, 2) if asked.lay == "y" else drawn.pixels
+    return Picture(_png(pixels), "drawn", drawn.mm_per_pixel, f"{name}: drawn from the signal, no photograph")
+
+
+def drawn_surface(signal: Signal, speed_mm_s: float, *, registered: bool = False) -> Image:
+    """Return a signal as a relief under a lamp from the left: its values are heights along the stroke.
+
+    Parameters
+    ----------
+    signal : Signal
+        Over displacement, or over time at ``speed_mm_s``.
+    speed_mm_s : float
+    registered : bool
+        Every line is the signal itself, so that what is seen lies where it is felt; else each line begins at
+        another place, and neighbours agree over `ACROSS_MM`: a surface that would feel so, not a map of it.
+
+    Returns
+    -------
+    Image
+        256 x 640 pixels of 0.15 mm.
+    """
+    steady = signal.samples - signal.samples.mean(axis=1, keepdims=True)
+    one, _ = combined(signal.with_samples(steady), "dft321" if len(signal.axes) <= 3 else signal.axes[0])
+    if one.domain == "time":
+        one = over_displacement(one, speed_mm_s)
+    line = _at_pixels(one)
+    if registered:
+        height = np.broadcast_to(line[:COLUMNS], (ROWS, COLUMNS))
+    else:
+        random = np.random.default_rng(0)
+        starts = random.integers(0, len(line), ROWS)
+        rows = line[(starts[:, None] + np.arange(COLUMNS)) % len(line)]
+        height = _smooth_down(rows, ACROSS_MM / MM_PER_PIXEL)
+    return Image(_lit(height), mm_per_pixel=MM_PER_PIXEL)
+
+
+def _at_pixels(one: Signal) -> Array:
+    """Return the signal's values a pixel apart, repeated to be as long as the picture, of variance 1."""
+    step = MM_PER_PIXEL * one.rate
+    values = one.samples[0].astype(np.float64)
+    if step > 1:  # means over a pixel, so that what is finer does not fold back
+        count = max(1, int(len(values) / step))
+        edges = (np.arange(count + 1) * step).astype(int)
+        line = np.add.reduceat(values, edges[:-1]) / np.diff(edges)
+    else:
+        line = np.interp(np.arange(0, len(values), step), np.arange(len(values)), values)
+    line = np.tile(line, -(-COLUMNS // len(line)))
+    spread = float(line.std())
+    return line / spread if spread > 0 else line
+
+
+def _smooth_down(rows: Array, length: float) -> Array:
+    """Return rows that resemble their neighbours over so many pixels, of the variance they had."""
+    reach = int(3 * length)
+    window = np.exp(-0.5 * (np.arange(-reach, reach + 1) / length) ** 2)
+    spectrum = np.fft.rfft(rows, axis=0)
+    padded = np.zeros(len(rows))
+    padded[np.arange(-reach, reach + 1) % len(rows)] = window / np.sqrt(np.sum(window**2))
+    smooth: Array = np.fft.irfft(spectrum * np.fft.rfft(padded)[:, None], n=len(rows), axis=0)
+    return smooth
+
+
+def _lit(height: Array) -> NDArray[np.uint8]:
+    """Return pixels of a relief: brighter where it rises to the lamp."""
+    slope = np.gradient(height, axis=1)
+    size = float(np.quantile(np.abs(slope), 0.98)) or 1.0
+    bright = 1 + 0.28 * np.clip(slope / size, -1, 1) + 0.08 * np.clip(height / 2, -1, 1)
+    pixels: NDArray[np.uint8] = np.clip(bright[:, :, None] * LIGHT, 0, 255).astype(np.uint8)
+    return pixels
+
+
+def _png(pixels: NDArray[np.uint8]) -> bytes:
+    with io.BytesIO() as buffer:
+        Pillow.fromarray(np.ascontiguousarray(pixels)).save(buffer, format="png")
+        return buffer.getvalue()
