@@ -1,4 +1,4 @@
-"""Verbs for experiments with people: `study list`, `check`, `simulate`, `export`, `withdraw`, `analyse`, `power`."""
+"""Verbs for experiments with people: `study list`, `check`, `run`, `simulate`, `export`, `analyse` and others."""
 
 from __future__ import annotations
 
@@ -6,16 +6,28 @@ from typing import Any
 
 from tactogram.cli.options import Add, Verbs
 from tactogram.cli.printing import Arguments, columns, lines_of, print_result
+from tactogram.cli.studio import server_options
 
 
 def add_verbs(verbs: Verbs) -> None:
     """Add what each verb takes."""
-    study = verbs.group("study", "experiments with people: check, simulate, export, analyse")
+    study = verbs.group("study", "experiments with people: check, run, simulate, export, analyse")
     study.add("list", studies)
 
     add = study.add("check", check)
     add("study", metavar="FILE|NAME", help="a study: a TOML file, or one of `study list`")
     add("--stimuli", action="store_true", help="make and render every stimulus, too")
+    _changes_option(add)
+
+    add = study.add("run", run)
+    add("study", metavar="FILE|NAME", help="a study: a TOML file, or one of `study list`")
+    add("--out", required=True, metavar="DIR", help="folder of the session; made, or gone on with")
+    server_options(add)
+    add(
+        "--participants",
+        metavar="CODE,CODE,…",
+        help="codes to enrol beforehand; else people get one as they join",
+    )
     _changes_option(add)
 
     add = study.add("simulate", simulate)
@@ -63,6 +75,41 @@ def check(a: Arguments) -> None:
     facts = check_study(a.study, changes=parse_changes(a.set), stimuli=a.stimuli)
     shown = {**facts, "rendered": None if facts["rendered"] is None else f"{len(facts['rendered'])} stimuli"}
     print_result(a, facts, lines_of(shown))
+
+
+def run(a: Arguments) -> int:
+    """Serve a study to participants, and its progress to the experimenter, until Ctrl-C; run again it goes on."""
+    import sys
+
+    from tactogram.extras import imported
+
+    imported("nicegui", extra="studio", what="the pages of a study")
+    from tactogram.recipe import parse_changes
+    from tactogram.studio.study_run import run_study
+
+    def ready(facts: dict[str, Any]) -> None:
+        told = {
+            "experimenter": facts["experimenter"],
+            "participants": facts["join"],
+            **{f"participant {code}": address for code, address in facts["codes"].items()},
+            "addresses": facts["addresses"],
+        }
+        print_result(a, facts, lines_of(told))
+        sys.stdout.flush()
+        sys.stderr.write("Ctrl-C ends it; run again it goes on\n")
+
+    run_study(
+        a.study,
+        a.out,
+        changes=parse_changes(a.set),
+        codes=[code.strip() for code in (a.participants or "").split(",") if code.strip()],
+        port=a.port,
+        host=a.host,
+        open_browser=not a.no_open,
+        ready=ready,
+    )
+    sys.stderr.write("tactogram: the study's server ended; all answers are stored\n")
+    return 0
 
 
 def simulate(a: Arguments) -> None:

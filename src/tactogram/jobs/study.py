@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import io
 import json
+import tempfile
+import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.level import parse_level
@@ -21,6 +24,8 @@ from tactogram.study.study_file import Study, shipped_studies
 from tactogram.study.trials import Page, Participant
 from tactogram.validation import validated
 
+SIMULATED = "-simulated"
+"""What the folder of a session's simulated participants ends with."""
 STUDY_SUFFIX = ".study.json"
 """Of the file beside a table that holds the study it is of."""
 ORIGIN = "origin.json"
@@ -158,14 +163,86 @@ def simulate_study(
         logged = _logger(store, loaded, study_folder(study)) if play else None
         who = simulate(store, participants, effect=put_in, seed=seed, play=logged, progress=progress)
         rows = len(store.answers())
+    return _simulated_facts(out, loaded, who, put_in, rows)
+
+
+def simulate_session(
+    session: Path | str,
+    *,
+    participants: int,
+    effect: Mapping[str, Any] | None = None,
+    seed: int = 0,
+    progress: Progress = lambda done: None,
+) -> dict[str, Any]:
+    """Let simulated participants take the study of a session, in a folder of their own beside it.
+
+    The folder is called as the session is, with ``-simulated``; for one that is theirs already, it is that one. They
+    are kept apart from people whatever happens.
+
+    Parameters
+    ----------
+    session : Path
+    participants, effect, seed, progress
+        See `simulate_study`.
+    """
+    if participants < 1:
+        raise ParameterError(f"participants must be at least 1, got {participants}")
+    put_in = effect_of(effect or {})
+    folder = Path(session)
+    with SessionStore(folder) as store:
+        study, own = store.study, bool(store.participants())
+        own = own and all(known.simulated for known in store.participants())
+    out = folder if own else folder.with_name(f"{folder.name}{SIMULATED}")
+    with SessionStore(out, study) as store:
+        if any(not known.simulated for known in store.participants()):
+            raise DataError(
+                f"{out}: people took this study; simulated participants need that folder to themselves"
+            )
+        if (folder / ORIGIN).is_file() and not own:
+            with written_beside(out / ORIGIN) as part:
+                part.write_bytes((folder / ORIGIN).read_bytes())
+        who = simulate(store, participants, effect=put_in, seed=seed, progress=progress)
+        rows = len(store.answers())
+    return _simulated_facts(out, study, who, put_in, rows)
+
+
+def _simulated_facts(
+    out: Path | str, study: Study, who: list[Participant], effect: SimulatedEffect, rows: int
+) -> dict[str, Any]:
     return {
         "folder": str(out),
-        "study": loaded.name,
+        "study": study.name,
         "simulated_participants": [participant.code for participant in who],
-        "effect": put_in.model_dump(),
+        "effect": effect.model_dump(),
         "answers": rows,
         "simulated": True,
     }
+
+
+def export_zip(folder: Path | str, *, kind: Literal["tables", "bids"]) -> tuple[str, bytes]:
+    """Return the name and the bytes of a ZIP file with the answers of a session.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the session.
+    kind : {"tables", "bids"}
+        What `export_study` writes as a table with what stands beside it, or as a BIDS folder.
+    """
+    name = Path(folder).resolve().name
+    with tempfile.TemporaryDirectory(prefix="tactogram-export-") as temporary:
+        whole = Path(temporary) / f"{name}-{kind}"
+        if kind == "bids":
+            export_study(folder, bids=whole)
+        else:
+            whole.mkdir()
+            export_study(folder, table=whole / "answers.csv")
+        packed = io.BytesIO()
+        with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as file:
+            for path in sorted(whole.rglob("*")):
+                if path.is_file():
+                    file.write(path, path.relative_to(whole.parent))
+    return f"{name}-{kind}.zip", packed.getvalue()
 
 
 def export_study(

@@ -48,6 +48,7 @@ def add(studio: Studio) -> None:
             wrong = str(error)
         title = "Experiment" if opened is None else opened.study.title.en or opened.study.title.ja
         with page(title, navigation=not studio.alone):
+            ui.add_head_html('<link rel="stylesheet" href="/static/experiment.css">')
             if opened is None:
                 ui.label(wrong).classes("text-negative").props('role="alert"')
                 return
@@ -110,7 +111,10 @@ class Experiment:
         for row in view.rows:
             self.shown[row.code].update(row)
         if before is None or view.latest != before.latest:
-            self.answers.rows = [dict(zip(ANSWERS, row, strict=True)) for row in answers_rows(view.latest)]
+            self.answers.rows = [
+                {"key": key, **dict(zip(ANSWERS, row, strict=True))}
+                for key, row in enumerate(answers_rows(view.latest))
+            ]
             self.answers.update()
         if before is None or view.notes != before.notes:
             self._list_notes(view)
@@ -122,7 +126,7 @@ class Experiment:
         study = self.opened.study
         kind = study.design.model_dump()["kind"]
         practice = f", {study.practice.trials} of practice" if study.practice else ""
-        with ui.element("section").classes("card w-full"):
+        with ui.element("section").classes("card w-full stack"):
             with ui.row().classes("items-center justify-between w-full"):
                 self.summary = ui.label("").classes("h2").props('aria-live="polite"')
                 self.end = ui.button("End the study", on_click=telling(self._end)).props("outline")
@@ -140,7 +144,7 @@ class Experiment:
 
     def _join(self) -> None:
         address = f"{self.server}{self.opened.join_path}"
-        with ui.element("section").classes("card w-full"):
+        with ui.element("section").classes("card w-full stack"):
             ui.label("Take part").classes("h2")
             ui.label("Participants open this address, and begin or go on by their code.").classes(
                 "quiet small"
@@ -170,7 +174,7 @@ class Experiment:
             self.enrolled = ui.column().classes("w-full gap-1")
 
     def _people(self) -> None:
-        with ui.element("section").classes("card w-full overflow-x-auto"):
+        with ui.element("section").classes("card w-full stack overflow-x-auto"):
             ui.label("Participants").classes("h2")
             with ui.element("table").classes("people"):
                 with ui.element("thead"), ui.element("tr"):
@@ -180,18 +184,16 @@ class Experiment:
             self.nobody = ui.label("Nobody yet.").classes("quiet")
 
     def _latest(self) -> None:
-        with ui.element("section").classes("card w-full"):
-            with ui.expansion("Answers as they come").classes("w-full"):
-                ui.label(
-                    "Without conditions, and without what is right: nothing here tells how the study comes out."
-                ).classes("quiet small")
-                headings = [{"name": name, "label": name, "field": name, "align": "left"} for name in ANSWERS]
-                self.answers = (
-                    ui.table(columns=headings, rows=[]).props("flat dense hide-pagination").classes("w-full")
-                )
+        said = "Without conditions, and without what is right: nothing here tells how the study comes out."
+        headings = [{"name": name, "label": name, "field": name, "align": "left"} for name in ANSWERS]
+        folded = ui.element("section").classes("card w-full stack")
+        with folded, ui.expansion("Answers as they come").classes("w-full"):
+            ui.label(said).classes("quiet small")
+            table = ui.table(columns=headings, rows=[], row_key="key").classes("w-full")
+            self.answers = table.props("flat dense hide-pagination")
 
     def _notes(self) -> None:
-        with ui.element("section").classes("card w-full"):
+        with ui.element("section").classes("card w-full stack"):
             ui.label("Notes").classes("h2")
             ui.label("Kept with the answers and exported. No names.").classes("quiet small")
             self.about = (
@@ -202,7 +204,7 @@ class Experiment:
             self.listed = ui.column().classes("w-full gap-1")
 
     def _results(self) -> None:
-        with ui.element("section").classes("card w-full"):
+        with ui.element("section").classes("card w-full stack"):
             ui.label("Answers").classes("h2")
             with ui.row().classes("items-center"):
                 ui.button(
@@ -365,8 +367,8 @@ class _Shown:
 
     async def _withdraw(self) -> None:
         said = (
-            f"Delete everything of {self.code}? This cannot be undone. What was exported or analysed before still holds "
-            "them: delete that, and export again."
+            f"Delete everything of {self.code}? This cannot be undone. What was exported or analysed before still "
+            "holds them: delete that, and export again."
         )
         if await asked(said, f"Delete {self.code}"):
             await in_background(self.of.store.withdraw, self.code)

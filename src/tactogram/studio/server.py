@@ -53,7 +53,8 @@ def make_app(studio: Studio, *, host: str = "127.0.0.1", token: str | None = Non
     app = FastAPI(title="tactogram", docs_url=None, redoc_url=None, openapi_url=None)
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
     app.include_router(participant_router(studio.sessions))
-    studio.sessions.reopen(studio.workspace.sessions())
+    if not studio.alone:
+        studio.sessions.reopen(studio.workspace.sessions())
     importlib.import_module("tactogram.studio.experimenter").add(studio)
     for name in () if studio.alone else PAGES:
         try:  # TODO(lead): only while pages are being written; removed before they are done
