@@ -63,7 +63,7 @@ def write_study(folder, design="abx", **changes):
 @contextlib.contextmanager
 def served_here(app):
     """Serve an application in a thread, and give its address."""
-    server = uvicorn.Server(uvicorn.Config(app, port=0, log_level="error", access_log=False, ws="none"))
+    server = uvicorn.Server(uvicorn.Config(app, port=0, log_level="error", access_log=False, ws="auto"))
     thread = threading.Thread(target=server.run, daemon=True)
     thread.start()
     until = time.monotonic() + 20
@@ -72,6 +72,16 @@ def served_here(app):
     yield f"{LOCAL}:{server.servers[0].sockets[0].getsockname()[1]}"
     server.should_exit = True
     thread.join(5)
+
+
+@contextlib.contextmanager
+def serving(sessions, settings=SETTINGS):
+    """Give a browser's client to sessions that are served behind the guard."""
+    with (
+        served_here(Guard(make_participant_app(sessions), settings)) as address,
+        httpx.Client(base_url=address, timeout=20) as client,
+    ):
+        yield client
 
 
 class Person:
@@ -134,6 +144,16 @@ def write_study_fixture():
     return write_study
 
 
+@pytest.fixture(name="write_study_once", scope="session")
+def write_study_once_fixture():
+    return write_study
+
+
+@pytest.fixture(name="serving", scope="session")
+def serving_fixture():
+    return serving
+
+
 @pytest.fixture(name="process_over", scope="session")
 def process_over_fixture():
     return process_over
@@ -156,9 +176,8 @@ def opened():
             session = sessions.begin(study, workspace / "session")
             return sessions, session, client_of(sessions)
 
-        def client_of(sessions, settings=SETTINGS):
-            address = stack.enter_context(served_here(Guard(make_participant_app(sessions), settings)))
-            return stack.enter_context(httpx.Client(base_url=address, timeout=20))
+        def client_of(sessions):
+            return stack.enter_context(serving(sessions))
 
         open_study.client_of = client_of
         yield open_study
