@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image as Pillow
 
 from tactogram.rendering.axes import combined
+from tactogram.rendering.streaming.surface import looped
 from tactogram.signal import Image, Signal
 from tactogram.signal.displacement import over_displacement
 from tactogram.studio.touch_sources import Asked, TouchSources
@@ -20,7 +21,7 @@ Array = NDArray[np.float64]
 Kind = Literal["photograph", "rendered", "drawn"]
 
 MM_PER_PIXEL = 0.15
-ROWS, COLUMNS = 256, 640
+ROWS, COLUMNS, MOST_COLUMNS = 256, 640, 4000
 ACROSS_MM = 1.2
 """Over which neighbouring lines of a drawn surface agree; a finger's ridges are about half of that apart."""
 LIGHT = np.array([196.0, 187.0, 174.0])
@@ -78,22 +79,24 @@ def drawn_surface(signal: Signal, speed_mm_s: float, *, registered: bool = False
         Over displacement, or over time at ``speed_mm_s``.
     speed_mm_s : float
     registered : bool
-        Every line is the signal itself, so that what is seen lies where it is felt; else each line begins at
-        another place, and neighbours agree over `ACROSS_MM`: a surface that would feel so, not a map of it.
+        Every line is the loop that is played, as long as that is, so that what is seen lies where it is felt; else
+        each line begins at another place, and neighbours agree over `ACROSS_MM`: a surface that would feel so, not a
+        map of it.
 
     Returns
     -------
     Image
-        256 x 640 pixels of 0.15 mm.
+        256 x 640 pixels of 0.15 mm; of a registered one as many columns as the loop is long, at most 4000.
     """
     steady = signal.samples - signal.samples.mean(axis=1, keepdims=True)
     one, _ = combined(signal.with_samples(steady), "dft321" if len(signal.axes) <= 3 else signal.axes[0])
     if one.domain == "time":
         one = over_displacement(one, speed_mm_s)
-    line = _at_pixels(one)
+    line = _at_pixels(looped(one) if registered else one)
     if registered:
-        height = np.broadcast_to(line[:COLUMNS], (ROWS, COLUMNS))
+        height = np.broadcast_to(line[:MOST_COLUMNS], (ROWS, min(len(line), MOST_COLUMNS)))
     else:
+        line = np.tile(line, -(-COLUMNS // len(line)))
         random = np.random.default_rng(0)
         starts = random.integers(0, len(line), ROWS)
         rows = line[(starts[:, None] + np.arange(COLUMNS)) % len(line)]
@@ -102,7 +105,7 @@ def drawn_surface(signal: Signal, speed_mm_s: float, *, registered: bool = False
 
 
 def _at_pixels(one: Signal) -> Array:
-    """Return the signal's values a pixel apart, repeated to be as long as the picture, of variance 1."""
+    """Return the signal's values a pixel apart, of variance 1."""
     step = MM_PER_PIXEL * one.rate
     values = one.samples[0].astype(np.float64)
     if step > 1:  # means over a pixel, so that what is finer does not fold back
@@ -111,7 +114,6 @@ def _at_pixels(one: Signal) -> Array:
         line = np.add.reduceat(values, edges[:-1]) / np.diff(edges)
     else:
         line = np.interp(np.arange(0, len(values), step), np.arange(len(values)), values)
-    line = np.tile(line, -(-COLUMNS // len(line)))
     spread = float(line.std())
     return line / spread if spread > 0 else line
 

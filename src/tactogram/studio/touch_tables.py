@@ -187,9 +187,10 @@ def table_of_signal(
         one = one.cut(0, most)
     texture = SurfaceTexture(name, one, rate=rate, speed_mm_s=speed_mm_s, along=along)
     texture.holds_at_rest = False
+    strong = _head(name, texture, rate=rate, simulated=simulated)
     envelope, step_mm = _envelope(texture, speed_mm_s or ASSUMED_SPEED_MM_S)
     head = {
-        **_head(name, texture, rate=rate, simulated=simulated),
+        **strong,
         "kind": "surface",
         "along": along,
         "copies": len(texture.nodes),
