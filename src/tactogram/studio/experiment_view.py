@@ -99,7 +99,9 @@ def view_of(store: SessionStore, *, now: datetime | None = None) -> View:
     rows = tuple(_row(one, store.device(one["participant"]), moment) for one in store.progress())
     answers = store.answers()
     latest = sorted(
-        (row for row in answers if row.design != "questions"), key=lambda row: row.at, reverse=True
+        (row for row in answers if row.design != "questions"),
+        key=lambda row: (row.at, row.trial),
+        reverse=True,
     )
     return View(
         rows, tuple(store.notes()), tuple(latest[:LATEST]), store.ended, store.withdrawn, len(answers)

@@ -87,13 +87,13 @@ class Experiment:
     async def draw(self) -> None:
         """Draw everything, and keep it up to date."""
         self._about()
-        with ui.element("div").classes("grid-2"):
-            with ui.column().classes("w-full gap-4"):
-                self._join()
-                self._notes()
+        with ui.element("div").classes("grid-people"):
             with ui.column().classes("w-full gap-4"):
                 self._people()
                 self._latest()
+            with ui.column().classes("w-full gap-4"):
+                self._join()
+                self._notes()
         self._results()
         await self.look()
         ui.timer(EVERY_S, self.look, immediate=False)
@@ -103,6 +103,7 @@ class Experiment:
         view = await in_background(view_of, self.store)
         before, self.view = self.view, view
         self.summary.text = view.summary()
+        self.joining.set_visibility(not view.simulated)  # people and simulated participants are kept apart
         self.ended.set_visibility(view.ended is not None)
         self.end.text = "Let it go on" if view.ended else "End the study"
         codes = [row.code for row in view.rows]
@@ -144,7 +145,8 @@ class Experiment:
 
     def _join(self) -> None:
         address = f"{self.server}{self.opened.join_path}"
-        with ui.element("section").classes("card w-full stack"):
+        self.joining = ui.element("section").classes("card w-full stack")
+        with self.joining:
             ui.label("Take part").classes("h2")
             ui.label("Participants open this address, and begin or go on by their code.").classes(
                 "quiet small"
@@ -274,11 +276,13 @@ class Experiment:
             self.store.end()
         await self.look()
 
+    @telling
     async def _download(self, kind: Any, button: ui.button) -> None:
         with busy("packing the answers", button=button):
             name, packed = await in_background(export_zip, self.store.path.parent, kind=kind)
         ui.download.content(packed, name, "application/zip")
 
+    @telling
     async def _analyse(self, button: ui.button) -> None:
         view = await in_background(view_of, self.store)
         warning = peeking_text(view)
@@ -300,6 +304,7 @@ class Experiment:
         with self.report:
             ui.link(f"{said}: open it", f"/experiment/{self.name}/report.html", new_tab=True)
 
+    @telling
     async def _simulate(self, button: ui.button) -> None:
         effect = parse_changes(
             [part.strip() for part in (self.effect.value or "").split(",") if part.strip()]
