@@ -171,7 +171,10 @@ class LivePage:
                 with ui.column().classes("gap-0"):
                     ui.label(self._state_line()).classes("h2").props('role="status"')
                     if desk.order is not None:
-                        ui.label(self._source_line()).classes("small quiet")
+                        with ui.row().classes("items-center gap-2"):
+                            ui.label(self._source_line()).classes("small quiet")
+                            if desk.order.source.startswith(("simulated:", "played:")):
+                                ui.label("simulated").classes("simulated")
                 if desk.running and self.holds:
                     ui.button("Stop", icon="stop", on_click=self._stop, color="negative")
                 elif desk.running:
@@ -196,8 +199,7 @@ class LivePage:
         order = self.desk.order
         if order is None:
             return ""
-        text = order.source.replace(f"{self.studio.workspace.folder}/", "")
-        return f"{text}{' (simulated)' if order.source.startswith(('simulated:', 'played:')) else ''}"
+        return order.source.replace(f"{self.studio.workspace.folder}/", "")
 
     @ui.refreshable_method
     def _session(self) -> None:

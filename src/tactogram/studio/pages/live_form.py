@@ -52,7 +52,8 @@ class LiveForm:
             ui.label("Source").classes("h2")
             self._address = ui.input("Address").classes("w-full").props('hint="choose below, or type one"')
             self._address.value = kept.get("source", "")
-            self._sources()
+            with ui.column().classes("gap-3 mt-4 w-full"):
+                self._sources()
             ui.button("Look for devices again", icon="refresh", on_click=self._look).props("flat dense")
         self._listen_card()
         self._record_card(data)
@@ -150,8 +151,7 @@ class LiveForm:
                 )
                 with ui.column().classes("gap-0"):
                     ui.label(choice.address).classes("small").style("overflow-wrap:anywhere")
-                    with ui.row().classes("gap-1"):
-                        ui.label(choice.what).classes("small quiet")
+                    ui.label(choice.what).classes("small quiet")
         missing = [choice for choice in self._choices if choice.address is None]
         if missing:
             with ui.expansion(f"{len(missing)} kinds of sensor are not there").classes("w-full"):

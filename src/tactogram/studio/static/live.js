@@ -58,6 +58,9 @@ function nice(value) {
   return [1, 2, 5, 10].map((f) => f * power).find((f) => f >= value) ?? value;
 }
 
+/** Write a unit as people do; a ratio has none. @param {string} unit */
+const shown = (unit) => (unit === "1" ? "" : unit.replace("^2", "²"));
+
 /**
  * Draw one row for each axis, each about its own middle, all to one scale.
  * @param {HTMLCanvasElement} canvas
@@ -74,7 +77,7 @@ function draw(canvas, unit) {
   if (!pen) return;
   pen.setTransform(ratio, 0, 0, ratio, 0, 0);
   pen.clearRect(0, 0, width, height);
-  const left = 64, bottom = 20, wide = width - left - 8;
+  const left = 84, bottom = 20, wide = width - left - 8;
   const rows = state.low.length || 1;
   const high = (height - bottom) / rows;
   const bins = Math.round(SHOWN_S / state.binS);
@@ -124,7 +127,7 @@ function draw(canvas, unit) {
     pen.textAlign = "left";
     pen.fillText(state.axes[i] ?? `axis ${i + 1}`, 4, centre - 4);
     pen.fillStyle = QUIET;
-    pen.fillText(`±${scale} ${unit === "1" ? "" : unit}`, 4, centre + 11);
+    pen.fillText(`±${scale} ${shown(unit)}`, 4, centre + 11);
   });
 }
 
@@ -145,10 +148,10 @@ function meter(now) {
     return;
   }
   const top = levels.full_scale ?? 100;
-  const share = Math.min(1, Math.max(0, 1 + 20 * Math.log10(Math.max(levels.rms, 1e-9) / top) / 40));
+  const share = Math.min(1, Math.max(0, 1 + 20 * Math.log10(Math.max(levels.rms, 1e-9) / top) / 60));
   if (bar) { bar.style.width = `${100 * share}%`; bar.dataset.clipped = levels.clipped ? "1" : "0"; }
   if (clip) clip.hidden = !levels.clipped;
-  const unit = now.unit === "1" ? "" : ` ${now.unit}`;
+  const unit = shown(now.unit) && ` ${shown(now.unit)}`;
   const rate = levels.rate === null ? "rate not known yet" : `${levels.rate.toFixed(1)} Hz measured`;
   const lost = now.samples ? `${levels.lost} of ${now.samples} samples lost (${((100 * levels.lost) / now.samples).toFixed(2)} %)` : "nothing has come yet";
   const silent = now.silent_s > 2 ? `; nothing has come for ${now.silent_s.toFixed(0)} s: is it switched on, and in reach?` : "";
