@@ -155,7 +155,7 @@ def test_data_and_model_that_do_not_fit_are_refused_before_anything_is_made(work
     with pytest.raises(ParameterError, match="no ratings to learn from"):
         check_training("rater", workspace / STORE, recipe="tiny")
     with pytest.raises(ParameterError, match="axis must be one of x, y, z"):
-        check_training("stroke_cnn", workspace / STORE, changes={"prepare.axes": ["w"]})
+        check_training("stroke_cnn", workspace / STORE, split="all", changes={"prepare.axes": ["w"]})
 
 
 LOG = """prepare: 1/18

@@ -48,6 +48,20 @@ def add_verbs(verbs: Verbs) -> None:
     add("--stream", default=None, help="what it is (default: the store's only stream)")
     add("--speed", type=float, metavar="MM_S", help="stroking speed, mm/s")
     add("--force", type=float, metavar="N", help="normal force, N")
+    for name, text in (
+        ("contactor", "what touched it"),
+        ("session", "when"),
+        ("subject", "by whom, as a code"),
+    ):
+        add(f"--{name}", metavar="NAME", help=text)
+    add("--photograph", metavar="FILE", help="a picture of what was touched")
+    add("--simulated", action="store_true", help="a formula or a model made it")
+    signal_options(add)
+    add = verbs.add("like", data_like)
+    add("path", metavar="DIR")
+    add("file", metavar="FILE")
+    add("--stream", default=None, help="what is searched (default: as in training)")
+    add("--count", type=int, default=5, help="how many to show (default %(default)s)")
     signal_options(add)
     add = verbs.add("rate", data_rate)
     add("path", metavar="DIR")
@@ -170,9 +184,24 @@ def data_add(a: Arguments) -> None:
         stream=a.stream,
         speed_mm_s=a.speed,
         force_n=a.force,
+        contactor=a.contactor,
+        session=a.session,
+        subject=a.subject,
+        photograph=a.photograph,
+        simulated=a.simulated,
         **signal_arguments(a),
     )
     print_result(a, facts, lines_of(facts))
+
+
+def data_like(a: Arguments) -> None:
+    """Find the recordings of a store whose spectra are nearest to a file's; no run is needed."""
+    from tactogram.jobs.likeness import like
+    from tactogram.signal.io import read_signal
+
+    facts = like(a.path, read_signal(a.file, **signal_arguments(a)), stream=a.stream, count=a.count)
+    rows = [(f["material"] or "", f"{f['distance']:.2f} dB", f["id"]) for f in facts["nearest"]]
+    print_result(a, facts, facts["measure"] + "\n" + columns(rows))
 
 
 def data_rate(a: Arguments) -> None:

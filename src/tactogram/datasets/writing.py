@@ -98,11 +98,16 @@ def create_store(
 
 
 def add_recordings(
-    store: Store, recordings: Iterable[Recording], *, photographs: Iterable[tuple[str, Image]] = ()
+    store: Store,
+    recordings: Iterable[Recording],
+    *,
+    photographs: Iterable[tuple[str, Image]] = (),
+    durable: bool = False,
 ) -> Store:
     """Put further recordings, and photographs of materials, into ``store`` and open it anew.
 
     They go to new shards; ``dataset.json`` is replaced last and at once. What is there already is left out.
+    ``durable`` waits until all of it is on the disk, so that not even a power cut loses it.
 
     Raises
     ------
@@ -110,6 +115,7 @@ def add_recordings(
         If a recording cannot stand beside the others, or the store was changed meanwhile.
     """
     with StoreWriter(store.path, store.facts, store) as writer:
+        writer.durable = durable
         for recording in recordings:
             writer.add(recording)
         for material, image in photographs:

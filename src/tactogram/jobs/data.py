@@ -22,7 +22,7 @@ from tactogram.datasets.importing import import_dataset, importers
 from tactogram.datasets.store import problems
 from tactogram.errors import ParameterError
 from tactogram.jobs.progress import Progress, silent
-from tactogram.signal.io import read_file
+from tactogram.signal.io import read_file, read_image
 
 
 def list_sets() -> dict[str, Any]:
@@ -131,9 +131,11 @@ def add_signal(
     unit: str | None = None,
     rate: float | None = None,
     axes: tuple[str, ...] | None = None,
+    photograph: Path | str | None = None,
+    simulated: bool = False,
     **known: Any,
 ) -> dict[str, Any]:
-    """Put the signal in ``file`` into a store as a recording of ``material``.
+    """Put the signal in ``file`` into a store as a recording of ``material``; it is on the disk when this returns.
 
     Parameters
     ----------
@@ -144,13 +146,19 @@ def add_signal(
     unit, rate, axes : optional
         As in `tactogram.signal.io.read_signal`, where the file does not say; the unit is by default that of
         the store's stream.
+    photograph : path, optional
+        A picture of what was touched.
+    simulated : bool
+        That a formula or a model made it. A file that says so of itself is taken at its word.
     **known
         Further fields of `RecordingInfo`: ``speed_mm_s``, ``force_n``, ``contactor``, …
 
     Returns
     -------
     dict
-        ``path``, ``id``, ``material``, ``added`` (False if it was there), ``recordings``, ``sha256``.
+        ``path``, ``id``, ``material``, ``added`` (False if it was there), ``recordings``, ``sha256``, ``sha256_before``
+        (runs that were trained on the store keep to the recordings they name), ``simulated`` (of this recording), and
+        ``mixed``: whether simulated and measured recordings stand beside each other in the store now.
 
     Raises
     ------
@@ -174,10 +182,11 @@ def add_signal(
         source=file.name,
         history=("added by hand",),
         # What a model trained on simulated data made, or the simulator, stays simulated.
-        simulated=str(read.metadata.get("simulated", "")).lower() == "true",
+        simulated=simulated or str(read.metadata.get("simulated", "")).lower() == "true",
+        image=None if photograph is None else read_image(photograph),
         **known,
     )
-    bigger = add_recordings(store, [recording])
+    bigger = add_recordings(store, [recording], durable=True)
     return {
         "path": str(path),
         "id": recording.id,
@@ -185,6 +194,9 @@ def add_signal(
         "added": len(bigger) > len(store),
         "recordings": len(bigger),
         "sha256": bigger.sha256,
+        "sha256_before": store.sha256,
+        "simulated": recording.simulated,
+        "mixed": len({info.simulated for info in bigger.index}) > 1,
     }
 
 

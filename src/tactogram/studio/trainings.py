@@ -317,6 +317,14 @@ class Trainings:
             part.write_text(json.dumps(asdict(task), ensure_ascii=False, indent=1), encoding="utf-8")
 
 
+_open: dict[Path, Trainings] = {}
+
+
+def trainings_of(workspace: Workspace) -> Trainings:
+    """Return the errands of a workspace, the same for all pages of a server."""
+    return _open.setdefault(workspace.folder, Trainings(workspace))
+
+
 def command_line(arguments: Sequence[str]) -> str:
     """Return what one would type for ``arguments``."""
     import shlex

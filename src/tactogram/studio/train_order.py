@@ -1,0 +1,141 @@
+"""What a form asks of a training, as the command line and the check take it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from tactogram.errors import ParameterError
+from tactogram.models import ModelFacts
+from tactogram.recipe import parse_changes
+
+NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,79}")
+SPLITS = {
+    "": "a fifth kept apart for testing, a tenth for validation",
+    "last": "the last recordings of each material kept apart for testing",
+    "all": "nothing kept apart: no evaluation on its own data",
+}
+"""What each way of splitting does."""
+BYS = {
+    "recording": "recording",
+    "session": "session: none on two sides",
+    "subject": "subject: none on two sides",
+    "material": "material: new ones are tested",
+    "condition": "condition (speed and force): none on two sides",
+}
+"""What must not stand on two sides."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """A training that somebody wants.
+
+    Parameters
+    ----------
+    model, data, recipe : str
+        ``data`` relative to the workspace.
+    name : str
+        Of the run: it comes to lie in ``runs/NAME``.
+    split : str
+        A key of `SPLITS`.
+    last : int
+        Of split ``last``: how many recordings of each material.
+    by, label, where : str
+        ``where`` is ``KEY=VALUE``, several parted by spaces.
+    changes : tuple of str
+        ``KEY=VALUE`` each.
+    """
+
+    model: str
+    data: str
+    recipe: str
+    name: str
+    split: str = ""
+    last: int = 2
+    by: str = "recording"
+    label: str = "material"
+    where: str = ""
+    changes: tuple[str, ...] = ()
+
+    @property
+    def run(self) -> str:
+        """The folder, relative to the workspace.
+
+        Raises
+        ------
+        ParameterError
+            If the name is none for a folder.
+        """
+        if not NAME.fullmatch(self.name):
+            raise ParameterError(
+                f"the run's name must be letters, digits, '.', '_' and '-', at most 80, got {self.name[:100]!r}"
+            )
+        return f"runs/{self.name}"
+
+    @property
+    def arguments(self) -> list[str]:
+        """What ``tactogram`` is given."""
+        found = ["train", self.model, "--data", self.data, "--recipe", self.recipe]
+        for option, value, usual in (
+            ("--split", self._split, ""),
+            ("--by", self.by, "recording"),
+            ("--label", self.label, "material"),
+        ):
+            if value != usual:
+                found += [option, value]
+        for key, value in self._where.items():
+            found += ["--where", f"{key}={value}"]
+        for change in self.changes:
+            found += ["--set", change]
+        return [*found, "--out", self.run]
+
+    def checked(self) -> dict[str, Any]:
+        """Return the keyword arguments of `tactogram.jobs.fitting.check_training`."""
+        return {
+            "recipe": self.recipe,
+            "changes": parse_changes(self.changes),
+            "split": self._split,
+            "by": self.by,
+            "label": self.label,
+            "where": self._where,
+        }
+
+    @property
+    def _split(self) -> str:
+        return f"last={int(self.last)}" if self.split == "last" else self.split
+
+    @property
+    def _where(self) -> Mapping[str, str]:
+        found = {}
+        for text in self.where.split():
+            key, sign, value = text.partition("=")
+            if not (sign and key and value):
+                raise ParameterError(f"only recordings with: needs KEY=VALUE, got {text!r}")
+            found[key] = value
+        return found
+
+
+def told(facts: ModelFacts) -> str:
+    """Return what a model is, as two sentences."""
+    authors = facts.authors[0] + (" et al." if len(facts.authors) > 1 else "")
+    does = {
+        "classification": "Names the material of a signal",
+        "generation": f"Generates {'an image' if facts.gives == 'image' else 'signals'}",
+        "prediction": "Scores signals or images in words",
+    }[facts.task]
+    asked = [*facts.needs, *(f"{name} (if given)" for name in facts.takes if name != "latent")]
+    goes_by = f", going by {_listed(asked)}" if asked and facts.task == "generation" else ""
+    learns = {
+        "recordings": "recordings of materials" + (" with photographs" if "image" in facts.needs else ""),
+        "ratings": "people's scores of signals or images",
+        "images": "rated images",
+        "both": "rated surfaces and rated signals",
+    }[facts.learns_from]
+    return f"{does}{goes_by}; learns from {learns}. {authors} {facts.year}: {facts.title}."
+
+
+def _listed(names: list[str]) -> str:
+    names = [name.replace("speed_mm_s", "speed").replace("force_n", "force") for name in names]
+    return names[0] if len(names) == 1 else ", ".join(names[:-1]) + " and " + names[-1]
