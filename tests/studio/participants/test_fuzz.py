@@ -90,8 +90,9 @@ def test_no_request_is_an_error_of_the_server(fuzzed, label, mode):
                 if isinstance(place, dict) and "token" in place:
                     place["token"] = token
         response = case.call(base_url=str(client.base_url).rstrip("/"), timeout=10)
-        if response.status_code not in (405, 414, 431):  # the guard's, before any route
-            case.validate_response(response, checks=CHECKS)
+        # What the guard refuses never came to a route, and is not in the routes' description.
+        by_guard = response.status_code in (405, 414, 431) or b"An address holds no" in response.content
+        case.validate_response(response, checks=CHECKS[:1] if by_guard else CHECKS)
 
     ask()
     assert one.page()["token"] is not None
