@@ -287,7 +287,8 @@ class Sending:
         names = [order.format] if order.format else list(FORMATS)
         if order.format and order.format not in FORMATS:
             raise ParameterError(f"format must be one of {', '.join(FORMATS)}, got {order.format[:40]!r}")
-        stem = re.sub(r"[^A-Za-z0-9_-]+", "-", Path(chosen.title).stem).strip("-")[:40] or "touch"
+        named = Path(chosen.title).stem if order.of.startswith("file:") else chosen.title
+        stem = re.sub(r"[^A-Za-z0-9_-]+", "-", named)[:40].strip("-") or "touch"
 
         def make(folder: Path) -> dict[str, Any]:
             files: dict[str, Any] = {}

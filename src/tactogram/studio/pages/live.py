@@ -52,15 +52,16 @@ class LivePage:
         self.tab = ui.context.client.id
         ui.context.client.on_disconnect(self._gone)
         self._unfinished()
-        with ui.element("div").classes("grid-2"):
+        with ui.element("div").classes("grid-2") as self._grid:
             with ui.column().classes("items-stretch gap-4"):
                 self.form = LiveForm(studio, desk, self._begin, data=data)
-            with ui.column().classes("items-stretch gap-4"):
+            with ui.column().classes("items-stretch gap-4 happening"):
                 self._controls()
                 self._session()
                 self._traces()
                 self._guesses()
         self._seen = self._look()
+        self._in_order()
         ui.timer(LOOK_S, self._refresh)
         ui.keyboard(on_key=self._pressed, ignore=["input", "select", "textarea"])
 
@@ -136,6 +137,12 @@ class LivePage:
         self._guesses.refresh()
         self._unfinished.refresh()
         self.form.enable(enabled=not self.desk.running)
+        self._in_order()
+
+    def _in_order(self) -> None:
+        """Put what happens before what can be chosen on a narrow screen, while something happens."""
+        running = self.desk.running
+        self._grid.classes(add="running" if running else "", remove="" if running else "running")
 
     @ui.refreshable_method
     def _unfinished(self) -> None:

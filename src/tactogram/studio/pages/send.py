@@ -69,6 +69,7 @@ class SendPage:
         self.kept: dict[str, Any] = app.storage.user.setdefault(KEPT, {})
         self.chosen: Chosen | None = None
         of = of or str(self.kept.get("of", ""))
+        self.kept["of"] = of
         with ui.element("div").classes("grid-2"):
             with ui.column().classes("items-stretch gap-4"):
                 self._choose_card(of)
@@ -192,8 +193,9 @@ class SendPage:
 
     @ui.refreshable_method
     def _signal(self) -> None:
-        with ui.element("section").classes("card w-full").props('aria-label="The signal"'):
-            if self.chosen is None:
-                ui.label("Choose a kept result, a file or a recording on the left.").classes("quiet")
-                return
+        if self.chosen is None:
+            with ui.element("section").classes("card w-full").props('aria-label="The signal"'):
+                ui.label("Choose a kept result, a file or a recording.").classes("quiet")
+            return
+        with ui.element("div").props('aria-label="The signal" role="region"').classes("w-full"):
             signal_card(self.signal, title=self.chosen.title, simulated=self.chosen.simulated, small=True)

@@ -211,7 +211,7 @@ class DisplayCards:
             display = open_display(self.sending.display_file(sent.order.display))
             report = sent.found["report"]
             with ui.row().classes("items-center gap-2"):
-                ui.label(f"{sent.title} on {display.title}").classes("h2")
+                ui.label(f"{sent.title} on {display.title}".replace("m/s^2", "m/s²")).classes("h2")
                 if sent.found.get("simulated"):
                     ui.label("simulated signal").classes("simulated")
             with ui.element("div").classes("warned").props('role="note" aria-label="Safety"'):
@@ -274,8 +274,8 @@ class DisplayCards:
                 self._strength, "value", lambda share: f"Strength: {100 * share:.0f} % of the drive"
             ).classes("small")
             with ui.row().classes("items-end gap-4"):
-                self._loop = ui.number("Again and again for so many s (empty: once)", min=0).classes("w-64")
-                self._full_scale = ui.number("V at the sound card's full scale", min=0).classes("w-64")
+                self._loop = ui.number("Loop for, s (empty: once)", min=0).classes("w-64")
+                self._full_scale = ui.number("V at the card's full scale", min=0).classes("w-64")
                 self._full_scale.set_visibility(unit == "V")
             with ui.row().classes("items-center gap-2 mt-2"):
                 self._play_button = ui.button("Play", icon="play_arrow", on_click=self._play)

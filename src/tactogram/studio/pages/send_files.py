@@ -60,9 +60,7 @@ class FileCards:
             ).classes("w-full")
             self._holds = ui.label().classes("small quiet")
             self._signal_fields()
-            self._full_scale = ui.number("What 1 in the file stands for (empty: the peak)", min=0).classes(
-                "w-full"
-            )
+            self._full_scale = ui.number("1 in the file is (empty: the peak)", min=0).classes("w-full")
             self._button = ui.button("Write and check", icon="description", on_click=self._write)
         self._told_format()
 
@@ -218,7 +216,10 @@ def _loss_table(files: Mapping[str, Any]) -> None:
             ui.label("What each file loses")
         with ui.element("thead"), ui.element("tr"):
             for heading, _ in [("Format", ""), *((("Axis", ""),) if axes else ()), *LOSSES.values()]:
-                ui.element("th").props('scope="col"')._text = heading
+                column = ui.element("th").props('scope="col"')
+                column._text = heading
+                if heading in ("Format", "Axis"):
+                    column.classes("text")
         with ui.element("tbody"):
             for row in rows:
                 with ui.element("tr"):
@@ -226,6 +227,15 @@ def _loss_table(files: Mapping[str, Any]) -> None:
                     if axes:
                         ui.element("td")._text = row["axis"]
                     for key in LOSSES:
-                        value = row[key]
-                        ui.element("td")._text = "none" if value is None else f"{value:.3g}"
+                        ui.element("td")._text = loss_text(row, key)
     ui.label("; ".join(f"{name}: {meaning}" for name, meaning in LOSSES.values())).classes("small quiet")
+
+
+def loss_text(row: Mapping[str, Any], key: str) -> str:
+    """Return one loss as people read it; of a file without a waveform there is none to compare."""
+    value = row[key]
+    if key in ("waveform_correlation", "snr_db") and FORMATS[row["format"]].holds != "waveform":
+        return "none"
+    if value is None:
+        return "none"
+    return f"{value:.0f}" if key == "snr_db" else f"{value + 0.0:.3f}".replace("-0.000", "0.000")
