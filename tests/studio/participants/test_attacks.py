@@ -12,6 +12,7 @@ import time
 import zipfile
 import zlib
 
+import httpx
 import numpy as np
 import pytest
 
@@ -592,3 +593,65 @@ def test_many_who_guess_do_not_keep_people_out(under_attack, person):
         thread.join()
     assert time.monotonic() - begun < 20
     assert person(client, session.join_path).page()["token"] == "consent"
+
+
+# In a browser
+
+
+def test_xss_in_titles_questions_notes_and_answers(tmp_path, write_study, served, browser, person):
+    """Everything that somebody wrote is markup; every page shows it as text, and none of it runs."""
+    choice = {
+        "id": "hand",
+        "kind": "choice",
+        "text": MARKUP,
+        "options": [{"value": v, "text": MARKUP} for v in "rl"],
+    }
+    line = {
+        "id": "line",
+        "kind": "vas",
+        "low": 0,
+        "high": 9,
+        "text": MARKUP,
+        "low_text": MARKUP,
+        "high_text": MARKUP,
+    }
+    free = {"id": "free", "kind": "text", "text": MARKUP}
+    study = write_study(tmp_path, title=MARKUP, consent=MARKUP, before=[choice, line, free])
+    with Sessions(tmp_path).begin(study, tmp_path / "session").store as store:
+        store.note(MARKUP)
+    verb = ("study", "run", str(study), "--out", "session", "--port", "0", "--no-open", "--json")
+    with served(*verb, folder=tmp_path, prefix="{") as (_, rest):
+        facts = json.loads("{" + rest)
+        base, _, key = facts["join"].partition("/join/")
+        context = browser.new_context()
+        page = context.new_page()
+        dialogs = []
+        page.on("dialog", lambda dialog: (dialogs.append(dialog.message), dialog.dismiss()))
+        with httpx.Client(base_url=base, timeout=20) as client:
+            one = person(client, f"/join/{key}")
+            page.goto(facts["join"])
+            expect_text(page)
+            page.goto(f"{base}/take/{one.ticket}")
+            expect_text(page)
+            one.answer()
+            page.reload()
+            expect_text(page)
+            one.post("answers", token="before", answers={"hand": "r", "line": "3", "free": MARKUP})
+        page.goto(facts["experimenter"])
+        expect_text(page)
+        assert dialogs == []
+        assert page.locator("img[src=x]").count() == 0
+        context.close()
+
+
+def expect_text(page):
+    """Wait until the markup stands on a page as text, after whatever tap begins it."""
+    begin = page.get_by_role("button")
+    page.wait_for_load_state()
+    found = page.get_by_text("<script>alert('x')</script>").first
+    try:
+        found.wait_for(timeout=8000)
+    except Exception:
+        raise AssertionError(
+            f"no text of ours on {page.url}: {page.inner_text('body')[:400]} {begin.count()}"
+        ) from None
