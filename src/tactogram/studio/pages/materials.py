@@ -153,11 +153,15 @@ def _simulate(desk: MaterialsDesk, sets: dict[str, str]) -> None:
         )
         which.classes("w-full")
         with ui.row().classes("w-full no-wrap"):
-            per_class = ui.number("Recordings per class", placeholder="as published", min=1, precision=0)
-            seconds = ui.number("Seconds", placeholder="as published", min=0.1)
+            per_class = ui.number("Recordings per class", placeholder="usual", min=1, precision=0).classes(
+                "col"
+            )
+            seconds = ui.number("Seconds", placeholder="usual", min=0.1).classes("col")
         with ui.row().classes("w-full no-wrap"):
-            photographs = ui.number("Photographs per surface", placeholder="one", min=0, max=9, precision=0)
-            seed = ui.number("Seed", value=0, min=0, precision=0)
+            photographs = ui.number(
+                "Photographs per surface", placeholder="one", min=0, max=9, precision=0
+            ).classes("col")
+            seed = ui.number("Seed", value=0, min=0, precision=0).classes("col")
         name = ui.input("Name", value="").classes("w-full")
 
         def arguments() -> list[str]:

@@ -96,12 +96,13 @@ def draw_recording(
         Said beside its material, such as a distance.
     """
     called = info.material or "no material"
-    with ui.element("div").classes("recording"):
+    photographs = bool(store.photograph_keys())
+    with ui.element("div").classes("recording" if photographs else "recording bare"):
         key = picture_of(store, info)
         if key is not None:
             picture(address("picture", set=set_name, key=key, size=112), f"Photograph of {called}")
-        else:
-            ui.label("no photograph").classes("small quiet no-picture")
+        elif photographs:
+            ui.element("div").classes("none").tooltip("no photograph")
         with ui.element("div").classes("known"):
             with ui.row().classes("items-center gap-2"):
                 ui.link(called, address("recording", set=set_name, id=info.id, stream=stream)).style(

@@ -11,11 +11,12 @@ from tactogram.studio.layout import in_background, page
 from tactogram.studio.pages.materials_near import draw_near
 from tactogram.studio.pages.materials_parts import HEAD, MaterialsDesk, address, facts_list
 from tactogram.studio.recordings import known_of, picture_of, stream_of
-from tactogram.studio.signal_view import signal_card
+from tactogram.studio.signal_view import add_routes, signal_card
 
 
 def add(desk: MaterialsDesk) -> None:
     """Register ``/materials/recording``."""
+    add_routes()
 
     @ui.page("/materials/recording")
     async def show(set: str = "", id: str = "", stream: str = "") -> None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
 from nicegui import app, ui
 
 from tactogram.errors import ParameterError, TactogramError
-from tactogram.jobs.fitting import check_training
 from tactogram.models import ModelFacts, available
 from tactogram.studio.config_form import Setting, assignments, settings_of, shown
 from tactogram.studio.layout import busy, in_background, telling
@@ -85,11 +85,8 @@ class _Form:
                 ui.input("Only recordings with", placeholder="contactor=finger").bind_value(
                     self.values, "where"
                 ).on_value_change(self._changed)
-            self.more = (
-                ui.expansion("Values of the recipe", on_value_change=self._open)
-                .classes("w-full")
-                .props("dense")
-            )
+            self.more = ui.button("Values of the recipe", on_click=telling(self._open)).props("outline")
+            self.dialog = ui.dialog().props('full-width aria-label="Values of the recipe"')
             self.name = (
                 ui.input("Name of the run").bind_value(self.values, "name").on_value_change(self._changed)
             )
@@ -123,7 +120,7 @@ class _Form:
 
     def _model(self, event: Any) -> None:
         self.values["model"] = event.value
-        self.values["changes"] = {}
+        self.values["changes"], self.values["set"] = {}, []
         self._fill()
         self._changed()
 
@@ -134,7 +131,7 @@ class _Form:
     def _recipe(self, event: Any) -> None:
         if event.value and event.value != self.values["recipe"]:
             self.values["recipe"] = event.value
-            self.values["changes"] = {}
+            self.values["changes"], self.values["set"] = {}, []
             self._say_recipe()
             self._name()
             self._drop_settings()
@@ -142,27 +139,26 @@ class _Form:
 
     def _drop_settings(self) -> None:
         self.settings = []
-        self.more.clear()
-        if self.more.value:
-            self.more.close()
-        if self.values["changes"]:
-            self.more.open()
+        self._count()
 
-    async def _open(self, event: Any) -> None:
-        if not event.value or self.settings:
-            return
-        with self.more:
-            waiting = ui.label("reading the model's own values").classes("quiet small")
-        try:
-            self.settings = await in_background(settings_of, self.facts, self.values["recipe"])
-        except TactogramError as error:
-            waiting.text = str(error)
-            return
-        self.more.clear()
-        with self.more, ui.column().classes("w-full gap-3 items-stretch"):
-            for setting in self.settings:
-                self._setting(setting)
-        self._changed()
+    def _count(self) -> None:
+        changed = len(self.values.get("set") or [])
+        self.more.text = "Values of the recipe" + (f" ({changed} changed)" if changed else "")
+
+    async def _open(self) -> None:
+        if not self.settings:
+            with busy("reading the model's own values", button=self.more):
+                self.settings = await in_background(settings_of, self.facts, self.values["recipe"])
+            self.dialog.clear()
+            with self.dialog, ui.card().classes("w-full"):
+                ui.label(f"Values of {self.values['model']}, recipe {self.values['recipe']}").classes(
+                    "h2"
+                ).props('role="heading" aria-level="2"')
+                with ui.element("div").classes("tiles w-full"):
+                    for setting in self.settings:
+                        self._setting(setting)
+                ui.button("Done", on_click=self.dialog.close)
+        self.dialog.open()
 
     def _setting(self, setting: Setting) -> None:
         given = self.values["changes"].get(setting.key)
@@ -215,6 +211,7 @@ class _Form:
         """Show the command, or what is wrong with the form."""
         try:
             order = self._order()
+            self._count()
             self.command._text = command_line(order.arguments)
             self.command.update()
             self.refused.text = ""
@@ -230,12 +227,16 @@ class _Form:
             try:
                 if folder.exists():
                     raise ParameterError(f"{order.run}: is there already; give another name")
-                await in_background(
-                    check_training, order.model, workspace.inside(order.data), **order.checked()
-                )
+                await in_background(_check, order, workspace.inside(order.data))
             except TactogramError as error:
                 self.refused.text = str(error)
                 return
             await in_background(self.desk.trainings.begin, "train", order.arguments, order.run)
         self.values["changes"], self.values["set"] = {}, []
         ui.navigate.to(f"/train/watch?run={quote(order.run)}")
+
+
+def _check(order: Order, data: Path) -> None:
+    from tactogram.jobs.fitting import check_training  # brings torch
+
+    check_training(order.model, data, **order.checked())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
@@ -9,7 +10,6 @@ from nicegui import ui
 from PIL import Image as Pillow
 
 from tactogram.errors import ParameterError
-from tactogram.jobs.unfinished import sample
 from tactogram.models import available
 from tactogram.signal.io import read_image, read_image_metadata, read_metadata, read_signal
 from tactogram.studio.layout import busy, in_background, page, telling
@@ -21,7 +21,7 @@ from tactogram.studio.pages.train_parts import (
     set_progress,
 )
 from tactogram.studio.run_facts import RunFacts, run_facts
-from tactogram.studio.signal_view import signal_card
+from tactogram.studio.signal_view import add_routes, signal_card
 from tactogram.studio.training_log import checkpoint_step, curves, metrics
 from tactogram.studio.trainings import Status, Task
 
@@ -30,6 +30,7 @@ SHOWN_SAMPLES = 6
 
 def add(desk: TrainDesk) -> None:
     """Register ``/train/watch``."""
+    add_routes()
 
     @ui.page("/train/watch")
     async def show(run: str = "") -> None:
@@ -59,6 +60,7 @@ class _Watch:
         self.facts = run_facts(folder)
         self.drawn: Any = None
         self.lines = -1
+        self.checkpoint: ui.label | None = None
 
     async def draw(self) -> None:
         await self._look()
@@ -95,6 +97,8 @@ class _Watch:
         return (
             self.state,
             self.facts.finished,
+            bool(self.facts.data),
+            self._position is not None,
             self.facts.has_report,
             dict(self.facts.evaluation),
             self.evaluating and (self.evaluating[1].state, self.evaluating[1].line),
@@ -121,6 +125,8 @@ class _Watch:
             self.more.refresh()
         elif self.task and self.status and self.status.active:
             set_progress(self.desk, self.task, self.status, self.bar, self.bar_text)
+        if self.checkpoint is not None:
+            self.checkpoint.text = self._checkpoint_text()
         if self.evaluating and self.evaluating[1].active:
             set_progress(self.desk, *self.evaluating, self.judging_bar, self.judging_text)
         self._curves()
@@ -159,8 +165,10 @@ class _Watch:
                     "Begun at the command line, or by a studio whose record is gone: go on with it there, with "
                     "--resume and the same arguments."
                 )
-            self._buttons()
+            with ui.element("div").classes("q-mt-sm"):
+                self._buttons()
             if self.task is not None:
+                ui.separator().classes("q-my-sm")
                 ui.label("Equal command").classes("small quiet")
                 ui.element("code").classes("small").style(
                     "overflow-wrap: anywhere; display: block"
@@ -191,18 +199,13 @@ class _Watch:
 
     @ui.refreshable_method
     def made(self) -> None:
+        self.checkpoint = None
         facts = available().get(self.facts.model)
         if facts is None or facts.task != "generation" or not (self.facts.finished or self._position):
             return
         with ui.element("section").classes("card w-full").props('aria-label="Samples"'):
             ui.label("Samples").classes("h2").props('role="heading" aria-level="2"')
-            at = self._position
-            so_far = (
-                ""
-                if self.facts.finished or at is None
-                else f" It is at step {at['step']:,} of its last checkpoint."
-            )
-            ui.label("What it makes so far, kept with the run." + so_far).classes("quiet small")
+            self.checkpoint = ui.label(self._checkpoint_text()).classes("quiet small")
             with ui.row().classes("items-center"):
                 button = ui.button("Make a sample").props("outline")
                 number = (
@@ -212,6 +215,12 @@ class _Watch:
                 )
                 button.on_click(telling(lambda: self._sample(button, int(number.value or 1) - 1)))
             self._samples()
+
+    def _checkpoint_text(self) -> str:
+        at = self._position
+        if self.facts.finished or at is None:
+            return "What it makes; kept with the run."
+        return f"What it makes so far; kept with the run. Its last checkpoint is of step {at['step']:,}."
 
     def _samples(self) -> None:
         folder = self.folder / "samples"
@@ -306,7 +315,7 @@ class _Watch:
 
     async def _sample(self, button: ui.button, number: int) -> None:
         with busy("making a sample", button=button):
-            await in_background(sample, self.folder, number=max(0, number))
+            await in_background(_sample, self.folder, max(0, number))
         self.made.refresh()
 
     async def _ask_delete(self) -> None:
@@ -325,6 +334,12 @@ class _Watch:
             return
         for task in self.desk.trainings.of(self.name):  # a training that never began has no folder
             self.desk.trainings.forget(task.id)
+
+
+def _sample(run: Path, number: int) -> None:
+    from tactogram.jobs.unfinished import sample  # brings torch
+
+    sample(run, number=number)
 
 
 def figures_table(rows: list[tuple[str, str, float]]) -> None:
