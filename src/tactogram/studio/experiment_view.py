@@ -84,7 +84,7 @@ class View:
 
     def summary(self) -> str:
         """Return in a line how far all are."""
-        kind = "simulated participants" if self.simulated else "participants"
+        kind = f"{'simulated ' if self.simulated else ''}participant{'' if len(self.rows) == 1 else 's'}"
         counts = {row.status: 0 for row in self.rows}
         for row in self.rows:
             counts[row.status] += 1

@@ -286,16 +286,16 @@ class Experiment:
     async def _analyse(self, button: ui.button) -> None:
         view = await in_background(view_of, self.store)
         warning = peeking_text(view)
-        if warning:
-            if not await asked(warning, "Look all the same"):
-                return
-            done = sum(row.status == "finished" for row in view.rows)
-            self.store.note(f"The analysis was looked at when {done} of {len(view.rows)} had finished")
+        if warning and not await asked(warning, "Look all the same"):
+            return
         from tactogram.jobs.study_analysis import analyse_study
 
         folder = self.store.path.parent
         with busy("analysing the answers", button=button):
             await in_background(analyse_study, folder, report_of(folder).parent)
+        if warning:
+            done = sum(row.status == "finished" for row in view.rows)
+            self.store.note(f"The analysis was looked at when {done} of {len(view.rows)} had finished")
         self._report_link("The report is there")
         await self.look()
 
@@ -393,5 +393,7 @@ async def asked(question: str, yes: str) -> bool:
             ui.button("No", on_click=lambda: dialog.submit(False)).props("flat")
             ui.button(yes, on_click=lambda: dialog.submit(True)).props("color=negative")
     wanted = bool(await dialog)
+    if dialog.is_deleted:  # the page was left meanwhile
+        return False
     dialog.delete()
     return wanted

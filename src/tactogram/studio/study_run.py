@@ -13,6 +13,7 @@ from tactogram.studio.experiment_view import address_of
 from tactogram.studio.participants.sessions import Sessions
 from tactogram.studio.server import LOOPBACK, serve
 from tactogram.studio.studio import Studio
+from tactogram.study.session_store import checked_code
 
 
 def run_study(
@@ -52,6 +53,8 @@ def run_study(
     folder = Path(out).resolve()
     if folder.parent == folder:
         raise ParameterError(f"{out}: is no folder for a session")
+    for code in codes:
+        checked_code(code)
     anywhere = Sessions()
     try:
         anywhere.begin(study, folder, changes=changes)

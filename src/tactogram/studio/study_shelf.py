@@ -225,9 +225,9 @@ def _begun(workspace: Workspace, folder: Path) -> Begun:
             progress = store.progress()
             simulated = any(one["simulated"] for one in progress)
             done = sum(one["status"] == "finished" for one in progress)
-            who = f"{len(progress)} {'simulated ' if simulated else ''}participants, {done} finished"
+            who = f"{len(progress)} {'simulated ' if simulated else ''}participant{'' if len(progress) == 1 else 's'}"
             title = store.study.title.en or store.study.title.ja
-            line = f"{store.study.name}: {who}{', ended' if store.ended else ''}"
+            line = f"{store.study.name}: {who}, {done} finished{', ended' if store.ended else ''}"
     except TactogramError as error:
         return Begun(name, wrong=str(error))
     report = report_of(folder)

@@ -133,10 +133,8 @@ class SessionStore:
         """
         language = language or self.study.languages[0]
         self._check_language(language)
-        if code is not None and not CODE.fullmatch(code):
-            raise ParameterError(
-                f"code must be 2 to 16 letters and digits with a digit among them, never a name, got {code[:40]!r}"
-            )
+        if code is not None:
+            checked_code(code)
         if not re.fullmatch(r"[A-Za-z0-9]{1,16}", session):
             raise ParameterError(f"session must be 1 to 16 letters and digits, got {session[:40]!r}")
         self._check_going()
@@ -623,6 +621,21 @@ class SessionStore:
         number = self.participant(code).number
         with self._writing() as rows:
             rows.execute("UPDATE participants SET status = ? WHERE number = ?", (status, number))
+
+
+def checked_code(code: str) -> str:
+    """Return a code if it may be one.
+
+    Raises
+    ------
+    ParameterError
+        If it may be a name, or is too short or long.
+    """
+    if not CODE.fullmatch(code):
+        raise ParameterError(
+            f"code must be 2 to 16 letters and digits with a digit among them, never a name, got {code[:40]!r}"
+        )
+    return code
 
 
 def drawn_code() -> str:

@@ -125,7 +125,8 @@ def analysis(workspace: Workspace, sessions: list[Begun]) -> None:
                     who = f"{section['participants']} {'simulated ' if section['simulated'] else ''}participants"
                     for found in section["findings"]:
                         if found["role"] == "confirmatory":
-                            ui.label(f"{section['title']} {found['of']}: {found['verdict']} ({who})")
+                            said = found["verdict"] or f"{found['measure']} {found['estimate']:.3g}"
+                            ui.label(f"{section['title']}, {found['of']}: {said} ({who})")
                 ui.link("Open the report", f"/reports?of={quote(workspace.name_of(out / 'report.html'))}")
 
         button.on_click(analyse)
