@@ -13,7 +13,7 @@ from tactogram.studio.signal_pictures import band_levels
 NEIGHBOURS = 3
 """How many materials a point is at most a mix of."""
 MARGIN = 0.1
-APART = 0.09
+APART = 0.1
 """Least distance of two materials, in sides of the map: each can be reached."""
 DEEPEST_DB = 60.0
 """Below the strongest band of all, from where on a difference counts nothing."""

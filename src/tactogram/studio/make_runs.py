@@ -79,6 +79,7 @@ class Runs:
     workspace: Workspace
     _loaded: OrderedDict[tuple[Path, int], LoadedRun] = field(default_factory=OrderedDict)
     _lock: threading.RLock = field(default_factory=threading.RLock)
+    _known: dict[tuple[Path, int], Choice] = field(default_factory=dict)
     _prepared_of: dict[tuple[Path, str], tuple[list[str], list[Signal]]] = field(default_factory=dict)
 
     def choices(self, task: str = "generation") -> list[Choice]:
@@ -86,8 +87,11 @@ class Runs:
         found = []
         for folder in self.workspace.finished_runs():
             try:
-                choice = self.choice(self.workspace.name_of(folder))
-            except TactogramError:
+                key = (folder, (folder / "model.json").stat().st_mtime_ns)
+                if key not in self._known:
+                    self._known[key] = self.choice(self.workspace.name_of(folder))
+                choice = self._known[key]
+            except (TactogramError, OSError):
                 continue
             if choice.facts.task == task:
                 found.append(choice)
