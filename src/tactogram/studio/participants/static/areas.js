@@ -1,0 +1,184 @@
+/** Two areas under the finger, a target that moves in each, and sound only while a finger strokes. */
+
+import { make } from "./dom.js";
+import { pxPerMm, twoAreas } from "./millimetres.js";
+import { Drawn, Stroke, targetAt } from "./stroking.js";
+import { joined, say } from "./wording.js";
+
+/** Radius of the target, mm: about a fingertip. */
+const TARGET_MM = 6;
+/** How long each area is to be stroked before the page goes on, ms. */
+export const ENOUGH_MS = 1000;
+const GAP_PX = 34;
+
+/**
+ * Return the areas of a page.
+ * @param {import("./stimuli.js").Scene} scene
+ */
+export function areas(scene) {
+  const { page, language, room } = scene;
+  const scale = pxPerMm();
+  const placed = twoAreas(page.layout.area_mm, room, scale, GAP_PX);
+  const size = { width: placed.width, height: placed.height, way: placed.width - 2 * TARGET_MM };
+  const speed = page.layout.target_speed_mm_s;
+  const clock = { start: performance.now(), now: () => performance.now() };
+  const pads = page.slots.map((slot) => padOf(slot, scene, { ...size, scale, speed, clock }));
+  const drawn = new Drawn();
+  let frame = 0;
+  const draw = (ms) => {
+    // The frame's own time, not the time at which its callback came to run.
+    const passed = ms - clock.start;
+    const x = targetAt(passed, speed, size.way);
+    const sweep = Math.floor((speed * passed) / 1000 / size.way);
+    drawn.frame(passed, x, sweep !== draw.sweep);
+    draw.sweep = sweep;
+    for (const pad of pads) pad.draw(x, clock.now());
+    frame = requestAnimationFrame(draw);
+  };
+  frame = requestAnimationFrame(draw);
+  const element = make("div", { class: placed.beside ? "areas beside" : "areas" }, ...pads.map((pad) => pad.element));
+  if (!placed.whole) element.append(smallNote(language, page.layout.area_mm[0], size.width));
+  return {
+    element,
+    missing: () => {
+      const names = pads.filter((pad) => pad.needed()).map((pad) => pad.name);
+      return names.length ? say(language, "need_stroke", { names: joined(language, names) }) : null;
+    },
+    facts: () => measuredBy(pads, drawn, size, placed),
+    stop: () => {
+      cancelAnimationFrame(frame);
+      for (const pad of pads) pad.stop();
+    },
+    hush: () => pads.forEach((pad) => pad.stop()),
+  };
+}
+
+/** Return the sentence that says by how much something is smaller than asked for. */
+export function smallNote(language, asked, drawn) {
+  const turn = innerHeight > innerWidth && innerHeight / pxPerMm() > asked + 10 ? ` ${say(language, "turn")}` : "";
+  const text = say(language, "too_small", { asked: Math.round(asked), drawn: Math.round(drawn) });
+  return make("p", { class: "note", role: "note", text: text + turn });
+}
+
+function padOf(slot, scene, { width, height, way, scale, speed, clock }) {
+  const { language, sounds } = scene;
+  const name = slot.slot;
+  const target = make("div", { class: "target" });
+  const pad = make("div", { class: "pad", role: "button", tabindex: "0", "aria-label": say(language, "area_label", { name }), "data-area": name }, target);
+  pad.style.width = `${width * scale}px`;
+  pad.style.height = `${height * scale}px`;
+  target.style.width = target.style.height = `${2 * TARGET_MM * scale}px`;
+  target.style.marginLeft = target.style.marginTop = `${-TARGET_MM * scale}px`;
+  const label = make("div", { class: "area-name" }, say(language, "area", { name }), make("span", { class: "state" }));
+  const element = make("div", { class: "area" }, label, pad);
+  const stroke = new Stroke();
+  let voice = null;
+  let pointer = null;
+  let kind = null;
+  let sounded = 0;
+  let since = null;
+
+  const sound = (on, ms) => {
+    if (on === (since !== null)) return;
+    if (on) since = ms;
+    else {
+      sounded += ms - since;
+      since = null;
+    }
+    voice?.let(on);
+    pad.classList.toggle("sounding", on);
+    if (!on && sounded >= ENOUGH_MS && label.lastChild.textContent === "") label.lastChild.textContent = ` · ${say(language, "area_done")}`;
+    scene.changed();
+  };
+  const begin = () => {
+    voice?.stop();
+    voice = sounds.play(name, { loop: true });
+  };
+  const end = () => {
+    sound(false, clock.now());
+    stroke.up();
+    voice?.stop();
+    voice = null;
+    pointer = null;
+  };
+  const at = (event) => {
+    const box = pad.getBoundingClientRect();
+    const x = (event.clientX - box.left - pad.clientLeft) / scale;
+    const y = (event.clientY - box.top - pad.clientTop) / scale;
+    return { x, y, inside: x >= 0 && y >= 0 && x <= width && y <= height };
+  };
+  const goal = (ms) => TARGET_MM + targetAt(ms - clock.start, speed, way);
+
+  pad.addEventListener("pointerdown", (event) => {
+    if (pointer !== null || event.button) return;
+    event.preventDefault();
+    pad.setPointerCapture(event.pointerId);
+    pointer = event.pointerId;
+    kind = event.pointerType;
+    begin();
+    const place = at(event);
+    stroke.down(event.timeStamp, place.x, place.y);
+  });
+  pad.addEventListener("pointermove", (event) => {
+    if (event.pointerId !== pointer) return;
+    const all = event.getCoalescedEvents?.() ?? [];
+    for (const one of all.length ? all : [event]) {
+      const place = at(one);
+      if (place.inside) stroke.moved(one.timeStamp, place.x, place.y, goal(one.timeStamp));
+      else stroke.up();
+    }
+    sound(stroke.stroking, event.timeStamp);
+  });
+  for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) {
+    pad.addEventListener(name, (event) => event.pointerId === pointer && end());
+  }
+  pad.addEventListener("keydown", (event) => {
+    if (event.key !== " " && event.key !== "Enter") return;
+    event.preventDefault();
+    if (event.repeat || pointer !== null) return;
+    pointer = "key";
+    kind = "keyboard";
+    begin();
+    sound(true, clock.now());
+  });
+  for (const name of ["keyup", "blur"]) pad.addEventListener(name, () => pointer === "key" && end());
+
+  return {
+    element,
+    name,
+    stroke,
+    kind: () => kind,
+    needed: () => sounded + (since === null ? 0 : clock.now() - since) < ENOUGH_MS,
+    sounded: () => sounded,
+    stop: end,
+    /** @param {number} x mm, of the target */
+    draw: (x, ms) => {
+      target.style.transform = `translateX(${(TARGET_MM + x) * scale}px)`;
+      if (pointer === "key") scene.changed();
+      else if (since !== null && !stroke.strokes(ms)) sound(false, ms);
+    },
+  };
+}
+
+function measuredBy(pads, drawn, size, placed) {
+  const facts = {
+    target_speed_mm_s: drawn.speed,
+    refresh_hz: drawn.refresh,
+    area_width_mm: size.width,
+    area_height_mm: size.height,
+    areas: placed.beside ? "beside each other" : "above each other",
+    pointer: pads.map((pad) => pad.kind()).find(Boolean),
+  };
+  const stroked = pads.filter((pad) => pad.stroke.ms > 0);
+  const ms = stroked.reduce((sum, pad) => sum + pad.stroke.ms, 0);
+  if (ms > 0) {
+    facts.finger_speed_mm_s = (1000 * stroked.reduce((sum, pad) => sum + pad.stroke.path, 0)) / ms;
+    const samples = stroked.reduce((sum, pad) => sum + pad.stroke.samples, 0);
+    facts.followed_mm = stroked.reduce((sum, pad) => sum + pad.stroke.apart, 0) / samples;
+  }
+  for (const pad of pads) {
+    facts[`finger_speed_mm_s_${pad.name.toLowerCase()}`] = pad.stroke.speed;
+    facts[`sounded_ms_${pad.name.toLowerCase()}`] = Math.round(pad.sounded());
+  }
+  return facts;
+}

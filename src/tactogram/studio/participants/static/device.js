@@ -1,0 +1,26 @@
+/** What this device says of itself: with each answer, so that sizes and speeds can be judged later. */
+
+import { measured, pxPerMm } from "./millimetres.js";
+
+const rounded = (value, digits = 3) => (Number.isFinite(value) ? Number(value.toFixed(digits)) : null);
+
+/**
+ * Return facts by name; the unit stands in it.
+ * @param {Object<string, any>} [more]
+ */
+export function deviceFacts(more = {}) {
+  const facts = {
+    px_per_mm: rounded(pxPerMm(), 4),
+    calibrated: measured() !== null,
+    pixel_ratio: rounded(devicePixelRatio),
+    width_px: innerWidth,
+    height_px: innerHeight,
+    touch: navigator.maxTouchPoints > 0,
+    full_screen: document.fullscreenElement !== null,
+  };
+  for (const [name, value] of Object.entries(more)) {
+    const kept = typeof value === "number" ? rounded(value) : value;
+    if (kept !== null && kept !== undefined) facts[name] = kept;
+  }
+  return facts;
+}

@@ -1,0 +1,71 @@
+/** Millimetres on this screen: by a card held to it, and what fits. Lengths are CSS pixels unless they say mm. */
+
+/** ISO/IEC 7810:2019, ID-1. */
+export const CARD_MM = { long: 85.6, short: 53.98 };
+/** Of a screen that was not measured: 96 CSS pixels are an inch (CSS Values and Units, 6.2). */
+export const ASSUMED = 96 / 25.4;
+const KEY = "tactogram.screen";
+const POSSIBLE = { least: 1.5, most: 20 };
+
+/** Return what identifies the screen: another zoom or another screen has other pixels. */
+function screenNow(view = window) {
+  const sides = [view.screen.width, view.screen.height].sort((one, other) => one - other);
+  return `${sides[0]}x${sides[1]}@${view.devicePixelRatio}`;
+}
+
+/**
+ * Return pixels for each mm as measured on this very screen and zoom, or null.
+ * @returns {number|null}
+ */
+export function measured(view = window) {
+  try {
+    const kept = JSON.parse(view.localStorage.getItem(KEY) ?? "null");
+    const known = kept && kept.screen === screenNow(view) ? kept.px_per_mm : null;
+    return known >= POSSIBLE.least && known <= POSSIBLE.most ? known : null;
+  } catch {
+    return null;
+  }
+}
+
+/** Keep what was measured. */
+export function keepMeasured(pxPerMm, view = window) {
+  try {
+    view.localStorage.setItem(KEY, JSON.stringify({ px_per_mm: pxPerMm, screen: screenNow(view) }));
+  } catch {
+    // A browser without storage measures again after a reload.
+  }
+}
+
+/** Return a length on this screen as measured, else as CSS says. */
+export const pxPerMm = () => measured() ?? ASSUMED;
+
+/**
+ * Return a length that fits, in mm: the one that was asked for, or what there is.
+ * @param {number} asked mm
+ * @param {number} room CSS pixels
+ * @param {number} scale CSS pixels for each mm
+ */
+export function fitting(asked, room, scale) {
+  return Math.min(asked, Math.max(1, room / scale));
+}
+
+/**
+ * Return how two areas are laid out: above each other where they fit so, else beside each other, else smaller.
+ * @param {[number, number]} area width and height, mm
+ * @param {[number, number]} room width and height, CSS pixels
+ * @param {number} scale CSS pixels for each mm
+ * @param {number} gap CSS pixels between them, also for a label above each
+ * @returns {{beside: boolean, width: number, height: number, whole: boolean}} sizes in mm
+ */
+export function twoAreas(area, room, scale, gap) {
+  const above = sized(area, [room[0], room[1] / 2 - gap], scale, false);
+  const beside = sized(area, [(room[0] - gap) / 2, room[1] - gap], scale, true);
+  if (above.whole || above.width * above.height >= beside.width * beside.height) return above;
+  return beside;
+}
+
+function sized(area, room, scale, beside) {
+  const width = fitting(area[0], room[0], scale);
+  const height = fitting(area[1], room[1], scale);
+  return { beside, width, height, whole: width >= area[0] && height >= area[1] };
+}

@@ -1,0 +1,288 @@
+/** A participant's way through a study. What is shown follows from what the server says, after a reload as well. */
+
+import { calibrate } from "./calibration.js";
+import { deviceFacts } from "./device.js";
+import { holdStill, make } from "./dom.js";
+import { measured } from "./millimetres.js";
+import { showMoment, showPage } from "./page_view.js";
+import { Outbox, Refused, ask, bytes, insist, passes } from "./server.js";
+import { BrowserSounds, ServerSounds } from "./sound.js";
+import { NAMES, say } from "./wording.js";
+
+const base = location.pathname.replace(/\/+$/, "");
+const ticket = base.split("/").pop();
+const outbox = new Outbox(ticket);
+const stage = document.getElementById("stage");
+const head = document.getElementById("head");
+const banner = document.getElementById("banner");
+/** Set anew with each page. */
+const now = { state: null, view: null, sounds: null, images: new Map(), sending: false, started: false, left: new Set() };
+
+const language = () => now.state?.language ?? "ja";
+const address = (what, slot) => `${base}/${what}?token=${encodeURIComponent(now.state.page.token)}&slot=${encodeURIComponent(slot)}`;
+
+function tell(text) {
+  banner.textContent = text;
+  banner.hidden = text === "";
+}
+
+const toldAway = (key) => (away, why) => tell(away ? why || say(language(), key) : "");
+
+/** Take what the server says is next. */
+function take(state) {
+  now.state = state;
+  document.documentElement.lang = state.language;
+  document.title = typeof state.title === "string" ? state.title : (state.title?.[state.language] ?? "");
+  if (state.state !== "going" || !state.page) forget();
+}
+
+/** Forget that a study was begun on this device and is not finished. */
+function forget() {
+  try {
+    localStorage.removeItem("tactogram.unfinished");
+  } catch {
+    // Nothing was kept.
+  }
+}
+
+async function start() {
+  holdStill();
+  document.addEventListener("visibilitychange", () => document.hidden && now.view?.hush());
+  window.addEventListener("pagehide", () => now.view?.hush());
+  window.addEventListener("pageshow", (event) => event.persisted && location.reload());
+  try {
+    take(await insist(() => (outbox.kept() ? deliverOnce() : ask(`${base}/page`)), toldAway("waiting")));
+  } catch (error) {
+    return deadEnd(error);
+  }
+  now.sounds = soundsOf(now.state.played_by);
+  if (ended()) return showEnd();
+  return showWelcome();
+}
+
+function soundsOf(playedBy) {
+  if (playedBy !== "server") return new BrowserSounds((slot) => insist(() => bytes(address("sound", slot)), toldAway("waiting")));
+  const play = async (slot) => {
+    try {
+      await ask(`${base}/play`, { token: now.state.page.token, slot });
+      return true;
+    } catch (error) {
+      tell(error instanceof Refused ? error.message : say(language(), "no_sound"));
+      return false;
+    }
+  };
+  return new ServerSounds(play, () => ask(`${base}/stop`, {}).catch(() => null));
+}
+
+const ended = () => now.state.state !== "going" || !now.state.page;
+
+function showHead() {
+  const { state } = now;
+  const parts = [make("span", { class: "title", text: document.title })];
+  if (now.started && !ended()) parts.push(progressOf(state.page));
+  const tools = make("span", { class: "tools" }, make("span", { class: "code-small", text: state.code }));
+  if ((state.languages ?? []).length > 1 && !ended()) {
+    for (const one of state.languages) {
+      const press = () => speak(one);
+      tools.append(make("button", { type: "button", class: "small", lang: one, "aria-pressed": String(one === state.language), text: NAMES[one], onclick: press }));
+    }
+  }
+  const can = document.documentElement.requestFullscreen && !document.fullscreenElement;
+  if (now.started && can && !ended()) tools.append(make("button", { type: "button", class: "small", text: say(language(), "full_screen"), onclick: fullScreen }));
+  head.replaceChildren(...parts, tools);
+}
+
+document.addEventListener("fullscreenchange", () => now.state && showHead());
+
+function progressOf(page) {
+  if (!page.total) return make("span", { class: "progress" });
+  const values = { trial: page.trial, total: page.total };
+  const text = say(language(), page.kind === "staircase" ? "trial_at_most" : "trial", values);
+  const name = `${page.layout.practice ? say(language(), "practice") : say(language(), "progress")}: ${text}`;
+  const bar = make("progress", { value: page.trial - 1, max: page.total, "aria-label": name });
+  return make("span", { class: "progress" }, bar, make("span", { text }));
+}
+
+/** Choose the other language; answers so far stay. */
+async function speak(chosen) {
+  if (now.sending || chosen === language()) return;
+  try {
+    await ask(`${base}/language`, { language: chosen });
+    take(await ask(`${base}/page`));
+  } catch {
+    return tell(say(language(), "waiting"));
+  }
+  tell("");
+  if (!now.started) return showWelcome();
+  return show();
+}
+
+function fullScreen() {
+  document.documentElement.requestFullscreen?.({ navigationUI: "hide" }).catch(() => null);
+}
+
+function showWelcome() {
+  showHead();
+  const first = now.state.page.kind === "consent";
+  const l = language();
+  const go = async () => {
+    now.sounds.unlock();
+    fullScreen();
+    await startSteps();
+  };
+  const code = make("div", { class: "code-block" }, make("span", { class: "quiet", text: say(l, "code") }), make("strong", { class: "code", text: now.state.code }), make("p", { text: say(l, "note_code") }), make("p", { class: "quiet", text: say(l, "no_names") }));
+  const possible = now.state.played_by === "server" || BrowserSounds.possible;
+  const more = [code, ...(possible ? [] : [make("p", { class: "feedback wrong", text: say(l, "no_audio") })])];
+  const label = document.documentElement.requestFullscreen ? "start" : "start_plain";
+  showMoment(stage, { title: say(l, first ? "welcome" : "welcome_back"), text: document.title, go: say(l, label), press: go, more });
+}
+
+async function startSteps() {
+  now.started = true;
+  showHead();
+  if (measured() === null) await calibrate(stage, language());
+  await show();
+}
+
+/** Show the present page, after what comes before it. */
+async function show() {
+  now.view?.stop();
+  now.view = null;
+  showHead();
+  if (ended()) return showEnd();
+  const { page } = now.state;
+  const l = language();
+  if (page.rest && !now.left.has(`rest ${page.token}`)) {
+    return showMoment(stage, { title: say(l, "rest"), text: say(l, "rest_text"), go: say(l, "go_on"), press: () => leave(`rest ${page.token}`) });
+  }
+  const over = page.layout.practice_ended;
+  if (over && !now.left.has(`practice ${page.token}`)) {
+    const more = page.layout.feedback ? [make("p", { class: "feedback", text: page.layout.feedback.text })] : [];
+    const press = () => leave(`practice ${page.token}`);
+    return showMoment(stage, { title: say(l, "practice"), text: over.text, go: say(l, "go_on"), press, more });
+  }
+  try {
+    await load(page);
+  } catch (error) {
+    if (error instanceof Refused && error.status === 409) return refresh("");
+    return trouble(error);
+  }
+  if (now.state.page !== page) return undefined;
+  now.view = showPage({ page, language: l, sounds: now.sounds, images: now.images, stage, draft: draftOf(page), send: submit });
+  return undefined;
+}
+
+/** Leave a moment between pages. */
+function leave(moment) {
+  now.left.add(moment);
+  return show();
+}
+
+async function load(page) {
+  for (const old of now.images.values()) URL.revokeObjectURL(old);
+  now.images.clear();
+  now.sounds.clear();
+  const seen = page.slots.filter((slot) => slot.picture);
+  const played = page.slots.filter((slot) => slot.played).map((slot) => slot.slot);
+  const late = setTimeout(() => stage.replaceChildren(make("div", { class: "moment" }, make("p", { class: "lead", role: "status", text: say(language(), "loading") }))), 400);
+  try {
+    await Promise.all([
+      now.sounds.load(played),
+      ...seen.map(async (slot) => {
+        const found = await insist(() => bytes(address("image", slot.slot)), toldAway("waiting"));
+        now.images.set(slot.slot, URL.createObjectURL(new Blob([found], { type: "image/png" })));
+      }),
+    ]);
+  } finally {
+    clearTimeout(late);
+  }
+}
+
+/** Answers that are not sent yet stay over a reload. */
+function draftOf(page) {
+  const key = `tactogram.draft.${ticket}`;
+  let kept = {};
+  try {
+    const found = JSON.parse(sessionStorage.getItem(key) ?? "{}");
+    if (found.token === page.token) kept = found.answers;
+  } catch {
+    // Nothing was kept.
+  }
+  const keep = (answers) => {
+    try {
+      sessionStorage.setItem(key, JSON.stringify({ token: page.token, answers }));
+    } catch {
+      // They stay as long as the page is open.
+    }
+  };
+  return { kept, keep };
+}
+
+async function submit({ answers, rt_ms, facts }) {
+  if (now.sending) return;
+  now.sending = true;
+  outbox.keep({ token: now.state.page.token, answers, rt_ms, device: deviceFacts(facts) });
+  const late = setTimeout(() => tell(say(language(), "sending")), 600);
+  try {
+    const state = await insist(deliverOnce, (away, why) => {
+      clearTimeout(late);
+      tell(away ? `${why} ${say(language(), "kept")}`.trim() : "");
+    });
+    take(state);
+    await show();
+  } catch (error) {
+    if ([401, 403, 404].includes(error.status)) deadEnd(error);
+    else await refresh(error.message);
+  } finally {
+    clearTimeout(late);
+    now.sending = false;
+  }
+}
+
+/** Send what is kept, and forget it when the server has it or will never take it. */
+async function deliverOnce() {
+  try {
+    const state = await ask(`${base}/answers`, outbox.kept());
+    outbox.clear();
+    return state;
+  } catch (error) {
+    if (!passes(error)) {
+      outbox.clear();
+      if ([400, 409, 422].includes(error.status) && !now.started) return ask(`${base}/page`);
+    }
+    throw error;
+  }
+}
+
+/** Show what the server says, with why an answer was refused. */
+async function refresh(why) {
+  try {
+    take(await insist(() => ask(`${base}/page`), toldAway("waiting")));
+  } catch (error) {
+    return deadEnd(error);
+  }
+  await show();
+  if (why && !ended()) tell(say(language(), "refused", { error: why }));
+  return undefined;
+}
+
+function trouble(error) {
+  const text = error instanceof Refused && error.message ? error.message : say(language(), "no_sound");
+  showMoment(stage, { title: say(language(), "no_sound"), text, go: say(language(), "go_on"), press: show });
+}
+
+function deadEnd(error) {
+  now.view?.stop();
+  tell("");
+  showMoment(stage, { title: say(language(), "no_ticket"), text: error instanceof Refused ? error.message : "" });
+}
+
+function showEnd() {
+  showHead();
+  tell("");
+  const key = ["declined", "aborted"].includes(now.state.state) ? now.state.state : "done";
+  showMoment(stage, { title: say(language(), key), text: say(language(), `${key}_text`), more: [make("p", { class: "code", text: now.state.code })] });
+  if (document.fullscreenElement) document.exitFullscreen().catch(() => null);
+}
+
+start();
