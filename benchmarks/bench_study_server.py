@@ -1,12 +1,12 @@
 """Participants at once against the server of ``tactogram study run``, over HTTP, from consent to end.
 
 The study `abx` (simulated stimuli) with its 4 trials of practice and 16 that count. Participants are simulated: threads
-of another process on the same machine, each with a connection of its own. "1 to 3 s" is how long they think on each
-page, after fetching its three sounds of 1 s; "all at once" is nobody thinking, and no sounds: every answer meets 29
-others. An answer's time is from sending it until the next page is there; it is on the disk then (SQLite, WAL, full
-sync). "lost" are answers that were acknowledged and are not in the store, "doubled" pages that stand there twice, both
-counted after the end. "load" is the machine's load average at the beginning: above the number of cores, times are those
-of a busy machine.
+of another process on the same machine, each with a connection of its own. They come 10 s after the server, which makes
+its stimuli ahead. "1 to 3 s" is how long they think on each page, after fetching its three sounds of 1 s; "all at once"
+is nobody thinking, and no sounds: every answer meets 29 others. An answer's time is from sending it until the next page
+is there; it is on the disk then (SQLite, WAL, full sync). "lost" are answers that were acknowledged and are not in the
+store, "doubled" pages that stand there twice, both counted after the end. "load" is the machine's load average at the
+beginning: above the number of cores, times are those of a busy machine.
 """
 
 from __future__ import annotations
@@ -30,6 +30,8 @@ from tactogram.study.session_store import SessionStore
 
 CASES = (("1 to 3 s", (1.0, 3.0), 30, 3), ("all at once", None, 30, 2), ("1 to 3 s", (1.0, 3.0), 60, 1))
 """How they are called, seconds of thinking, participants, repetitions."""
+READY_S = 10.0
+"""Before anybody joins: the server makes its stimuli ahead."""
 REPEATS = 4
 """Of each texture's trial."""
 
@@ -66,6 +68,7 @@ def taken(folder, participants, thinking):
     )
     try:
         facts = json.loads(process.stdout.readline())
+        time.sleep(READY_S)
         begun = time.perf_counter()
         people = [Simulated(facts["join"], thinking, seed) for seed in range(participants)]
         for one in people:

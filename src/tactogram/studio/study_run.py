@@ -62,6 +62,7 @@ def run_study(
         anywhere.close()
     studio = Studio.at(folder.parent, alone=True)
     opened = studio.sessions.open(folder)
+    opened.stimuli.begin()  # made while the first people read what they agree to
     known = {participant.code.casefold() for participant in opened.store.participants()}
     for code in codes:
         if code.casefold() not in known:

@@ -14,6 +14,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
+import anyio
+import anyio.to_thread
 from fastapi import APIRouter, FastAPI, Query, Request, Response
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import FileResponse, HTMLResponse
@@ -176,6 +178,10 @@ def _add_pages(router: APIRouter, sessions: Sessions) -> None:
             return HTMLResponse(NO_LINK, 404)
         return _page_file("take.html")
 
+    # Writes go one after the other anyway. Two threads keep the order in which people answered and let one compute
+    # while the other waits for the disk; with many, some would wait several times as long as the rest.
+    turns = anyio.CapacityLimiter(2)
+
     @router.get("/take/{ticket}/page")
     def page(ticket: str) -> Shown:
         """Return what is shown now."""
@@ -185,8 +191,11 @@ def _add_pages(router: APIRouter, sessions: Sessions) -> None:
         return Shown(**_shown(session, participant, _present(session, participant)))
 
     @router.post("/take/{ticket}/answers")
-    def answer(ticket: str, body: Answers) -> Stored:
+    async def answer(ticket: str, body: Answers) -> Stored:
         """Store the answers to a page, once, and return what is next."""
+        return await anyio.to_thread.run_sync(store, ticket, body, limiter=turns)
+
+    def store(ticket: str, body: Answers) -> Stored:
         session, participant = sessions.of_ticket(ticket)
         try:
             done = session.store.submit(
