@@ -26,6 +26,8 @@ from tactogram.signal import Signal
 from tactogram.signal.autoregressive import AutoregressiveModel
 from tactogram.signal.io import write_signal
 from tactogram.signal.synthesis import synthesise
+from tactogram.signal.texture_map import TextureMap
+from tactogram.studio.touch_tables import table_of_map
 
 RATE, MOST = 48_000.0, 128
 VOICES = "studio/first/voices"
@@ -35,7 +37,7 @@ SETTINGS = MotionSettings(late_s=0.06)
 
 RENDER = """async ({queries, rate, seconds, gain = 1, ...rest}) => {
   const {readTable} = await import('/static/touch_textures.js');
-  const answers = await Promise.all(queries.map((query) => fetch('/touch/table?' + query)));
+  const answers = await Promise.all(queries.map((query) => fetch(query)));
   const buffers = await Promise.all(answers.map((answer) => answer.arrayBuffer()));
   const tables = buffers.map(readTable).map(({head, buffer}) => ({head, buffer}));
   const context = new OfflineAudioContext(1, Math.round(rate * seconds), rate);
@@ -146,7 +148,10 @@ def quiet(browser, server):
 
 
 def rendered(page, queries, samples, seconds, **options):
-    asked = [urlencode({"rate": RATE, **query}) for query in queries]
+    asked = [
+        query if isinstance(query, str) else "/touch/table?" + urlencode({"rate": RATE, **query})
+        for query in queries
+    ]
     values = {"queries": asked, "rate": RATE, "seconds": seconds, "samples": samples, "seed": 5, **options}
     return np.frombuffer(base64.b64decode(page.evaluate(RENDER, values)), "<f4")
 
@@ -161,8 +166,24 @@ def streamed(textures, samples, seconds, weights=None):
 
 
 def texture_of(voices, material, seed):
-    table = TextureTable.of(voices.model.maps[voices.kind.materials.index(material)])
-    texture = AutoregressiveTexture(material, table, rate=RATE, most=MOST, seed=0)
+    return noisy(material, voices.model.maps[voices.kind.materials.index(material)], seed)
+
+
+def sloping():
+    """Models whose peak lies at 1.5 Hz per mm/s and whose rms is 1 + force, at a rate above the browser's half."""
+    conditions = [(v, f) for v in (50.0, 100.0, 200.0) for f in (0.3, 1.0)]
+    models = []
+    for v, f in conditions:
+        polynomial = [1, -2 * 0.99 * math.cos(2 * math.pi * 1.5 * v / 2500), 0.99**2]
+        flat = AutoregressiveModel.from_coefficients([polynomial], [1.0], rate=2500.0, unit="m/s^2")
+        scale = (1 + f) ** 2 / flat.power[0]
+        models.append(AutoregressiveModel.from_coefficients([polynomial], [scale], rate=2500.0, unit="m/s^2"))
+    return TextureMap(models, conditions)
+
+
+def noisy(name, surface, seed):
+    """An autoregressive texture with the script's noise."""
+    texture = AutoregressiveTexture(name, TextureTable.of(surface), rate=RATE, most=MOST, seed=0)
     noise = Sfc32(seed)
     noise.standard_normal(texture._state)
     texture._random = noise
@@ -218,6 +239,24 @@ def test_the_sound_thread_makes_the_samples_that_rendering_makes(quiet, voices):
         found = rendered(quiet, queries, hand, 2.5, gain=1e-3, **options) / 1e-3
         assert np.sqrt(np.mean(expected**2)) > 0.3
         assert np.abs(found - expected).max() < 1e-5 * np.abs(expected).max(), names
+
+
+def test_models_over_speed_and_force_are_followed_as_rendering_follows_them(quiet):
+    """A stroke from 40 to 230 mm/s under a rising force: other models from block to block, and no seam."""
+    times = np.arange(500) / 250
+    place = 40 * times + 47.5 * times**2
+    ramp = [
+        {"time": t, "x": x, "y": 0.0, "force": 0.2 + 0.5 * t}
+        for t, x in zip(times.tolist(), place.tolist(), strict=True)
+    ]
+    packed = table_of_map("slope", sloping(), rate=RATE).packed()
+    data = "data:application/octet-stream;base64," + base64.b64encode(packed).decode()
+    expected = streamed([noisy("slope", sloping(), 5)], ramp, 2.0)
+    found = rendered(quiet, [data], ramp, 2.0, gain=1e-3) / 1e-3
+    assert np.abs(found - expected).max() < 1e-5 * np.abs(expected).max()
+    begins, ends = (peak_hz(found[round(a * RATE) : round(b * RATE)]) for a, b in ((0.1, 0.5), (1.6, 2.0)))
+    assert begins == pytest.approx(1.5 * 68, rel=0.3)
+    assert ends == pytest.approx(1.5 * 200, rel=0.15)
 
 
 def test_what_the_pointer_does_on_the_pad_is_what_is_played(touch):
@@ -367,6 +406,21 @@ def test_a_stroke_vibrates_and_a_rest_does_not(touch):
     assert all(len(told) % 2 == 1 and sum(told) <= 200 for told in patterns)
     assert all(ms % 20 == 0 for told in patterns for ms in told)
     assert any(sum(told[::2]) >= 40 for told in patterns)
+
+
+def test_without_a_sound_thread_the_pages_own_makes_the_samples(tab):
+    """As browsers have it over plain HTTP beyond this machine."""
+    tab.add_init_script(
+        "Object.defineProperty(BaseAudioContext.prototype, 'audioWorklet', {value: undefined})"
+    )
+    tab.goto(f"/touch?where=file&of={RIDGES}")
+    tab.wait_for_selector("#touch[data-ready=true]")
+    tab.click("#touch-begin")
+    tab.click("#touch-hand")
+    tab.wait_for_function(
+        "window.tactogramTouch.report.state === 'slide' && window.tactogramTouch.report.rms > 0.1"
+    )
+    tab.get_by_text("the page's thread").wait_for()
 
 
 def test_keys_stroke_the_surface(touch):

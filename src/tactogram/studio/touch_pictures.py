@@ -24,6 +24,8 @@ MM_PER_PIXEL = 0.15
 ROWS, COLUMNS, MOST_COLUMNS = 256, 640, 4000
 ACROSS_MM = 1.2
 """Over which neighbouring lines of a drawn surface agree; a finger's ridges are about half of that apart."""
+WAVY, REPEATS = 0.3, 0.5
+"""By how much of their period drawn ridges wander; and the autocorrelation from which on a line has ridges."""
 LIGHT = np.array([196.0, 187.0, 174.0])
 """Colour of a drawn surface, sRGB: paper, so that nobody takes it for a photograph of anything."""
 
@@ -80,8 +82,8 @@ def drawn_surface(signal: Signal, speed_mm_s: float, *, registered: bool = False
     speed_mm_s : float
     registered : bool
         Every line is the loop that is played, as long as that is, so that what is seen lies where it is felt; else
-        each line begins at another place, and neighbours agree over `ACROSS_MM`: a surface that would feel so, not a
-        map of it.
+        ridges wander a little, and without ridges each line begins at another place and neighbours agree over
+        `ACROSS_MM`: a surface that would feel so, not a map of it.
 
     Returns
     -------
@@ -98,9 +100,15 @@ def drawn_surface(signal: Signal, speed_mm_s: float, *, registered: bool = False
     else:
         line = np.tile(line, -(-COLUMNS // len(line)))
         random = np.random.default_rng(0)
-        starts = random.integers(0, len(line), ROWS)
-        rows = line[(starts[:, None] + np.arange(COLUMNS)) % len(line)]
-        height = _smooth_down(rows, ACROSS_MM / MM_PER_PIXEL)
+        period = _period(line)
+        if period:  # ridges: one after the other, a little wavy
+            wander = np.cumsum(random.standard_normal(ROWS))
+            wander = np.convolve(wander, np.hanning(41) / np.hanning(41).sum(), mode="same")
+            starts = np.round(WAVY * period * wander / max(1.0, float(np.abs(wander).max()))).astype(int)
+        else:
+            starts = random.integers(0, len(line), ROWS)
+        height = line[(starts[:, None] + np.arange(COLUMNS)) % len(line)]
+        height = height if period else _smooth_down(height, ACROSS_MM / MM_PER_PIXEL)
     return Image(_lit(height), mm_per_pixel=MM_PER_PIXEL)
 
 
@@ -116,6 +124,20 @@ def _at_pixels(one: Signal) -> Array:
         line = np.interp(np.arange(0, len(values), step), np.arange(len(values)), values)
     spread = float(line.std())
     return line / spread if spread > 0 else line
+
+
+def _period(line: Array) -> int:
+    """Return after how many pixels a line repeats itself, up to 15 mm; 0 where it does not."""
+    power = np.abs(np.fft.rfft(line - line.mean(), 2 * len(line))) ** 2
+    correlation = np.fft.irfft(power)[: min(len(line) // 2, round(15 / MM_PER_PIXEL))]
+    if len(correlation) < 4 or correlation[0] <= 0:
+        return 0
+    correlation = correlation / correlation[0]
+    below = np.flatnonzero(correlation < 0)
+    if not below.size:
+        return 0
+    peak = int(below[0] + np.argmax(correlation[below[0] :]))
+    return peak if correlation[peak] > REPEATS else 0
 
 
 def _smooth_down(rows: Array, length: float) -> Array:

@@ -332,10 +332,10 @@ def command_line(arguments: Sequence[str]) -> str:
     return shlex.join(["tactogram", *arguments])
 
 
-def free_name(folder: Path, name: str) -> str:
-    """Return ``name``, or ``name-2``, ``name-3``, … whichever is free in ``folder``."""
-    number, free = 1, name
+def free_name(folder: Path, name: str, suffix: str = "") -> str:
+    """Return ``name``, or ``name-2``, ``name-3``, … with ``suffix``, whichever is free in ``folder``."""
+    number, free = 1, name + suffix
     while (folder / free).exists():
         number += 1
-        free = f"{name}-{number}"
+        free = f"{name}-{number}{suffix}"
     return free

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from html import escape
 from typing import TYPE_CHECKING, Any
 
@@ -35,7 +36,7 @@ def draw_form(on: MakePage) -> None:
     form = on.desk.form
     if form is None:
         return
-    ui.timer(0.05, telling(lambda: _load_ahead(on)), once=True)
+    ui.timer(0.05, partial(_load_ahead, on), once=True)
     if form.has("photo"):
         with part("Photograph"):
             draw_photo(on)
@@ -56,7 +57,7 @@ def draw_form(on: MakePage) -> None:
 
 
 async def _load_ahead(on: MakePage) -> None:
-    """Load the chosen run, and what draws, while the form is being filled in; what goes wrong is told when it is made."""
+    """Load the chosen run, and what draws, while the form is filled in; errors are told when it is made."""
     choice = on.desk.choice
     if choice is not None:
         with suppress(TactogramError):

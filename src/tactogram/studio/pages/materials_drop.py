@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from nicegui import app, events, ui
 
+from tactogram.datasets import Store
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.jobs.data import add_signal
+from tactogram.signal import Signal
 from tactogram.signal.io import READABLE, SignalFile, read_file
+from tactogram.signal.io.files import SOUND, written_beside
 from tactogram.studio.layout import busy, in_background, page, telling
 from tactogram.studio.pages.materials_near import draw_near
 from tactogram.studio.pages.materials_parts import HEAD, MaterialsDesk, address
-from tactogram.studio.signal_view import signal_card
-from tactogram.studio.uploads import save_upload
+from tactogram.studio.signal_view import add_routes, signal_card
+from tactogram.studio.trainings import free_name
+from tactogram.studio.uploads import checked, read_uploaded_signal, save_upload
 
 UNITS = ("", "m/s^2", "g", "m/s", "mm/s", "m", "mm", "N", "V", "1")
 PICTURES = ".png,.jpg,.jpeg,.webp,.tif,.tiff,.bmp"
@@ -22,6 +27,7 @@ PICTURES = ".png,.jpg,.jpeg,.webp,.tif,.tiff,.bmp"
 
 def add(desk: MaterialsDesk) -> None:
     """Register ``/materials/drop``."""
+    add_routes()
 
     @ui.page("/materials/drop")
     async def show(file: str = "", set: str = "", unit: str = "", rate: str = "", axes: str = "") -> None:
@@ -45,7 +51,8 @@ class _Drop:
         workspace = desk.studio.workspace
         self.folder = workspace.own / "dropped"
         self.sets = [workspace.name_of(path) for path in workspace.stores()]
-        self.set = set_name if set_name in self.sets else (self.sets[0] if self.sets else "")
+        self.asked = set_name if set_name in self.sets else ""
+        self.set = self.asked or (self.sets[0] if self.sets else "")
 
     @property
     def path(self) -> Path:
@@ -64,8 +71,8 @@ class _Drop:
         async def take(event: events.UploadEventArguments) -> None:
             data = await event.file.read()
             with busy(f"reading {event.file.name}"):
-                saved = await in_background(save_upload, self.folder, event.file.name, data, kind="signal")
-            self.go(file=saved.name, unit="", rate="", axes="")
+                saved = await in_background(keep_signal, self.folder, event.file.name, data)
+            self.go(file=saved.name, set=self.asked, unit="", rate="", axes="")
 
         with ui.element("section").classes("card w-full"):
             ui.label("Drop a new recording").classes("h2").props('role="heading" aria-level="2"')
@@ -100,6 +107,7 @@ class _Drop:
             if known.timing is not None:
                 ui.label("Its time stamps were brought to even spacing.").classes("small quiet")
             self._ask(closed=True)
+        self.set = self.asked or self._fitting(signal)
         said_simulated = str(known.metadata.get("simulated", "")).lower() == "true"
         signal_card(signal, title=self.file, simulated=said_simulated)
         if not self.sets:
@@ -110,8 +118,17 @@ class _Drop:
             ui.select(
                 self.sets, label="Compared with, and added to", value=self.set, on_change=self._choose
             ).classes("w-full max-w-lg")
-        draw_near(self.desk, signal, set_name=self.set)
-        self._form(said_simulated)
+        stream = fitting_stream(self.desk.stores.get(self.set), signal)
+        draw_near(self.desk, signal, set_name=self.set, stream=stream)
+        self._form(said_simulated, stream)
+
+    def _fitting(self, signal: Signal) -> str:
+        """Return the first data set with a stream of the signal's unit and domain, else the first."""
+        for name in self.sets:
+            with suppress(TactogramError, OSError):
+                if fitting_stream(self.desk.stores.get(name), signal):
+                    return name
+        return self.sets[0] if self.sets else ""
 
     def _read(self) -> SignalFile:
         return read_file(
@@ -151,7 +168,7 @@ class _Drop:
 
     # -- adding --------------------------------------------------------------------------------------------
 
-    def _form(self, said_simulated: bool) -> None:
+    def _form(self, said_simulated: bool, stream: str) -> None:
         store = self.desk.stores.get(self.set)
         values: dict[str, Any] = app.storage.user.setdefault("drop", {}).setdefault(self.file, {})
         values.setdefault("simulated", said_simulated)
@@ -161,7 +178,8 @@ class _Drop:
             with ui.row().classes("items-end gap-3"):
                 ui.input("Material", autocomplete=materials).bind_value(values, "material").classes("w-56")
                 if len(store.streams) > 1:
-                    values.setdefault("stream", next(iter(store.streams)))
+                    if values.get("stream") not in store.streams:
+                        values["stream"] = stream or next(iter(store.streams))
                     ui.select(list(store.streams), label="Stream").bind_value(values, "stream").classes(
                         "w-40"
                     )
@@ -243,7 +261,7 @@ class _Drop:
             self.desk.studio.workspace.inside(self.set),
             self.path,
             material=values["material"].strip(),
-            stream=values.get("stream"),
+            stream=values.get("stream") if len(self.desk.stores.get(self.set).streams) > 1 else None,
             unit=self.unit or None,
             rate=float(self.rate) if self.rate else None,
             axes=tuple(name.strip() for name in self.axes.split(",") if name.strip()) or None,
@@ -254,6 +272,39 @@ class _Drop:
             **texts,
             **{name: None if value is None else float(value) for name, value in numbers.items()},
         )
+
+
+def keep_signal(folder: Path, name: str, data: bytes) -> Path:
+    """Keep an uploaded signal in a folder under a safe name that nothing there has; return its path.
+
+    One that only lacks its rate is kept, too: the page asks for it.
+
+    Raises
+    ------
+    TactogramError
+        In one sentence, if it is no signal; nothing is written then.
+    """
+    try:
+        return save_upload(folder, name, data, kind="signal")
+    except TactogramError:
+        safe = checked(name, data, kind="signal")
+        if Path(safe).suffix in SOUND:
+            raise
+        read_uploaded_signal(safe, data, rate=1.0)  # raises where it is not the rate that lacks
+    path = folder / free_name(folder, Path(safe).stem, Path(safe).suffix)
+    with written_beside(path) as part:
+        part.write_bytes(data)
+    return path
+
+
+def fitting_stream(store: Store, signal: Signal) -> str:
+    """Return the stream of a data set that a signal is one of by unit and domain, else nothing."""
+    found = (
+        name
+        for name, facts in store.streams.items()
+        if (facts.unit, facts.domain) == (signal.unit, signal.domain)
+    )
+    return next(found, "")
 
 
 def mixing(any_simulated: bool, all_simulated: bool, adding_simulated: bool) -> str:

@@ -55,7 +55,7 @@ async function loaded({ changed }) {
     await sound.tell({ kind: "textures", tables: sent, seed: 1, fields, width_mm });
   } else await sound.tell({ kind: "fields", fields, width_mm });
   keep();
-  $("pad").closest(".touch").dataset.ready = String(tables.length > 0);
+  $("pad").closest(".touch-page").dataset.ready = String(tables.length > 0);
 }
 
 /** The gain stays, so that what is stronger feels stronger, unless it would be too much or means something else. */

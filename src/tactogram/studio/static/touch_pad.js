@@ -27,7 +27,7 @@ export class Pad {
     this.fullForce = 2;
     /** Whether a mouse is felt without a button pressed. */
     this.hover = true;
-    /** Pictures of the fields from left to right: `{bitmap, mm_per_pixel, name}`. */
+    /** Of each field from left to right the pictures that lie above each other: `{bitmap, mm_per_pixel, name, opacity}`. */
     this.fields = [];
     /** What was sent lately, for tests and for looking at: `{time, x, y, force}`. */
     this.track = [];
@@ -215,21 +215,24 @@ export class Pad {
 
   _drawFields(pen, width, height) {
     const across = width / Math.max(1, this.fields.length);
-    this.fields.forEach(({ bitmap, mm_per_pixel: scale, name }, n) => {
+    this.fields.forEach((layers, n) => {
       const left = n * across;
       pen.save();
       pen.beginPath();
       pen.rect(left, 0, across, height);
       pen.clip();
-      if (bitmap) {
+      for (const { bitmap, mm_per_pixel: scale, opacity } of layers) {
+        if (!bitmap) continue;
         // At its true size, laid out again and again; where that is not known it fills the field.
         const zoom = scale ? scale * this.pxPerMm : Math.max(across / bitmap.width, height / bitmap.height);
         const pattern = pen.createPattern(bitmap, "repeat");
         pattern.setTransform(new DOMMatrix([zoom, 0, 0, zoom, left, 0]));
+        pen.globalAlpha = opacity;
         pen.fillStyle = pattern;
         pen.fillRect(left, 0, across, height);
       }
-      if (this.fields.length > 1) label(pen, `${"ABCD"[n]}  ${name}`, left + 12, 12);
+      pen.globalAlpha = 1;
+      if (this.fields.length > 1) label(pen, `${"ABCD"[n]}  ${layers[0].name}`, left + 12, 12);
       pen.restore();
       if (n > 0) {
         pen.fillStyle = "#ffffff";

@@ -105,12 +105,18 @@ export class Rows {
     return [good.map(({ weight }) => (sum > 0 ? weight / sum : 1 / good.length))];
   }
 
-  /** Return the pictures of the fields. */
+  /** Return what each field shows: pictures, each with how opaque it is above those before it. */
   shown() {
     const good = this._good();
-    if (this.arrangement === "beside") return good.map(picture);
-    const heaviest = good.reduce((best, row) => (row.weight > (best?.weight ?? -1) ? row : best), null);
-    return heaviest ? [picture(heaviest)] : [];
+    if (this.arrangement === "beside" || good.length < 2) return good.map((row) => [{ ...picture(row), opacity: 1 }]);
+    const [weights] = this.fields();
+    let sum = 0;
+    return [
+      good.map((row, n) => {
+        sum += weights[n];
+        return { ...picture(row), opacity: sum > 0 ? weights[n] / sum : 0 };
+      }),
+    ];
   }
 
   /** Return what the pad shows, in words. */
