@@ -151,6 +151,21 @@ def test_a_clock_that_is_set_back_changes_no_order(store, monkeypatch):
     assert store.page(code).trial == 5
 
 
+def test_the_latest_answers_come_first_whatever_the_clock_says(store, monkeypatch):
+    times = iter(f"20{year}-01-01T00:00:00.000+00:00" for year in range(60, 10, -1))
+    monkeypatch.setattr(session_store, "now_utc", lambda: next(times))
+    for code in ("P1", "P2"):
+        answer(store, store.enrol(code).code, 4)
+    answer(store, "P1", 1)
+    assert [(row.participant, row.more["token"]) for row in store.latest(2)] == [
+        ("P1", "trial-3.1"),
+        ("P2", "trial-2.1"),
+    ]
+    store.withdraw("P2")
+    assert [row.more["token"] for row in store.latest(2)] == ["trial-3.1", "trial-2.1"]
+    assert store.count == len(store.answers()) == 5
+
+
 def test_times_that_cannot_be_are_left_out(store):
     code = store.enrol().code
     store.submit(code, "consent", {"consent": "agreed"}, rt_ms={"": -5.0, "consent": float("nan")})

@@ -97,15 +97,8 @@ def view_of(store: SessionStore, *, now: datetime | None = None) -> View:
     """Return what the page shows of a session."""
     moment = now or datetime.now(UTC)
     rows = tuple(_row(one, store.device(one["participant"]), moment) for one in store.progress())
-    answers = store.answers()
-    latest = sorted(
-        (row for row in answers if row.design != "questions"),
-        key=lambda row: (row.at, row.trial),
-        reverse=True,
-    )
-    return View(
-        rows, tuple(store.notes()), tuple(latest[:LATEST]), store.ended, store.withdrawn, len(answers)
-    )
+    latest = [row for row in store.latest(3 * LATEST) if row.design != "questions"]
+    return View(rows, tuple(store.notes()), tuple(latest[:LATEST]), store.ended, store.withdrawn, store.count)
 
 
 def _row(known: Mapping[str, Any], device: Mapping[str, Any], now: datetime) -> Row:

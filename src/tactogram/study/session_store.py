@@ -472,6 +472,20 @@ class SessionStore:
             ).fetchall()
         return Answers(tuple(_answer(json.loads(row[0])) for row in rows))
 
+    def latest(self, count: int) -> tuple[Answer, ...]:
+        """Return the last answers of all participants, newest first; by the order in which they came, not the clock."""
+        with self._lock:
+            rows = self._connection.execute(
+                "SELECT row FROM answers ORDER BY rowid DESC LIMIT ?", (count,)
+            ).fetchall()
+        return tuple(_answer(json.loads(row[0])) for row in rows)
+
+    @property
+    def count(self) -> int:
+        """How many answers there are."""
+        with self._lock:
+            return int(self._connection.execute("SELECT count(*) FROM answers").fetchone()[0])
+
     def _begun(self, study: Study | None) -> Study:
         connection = self._connection
         self._use_log()
