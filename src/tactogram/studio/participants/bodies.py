@@ -101,8 +101,6 @@ class PlayedFacts(BaseModel):
     """What became of what was to be played."""
 
     state: Literal["ended", "stopped", "failed"]
-    sha256: str
-    level: str
     simulated_device: bool
 
 

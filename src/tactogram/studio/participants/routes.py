@@ -237,9 +237,8 @@ def _add_stimuli(router: APIRouter, sessions: Sessions) -> None:
             drive, played = session.stimuli.drive(present, slot)
             wav = wav_bytes(drive)
         _log_played(session, participant, token, slot, played)
-        level = played.level or session.study.level
-        headers = {"x-played-sha256": played.sha256, "x-level": level.encode("ascii", "replace").decode()}
-        return Response(wav, media_type="audio/wav", headers=headers)
+        # Neither hash nor level goes with it: they would say in words what only the skin is to tell.
+        return Response(wav, media_type="audio/wav")
 
     @router.get("/take/{ticket}/image", response_class=Response, responses=pictures)
     def image(ticket: str, token: Annotated[PageToken, Query()], slot: SlotName = "") -> Response:
@@ -264,12 +263,7 @@ def _add_stimuli(router: APIRouter, sessions: Sessions) -> None:
         _log_played(session, participant, body.token, body.slot, played)
         with _blind(session):
             facts = sessions.display.play(ticket, drive, display)
-        return PlayedFacts(
-            state=facts["state"],
-            sha256=played.sha256,
-            level=played.level or session.study.level,
-            simulated_device=facts["simulated_device"],
-        )
+        return PlayedFacts(state=facts["state"], simulated_device=facts["simulated_device"])
 
     @router.post("/take/{ticket}/stop")
     def stop(ticket: str, body: Nothing) -> Stopped:
