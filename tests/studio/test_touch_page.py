@@ -97,8 +97,9 @@ class Script:
         ]
 
     def poll(self, now_s):
-        count = sum(sample.time_s <= now_s for sample in self._samples)
-        found, self._samples = self._samples[:count], self._samples[count:]
+        found = []
+        while self._samples and self._samples[0].time_s <= now_s:
+            found.append(self._samples.pop(0))
         return found
 
     def close(self):

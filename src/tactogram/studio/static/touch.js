@@ -116,7 +116,7 @@ function showNumbers() {
   $("force").value = report.state === "lost" || report.state === "air" ? "lifted" : `${report.force.toFixed(2)} N`;
   $("level").value = strongest.unit ? `${figure(report.rms)} ${named(strongest.unit)}` : "–";
   const late = sound.latencies;
-  $("latency").value = late.length > 4 ? `${(1e3 * quantile(late, 0.5)).toFixed(0)} ms` : "not measured yet";
+  $("latency").value = late.length > 4 ? `${(1e3 * quantile(late, 0.5)).toFixed(0)} ms` : "–";
   const told = sound.told();
   const ms = (value) => (value === null ? "not said" : `${(1e3 * value).toFixed(1)} ms`);
   const facts = {
