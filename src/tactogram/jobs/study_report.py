@@ -49,8 +49,8 @@ CAVEATS = (
     "answers do not tell, and the interval says how large the difference may still be.",
     "Equivalent within the margin is said where a test of equivalence (two one-sided tests) shows it, against a "
     "margin. It holds for that margin and no smaller one.",
-    "What decides is said per question; where several tests decide, their p answer for their number. Everything else is "
-    "a check: of many checks some turn out by chance.",
+    "What decides is said per question; where several tests decide, their p answer for their number. Everything else "
+    "is a check: of many checks some turn out by chance.",
     "Answers of one person are not independent. Tests that take them as independent stand under As printed or say so.",
 )
 SIMULATED_PEOPLE = "Simulated participants: programs answered. This says nothing of how anything feels."
