@@ -3,7 +3,9 @@ import time
 import numpy as np
 import pytest
 
+import tactogram.jobs.live
 from tactogram.capture.console import Status
+from tactogram.capture.live import Guess, Heard
 from tactogram.errors import DataError, ParameterError
 from tactogram.jobs.capture import capture
 from tactogram.studio.desk import Desk, Order
@@ -224,3 +226,19 @@ def test_a_session_that_is_none_has_no_state(tmp_path):
     assert session_state(workspace, "rec", "none") is None
     with pytest.raises((ParameterError, DataError)):
         session_state(workspace, "../rec", "none")
+
+
+def test_what_a_classifier_makes_of_it_is_shown(tmp_path, monkeypatch):
+    guess = Guess(100, 0.3, Heard({"cork": 0.2, "tile": 0.8}, none_of_these=True), 0.0, 1.5, 0.02, 0)
+
+    def live(run, address, *, show, **rest):
+        show(guess)
+        return {"windows": 1, "judged": 1}
+
+    monkeypatch.setattr(tactogram.jobs.live, "live", live)
+    desk = Desk(tmp_path)
+    desk.start(Order(SIMULATED, run="runs/nine"))
+    until(lambda: desk.result is not None)
+    shown = desk.now()["guess"]
+    assert (shown["material"], shown["none_of_these"], shown["latency_s"]) == ("tile", True, 0.02)
+    assert shown["probabilities"] == {"cork": 0.2, "tile": 0.8}

@@ -1,0 +1,60 @@
+import json
+
+import pytest
+
+REPORT = """<!doctype html><title>Report</title><h1>A report</h1>
+<script>document.title = "it ran"; parent.document.title = "it ran"; fetch("/stolen")</script>
+<img src="data:image/gif;base64,R0lGODlhAQABAAAAACw=" alt="a figure">"""
+
+
+@pytest.fixture(scope="module", name="run")
+def run_fixture(workspace):
+    """Give a run on simulated data with a report that holds a script, and its numbers."""
+    run = workspace / "runs" / "nine"
+    run.mkdir(parents=True)
+    (run / "recipe.toml").write_text('model = "stroke_cnn"\n')
+    (run / "data.json").write_text('{"simulated": true}')
+    (run / "report.html").write_text(REPORT)
+    (run / "evaluation.json").write_text(json.dumps({"recording_accuracy": 0.9444, "recordings": 18}))
+    return run
+
+
+def test_a_report_is_read_and_nothing_in_it_runs(tab, run):
+    tab.goto("/reports")
+    tab.frame_locator("iframe.report").get_by_role("heading", name="A report").wait_for()
+    assert tab.title() == "Reports · tactogram"
+    # The browser says that it did not run the script; anything else that goes wrong still fails.
+    blocked = [told for told in tab.wrong if "sandbox" in told or "Content Security Policy" in told]
+    assert blocked == tab.wrong
+    tab.wrong.clear()
+    reader = tab.get_by_role("region", name="Reader")
+    reader.get_by_text("simulated data").wait_for()
+    tab.get_by_role("button", name="evaluation.json").click()
+    reader.get_by_text("0.9444").wait_for()
+    tab.get_by_label("Search").first.fill("no such report")
+    tab.get_by_text("Nothing holds these words.").wait_for()
+
+
+def test_a_report_comes_with_a_policy_under_which_nothing_runs(tab, run):
+    answer = tab.request.get("/reports/file/runs/nine/report.html")
+    policy = answer.headers["content-security-policy"]
+    assert answer.ok
+    assert "sandbox" in policy
+    assert "default-src 'none'" in policy
+    assert "script-src" not in policy
+    for path in ("..%2Fserver.log", "runs/nine/recipe.toml", "studio/state/secret", "%2Fetc%2Fpasswd"):
+        assert tab.request.get(f"/reports/file/{path}").status in (400, 404)
+
+
+def test_published_figures_are_searched_and_experiments_read(tab):
+    tab.goto("/reports?tab=published")
+    panel = tab.get_by_role("region", name="Published and ours")
+    panel.get_by_role("table").wait_for()
+    panel.get_by_label("Search").fill("stroke_cnn 30 classes 100 mm/s")
+    panel.get_by_role("status").get_by_text("1 of ").wait_for()
+    row = panel.get_by_role("row").nth(1).inner_text()
+    assert "89" in row
+    assert "Table II" in row
+    assert "simulated" in row
+    tab.get_by_role("tab", name="Experiments").click()
+    tab.get_by_text("tactogram reproduce stroke_cnn_table2").wait_for()
