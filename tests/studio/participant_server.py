@@ -24,4 +24,6 @@ class Server(uvicorn.Server):
 
 
 app = Guard(make_participant_app(sessions), Guarding(body_seconds=2.0))
-Server(uvicorn.Config(app, port=0, log_level="error", access_log=False, server_header=False)).run()
+Server(
+    uvicorn.Config(app, port=0, log_level="error", access_log=False, server_header=False, http="h11")
+).run()

@@ -124,6 +124,8 @@ def serve(
         log_level="warning",
         access_log=False,  # tickets and the token stand in addresses
         server_header=False,
+        http="h11",  # httptools takes headers without end
+        timeout_keep_alive=65,  # people think longer than 5 s
         timeout_graceful_shutdown=2,
     )
     try:

@@ -63,7 +63,7 @@ def write_study(folder, design="abx", **changes):
 @contextlib.contextmanager
 def served_here(app):
     """Serve an application in a thread, and give its address."""
-    server = uvicorn.Server(uvicorn.Config(app, port=0, log_level="error", access_log=False, ws="auto"))
+    server = uvicorn.Server(uvicorn.Config(app, port=0, log_level="error", access_log=False, http="h11"))
     thread = threading.Thread(target=server.run, daemon=True)
     thread.start()
     until = time.monotonic() + 20
