@@ -42,7 +42,7 @@ def test_practice_comes_before_the_trials_and_is_marked(practised):
     ]
     assert [row.more["token"] for row in practised.answers().where(design="abx")] == ["trial-1.1"]
     [about] = [page["layout"]["practice"] for page in shown if page["token"] == "practice-2.1"]
-    assert about == {"number": 2, "of": 3, "feedback": True, "text": "Practice 2 of 3: it does not count."}
+    assert about == {"number": 2, "of": 3, "feedback": True, "text": "2 of 3. This answer does not count."}
     assert "practice" not in shown[-1]["layout"]
 
 

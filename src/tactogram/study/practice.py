@@ -42,7 +42,7 @@ class Practice(BaseModel):
     own: tuple[Stimulus, ...] = ()
     """Stimuli that come in practice only, so that nothing is learned of those that count."""
     text: Wording = Wording(
-        ja="練習 {number} / {of}(記録には使いません)", en="Practice {number} of {of}: it does not count."
+        ja="{number} / {of}。この回答は数えません。", en="{number} of {of}. This answer does not count."
     )
     right: Wording = Wording(ja="正解です。", en="That was right.")
     wrong: Wording = Wording(ja="不正解です。", en="That was wrong.")
