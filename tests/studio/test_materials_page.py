@@ -184,7 +184,7 @@ def test_a_dropped_recording_is_compared_named_and_added(tab, workspace, tmp_pat
     tab.get_by_role("button", name="Add it").click()
     tab.get_by_text("say that it is meant so").wait_for()  # measured into simulated
     tab.reload()  # nothing that was filled in is lost
-    tab.get_by_label("Mix them all the same").click()
+    tab.get_by_role("checkbox", name="Mix them all the same").click()
     tab.get_by_role("button", name="Add it").click()
     tab.get_by_text("now holds 19 recordings").wait_for()
     added = [held for held in open_store(workspace / SET).index if held.material == "my desk"]
