@@ -11,6 +11,8 @@ import threading
 import time
 import zipfile
 import zlib
+from pathlib import Path
+from urllib.parse import urlsplit
 
 import httpx
 import numpy as np
@@ -239,9 +241,6 @@ def test_path_traversal_in_a_session_s_folder(tmp_path, write_study, folder):
     workspace = tmp_path / "workspace"
     workspace.mkdir()
     sessions = Sessions(workspace)
-    from pathlib import Path
-from urllib.parse import urlsplit
-
     for do in (sessions.open, sessions.shut, lambda path: sessions.begin("abx", path)):
         with pytest.raises(ParameterError, match="lies outside of the workspace"):
             do(Path(folder))
@@ -668,7 +667,8 @@ def test_websocket_from_foreign_origin_at_the_whole_server(study_server):
     with httpx.Client(base_url=base, timeout=20) as client:
         asked = (
             "GET /_nicegui_ws/socket.io/?EIO=4&transport=websocket HTTP/1.1\r\nHost: 127.0.0.2\r\n"
-            "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n"
+            "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+            "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n"
         )
         knows = f"Cookie: {COOKIE}={token}\r\n"
         own, other = "Origin: http://127.0.0.2\r\n", "Origin: http://evil.example\r\n"
