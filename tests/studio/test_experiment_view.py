@@ -43,7 +43,7 @@ def session(tmp_path):
         store.submit("P1", "consent", {"consent": "agreed"}, device={"px_per_mm": 6.25, "refresh_hz": 59.94})
         for token in ("practice-1.1", "trial-1.1", "trial-2.1"):
             store.submit(
-                "P1", token, {"which": "A"}, device={"finger_speed_mm_s_A": 480.2, "finger_speed_mm_s_B": 510}
+                "P1", token, {"which": "A"}, device={"finger_speed_mm_s_a": 480.2, "finger_speed_mm_s_b": 510}
             )
         yield store
 

@@ -3,7 +3,7 @@ import json
 import pytest
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.study.device_facts import device_columns, kept_facts
+from tactogram.study.device_facts import described, device_columns, kept_facts
 from tactogram.study.session_store import SessionStore
 
 FACTS = {"px_per_mm": 6.25, "refresh_hz": 59.94, "touch": True, "finger_speed_mm_s": [480, 512.5]}
@@ -56,6 +56,14 @@ def test_tables_within_are_laid_flat_and_texts_are_one_short_line():
     assert found["screen_note"].startswith("a b c")
     assert len(found["screen_note"]) == 200
     assert len(kept_facts({f"fact{n}": n for n in range(100)})) == 40
+
+
+def test_what_pages_send_is_described():
+    assert (
+        described("finger_speed_mm_s_a") == "Mean speed of the finger over the area, mm/s, as measured; of A"
+    )
+    assert described("plays_X") == "How often it was played; of X"
+    assert described("odd") == "odd, as the page sent it"
 
 
 def test_a_number_is_written_with_six_digits():

@@ -148,7 +148,8 @@ def device_text(facts: Mapping[str, Any]) -> str:
     """Return what a device said, in a line; speeds of several areas are joined."""
     said = []
     for name, form in DEVICE:
-        values = [facts[key] for key in (name, f"{name}_A", f"{name}_B") if key in facts]
+        values = [facts[key] for key in (f"{name}_a", f"{name}_b") if key in facts]
+        values = values or ([facts[name]] if name in facts else [])
         if values:
             said.append(form.format(" and ".join(_short(value) for value in values)))
     return ", ".join(said)

@@ -29,6 +29,18 @@ DESCRIPTIONS: Mapping[str, str] = {
     "finger_speed_mm_s": "Mean speed of the finger over the area, mm/s, as measured",
     "followed_mm": "Mean distance of the finger from the target, mm, as measured",
     "audio_latency_ms": "Latency of sound that the browser states, ms",
+    "audio_rate_hz": "Rate of the browser's sound, Hz",
+    "sound_rate_hz": "Rate of the sound that was sent, Hz",
+    "sounded_ms": "For how long it sounded, ms",
+    "plays": "How often it was played",
+    "full_screen": "Whether the page filled the screen",
+    "area_width_mm": "Width of an area as drawn, mm",
+    "area_height_mm": "Height of an area as drawn, mm",
+    "areas": "Where the areas were: beside or above each other",
+    "image_mm": "Side of the image as drawn, mm",
+    "image_asked_mm": "Side of the image that the study asks for, mm, where the screen is too small for it",
+    "vas_mm": "Length of the line as drawn, mm",
+    "vas_asked_mm": "Length of the line that the study asks for, mm",
 }
 """Those that the participant pages send."""
 
@@ -70,8 +82,8 @@ def described(name: str) -> str:
     if name in DESCRIPTIONS:
         return DESCRIPTIONS[name]
     whole, _, slot = name.rpartition("_")
-    if slot in ("A", "B", "X") and whole in DESCRIPTIONS:
-        return f"{DESCRIPTIONS[whole]}; of {slot}"
+    if slot.upper() in ("A", "B", "X") and whole in DESCRIPTIONS:
+        return f"{DESCRIPTIONS[whole]}; of {slot.upper()}"
     return f"{name}, as the page sent it"
 
 
