@@ -24,6 +24,17 @@ def add_verbs(verbs: Verbs) -> None:
     add("--out", required=True, metavar="DIR", help="folder of the session; made, or gone on with")
     server_options(add)
     add(
+        "--device",
+        default="audio",
+        help="where played_by = 'server' plays: audio, audio:NAME or null (default %(default)s)",
+    )
+    add(
+        "--full-scale",
+        type=float,
+        metavar="X",
+        help="what the device's full scale is, in the unit of the display's drive",
+    )
+    add(
         "--participants",
         metavar="CODE,CODE,…",
         help="codes to enrol beforehand; else people get one as they join",
@@ -106,6 +117,8 @@ def run(a: Arguments) -> int:
         port=a.port,
         host=a.host,
         open_browser=not a.no_open,
+        device=a.device,
+        full_scale=a.full_scale,
         ready=ready,
     )
     sys.stderr.write("tactogram: the study's server ended; all answers are stored\n")

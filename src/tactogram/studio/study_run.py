@@ -10,6 +10,7 @@ from urllib.parse import urlsplit
 
 from tactogram.errors import ParameterError
 from tactogram.studio.experiment_view import address_of
+from tactogram.studio.participants.playing import ServerDisplay
 from tactogram.studio.participants.sessions import Sessions
 from tactogram.studio.server import LOOPBACK, serve
 from tactogram.studio.studio import Studio
@@ -25,6 +26,8 @@ def run_study(
     port: int = 8123,
     host: str = "127.0.0.1",
     open_browser: bool = True,
+    device: str = "audio",
+    full_scale: float | None = None,
     ready: Callable[[dict[str, Any]], None] = lambda facts: None,
 ) -> None:
     """Begin a study in a session folder, or go on with it, and serve it until it is interrupted.
@@ -41,6 +44,11 @@ def run_study(
         Participants to enrol; those that are there already are left as they are.
     port, host, open_browser
         See `tactogram.studio.server.serve`.
+    device : str
+        What a study with ``played_by = "server"`` plays on: ``audio``, ``audio:NAME``, or ``null``, which plays to
+        nobody.
+    full_scale : float, optional
+        What 1.0 of the device stands for, in the unit of the display's drive.
     ready : callable
         Called when it answers with ``experimenter`` (the page's address, with the token where one is needed), ``join``,
         ``codes`` (the address of each), ``addresses`` (of this machine, beyond loopback), ``session``, ``study``.
@@ -62,6 +70,10 @@ def run_study(
         anywhere.close()
     studio = Studio.at(folder.parent, alone=True)
     opened = studio.sessions.open(folder)
+    if opened.study.played_by == "server":
+        studio.sessions.display = ServerDisplay(device, full_scale)
+        for display in opened.stimuli.displays:
+            studio.sessions.display.check(display)
     opened.stimuli.begin()  # made while the first people read what they agree to
     known = {participant.code.casefold() for participant in opened.store.participants()}
     for code in codes:

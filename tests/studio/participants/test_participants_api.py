@@ -17,6 +17,7 @@ from PIL import Image as Pillow
 from tactogram.errors import DataError, ParameterError
 from tactogram.jobs.study_stimuli import Stimuli
 from tactogram.studio.participants.allowance import Allowance
+from tactogram.studio.participants.playing import ServerDisplay
 from tactogram.studio.participants.sessions import Sessions
 from tactogram.studio.participants.tickets import join_key_of, keys_of, ticket_of
 from tactogram.study import session_store
@@ -429,6 +430,16 @@ def test_the_server_s_display_plays_to_one_at_a_time_and_stops(tmp_path, opened,
     assert ended[0]["state"] == "stopped"
     assert two.post("play", token=other["token"], slot="A").json()["state"] == "ended"
     assert one.get("sound", token=page["token"], slot="A").status_code == 400
+
+
+def test_a_display_that_the_device_cannot_drive_is_refused_beforehand(tmp_path, opened):
+    _, session, _ = opened(tmp_path, played_by="server", display="voice-coil", level="peak=1")
+    [display] = session.stimuli.displays
+    assert display.name == "voice-coil"
+    ServerDisplay("null").check(display)
+    ServerDisplay("audio", 10.0).check(display)
+    with pytest.raises(ParameterError, match="voice-coil is driven in V: say with --full-scale"):
+        ServerDisplay("audio").check(display)
 
 
 def test_a_clock_that_is_set_back_changes_nothing(tmp_path, opened, person, monkeypatch):

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from tactogram.errors import TactogramError
-from tactogram.jobs.playback import NULL, Playback
+from tactogram.jobs.playback import NULL, Playback, full_scale_of
 from tactogram.rendering.display import Display
 from tactogram.signal import Signal
 
@@ -42,6 +42,16 @@ class ServerDisplay:
     def simulated(self) -> bool:
         """Whether it plays to nobody."""
         return self.device == NULL
+
+    def check(self, display: Display) -> None:
+        """Refuse a display that the device cannot drive.
+
+        Raises
+        ------
+        ParameterError
+            If it is none for a sound card, or nobody says what full scale stands for.
+        """
+        full_scale_of(display, self.device.partition(":")[0], self.full_scale)
 
     def play(self, owner: str, drive: Signal, display: Display) -> dict[str, Any]:
         """Play a drive to its end, and return `Playback.facts`; what the same owner had playing is stopped.

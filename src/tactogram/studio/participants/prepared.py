@@ -82,6 +82,13 @@ class PreparedStimuli:
             self._ended = True
             self._wanted.notify()
 
+    @property
+    def displays(self) -> tuple[Display, ...]:
+        """Those that anything is played on."""
+        played = [stimulus for stimulus in self.study.all_stimuli if stimulus.is_played]
+        named = {stimulus.display or self.study.display: stimulus for stimulus in played}
+        return tuple(self._made.display(stimulus) for stimulus in named.values())
+
     def display(self, presented: Presented) -> Display:
         """Return what a slot is played on; of silence the study's."""
         if presented.stimulus is None:

@@ -71,7 +71,7 @@ export function showPage({ page, language, sounds, images, stage, draft, send })
     return say(language, `need_${reasons[0]}`);
   }
 
-  const form = make("form", { class: `page kind-${page.kind}${matrix ? " with-matrix" : ""}`, novalidate: true, autocomplete: "off" });
+  const form = make("form", { class: `page kind-${page.kind}${matrix ? " with-matrix" : ""}`, "data-token": page.token, novalidate: true, autocomplete: "off" });
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     if (sent || performance.now() - began < FIRST_MS || missing() !== null) return;
