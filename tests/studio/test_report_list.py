@@ -1,5 +1,7 @@
 import json
 import os
+import subprocess
+import sys
 
 import pytest
 
@@ -138,3 +140,14 @@ def test_results_of_experiments_are_those_at_hand(tmp_path):
     found = {one.name: one for one in experiments_with_results(Workspace.at(tmp_path), experiments())}
     assert set(found) == set(experiments())
     assert result in found["displays"].results
+
+
+def test_the_pages_need_no_torch_to_be_there():
+    program = (
+        "import sys\n"
+        "from tactogram.studio.pages import live, reports, send\n"
+        "assert 'torch' not in sys.modules, 'torch'\n"
+        "assert 'matplotlib.pyplot' not in sys.modules, 'pyplot'\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], check=False, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr

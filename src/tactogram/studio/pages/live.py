@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from typing import Any
 
 from nicegui import app, ui
@@ -38,6 +39,7 @@ def add(studio: Studio) -> None:
 
     @ui.page("/live")
     def show(data: str = "") -> None:
+        ui.add_head_html('<link rel="stylesheet" href="/static/send.css">')
         ui.add_head_html('<link rel="stylesheet" href="/static/live.css">')
         ui.add_body_html('<script type="module" src="/static/live.js"></script>')
         with page("Live"):
@@ -193,6 +195,25 @@ class LivePage:
             elif desk.result is not None and not desk.running:
                 for line in result_lines(desk.result):
                     ui.label(line)
+            command = self._command()
+            if command is not None:
+                with ui.expansion("The same on the command line").classes("w-full"):
+                    ui.label(command).classes("told")
+
+    def _command(self) -> str | None:
+        """Return how the command line does the same; traces alone it does not show."""
+        order, folder = self.desk.order, f"{self.studio.workspace.folder}/"
+        if order is None or not (order.plan or order.run):
+            return None
+        if not order.plan:
+            words = ["tactogram", "live", order.run, "--source", order.source]
+        else:
+            words = ["tactogram", "capture", order.plan, "--source", order.source, "--data", order.data]
+            words += ["--session", order.session] if order.session else []
+            words += ["--recognise", order.run] if order.run else []
+            for key, value in order.changes.items():
+                words += ["--set", f"{key}={value}"]
+        return shlex.join(word.replace(folder, "") for word in words)
 
     def _state_line(self) -> str:
         return {

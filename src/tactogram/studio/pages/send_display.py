@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
@@ -260,7 +261,11 @@ class DisplayCards:
                 ui.label("looking for outputs").classes("quiet small")
             ui.timer(0.05, self._look, once=True)
             return
-        there = {o["device"]: o["title"] for o in self._outputs if o["missing"] is None}
+        there = {
+            o["device"]: o["title"]
+            for o in self._outputs
+            if o["missing"] is None and not o["device"].startswith("digilent")
+        }
         if there:
             held = self.kept.get("output", NULL)
             self._output = ui.select(
@@ -285,7 +290,25 @@ class DisplayCards:
         for output in self._outputs:
             if output["missing"] is not None:
                 ui.label(f"{output['title']}: {output['missing']}").classes("small quiet")
+            elif output["device"].startswith("digilent"):
+                # It plays out of its own buffer, which this page could not fade out.
+                ui.label(f"{output['title']}: play the drive on it by the command below.").classes(
+                    "small quiet"
+                )
+        if self.sent is not None:
+            command_line(self._play_commands(self.sent))
         self._log()
+
+    def _play_commands(self, sent: Sent) -> list[str]:
+        display = sent.order.display if isinstance(sent.order, DriveOrder) else ""
+        devices = [o["device"] for o in self._outputs if o["missing"] is None]
+        return [
+            shlex.join(
+                ["tactogram", "play", "drive.npz", "--display", display, "--device", device]
+                + ([] if device.startswith("digilent") else ["--strength", f"{CAREFUL:g}"])
+            )
+            for device in devices
+        ]
 
     async def _look(self) -> None:
         self._outputs = await in_background(outputs)
