@@ -1,11 +1,13 @@
 import json
 import re
+from dataclasses import replace
 
 import pytest
 
 from tactogram.cli import main
 from tactogram.jobs.study import export_study, simulate_study
 from tactogram.jobs.study_analysis import analyse_study
+from tactogram.study.answers import Answers, read_answers, write_answers
 from tactogram.study.session_store import SessionStore
 
 
@@ -106,3 +108,17 @@ def test_practice_is_analysed_when_asked_for_and_said_so(session, tmp_path):
     assert "Practice trials, which do not count." in plain(
         (tmp_path / "report.html").read_text(encoding="utf-8")
     )
+
+
+def test_what_devices_measured_stands_in_the_report(session, tmp_path):
+    export_study(session, table=tmp_path / "answers.csv")
+    whole = read_answers(tmp_path / "answers.csv")
+    rows = [
+        replace(row, more={**row.more, "device_finger_speed_mm_s": str(480 + k % 3), "device_pointer": "pen"})
+        for k, row in enumerate(whole)
+    ]
+    write_answers(tmp_path / "answers.csv", Answers(tuple(rows)))
+    analyse_study(tmp_path / "answers.csv", tmp_path / "out", draws=200, figures=False)
+    text = plain((tmp_path / "out" / "report.html").read_text(encoding="utf-8"))
+    assert "Mean speed of the finger over the area, mm/s, as measured 481 480 482" in text
+    assert "What was moved" not in text

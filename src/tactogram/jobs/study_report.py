@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import csv
+import math
+import statistics
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,6 +19,7 @@ from tactogram.study.analysis import Section as Said
 from tactogram.study.analysis.finding import number, p_text
 from tactogram.study.answers import Answers
 from tactogram.study.beside import NOTES, PARTICIPANTS, notes_table, participants_table
+from tactogram.study.device_facts import COLUMN, described
 from tactogram.study.session_store import SessionStore
 from tactogram.study.sitting import consent_sha256
 from tactogram.study.study_file import Study
@@ -273,9 +276,41 @@ def _participants(taken: Taken, analysis: Analysis) -> list[Block]:
         blocks.append(
             Table(headings, rows, folded=f"Each participant and what the device said ({len(rows)})")
         )
+    if measured := _measured(taken.answers):
+        caption = "What devices said with the answers; speeds and rates as measured in the browser."
+        blocks.append(
+            Table(("", "median", "lowest", "highest", "answers", "people"), measured, caption=caption)
+        )
     if taken.withdrawn:
         blocks.append(Text(f"{taken.withdrawn} withdrew; nothing of them is kept."))
     return blocks
+
+
+def _measured(answers: Answers) -> list[list[object]]:
+    """Return median and range of each number that devices sent with answers to trials."""
+    rows: list[list[object]] = []
+    for column in answers.further:
+        if not column.startswith(COLUMN):
+            continue
+        held = [
+            (row.participant, value)
+            for row in answers
+            if (value := _number(row.more.get(column, ""))) is not None
+        ]
+        if held:
+            values = sorted(value for _, value in held)
+            people = len({participant for participant, _ in held})
+            named = described(column.removeprefix(COLUMN))
+            rows.append([named, statistics.median(values), values[0], values[-1], len(values), people])
+    return rows
+
+
+def _number(text: str) -> float | None:
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
 
 
 def _belongs(name: str, said: Said, analysis: Analysis) -> bool:
