@@ -17,7 +17,7 @@ RATE = 48_000
 NORMAL_PEAK = 0.5
 """Largest sample, in full scales, of what is played at a level of its own: 6 dB below full scale."""
 KNEE = 0.8
-"""Above which the limiter bends; no sample reaches 1."""
+"""Above which the limiter bends; no sample exceeds 1."""
 FADE_S = 0.005
 LONGEST_S = 60.0
 """What is longer is cut: a page plays what it shows, not an archive."""
@@ -102,7 +102,7 @@ def common_gain(peaks: list[float]) -> float:
 
 
 def limited(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-    """Return ``x`` with what exceeds `KNEE` bent smoothly so that it stays below 1, and the share that was bent."""
+    """Return ``x`` with what exceeds `KNEE` bent smoothly so that it stays within 1, and the share that was bent."""
     size = np.abs(x)
     over = size > KNEE
     room = 1 - KNEE

@@ -378,7 +378,7 @@ def _numbers(on: MakePage) -> None:
         }.items()
         if there
     ]
-    notes = [f"Left empty, {' and '.join(empty)} are the model's own."] if empty else []
+    notes = [f"Left empty: the model's own {', '.join(empty)}."] if empty else []
     if form.own_seed:
         notes.append("The seed draws the model's latent input, too.")
     if notes:

@@ -25,7 +25,7 @@ def draw_results(on: MakePage) -> None:
     if on.failed:
         with ui.element("section").classes("card").props('role="alert"'):
             ui.label("Nothing was made").classes("h2")
-            ui.label(f"{on.failed}. Choose another run, or train this one longer.")
+            ui.label(f"{on.failed.rstrip('.')}.")
     present = on.desk.present()
     if present is None:
         if not on.failed:
@@ -34,7 +34,11 @@ def draw_results(on: MakePage) -> None:
                 ui.label("Press Make: what comes out is drawn and can be played here.").classes("quiet")
         return
     name = str(on.desk.held.get("present"))
-    beside = [(other, made) for other, made in on.desk.beside() if other != name]
+    beside = [
+        (other, made)
+        for other, made in on.desk.beside()
+        if other != name and made.is_image == present.is_image
+    ]
     shown = [(name, present), *beside]
     signals = {other: made.signal() for other, made in shown if not made.is_image}
     _compare_bar(on, name, present, beside)
@@ -106,7 +110,7 @@ def _compare_bar(on: MakePage, name: str, present: Made, beside: list[tuple[str,
                 loop = ui.checkbox("Loop").props("dense")
                 desk.held.setdefault("loop", True)
                 loop.bind_value(desk.held, "loop")
-        if len(beside) and any(not made.is_image for _, made in beside):
+        if beside and not present.is_image:
             switch = ui.switch("At their true strengths", value=bool(desk.held.get("true_levels")))
             switch.props("dense").on_value_change(telling(levels))
             ui.label("Keys 1 to 9 change between them while they play; Escape stops.").classes("small quiet")
