@@ -25,7 +25,7 @@ from tactogram.signal.synthesis import synthesise
 from tactogram.signal.texture_map import TextureMap
 from tactogram.studio.shelf import Shelf
 from tactogram.studio.touch_tables import ASSUMED_SPEED_MM_S, Table, table_of_map, table_of_signal
-from tactogram.studio.workspace import Workspace
+from tactogram.studio.workspace import MOST_FOLDERS, Workspace
 
 if TYPE_CHECKING:
     from tactogram.jobs.training import LoadedRun
@@ -209,8 +209,10 @@ class TouchSources:
     def _of_files(self) -> Iterator[Offer]:
         """Yield signal files that lie neither in a run nor in what the studio keeps itself."""
         count = 0
-        for text, folders, files in os.walk(self._workspace.folder):
+        for seen, (text, folders, files) in enumerate(os.walk(self._workspace.folder)):
             folder = Path(text)
+            if seen >= MOST_FOLDERS:
+                return
             inside = folder.relative_to(self._workspace.folder).parts
             skip = len(inside) > 4 or {"recipe.toml", "dataset.json"} & set(files)
             folders[:] = sorted(

@@ -107,7 +107,7 @@ function scale() {
     (known
       ? `measured with a card: ${known.toFixed(2)} pixels for each mm.`
       : `assumed: ${ASSUMED.toFixed(2)} pixels for each mm, as CSS has it. Measure it for true speeds.`);
-  sound.tellNow({ kind: "fields", fields: rows.fields(), width_mm: width / rows.fields().length });
+  sound.tell({ kind: "fields", fields: rows.fields(), width_mm: width / rows.fields().length });
 }
 
 function showNumbers() {

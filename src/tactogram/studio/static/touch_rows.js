@@ -52,7 +52,7 @@ export class Rows {
   /** Ask what there is, until there is something, and load what was chosen. */
   async begin() {
     for (;;) {
-      const found = await fetch("/touch/offers").then((answer) => answer.json());
+      const found = await offersNow();
       this._offers = found.offers;
       this._waiting.textContent = this._offers.length ? "" : found.waiting;
       if (this._offers.length) break;
@@ -68,7 +68,7 @@ export class Rows {
 
   /** Look again at what there is, and feel the newest file or kept result with this name. */
   async choose(where, of) {
-    this._offers = (await fetch("/touch/offers").then((answer) => answer.json())).offers;
+    this._offers = (await offersNow()).offers;
     await this._change(this._rows[0], { key: keyOf({ where, of, material: "" }), lay: "auto", speed: null });
   }
 
@@ -271,6 +271,14 @@ const SHOWN = {
 const figure = (value) => Number(value.toPrecision(4)).toString();
 const keyOf = ({ where, of, material }) => JSON.stringify([where, of, material]);
 const picture = ({ table, picture: shown }) => ({ ...shown, name: table.head.name });
+
+async function offersNow() {
+  try {
+    return await (await fetch("/touch/offers")).json();
+  } catch {
+    return { offers: [], waiting: "The server does not answer: is tactogram studio still running? Trying again." };
+  }
+}
 
 async function pictureOf(query) {
   const answer = await fetch(`/touch/picture?${query}`);

@@ -16,7 +16,7 @@ export class Sound {
     this.threaded = this.context.audioWorklet !== undefined;
     /** Seconds from a pointer event to the output of the first block that follows it, newest last. */
     this.latencies = [];
-    this._ready = this.threaded ? this._withWorklet() : this._withoutWorklet();
+    this._ready = this.threaded ? this._withWorklet().catch(() => this._withoutWorklet()) : this._withoutWorklet();
   }
 
   get rate() {
@@ -32,15 +32,16 @@ export class Sound {
     this._send(message);
   }
 
-  /** Tell it at once, if it is there: motion that comes before is of no use. */
+  /** Tell it at once, if it plays: motion that comes before is of no use later. */
   tellNow(message) {
-    this._send?.(message);
+    if (this.context.state === "running") this._send?.(message);
   }
 
   /** Begin; a browser allows it only when somebody has just pressed something. */
   async begin() {
+    const resumed = this.context.resume();
     await this._ready;
-    if (this.context.state !== "running") await this.context.resume();
+    await resumed;
   }
 
   /** Return what the browser says of its delays, s; null where it does not say. */
@@ -85,6 +86,7 @@ export class Sound {
 
   /** Over plain HTTP beyond this machine browsers give no worklet: then the page's own thread makes the samples. */
   async _withoutWorklet() {
+    this.threaded = false;
     const player = new Player(this.context.sampleRate, (report) => this._heard(report));
     const script = this.context.createScriptProcessor(1024, 0, 2);
     script.onaudioprocess = ({ outputBuffer, playbackTime }) => {
