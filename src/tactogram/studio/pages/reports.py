@@ -49,9 +49,8 @@ def add(studio: Studio) -> None:
         with page("Reports", wide=True):
             with ui.tabs().classes("w-full") as tabs:
                 places = {name: ui.tab(name, label=label) for name, label in TABS.items()}
-            with ui.tab_panels(tabs, value=places.get(tab, places["reports"])).classes(
-                "w-full bg-transparent"
-            ):
+            first = places.get(tab, places["reports"])
+            with ui.tab_panels(tabs, value=first).classes("w-full bg-transparent") as panels:
                 with ui.tab_panel(places["reports"]).classes("p-0"):
                     ReportsPanel(studio, of)
                 with ui.tab_panel(places["published"]).classes("p-0"):
