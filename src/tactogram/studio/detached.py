@@ -19,9 +19,6 @@ SAME_S = 2.0
 NICE = 5
 """So that pages stay quick while something is learned."""
 
-_children: dict[int, subprocess.Popen[bytes]] = {}
-_lock = threading.Lock()
-
 
 @dataclass(frozen=True)
 class Process:
@@ -39,9 +36,6 @@ class Process:
 
     def alive(self) -> bool:
         """Say whether it is still there and not only waiting to be reaped."""
-        with _lock:
-            if (child := _children.get(self.pid)) is not None and child.poll() is not None:
-                del _children[self.pid]
         return self._found() is not None
 
     def ask_to_end(self) -> bool:
@@ -97,8 +91,7 @@ def start(arguments: Sequence[str], *, folder: Path, log: Path) -> Process:
             start_new_session=True,
             env={**os.environ, "PYTHONUNBUFFERED": "1"},
         )
-    with _lock:
-        _children[child.pid] = child
+    threading.Thread(target=child.wait, name=f"reaper of {child.pid}", daemon=True).start()
     try:
         process = psutil.Process(child.pid)
         created = process.create_time()
