@@ -1,12 +1,13 @@
 """Participants at once against the server of ``tactogram study run``, over HTTP, from consent to end.
 
-The study `abx` (simulated stimuli) with its 4 trials of practice and 16 that count. Participants are simulated: threads
-of another process on the same machine, each with a connection of its own. They come 10 s after the server, which makes
-its stimuli ahead. "1 to 3 s" is how long they think on each page, after fetching its three sounds of 1 s; "all at once"
-is nobody thinking, and no sounds: every answer meets 29 others. An answer's time is from sending it until the next page
-is there; it is on the disk then (SQLite, WAL, full sync). "lost" are answers that were acknowledged and are not in the
-store, "doubled" pages that stand there twice, both counted after the end. "load" is the machine's load average at the
-beginning: above the number of cores, times are those of a busy machine.
+The study `abx` (simulated stimuli) with its 4 trials of practice and 16 that count. Participants are simulated:
+threads of another process on the same machine, each with a connection of its own. They come 10 s after the server,
+which makes its stimuli ahead. "1 to 3 s" is how long they think on each page, after fetching its three sounds of 1 s;
+"all at once" is nobody thinking, and no sounds: every answer meets 29 others. An answer's time is from sending it
+until the next page is there; it is on the disk then (SQLite, WAL, full sync). "lost" are answers that were
+acknowledged and are not in the store, "doubled" pages that stand there twice, both counted after the end. "processor"
+is what the server had of the processors for each answer, with its page and sounds and what it still made ahead. "load"
+is the machine's load average at the beginning: above the number of cores, times are those of a busy machine.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from pathlib import Path
 from urllib.parse import urlencode, urlsplit
 
 import numpy as np
+import psutil
 
 from tactogram.study.session_store import SessionStore
 
@@ -69,13 +71,14 @@ def taken(folder, participants, thinking):
     try:
         facts = json.loads(process.stdout.readline())
         time.sleep(READY_S)
-        begun = time.perf_counter()
+        server = psutil.Process(process.pid)
+        before, begun = sum(server.cpu_times()[:2]), time.perf_counter()
         people = [Simulated(facts["join"], thinking, seed) for seed in range(participants)]
         for one in people:
             one.start()
         for one in people:
             one.join()
-        wall = time.perf_counter() - begun
+        wall, busy = time.perf_counter() - begun, sum(server.cpu_times()[:2]) - before
     finally:
         process.terminate()
         process.wait(30)
@@ -85,6 +88,7 @@ def taken(folder, participants, thinking):
     return {
         "answers": len(answers),
         "answers/s": len(answers) / wall,
+        "processor ms": 1e3 * busy / len(answers),
         "p50 ms": float(np.percentile(answers, 50)),
         "p99 ms": float(np.percentile(answers, 99)),
         "max ms": float(answers.max()),

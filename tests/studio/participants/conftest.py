@@ -1,5 +1,6 @@
 """Small studies with files of their own, and the pages for participants over them, behind the guard."""
 
+import asyncio
 import contextlib
 import subprocess
 import sys
@@ -84,6 +85,24 @@ def serving(sessions, settings=SETTINGS):
         yield client
 
 
+class InProcess:
+    """A browser's client to an application in this process, without a socket; any thread may ask."""
+
+    def __init__(self, app, loop):
+        self._loop = loop
+        self._client = httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url=LOCAL)
+
+    def request(self, method, path, **options):
+        asked = self._client.request(method, path, **options)
+        return asyncio.run_coroutine_threadsafe(asked, self._loop).result(20)
+
+    def get(self, path, **options):
+        return self.request("GET", path, **options)
+
+    def post(self, path, **options):
+        return self.request("POST", path, **options)
+
+
 class Person:
     """Somebody with a browser who takes a study, one page after the other."""
 
@@ -164,8 +183,20 @@ def person_fixture():
     return Person
 
 
+@pytest.fixture(scope="session")
+def loop():
+    """Give an event loop that runs in a thread."""
+    running = asyncio.new_event_loop()
+    thread = threading.Thread(target=running.run_forever, daemon=True)
+    thread.start()
+    yield running
+    running.call_soon_threadsafe(running.stop)
+    thread.join()
+    running.close()
+
+
 @pytest.fixture
-def opened():
+def opened(loop):
     """Give a function that opens a study in a folder: sessions, session, and a browser's client."""
     with contextlib.ExitStack() as stack:
 
@@ -177,7 +208,7 @@ def opened():
             return sessions, session, client_of(sessions)
 
         def client_of(sessions):
-            return stack.enter_context(serving(sessions))
+            return InProcess(Guard(make_participant_app(sessions), SETTINGS), loop)
 
         open_study.client_of = client_of
         yield open_study

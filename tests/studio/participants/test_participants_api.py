@@ -277,12 +277,10 @@ def test_a_picture_is_sent_as_it_is_and_says_nothing_else(tmp_path, opened, pers
 
 def test_a_stimulus_that_fails_is_named_to_the_experimenter_only(tmp_path, opened, person):
     _, session, client = opened(tmp_path)
-    one = person(client, session.join_path)
-    page = one.go_to("abx")
     for path in (tmp_path / "files").glob("*.wav"):
         path.write_bytes(b"RIFF")
-    session.stimuli._made._signals.clear()
-    session.stimuli._made._drives.clear()
+    one = person(client, session.join_path)
+    page = one.go_to("abx")
     answered = one.get("sound", token=page["token"], slot="A")
     assert (answered.status_code, answered.json()) == (
         503,
