@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.jobs.reproduce import experiments
+from tactogram.jobs.experiment_list import experiments
 from tactogram.jobs.table import table
 from tactogram.studio.report_list import (
     experiments_with_results,

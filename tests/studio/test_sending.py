@@ -10,6 +10,7 @@ import pytest
 from tactogram.cli import main
 from tactogram.datasets import open_store
 from tactogram.errors import DataError, ParameterError
+from tactogram.jobs.actuators import calibrate
 from tactogram.jobs.render import render
 from tactogram.rendering.catalogue import open_display
 from tactogram.rendering.files.formats import FORMATS
@@ -161,3 +162,38 @@ def test_the_most_dangerous_is_said_first(tmp_path):
 )
 def test_a_level_is_written_as_the_command_line_takes_it(kind, value, text):
     assert level_text(kind, value) == text
+
+
+def test_a_signal_over_displacement_needs_a_speed(sending):
+    along = Signal(texture().samples[:1], 40, "1", ("x",), "displacement")
+    of = f"kept:{sending.shelf.keep(along, title='Felt', facts={}).id}"
+    with pytest.raises(ParameterError, match="speed"):
+        sending.drive(DriveOrder(of, "audio", "peak=0.5"))
+    sent = sending.drive(DriveOrder(of, "audio", "peak=0.5", speed_mm_s=50.0))
+    assert "met at 50 mm/s" in sent.found["report"]["scaled"][0]
+    assert "--speed 50" in sent.found["commands"][0]
+    with pytest.raises(ParameterError, match="speed|moves"):
+        sending.file(FileOrder(of, "ahap"))
+    assert "--play-at 50" in sending.file(FileOrder(of, "ahap", play_at=50.0)).found["commands"][0]
+
+
+def test_a_persons_calibration_is_taken(sending):
+    folder = sending.workspace.folder
+    rows = [
+        f"{who},{v},{0.3 * (1 + k_e * v**2 / 0.5)},0.5"
+        for who, k_e in (("anna", 2e-5), ("ben", 4e-5))
+        for v in (0, 0, 40, 40, 70, 70, 100, 100)
+    ]
+    (folder / "pairs.csv").write_text(
+        "\n".join(["person,voltage_v_rms,friction,normal_force_n", *rows]) + "\n"
+    )
+    calibrate(folder / "pairs.csv", folder / "people.toml")
+    mu = 0.34 + 0.04 * np.sin(2 * np.pi * np.arange(2000) / 2000)
+    of = f"kept:{sending.shelf.keep(Signal(mu.astype(np.float32), 4000, '1'), title='Friction', facts={}).id}"
+    assert list(sending.calibrations()) == ["people.toml"]
+    peaks = []
+    for person in ("anna", "ben"):
+        order = DriveOrder(of, "electrovibration", "physical", calibration="people.toml", person=person)
+        peaks.append(sending.drive(order).found["report"]["drive"]["peak"])
+    # Twice the force per volt squared needs the root of half of it.
+    assert peaks[0] / peaks[1] == pytest.approx(2**0.5, rel=0.02)

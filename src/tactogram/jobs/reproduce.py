@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import inspect
 import json
 from collections.abc import Mapping
@@ -17,6 +16,7 @@ from tactogram.jobs.capture import capture
 from tactogram.jobs.crossval import crossval
 from tactogram.jobs.data import import_store
 from tactogram.jobs.evaluate import evaluate
+from tactogram.jobs.experiment_list import experiments
 from tactogram.jobs.generate import generate
 from tactogram.jobs.live import live
 from tactogram.jobs.made_by_words import made_by_words
@@ -53,16 +53,6 @@ class Jobs:
         self.score = score
         self.capture = capture
         self.live = live
-
-
-def experiments() -> dict[str, str]:
-    """Return each experiment's name and the first line of what it is, without importing any."""
-    found = {}
-    for file in sorted(Path(package.__path__[0]).glob("*.py")):
-        if not file.stem.startswith("_"):
-            text = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
-            found[file.stem] = text.split("\n", 1)[0]
-    return found
 
 
 def reproduce(

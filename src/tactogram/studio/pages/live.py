@@ -82,6 +82,7 @@ class LivePage:
         self.desk.holder = self.tab
         self.form.remember()
         self._refresh()
+        ui.run_javascript("document.querySelector('.happening').scrollIntoView({block: 'start'})")
 
     @telling
     async def _stop(self) -> None:
@@ -238,7 +239,9 @@ class LivePage:
         with ui.element("section").classes("card w-full").props('aria-label="Session"'):
             with ui.element("div").props('aria-live="assertive"'):
                 place = desk.console.status.place if desk.console.status else "Opening"
-                ui.label(question.text if question else place).classes("prompt")
+                ui.label(place).classes("prompt")
+                if question is not None and question.text != place:
+                    ui.label(question.text.removeprefix(f"{place}: "))
             if question is not None:
                 with ui.row().classes("gap-2 mt-2"):
                     for key, meaning in question.keys.items():

@@ -11,11 +11,11 @@ from fastapi.responses import FileResponse, JSONResponse
 from nicegui import app, ui
 
 from tactogram.errors import TactogramError
+from tactogram.jobs.experiment_list import experiments
 from tactogram.jobs.table import table
 from tactogram.studio.guard import REPORT
-from tactogram.studio.layout import in_background, page, telling
+from tactogram.studio.layout import page, telling
 from tactogram.studio.report_list import (
-    Experiment,
     Readable,
     experiments_with_results,
     matching,
@@ -50,27 +50,13 @@ def add(studio: Studio) -> None:
             with ui.tabs().classes("w-full") as tabs:
                 places = {name: ui.tab(name, label=label) for name, label in TABS.items()}
             first = places.get(tab, places["reports"])
-            with ui.tab_panels(tabs, value=first).classes("w-full bg-transparent") as panels:
+            with ui.tab_panels(tabs, value=first).classes("w-full bg-transparent"):
                 with ui.tab_panel(places["reports"]).classes("p-0"):
                     ReportsPanel(studio, of)
                 with ui.tab_panel(places["published"]).classes("p-0"):
                     PublishedPanel()
                 with ui.tab_panel(places["experiments"]).classes("p-0"):
-                    panel = ExperimentsPanel(studio)
-
-            async def turned() -> None:
-                if panels.value == "experiments":
-                    await panel.load()
-
-            panels.on_value_change(turned)
-            if tab == "experiments":
-                ui.timer(0.05, panel.load, once=True)
-
-
-def _experiments(studio: Studio) -> list[Experiment]:
-    from tactogram.jobs.reproduce import experiments  # with torch, which the server does without at its start
-
-    return experiments_with_results(studio.workspace, experiments())
+                    ExperimentsPanel(studio)
 
 
 class ReportsPanel:
@@ -190,26 +176,9 @@ class ExperimentsPanel:
     """Experiments behind published tables and figures, and the results of them that lie at hand."""
 
     def __init__(self, studio: Studio) -> None:
-        self.studio = studio
-        self.found: list[Experiment] | None = None
-        self._all()
-
-    @telling
-    async def load(self) -> None:
-        """Look for them, once; the jobs that an experiment may call take some seconds to import."""
-        if self.found is None:
-            found = await in_background(_experiments, self.studio)
-            self.found = sorted(found, key=lambda one: not one.results)
-            self._all.refresh()
-
-    @ui.refreshable_method
-    def _all(self) -> None:
+        found = experiments_with_results(studio.workspace, experiments())
         with ui.column().classes("w-full gap-4 mt-4"):
-            if self.found is None:
-                with ui.row().classes("items-center"):
-                    ui.spinner()
-                    ui.label("looking for experiments").classes("quiet")
-            for one in self.found or []:
+            for one in sorted(found, key=lambda one: not one.results):
                 with ui.element("section").classes("card w-full").props(f'aria-label="{one.name}"'):
                     ui.label(one.name).classes("h2")
                     ui.label(one.title)

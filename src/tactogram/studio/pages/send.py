@@ -172,7 +172,9 @@ class SendPage:
             signal = read_uploaded_signal(name, data, **given)
             folder = self.studio.workspace.own / "uploads"
             folder.mkdir(parents=True, exist_ok=True)
-            path = folder / f"{Path(safe_name(name)).stem}.npz"
+            stem, count = Path(safe_name(name)).stem, 1
+            while (path := folder / f"{stem}{'' if count == 1 else f'-{count}'}.npz").exists():
+                count += 1
             write_signal(path, signal, metadata={"uploaded": name})
             return f"file:{self.studio.workspace.name_of(path)}"
 
