@@ -26,14 +26,16 @@ def add_verbs(verbs: Verbs) -> None:
 
 def reproduce(a: Arguments) -> None:
     """Run the experiment behind a published table or figure."""
-    from tactogram.jobs.progress import shown
-    from tactogram.jobs.reproduce import experiments, reproduce
-    from tactogram.recipe import parse_changes
+    from tactogram.jobs.experiment_list import experiments
 
     if a.list or a.experiment is None:
         found = experiments()
         print_result(a, found, columns(list(found.items())))
         return
+    from tactogram.jobs.progress import shown
+    from tactogram.jobs.reproduce import reproduce
+    from tactogram.recipe import parse_changes
+
     with shown() as progress:
         result = reproduce(
             a.experiment, recipe=a.recipe, out=a.out, options=parse_changes(a.set), progress=progress

@@ -262,7 +262,7 @@ class Experiment:
 
 
 def experiments_with_results(workspace: Workspace, known: Mapping[str, str]) -> list[Experiment]:
-    """Return the experiments that `tactogram.jobs.reproduce.experiments` names, with the results at hand."""
+    """Return the experiments that `tactogram.jobs.experiment_list.experiments` names, with the results at hand."""
     found = []
     for name, title in known.items():
         places = (COMMITTED / f"{name}.json", workspace.folder / "runs" / name / "result.json")
