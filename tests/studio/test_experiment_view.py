@@ -1,4 +1,5 @@
 import io
+import re
 import zipfile
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -181,5 +182,27 @@ def test_a_study_that_cannot_be_served_is_refused_before_a_port_is_taken(tmp_pat
     monkeypatch.setattr(study_run, "serve", lambda *_, **__: pytest.fail("served"))
     with pytest.raises(ParameterError, match="no such study"):
         study_run.run_study("nothing", tmp_path / "session")
+    with pytest.raises(ParameterError, match="a study needs --out"):
+        study_run.run_study("abx")
+    with pytest.raises(DataError, match="no study was begun here"):
+        study_run.run_study(tmp_path)
     with pytest.raises(ParameterError, match="never a name"):
         study_run.run_study("abx", tmp_path / "session", codes=["Hanako"])
+
+
+def test_a_session_goes_on_as_it_was_begun(session, monkeypatch):
+    served = []
+    monkeypatch.setattr(study_run, "serve", lambda studio, **options: served.append((studio, options)))
+    study_run.run_study(session.path.parent, codes=["p1", "P3"])
+    [(studio, options)] = served
+    studio.sessions.close()
+    assert options["path"] == "/experiment/pilot"
+    assert [one.code for one in session.participants()] == ["P1", "P2", "P3"]
+    with pytest.raises(ParameterError, match="leave out --out and --set"):
+        study_run.run_study(session.path.parent, changes={"seed": 2})
+
+
+def test_addresses_of_this_machine_are_no_loopback():
+    assert all(
+        re.fullmatch(r"\d+(\.\d+){3}", one) and not one.startswith("127.") for one in study_run.addresses()
+    )

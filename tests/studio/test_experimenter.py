@@ -147,7 +147,8 @@ def test_ctrl_c_ends_it_in_a_line_and_run_again_it_goes_on(page, served, lab):
     said = (lab / "server.log").read_text().splitlines()
     assert said[-1] == "tactogram: the study's server ended; all answers are stored"
     assert not [line for line in said if "Traceback" in line or "Error" in line]
-    with running(served, lab) as (process, _):
+    again = ("study", "run", "pilot", "--port", "0", "--no-open")
+    with served(*again, folder=lab, prefix="experimenter: ") as (process, _):
         assert join in process.stdout.readline()
     with SessionStore(lab / "pilot") as store:
         assert [one.code for one in store.participants()] == known

@@ -264,7 +264,10 @@ def test_codes_are_taken_once_whatever_their_case_and_found_so(store):
 
 
 def test_another_study_or_another_file_is_refused(store, make_study, tmp_path):
-    with pytest.raises(DataError, match="was begun with another small than this small; give another folder"):
+    with pytest.raises(
+        DataError,
+        match=r"was begun with another small than this small \(they differ in seed\); give another folder",
+    ):
         SessionStore(store.path.parent, make_study(seed=4))
     with pytest.raises(DataError, match="no study was begun here"):
         SessionStore(tmp_path / "nothing")

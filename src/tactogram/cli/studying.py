@@ -20,8 +20,12 @@ def add_verbs(verbs: Verbs) -> None:
     _changes_option(add)
 
     add = study.add("run", run)
-    add("study", metavar="FILE|NAME", help="a study: a TOML file, or one of `study list`")
-    add("--out", required=True, metavar="DIR", help="folder of the session; made, or gone on with")
+    add(
+        "study",
+        metavar="FILE|NAME|DIR",
+        help="a study: a TOML file, or one of `study list`; or the folder of a session, which goes on",
+    )
+    add("--out", metavar="DIR", help="folder of a study's session; made, or gone on with")
     server_options(add)
     add(
         "--device",
@@ -103,7 +107,7 @@ def run(a: Arguments) -> int:
             "experimenter": facts["experimenter"],
             "participants": facts["join"],
             **{f"participant {code}": address for code, address in facts["codes"].items()},
-            "addresses": facts["addresses"],
+            "participants, by number": facts["addresses"],
         }
         print_result(a, facts, lines_of(told))
         sys.stdout.flush()

@@ -158,7 +158,8 @@ class Experiment:
                 ui.button("Copy", on_click=lambda: ui.clipboard.write(address)).props("outline dense")
             if self.server.partition("://")[2].rpartition(":")[0] in LOCAL:
                 ui.label(
-                    "Only this machine reaches it. For tablets, begin with --host and this machine's address."
+                    "This address works on this machine alone. For tablets, begin with --host, and open this page by "
+                    "this machine's name or number."
                 ).classes("quiet small")
             ui.separator()
             languages = {"ja": "Japanese", "en": "English"}

@@ -516,8 +516,8 @@ class SessionStore:
         begun = Study.of(json.loads(facts), where=str(self.path))
         if study is not None and study.sha256 != begun.sha256:
             raise DataError(
-                f"{self.path.parent}: was begun with another {begun.name} than this {study.name}; "
-                "give another folder, or the file as it was"
+                f"{self.path.parent}: was begun with another {begun.name} than this {study.name} (they differ in "
+                f"{begun.differing(study)}); give another folder, or the file as it was"
             )
         return begun
 

@@ -169,10 +169,24 @@ class Study(BaseModel):
         """Return every resolved value; `Study.of` reads it."""
         return json.dumps(self.model_dump(mode="json", exclude_none=True), ensure_ascii=False, sort_keys=True)
 
+    def differing(self, other: Study) -> str:
+        """Return the first dotted key in which another study differs, "nothing" if none does."""
+        return _differing(json.loads(self.as_json()), json.loads(other.as_json())) or "nothing"
+
     @cached_property
     def sha256(self) -> str:
         """Follows from every resolved value."""
         return hashlib.sha256(self.as_json().encode()).hexdigest()
+
+
+def _differing(one: Any, other: Any, place: str = "") -> str:
+    if isinstance(one, dict) and isinstance(other, dict):
+        for key in sorted({*one, *other}):
+            inner = f"{place}.{key}" if place else key
+            if found := _differing(one.get(key), other.get(key), inner):
+                return found
+        return ""
+    return "" if one == other else place
 
 
 def shipped_studies() -> dict[str, Path]:

@@ -29,6 +29,8 @@ MOST_PICTURE_BYTES = 256 * 2**20
 """Of pictures that are kept; the least recently shown go first."""
 SILENCE_S = 1.0
 """Of a silent slot, where nothing else on its page says how long it is."""
+PATIENCE_S = 10.0
+"""For the stimulus that is being made when a session is closed."""
 BROWSER_RATES = (3000, 192_000)
 """Rates that browsers' sound takes, Hz (Web Audio API, AudioContextOptions: at least 8 to 96 kHz)."""
 
@@ -45,21 +47,12 @@ class PreparedStimuli:
         What its files stand beside.
     within : sequence of Path
         That they must lie in.
-
-    Raises
-    ------
-    TactogramError
-        If a file lies elsewhere, or the browser cannot play what the study says.
     """
 
     def __init__(self, study: Study, folder: Path, *, within: Sequence[Path]) -> None:
         self.study = study
         self.troubles: dict[str, str] = {}
         self._made = Stimuli(study, folder, within=within)
-        self._made.check_places()
-        if study.played_by == "browser":
-            for display in {stimulus.display or study.display for stimulus in study.all_stimuli}:
-                self._check_browser(display)
         self._pictures: OrderedDict[str, bytes] = OrderedDict()
         self._guard = threading.Lock()
         self._locks: defaultdict[object, threading.Lock] = defaultdict(threading.Lock)
@@ -67,6 +60,20 @@ class PreparedStimuli:
         self._soon: deque[Presented] = deque(maxlen=AHEAD)
         self._later = deque(Presented("", stimulus) for stimulus in study.all_stimuli[:AHEAD])
         self._begun = self._ended = False
+        self._thread: threading.Thread | None = None
+
+    def check(self) -> None:
+        """Refuse a study whose files lie elsewhere, or that a browser is to play and cannot.
+
+        Raises
+        ------
+        TactogramError
+            In one line.
+        """
+        self._made.check_places()
+        if self.study.played_by == "browser":
+            for display in self.displays:
+                check_browser(display)
 
     def begin(self) -> None:
         """Make stimuli ahead, in a thread; once, however often it is called."""
@@ -74,13 +81,16 @@ class PreparedStimuli:
             if self._begun:
                 return
             self._begun = True
-        threading.Thread(target=self._run, name="stimuli", daemon=True).start()
+            self._thread = threading.Thread(target=self._run, name="stimuli", daemon=True)
+            self._thread.start()
 
     def end(self) -> None:
-        """Make no more ahead."""
+        """Make no more ahead, and wait for what is being made: a program that ends amid native code is aborted."""
         with self._wanted:
             self._ended = True
             self._wanted.notify()
+        if self._thread is not None:
+            self._thread.join(PATIENCE_S)
 
     @property
     def displays(self) -> tuple[Display, ...]:
@@ -105,6 +115,8 @@ class PreparedStimuli:
         TactogramError
             If it cannot be made; the message names the stimulus, and is not for participants.
         """
+        if self.study.played_by == "browser":
+            check_browser(self.display(page.slot(slot)))
         played = self._once(page.slot(slot))
         return (played.drive.signal if played.drive is not None else self._silence(page)), played
 
@@ -204,17 +216,6 @@ class PreparedStimuli:
                 self._wanted.wait()
         return None
 
-    def _check_browser(self, name: str) -> None:
-        stimulus = next(s for s in self.study.all_stimuli if (s.display or self.study.display) == name)
-        display = self._made.display(stimulus)
-        low, high = BROWSER_RATES
-        if display.unit != "1" or not low <= display.rate <= high or display.rate % 1:
-            usable = ", ".join(known for known in shipped() if _by_browser(open_display(known)))
-            raise ParameterError(
-                f"a browser plays parts of full scale at {low} to {high} Hz, {display.name} takes {display.unit} at "
-                f"{display.rate:g} Hz: give a display such as {usable}, or played_by = 'server'"
-            )
-
 
 def wav_bytes(signal: Signal) -> bytes:
     """Return a drive as WAV: 32-bit floats, channels interleaved."""
@@ -225,5 +226,23 @@ def wav_bytes(signal: Signal) -> bytes:
     return file.getvalue()
 
 
+def check_browser(display: Display) -> None:
+    """Refuse a display that no browser can stand in for.
+
+    Raises
+    ------
+    ParameterError
+        If its drive is not in parts of full scale, or at a rate that browsers do not play.
+    """
+    if not _by_browser(display):
+        low, high = BROWSER_RATES
+        usable = ", ".join(known for known in shipped() if _by_browser(open_display(known)))
+        raise ParameterError(
+            f"a browser plays parts of full scale at {low} to {high} Hz, {display.name} takes {display.unit} at "
+            f"{display.rate:g} Hz: give a display such as {usable}, or played_by = 'server'"
+        )
+
+
 def _by_browser(display: Display) -> bool:
-    return display.unit == "1" and BROWSER_RATES[0] <= display.rate <= BROWSER_RATES[1]
+    low, high = BROWSER_RATES
+    return display.unit == "1" and low <= display.rate <= high and display.rate % 1 == 0
