@@ -15,6 +15,7 @@ import soundfile
 from PIL import Image as Pillow
 
 from tactogram.errors import DataError, ParameterError
+from tactogram.jobs.study import begin_session
 from tactogram.jobs.study_stimuli import Stimuli
 from tactogram.studio.participants.allowance import Allowance
 from tactogram.studio.participants.playing import ServerDisplay
@@ -402,6 +403,19 @@ def test_a_display_that_no_browser_plays_is_refused_before_anything_is_written(t
     ):
         sessions.begin(study, tmp_path / "session")
     assert not (tmp_path / "session").exists()
+
+
+def test_a_session_that_no_browser_plays_can_be_looked_at_and_sends_no_sound(
+    tmp_path, opened, person, write_study
+):
+    study = write_study(tmp_path, display="voice-coil", level="peak=0.8")
+    folder = begin_session(study, tmp_path / "session")
+    with Closing(Sessions(tmp_path)) as sessions:
+        session = sessions.open(folder)
+        one = person(opened.client_of(sessions), session.join_path)
+        page = one.go_to("abx")
+        assert one.get("sound", token=page["token"], slot="A").status_code == 503
+        assert any("voice-coil takes V" in why for why in session.troubles.values())
 
 
 def test_the_server_s_display_plays_to_one_at_a_time_and_stops(tmp_path, opened, person):

@@ -44,7 +44,7 @@ class OpenSession:
     Raises
     ------
     TactogramError
-        If it is no session, or its study cannot be shown.
+        If it is no session. A study that cannot be shown can still be looked at: its sounds are refused.
     """
 
     def __init__(self, folder: Path, *, within: Iterable[Path] = ()) -> None:
@@ -183,7 +183,7 @@ class Sessions:
             study = self._inside(Path(study))
         loaded = Study.load(study, changes=changes)
         beside = study_folder(study).resolve()
-        PreparedStimuli(loaded, beside, within=[beside, *self._within])
+        PreparedStimuli(loaded, beside, within=[beside, *self._within]).check()
         begin_session(study, folder, changes=changes)
         return self.open(folder)
 
