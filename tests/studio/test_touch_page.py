@@ -239,7 +239,7 @@ def test_the_sound_thread_makes_the_samples_that_rendering_makes(quiet, voices):
         # No limit comes in: 0.89 of full scale would be far above.
         found = rendered(quiet, queries, hand, 2.5, gain=1e-3, **options) / 1e-3
         assert np.sqrt(np.mean(expected**2)) > 0.3
-        assert np.abs(found - expected).max() < 1e-5 * np.abs(expected).max(), names
+        assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max(), names
 
 
 def test_models_over_speed_and_force_are_followed_as_rendering_follows_them(quiet):
@@ -254,7 +254,7 @@ def test_models_over_speed_and_force_are_followed_as_rendering_follows_them(quie
     data = "data:application/octet-stream;base64," + base64.b64encode(packed).decode()
     expected = streamed([noisy("slope", sloping(), 5)], ramp, 2.0)
     found = rendered(quiet, [data], ramp, 2.0, gain=1e-3) / 1e-3
-    assert np.abs(found - expected).max() < 1e-5 * np.abs(expected).max()
+    assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()
     begins, ends = (peak_hz(found[round(a * RATE) : round(b * RATE)]) for a, b in ((0.1, 0.5), (1.6, 2.0)))
     assert begins == pytest.approx(1.5 * 68, rel=0.3)
     assert ends == pytest.approx(1.5 * 200, rel=0.15)
@@ -294,7 +294,7 @@ def test_what_the_pointer_does_on_the_pad_is_what_is_played(touch):
     expected = streamed([surface_of()], samples, seconds)
     found = rendered(touch, [FILE], samples, seconds, gain=1e-2) / 1e-2
     assert np.abs(expected).max() > 1.0
-    assert np.abs(found - expected).max() < 1e-5 * np.abs(expected).max()
+    assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()
 
 
 def test_pitch_and_level_follow_the_speed(quiet):

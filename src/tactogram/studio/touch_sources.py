@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import threading
-import tomllib
 from collections import OrderedDict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
 
 import numpy as np
 
-from tactogram import models
-from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.streaming.textures import TextureTable
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_metadata, read_signal
@@ -24,25 +21,21 @@ from tactogram.signal.io.files import READABLE
 from tactogram.signal.synthesis import synthesise
 from tactogram.signal.texture_map import TextureMap
 from tactogram.studio.shelf import Shelf
+from tactogram.studio.touch_offers import CAN_BE_GIVEN, Offer, Where, offers_of
 from tactogram.studio.touch_tables import ASSUMED_SPEED_MM_S, Table, table_of_map, table_of_signal
-from tactogram.studio.workspace import MOST_FOLDERS, Workspace
+from tactogram.studio.workspace import Workspace
 
 if TYPE_CHECKING:
     from tactogram.jobs.training import LoadedRun
 
 T = TypeVar("T")
 Lay = Literal["auto", "table", "path", "x", "y"]
-Where = Literal["run", "kept", "file"]
 
 LAID_S = 6.0
 """How much of a texture is laid out along the way, s; longer than the ear remembers a loop of noise."""
 LARGEST_FILE = 200_000_000
 MOST_TABLES, MOST_RUNS = 64, 3
 """That are remembered."""
-MOST_FILES = 300
-"""That are offered; a further one is named by its path."""
-CAN_BE_GIVEN = {"material", "speed_mm_s", "force_n"}
-"""Conditions that this page can give a model; what needs more is made elsewhere and kept."""
 RATES = (8000.0, 192_000.0)
 
 
@@ -98,29 +91,6 @@ class Asked:
             raise ParameterError("say what is to be felt: a run, a kept result or a file")
 
 
-@dataclass(frozen=True)
-class Offer:
-    """A texture that can be chosen.
-
-    Parameters
-    ----------
-    where, of, material : see `Asked`
-    title : str
-        What people read.
-    group : str
-        What it is listed under: the run, kept results, files.
-    simulated : bool
-        Whether it was learned or recorded from a simulation, as far as is known.
-    """
-
-    where: Where
-    of: str
-    material: str
-    title: str
-    group: str
-    simulated: bool = False
-
-
 class TouchSources:
     """What a workspace offers, and the tables made of it, remembered.
 
@@ -137,7 +107,7 @@ class TouchSources:
 
     def offers(self) -> list[Offer]:
         """Return what can be felt: runs' materials (newest run first), kept signals, files."""
-        return [*self._of_runs(), *self._of_shelf(), *self._of_files()]
+        return offers_of(self._workspace, self._shelf)
 
     def table(self, asked: Asked) -> Table:
         """Return the table of what was asked for.
@@ -182,55 +152,7 @@ class TouchSources:
                 return image, store.simulated
         return None
 
-    # -- finding -----------------------------------------------------------------------------------------
-
-    def _of_runs(self) -> Iterator[Offer]:
-        for folder in self._workspace.finished_runs():
-            try:
-                facts = json.loads((folder / "model.json").read_text(encoding="utf-8"))
-                model = tomllib.loads((folder / "recipe.toml").read_text(encoding="utf-8"))["model"]
-                found = models.find(model)
-                kind = facts["kind"]
-                materials, simulated = list(kind["materials"]), bool(kind["simulated"])
-            except (OSError, ValueError, KeyError, TypeError, TactogramError):
-                continue  # broken, or of a model that is not installed: the page Reports says what
-            if found.task == "generation" and found.gives == "signal" and set(found.needs) <= CAN_BE_GIVEN:
-                name = self._workspace.name_of(folder)
-                for material in materials:
-                    yield Offer("run", name, str(material), str(material), f"{name} ({model})", simulated)
-
-    def _of_shelf(self) -> Iterator[Offer]:
-        for made in self._shelf.all():
-            if not made.is_image:
-                yield Offer(
-                    "kept", made.id, "", made.title, "Kept results", bool(made.facts.get("simulated", False))
-                )
-
-    def _of_files(self) -> Iterator[Offer]:
-        """Yield signal files that lie neither in a run nor in what the studio keeps itself."""
-        count = 0
-        for seen, (text, folders, files) in enumerate(os.walk(self._workspace.folder)):
-            folder = Path(text)
-            if seen >= MOST_FOLDERS:
-                return
-            inside = folder.relative_to(self._workspace.folder).parts
-            skip = len(inside) > 4 or {"recipe.toml", "dataset.json"} & set(files)
-            folders[:] = sorted(
-                name
-                for name in folders
-                if not skip
-                and not name.startswith(".")
-                and not (not inside and name == self._workspace.own.name)
-            )
-            if skip:
-                continue
-            for name in sorted(files):
-                if Path(name).suffix.lower() in READABLE and Path(name).suffix.lower() != ".txt":
-                    count += 1
-                    if count > MOST_FILES:
-                        return
-                    of = self._workspace.name_of(folder / name)
-                    yield Offer("file", of, "", of, "Files")
+    # -- loading -----------------------------------------------------------------------------------------
 
     def _place(self, asked: Asked) -> Path:
         if asked.where == "kept":
@@ -255,8 +177,6 @@ class TouchSources:
             return next((path for path in self._workspace.stores() if _hash_of(path) == data["sha256"]), None)
         except (OSError, ValueError, KeyError, TypeError):
             return None
-
-    # -- loading -----------------------------------------------------------------------------------------
 
     def _made(self, asked: Asked, path: Path) -> Table:
         if asked.where == "run":

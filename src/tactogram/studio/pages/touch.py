@@ -16,8 +16,9 @@ from nicegui import app, events, ui
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.studio.layout import in_background, page, telling
 from tactogram.studio.studio import Studio
+from tactogram.studio.touch_offers import Where
 from tactogram.studio.touch_pictures import picture_of
-from tactogram.studio.touch_sources import Asked, Lay, TouchSources, Where
+from tactogram.studio.touch_sources import Asked, Lay, TouchSources
 from tactogram.studio.uploads import save_upload
 
 MARKUP = Path(__file__).parents[1] / "static" / "touch.html"
