@@ -294,6 +294,11 @@ def test_a_page_is_refused_as_a_page_and_a_sentence_is_text():
     assert (status, b"&lt;B&gt;" in body, b"<B>" in body) == (405, True, False)
 
 
+def test_a_refused_page_links_to_itself_and_nowhere_else():
+    body = ask("//evil.example/'><script>", headers=[("accept", "text/html")], settings=FAR)[2]
+    assert b"href='/evil.example/%27%3E%3Cscript%3E'" in body
+
+
 def websocket(headers, *, texts=(), settings=LOCAL):
     scope = {
         "type": "websocket",

@@ -13,6 +13,7 @@ import logging
 from collections.abc import Awaitable, Callable, MutableMapping
 from http.cookies import SimpleCookie
 from typing import Any
+from urllib.parse import quote
 
 from tactogram.studio.guard_rules import (
     COOKIE,
@@ -202,9 +203,11 @@ async def refuse(why: Refusal, scope: Scope, send: Send) -> None:
     if "text/html" in (header(scope, "accept") or ""):
         kind = "text/html; charset=utf-8"
         text = html.escape(why.sentence)
+        # After a link from elsewhere a browser sends the cookie only from here on: followed from this page, it does.
+        again = quote("/" + str(scope["path"]).lstrip("/"))
         body = (
             "<!doctype html><html lang='en'><meta charset='utf-8'><title>tactogram</title>"
-            f"<p>{text}</p><p><a href='/'>Open the first page</a></p></html>"
+            f"<p>{text}</p><p><a href='{again}'>Open this page again</a></p></html>"
         ).encode()
     else:
         kind, body = "application/json", json.dumps({"error": why.sentence}).encode()
