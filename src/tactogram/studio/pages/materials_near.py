@@ -65,19 +65,20 @@ def draw_near(
         async def look() -> None:
             app.storage.user["near"] = measure.value
             place.clear()
-            with busy("looking for what is near"):
-                found: dict[str, Any] | str
-                try:
-                    found = await in_background(
-                        _found, desk, measure.value, signal, set_name, stream, tuple(without)
-                    )
-                except TactogramError as error:
-                    found = str(error)
-            with place:
-                if isinstance(found, str):
-                    ui.label(found).props('role="alert"')
-                else:
-                    _draw(desk, found, set_name)
+            asked = (desk, measure.value, signal, set_name, stream, tuple(without))
+            try:
+                if measure.value != SPECTRAL:
+                    with busy("asking the classifier"):
+                        named = await in_background(_named, desk, measure.value, signal)
+                    with place:
+                        _draw_names(named)
+                with busy("looking for what is near: the first time, every recording is gone through"):
+                    found = await in_background(_found, *asked)
+                with place:
+                    _draw_nearest(desk, found, set_name)
+            except TactogramError as error:
+                with place:
+                    ui.label(str(error)).props('role="alert"')
 
         measure.on_value_change(telling(look))
         ui.timer(0.05, telling(look), once=True)
@@ -94,39 +95,43 @@ def _found(
             "unit": "dB"
         }
     # Brings torch.
-    from tactogram.jobs.classify import classify
     from tactogram.jobs.search import calibration_text, search
-    from tactogram.jobs.training import load_run
 
-    loaded = load_run(workspace.inside(run))
-    said = classify(loaded, signal)
-    near = search(loaded, signal, data=store.path, count=COUNT + len(without))
+    near = search(workspace.inside(run), signal, data=store.path, count=COUNT + len(without))
     nearest = [each for each in near["nearest"] if each["id"] not in without][:COUNT]
     measure = (
         f"cosine distance of the classifier's last hidden layer, 0 to 2; beyond {near['threshold']:.3g} it is none of "
         f"the materials it knows. {calibration_text(near['calibrated_on'])}"
     )
-    return {**said, "nearest": nearest, "measure": measure, "unit": "", "learned_simulated": loaded.simulated}
+    return {"nearest": nearest, "measure": measure, "unit": ""}
 
 
-def _draw(desk: MaterialsDesk, found: dict[str, Any], set_name: str) -> None:
-    if "probabilities" in found:
-        with ui.row().classes("items-center gap-2"):
-            verdict = "None of these" if found["none_of_these"] else f"It is called {found['material']}"
-            ui.label(verdict).classes("text-weight-bold").props("data-verdict")
-            if found["learned_simulated"]:
-                ui.label("the classifier learned from simulated data").classes("simulated")
-        if found["none_of_these"]:
-            ui.label(
-                "It is unlike all that the classifier knows; the probabilities below only share it out among those."
-            ).classes("small")
-        with ui.element("div").classes("likely w-full"):
-            for name, share in list(found["probabilities"].items())[:SHOWN_NAMES]:
-                ui.label(name).style("overflow-wrap: anywhere")
-                ui.element("div").classes("bar-of").style(f"width: {100 * share:.1f}%").props(
-                    'aria-hidden="true"'
-                )
-                ui.label(f"{100 * share:.1f} %")
+def _named(desk: MaterialsDesk, run: str, signal: Signal) -> dict[str, Any]:
+    from tactogram.jobs.classify import classify  # brings torch
+
+    return classify(desk.studio.workspace.inside(run), signal)
+
+
+def _draw_names(found: dict[str, Any]) -> None:
+    with ui.row().classes("items-center gap-2"):
+        verdict = "None of these" if found["none_of_these"] else f"It is called {found['material']}"
+        ui.label(verdict).classes("text-weight-bold").props("data-verdict")
+        if found["simulated"]:
+            ui.label("the classifier learned from simulated data").classes("simulated")
+    if found["none_of_these"]:
+        ui.label(
+            "It is unlike all that the classifier knows; the probabilities below only share it out among those."
+        ).classes("small")
+    with ui.element("div").classes("likely w-full"):
+        for name, share in list(found["probabilities"].items())[:SHOWN_NAMES]:
+            ui.label(name).style("overflow-wrap: anywhere")
+            ui.element("div").classes("bar-of").style(f"width: {100 * share:.1f}%").props(
+                'aria-hidden="true"'
+            )
+            ui.label(f"{100 * share:.1f} %")
+
+
+def _draw_nearest(desk: MaterialsDesk, found: dict[str, Any], set_name: str) -> None:
     ui.label(found["measure"]).classes("small quiet")
     store = desk.stores.get(set_name)
     with ui.element("div").classes("w-full"):

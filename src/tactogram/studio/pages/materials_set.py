@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from typing import Any
 from urllib.parse import quote
 
 from nicegui import ui
 
-from tactogram.datasets import Store
+from tactogram.datasets import RecordingInfo, Store
 from tactogram.errors import TactogramError
 from tactogram.studio.layout import in_background, page, telling
 from tactogram.studio.pages.materials_parts import HEAD, MaterialsDesk, address, draw_recording, picture
@@ -36,10 +37,13 @@ def add(desk: MaterialsDesk) -> None:
                 return
             fields = dict(part.split("=", 1) for part in more.split("|") if "=" in part)
             asked = Filter(q, material, {name: value for name, value in fields.items() if name in FIELDS})
+            found, fields_of = await in_background(
+                lambda: (filtered(store.index, asked), choices(store.index))
+            )
             _head(set, store)
             if not asked.text and not asked.material and not asked.fields:
                 _materials(set, store)
-            _recordings(set, store, asked, number)
+            _recordings(set, store, asked, number, found, fields_of)
 
 
 def _head(name: str, store: Store) -> None:
@@ -97,8 +101,14 @@ def _materials(name: str, store: Store) -> None:
             ui.label(f"and {len(counts) - SHOWN_MATERIALS} more: choose them below").classes("quiet small")
 
 
-def _recordings(name: str, store: Store, asked: Filter, number: int) -> None:
-    found = filtered(store.index, asked)
+def _recordings(
+    name: str,
+    store: Store,
+    asked: Filter,
+    number: int,
+    found: Sequence[RecordingInfo],
+    fields_of: Mapping[str, list[str]],
+) -> None:
     number, first, last = page_of(len(found), number, PER_PAGE)
     materials = sorted({info.material for info in store.index if info.material is not None})
 
@@ -132,7 +142,7 @@ def _recordings(name: str, store: Store, asked: Filter, number: int) -> None:
                     with_input=len(materials) > 20,
                     on_change=lambda e: go(material=e.value or ""),
                 ).props("dense options-dense").classes("w-48")
-            for key, values in choices(store.index).items():
+            for key, values in fields_of.items():
                 unit = f" ({UNITS[key]})" if key in UNITS else ""
                 ui.select(
                     {"": "any", **{value: value for value in values}},

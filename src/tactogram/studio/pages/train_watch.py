@@ -61,6 +61,8 @@ class _Watch:
         self.drawn: Any = None
         self.lines = -1
         self.checkpoint: ui.label | None = None
+        self.moving: tuple[ui.linear_progress, ui.label] | None = None
+        self.judging: tuple[ui.linear_progress, ui.label] | None = None
 
     async def draw(self) -> None:
         await self._look()
@@ -123,18 +125,19 @@ class _Watch:
             self.head.refresh()
             self.made.refresh()
             self.more.refresh()
-        elif self.task and self.status and self.status.active:
-            set_progress(self.desk, self.task, self.status, self.bar, self.bar_text)
+        if self.task and self.status and self.status.active and self.moving:
+            set_progress(self.desk, self.task, self.status, *self.moving)
         if self.checkpoint is not None:
             self.checkpoint.text = self._checkpoint_text()
-        if self.evaluating and self.evaluating[1].active:
-            set_progress(self.desk, *self.evaluating, self.judging_bar, self.judging_text)
+        if self.evaluating and self.evaluating[1].active and self.judging:
+            set_progress(self.desk, *self.evaluating, *self.judging)
         self._curves()
 
     # -- what it shows -------------------------------------------------------------------------------------
 
     @ui.refreshable_method
     def head(self) -> None:
+        self.moving = None
         data = self.facts.data
         with ui.element("section").classes("card w-full").props('aria-live="polite"'):
             with ui.row().classes("items-center gap-3 w-full"):
@@ -153,11 +156,11 @@ class _Watch:
                     f"{self.facts.model} on {data.get('name')} · by {split.get('by', '?')}: {parts}"
                 ).classes("quiet")
             if self.task is not None and self.status is not None and self.status.active:
-                self.bar = ui.linear_progress(value=0.0, show_value=False, size="8px").props(
+                bar = ui.linear_progress(value=0.0, show_value=False, size="8px").props(
                     'aria-label="Progress"'
                 )
-                self.bar_text = ui.label()
-                set_progress(self.desk, self.task, self.status, self.bar, self.bar_text)
+                self.moving = (bar, ui.label())
+                set_progress(self.desk, self.task, self.status, *self.moving)
             elif self.status is not None and self.status.line and self.state in ("failed", "stopped"):
                 ui.label(self.status.line).classes("text-negative" if self.state == "failed" else "")
             elif self.state == "unfinished":
@@ -242,6 +245,7 @@ class _Watch:
 
     @ui.refreshable_method
     def more(self) -> None:
+        self.judging = None
         if self.evaluating is not None and self.evaluating[1].state in (
             "waiting",
             "running",
@@ -253,11 +257,11 @@ class _Watch:
                 ui.label("Evaluation").classes("h2")
                 badge(status.state)
                 if status.active:
-                    self.judging_bar = ui.linear_progress(value=0.0, show_value=False, size="8px").props(
+                    bar = ui.linear_progress(value=0.0, show_value=False, size="8px").props(
                         'aria-label="Progress of the evaluation"'
                     )
-                    self.judging_text = ui.label()
-                    set_progress(self.desk, task, status, self.judging_bar, self.judging_text)
+                    self.judging = (bar, ui.label())
+                    set_progress(self.desk, task, status, *self.judging)
                     ui.button("Stop", on_click=telling(lambda: self.desk.trainings.stop(task.id))).props(
                         "outline dense"
                     )
