@@ -31,7 +31,7 @@ def make(tab):
 
 def test_mix_make_hear_keep_compare_undo_and_reload(tab, workspace):
     tab.goto("/make")
-    tab.wait_for_selector("[data-map-handle]")
+    tab.wait_for_selector("[data-map-handle]", timeout=60_000)  # the first to need torch
 
     # The map, by keyboard: all the way to a corner, and back by undo.
     tab.locator("[data-map-handle]").focus()
@@ -147,7 +147,7 @@ def test_a_photograph_is_dropped_cropped_and_made_of(tab, photo_run, tmp_path):
 
 def test_bad_input_is_told_and_the_page_goes_on(tab):
     tab.goto("/make?run=studio/first/voices")
-    tab.wait_for_selector("[data-map-handle]")
+    tab.wait_for_selector("[data-map-handle]", timeout=60_000)
     speed = tab.get_by_label("Speed, mm/s")
     speed.fill("-5")
     speed.press("Tab")

@@ -216,7 +216,7 @@ def spectrogram_db(
     hop = max(1, width // 4)
     window = dsp.get_window("hann", width) if width > 3 else np.ones(width)
     pad = width // 2
-    x = np.pad(x, ((0, 0), (pad, pad + hop)))
+    x = np.pad(x, ((0, 0), (pad, pad + hop)), mode="symmetric")  # a cut to silence would be a click
     starts = np.arange(0, x.shape[1] - width + 1, hop)
     starts = starts[starts <= len(signal)]
     frames = np.lib.stride_tricks.sliding_window_view(x, width, axis=1)[:, starts]

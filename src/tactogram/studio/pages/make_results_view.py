@@ -25,7 +25,7 @@ def draw_results(on: MakePage) -> None:
     if on.failed:
         with ui.element("section").classes("card").props('role="alert"'):
             ui.label("Nothing was made").classes("h2")
-            ui.label(f"{on.failed.rstrip('.')}.")
+            ui.label(f"{on.failed[:1].upper()}{on.failed[1:].rstrip('.')}.")
     present = on.desk.present()
     if present is None:
         if not on.failed:
