@@ -40,18 +40,18 @@ class Process:
 
     def ask_to_end(self) -> bool:
         """Send SIGTERM; return whether it was there."""
-        return self._send(signal.SIGTERM)
+        found = self._found()
+        if found is not None:
+            with contextlib.suppress(psutil.NoSuchProcess):
+                found.terminate()
+        return found is not None
 
     def end(self) -> bool:
-        """Send SIGKILL; return whether it was there."""
-        return self._send(signal.SIGKILL)
-
-    def _send(self, number: signal.Signals) -> bool:
-        found = self._found()
-        if found is None:
+        """Kill it with all that it started, which are of its session; return whether it was there."""
+        if self._found() is None:
             return False
-        with contextlib.suppress(psutil.NoSuchProcess):
-            found.send_signal(number)
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.pid, signal.SIGKILL)
         return True
 
     def _found(self) -> psutil.Process | None:

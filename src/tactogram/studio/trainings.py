@@ -19,6 +19,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
 
+from tactogram.datasets.writing import clear_stale_parts
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.files import written_beside
 from tactogram.studio.detached import Process, start
@@ -38,6 +39,8 @@ MADE = {
 LOG_BYTES = 64 * 1024
 """How much of the end of a log is looked at."""
 KILLED = "it ended without a word: it was killed, or the machine was switched off"
+
+ENDED = "it was ended at once, as asked"
 
 
 @dataclass(frozen=True)
@@ -179,11 +182,13 @@ class Trainings:
                 _ = task.process.end() if at_once else task.process.ask_to_end()
 
     def forget(self, identifier: str) -> None:
-        """Remove the record of a task that is over; what it made stays."""
+        """Remove the record of a task that is over, and what it left half made; what it made stays."""
         with self._lock:
             task = self.get(identifier)
             if self.status(task).active:
                 raise ParameterError(f"{task.about}: stop it first")
+            if task.kind in ("simulate", "import"):
+                clear_stale_parts(self.place(task))
             for suffix in (".log", ".json"):
                 (self.folder / (identifier + suffix)).unlink(missing_ok=True)
 
@@ -254,7 +259,7 @@ class Trainings:
         if why is not None and not is_stopped(why):
             return Status("failed", why, step)
         if task.stop_asked or why is not None or (self.place(task) / "checkpoint.safetensors").is_file():
-            return Status("stopped", why or KILLED, step)
+            return Status("stopped", why or (ENDED if task.stop_asked else KILLED), step)
         return Status("failed", KILLED, step)
 
     def log(self, task: Task) -> str:

@@ -136,5 +136,5 @@ def _draw_nearest(desk: MaterialsDesk, found: dict[str, Any], set_name: str) -> 
     store = desk.stores.get(set_name)
     with ui.element("div").classes("w-full"):
         for each in found["nearest"]:
-            beside = f"{each['distance']:.2f} {found['unit']}".strip()
+            beside = f"{each['distance']:.2f} dB" if found["unit"] == "dB" else f"{each['distance']:.4f}"
             draw_recording(set_name, store, store.info(each["id"]), beside=beside)

@@ -99,7 +99,8 @@ def differences(values: Mapping[str, Mapping[str, str]]) -> dict[str, dict[str, 
 
 
 def _flat_facts(facts: RunFacts) -> dict[str, str]:
-    data = {name: facts.data.get(name) for name in ("name", "sha256", "label", "split", "simulated")}
+    data = {name: facts.data.get(name) for name in ("name", "label", "split", "simulated")}
+    data["sha256"] = str(facts.data.get("sha256", ""))[:12]
     return flat(
         {"model": facts.model, "data": data, **{k: v for k, v in facts.recipe.items() if k != "model"}}
     )
@@ -123,9 +124,9 @@ def _table(title: str, rows: Mapping[str, Mapping[str, str]], runs: Sequence[str
             ui.label("None.").classes("quiet")
             return
         columns = [{"name": "key", "label": "", "field": "key", "align": "left"}]
-        columns += [{"name": run, "label": run, "field": run, "align": "right"} for run in runs]
+        columns += [{"name": run, "label": run, "field": run, "align": "left"} for run in runs]
         table = [{"key": key, **{run: row.get(run, "") for run in runs}} for key, row in rows.items()]
-        ui.table(columns=columns, rows=table, row_key="key").props("flat dense").classes("w-full")
+        ui.table(columns=columns, rows=table, row_key="key").props("flat dense wrap-cells").classes("w-full")
         with ui.row():
             for run in runs:
                 ui.link(run, f"/train/watch?run={quote(run)}").classes("small")

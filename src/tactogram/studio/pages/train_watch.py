@@ -276,7 +276,7 @@ class _Watch:
                 rows += [("evaluation", name, value) for name, value in self.facts.evaluation.items()]
                 figures_table(rows)
                 if self.facts.has_report:
-                    ui.link("Read the report", f"/reports?run={quote(self.name)}")
+                    ui.link("Read the report", f"/reports?of={quote(self.name)}/report.html")
         if self.task is not None and self.status is not None:
             with ui.expansion("What the process said").classes("w-full card"):
                 text = self.desk.trainings.log(self.task)[-4000:] or "nothing yet"
