@@ -181,7 +181,8 @@ def published_html(rows: Sequence[Mapping[str, Any]], words: str = "") -> tuple[
     )
     caption = '<caption class="sr-only">Published figures beside ours</caption>'
     return (
-        f'<div class="scrolled"><table class="numbers">{caption}<thead><tr>{head}</tr></thead>'
+        f'<div class="scrolled" tabindex="0" role="region" aria-label="Published and ours, table">'
+        f'<table class="numbers published">{caption}<thead><tr>{head}</tr></thead>'
         f"<tbody>{body}</tbody></table></div>"
     ), len(found)
 
