@@ -313,7 +313,7 @@ def test_intervals_numbers_pairs_and_evoked_words(person, studies):
     page.evaluate(MARKED)
     page.tap("[data-play=both]")
     page.wait_for_selector(".interval.was-played")
-    assert page.evaluate("() => window.marked") == ["A", "B"]
+    assert list(dict.fromkeys(page.evaluate("() => window.marked"))) == ["A", "B"]
     _answer(page, {"which": "A"}, "trial-2.1")
 
     page = person("magnitude")

@@ -41,7 +41,8 @@ FASTER = """(() => {
   Element.prototype.setPointerCapture = () => {};
   Element.prototype.hasPointerCapture = () => true;
 })()"""
-ADDRESS_S = 120.0
+AWAY = ("ERR_CONNECTION", "ERR_EMPTY_RESPONSE", "chrome-error:")
+"""How a browser says that no server is there."""
 PAGE_MS = 120_000
 
 
@@ -256,7 +257,8 @@ class _Taker:
         tab.set_default_timeout(PAGE_MS)
         tab.on("pageerror", lambda error: self.sitting.wrong.append(f"{self.participant.code}: {error}"))
         try:
-            await tab.goto(self.server.addresses[self.participant.code])
+            address = self.server.addresses[self.participant.code]
+            await self._reach(lambda: tab.goto(address))
             await self._begin(tab)
             was_killed = killed.is_set()
             hand = HAND.read_text(encoding="utf-8").partition("\n")[2]
@@ -300,14 +302,19 @@ class _Taker:
                 await moment.tap()
 
     async def _reload(self, tab: Any) -> None:
-        """Load the page anew, as one does when nothing moves, until the server is back."""
-        while True:
-            try:
-                await tab.reload()
-                break
-            except Exception as error:
-                if "ERR_CONNECTION" not in str(error):
-                    raise
-                await asyncio.sleep(0.5)
+        """Load the page anew, as one does when nothing moves."""
+        await self._reach(tab.reload)
         if next_page(self.study, self.participant, self.given) is not None:
             await self._begin(tab)
+
+    async def _reach(self, attempt: Callable[[], Any]) -> None:
+        """Try until the server is there."""
+        while True:
+            try:
+                await attempt()
+            except Exception as error:
+                if not any(sign in str(error) for sign in AWAY):
+                    raise
+                await asyncio.sleep(0.5)
+            else:
+                return

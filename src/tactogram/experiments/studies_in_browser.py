@@ -53,7 +53,7 @@ STUDIES: Mapping[str, Taken] = {
 """The cheap ones first."""
 COLUMNS = (
     *("study", "put in", "participants (simulated)", "pages", "reloads", "lost", "twice"),
-    *("BIDS problems", "shown of tested", "first finding"),
+    *("BIDS problems", "shown of tested", "first findings"),
 )
 
 
@@ -102,7 +102,9 @@ def run(
                     draws=draws,
                 )
                 write_text(place / "taken.json", json.dumps(facts, ensure_ascii=False, indent=1) + "\n")
-            found.setdefault(name, {})[kind] = json.loads((place / "taken.json").read_text(encoding="utf-8"))
+            taken = json.loads((place / "taken.json").read_text(encoding="utf-8"))
+            analysis = json.loads((place / "analysis" / "analysis.json").read_text(encoding="utf-8"))
+            found.setdefault(name, {})[kind] = {**taken, "findings": _findings(analysis)}
     result = {"simulated": True, "participants": participants, "studies": found}
     table = _table(found)
     write_text(folder / "studies_in_browser.md", table + "\n")
@@ -192,7 +194,6 @@ def take_study(
         "twice": 0,
         "seconds": round(seconds, 1),
         "bids_problems": exported["bids_problems"],
-        "findings": _findings(analysed),
     }
 
 
@@ -237,8 +238,8 @@ def _verb(*arguments: str) -> dict[str, Any]:
     return result
 
 
-def _findings(analysed: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return what decides: the confirmatory findings of each section."""
+def _findings(analysis: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return what decides: the confirmatory findings of each section, or its means where nothing is compared."""
     kept = (
         "of",
         "test",
@@ -252,12 +253,26 @@ def _findings(analysed: Mapping[str, Any]) -> list[dict[str, Any]]:
         "n",
         "correction",
     )
-    return [
-        {"section": section["title"], "question": section["question"], **{key: one[key] for key in kept}}
-        for section in analysed["sections"]
-        for one in section["findings"]
-        if one["role"] == "confirmatory"
-    ]
+    found = []
+    for section in analysis["sections"]:
+        place = {"section": section["title"], "question": section["question"]}
+        decide = [one for one in section["findings"] if one["role"] == "confirmatory"]
+        found += [{**place, **{key: one[key] for key in kept}} for one in decide]
+        if not decide:
+            found += [
+                {
+                    **place,
+                    "of": row.get("condition") or "all",
+                    "measure": title,
+                    "estimate": row["mean"],
+                    "verdict": "",
+                }
+                | {"low": row["low"], "high": row["high"]}
+                for title, rows in section["tables"].items()
+                for row in rows
+                if {"mean", "low", "high"} <= set(row) and "word" not in row
+            ]
+    return found
 
 
 def _table(found: Mapping[str, Any]) -> str:
@@ -271,11 +286,12 @@ def _table(found: Mapping[str, Any]) -> str:
     for name, kinds in found.items():
         for facts in kinds.values():
             findings = facts["findings"]
-            shown = sum(one["verdict"] == "shown" for one in findings)
-            first = _line(findings[0]) if findings else "-"
+            tested = [one["verdict"] for one in findings if one["verdict"]]
+            shown = f"{tested.count('shown')} of {len(tested)}" if tested else "nothing is compared"
+            first = "; ".join(_line(one) for one in findings[:2]) or "-"
             effect = json.dumps(facts["effect"]) if facts["effect"] else "none"
             counts = [facts[key] for key in ("participants", "pages", "reloads", "lost", "twice")]
-            cells = [name, effect, *counts, len(facts["bids_problems"]), f"{shown} of {len(findings)}", first]
+            cells = [name, effect, *counts, len(facts["bids_problems"]), shown, first]
             lines.append("| " + " | ".join(map(str, cells)) + " |")
     changed = {name: STUDIES[name].bench for name in found if any(k["changes"] for k in found[name].values())}
     lines += [

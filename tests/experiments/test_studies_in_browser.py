@@ -1,0 +1,53 @@
+"""Simulated participants take a study through the real pages, with one kill of the server in the middle."""
+
+import pytest
+
+from tactogram.errors import DataError, DeviceError
+from tactogram.experiments import studies_in_browser
+from tactogram.experiments._browser_participants import browser_path
+from tactogram.study.study_file import shipped_studies
+
+
+def test_every_shipped_study_is_taken():
+    assert set(studies_in_browser.STUDIES) == set(shipped_studies())
+
+
+def test_what_is_lost_twice_or_stored_otherwise_is_found():
+    class Row:
+        def __init__(self, answer):
+            self.participant, self.more, self.answer = "S001", {"token": "trial-1.1"}, answer
+
+    key = ("S001", "trial-1.1")
+    studies_in_browser._check([], [], [Row("41.9")], {key: ["42"]})
+    for rows, given in (
+        ([], {key: ["A"]}),
+        ([Row("A")], {}),
+        ([Row("A"), Row("A")], {key: ["A"]}),
+        ([Row("B")], {key: ["A"]}),
+        ([Row("43")], {key: ["42"]}),
+    ):
+        with pytest.raises(DataError):
+            studies_in_browser._check([], [], rows, given)
+
+
+def test_two_simulated_participants_take_a_study_whose_server_is_killed(tmp_path):
+    pytest.importorskip("playwright")
+    pytest.importorskip("nicegui")
+    try:
+        browser_path()
+    except DeviceError as error:
+        pytest.skip(str(error))
+    facts = studies_in_browser.take_study(
+        "plate-words",
+        tmp_path,
+        changes={"grid.count": 3, "design.words": ["rough", "dry"]},
+        effect={"shift": {"plate01": 2.0}},
+        participants=2,
+        at_once=2,
+        draws=100,
+    )
+    assert facts["killed"] == 1
+    assert facts["pages"] == 2 * (3 + 2)
+    assert facts["answers"] == 2 * (1 + 3 * 2 + 1)
+    assert facts["bids_problems"] == []
+    assert facts["simulated"] is True
