@@ -131,9 +131,10 @@ class LiveForm:
         except TactogramError as error:
             found = [{"kind": "device", "address": None, "what": "device", "missing": str(error)}]
         self._choices = source_choices(self.studio.workspace, found)
-        there = [choice.address for choice in self._choices if choice.address]
-        if not self._address.value and there:
-            self._address.value = there[0]
+        # A serial port is nearly always there, and nearly never has a sensor on it: begin with what surely works.
+        simulated = [choice.address for choice in self._choices if choice.simulated]
+        if not self._address.value and simulated:
+            self._address.value = simulated[0]
         self._sources.refresh()
 
     @ui.refreshable_method
