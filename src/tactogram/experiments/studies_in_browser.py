@@ -171,7 +171,7 @@ def take_study(
     exported = _verb(
         "study", "export", str(session), "--out", str(folder / "answers.csv"), "--bids", str(folder / "bids")
     )
-    analysed = _verb(
+    _verb(
         "study",
         "analyse",
         str(folder / "answers.csv"),
