@@ -417,6 +417,29 @@ def test_a_stroke_vibrates_and_a_rest_does_not(touch):
     assert any(sum(told[::2]) >= 40 for told in patterns)
 
 
+def test_a_finger_on_a_touch_screen_strokes_and_lifts(browser, server):
+    context = browser.new_context(base_url=server, viewport={"width": 820, "height": 1180}, has_touch=True)
+    page = context.new_page()
+    page.goto(f"/touch?where=file&of={RIDGES}")
+    page.wait_for_selector("#touch[data-ready=true]")
+    page.tap("#touch-begin")
+    page.wait_for_function("window.tactogramTouch.sound.context.state === 'running'")
+    box = page.locator("#touch-pad").bounding_box()
+    screen = context.new_cdp_session(page)
+    for n in range(40):
+        points = [{"x": box["x"] + 100 + 5 * n, "y": box["y"] + 100}]
+        kind = "touchMove" if n else "touchStart"
+        screen.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+    screen.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    page.wait_for_function("window.tactogramTouch.pad.track.at(-1).force === 0")
+    track = page.evaluate("window.tactogramTouch.pad.track")
+    assert track[-1]["x"] - track[0]["x"] == pytest.approx(39 * 5 * 25.4 / 96, abs=0.3)
+    assert {s["force"] for s in track[:-1]} == {0.6}
+    assert track[-1]["time"] > track[-2]["time"]
+    assert page.evaluate("scrollY") == 0
+    context.close()
+
+
 def test_without_a_sound_thread_the_pages_own_makes_the_samples(tab):
     """As browsers have it over plain HTTP beyond this machine."""
     tab.add_init_script(

@@ -153,7 +153,10 @@ export class Pad {
   }
 
   _lift(ms) {
-    if (this._last && this._last.force > 0) this._send([{ ...this._last, time: ms / 1e3, force: 0 }], true);
+    if (!this._last || this._last.force === 0) return;
+    // After a resting finger was spoken of an older event may come; the lift must not be dropped for that.
+    const time = Math.max(ms / 1e3, this._last.time + 1e-4);
+    this._send([{ ...this._last, time, force: 0 }], true);
   }
 
   /** Say again and again where a resting finger is; move keys and the simulated hand on. */
