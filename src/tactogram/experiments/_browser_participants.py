@@ -44,6 +44,7 @@ FASTER = """(() => {
 AWAY = ("ERR_CONNECTION", "ERR_EMPTY_RESPONSE", "chrome-error:")
 """How a browser says that no server is there."""
 PAGE_MS = 120_000
+FIRST_MS = 15_000
 
 
 class StudyServer:
@@ -281,7 +282,7 @@ class _Taker:
 
     async def _begin(self, tab: Any) -> None:
         """Start, and match a card where the screen is not measured yet."""
-        await tab.wait_for_selector(".moment .code")
+        await self._shown(tab)
         await tab.wait_for_timeout(100)
         await tab.tap(".moment button.primary")
         await tab.wait_for_selector("form.page, .card-ground, .moment:not(:has(.code-block))")
@@ -289,6 +290,18 @@ class _Taker:
             for _ in range(3):
                 await tab.keyboard.press("PageUp")
             await tab.tap(".card-page button.primary")
+
+    async def _shown(self, tab: Any) -> None:
+        """Wait for the first screen; where parts of the page were lost with the server, load it anew as people do."""
+        while True:
+            try:
+                await tab.wait_for_selector(".moment .code", timeout=FIRST_MS)
+            except Exception as error:
+                if "Timeout" not in str(error):
+                    raise
+                await self._reach(tab.reload)
+            else:
+                return
 
     async def _moments(self, tab: Any, token: str) -> None:
         """Wait for a page, leaving rests and other moments before it."""
