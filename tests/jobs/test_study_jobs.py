@@ -175,3 +175,20 @@ def test_a_session_is_not_begun_with_stimuli_that_are_missing(study_file, tmp_pa
     with pytest.raises(DataError, match="no such file"):
         begin_session(study_file, tmp_path / "session")
     assert not (tmp_path / "session").exists()
+
+
+def test_a_session_is_looked_after_from_the_command_line(study_file, tmp_path, capsys):
+    folder = begin_session(study_file, tmp_path / "session")
+    with SessionStore(folder) as store:
+        store.enrol("P1", device={"px_per_mm": 4})
+    assert printed(capsys, "study", "note", folder, "The fan was on", "--participant", "P1")["notes"] == 1
+    assert printed(capsys, "study", "abort", folder, "P1")["state"] == "aborted"
+    assert printed(capsys, "study", "abort", folder, "P1", "--undo")["state"] == "going"
+    assert printed(capsys, "study", "end", folder)["ended"]
+    known = printed(capsys, "study", "progress", folder)
+    assert (known["participants"][0]["device"], known["notes"][0]["participant"]) == ({"px_per_mm": 4}, "P1")
+    assert printed(capsys, "study", "end", folder, "--undo")["ended"] is None
+    assert main(["study", "progress", str(folder)]) == 0
+    assert "P1    active  0 of 4" in capsys.readouterr().out
+    assert main(["study", "abort", str(folder), "P9"]) == 1
+    assert capsys.readouterr().err == "tactogram: no participant has the code 'P9'\n"

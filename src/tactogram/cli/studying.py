@@ -7,6 +7,7 @@ from typing import Any
 from tactogram.cli.options import Add, Verbs
 from tactogram.cli.printing import Arguments, columns, lines_of, print_result
 from tactogram.cli.studio import server_options
+from tactogram.cli.study_sessions import add_session_verbs
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -69,6 +70,7 @@ def add_verbs(verbs: Verbs) -> None:
     add("folder", metavar="DIR", help="folder of the session")
     add("code", metavar="CODE", help="of the participant")
 
+    add_session_verbs(study)
     _analyse_options(study.add("analyse", analyse))
     _power_options(study.add("power", power))
 
