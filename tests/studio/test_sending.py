@@ -16,8 +16,10 @@ from tactogram.rendering.catalogue import open_display
 from tactogram.rendering.files.formats import FORMATS
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
+from tactogram.studio.played_log import log_played, played_lately
+from tactogram.studio.send_losses import losses_table
 from tactogram.studio.send_wording import level_text, warnings_of
-from tactogram.studio.sending import DriveOrder, FileOrder, Sending, log_played, losses_table, played_lately
+from tactogram.studio.sending import DriveOrder, FileOrder, Sending
 from tactogram.studio.shelf import Shelf
 from tactogram.studio.workspace import Workspace
 

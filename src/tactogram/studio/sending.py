@@ -6,14 +6,11 @@ was asked for; so a reload finds it again, and the same command makes the same f
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import re
 import shlex
 import shutil
 import tomllib
-import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime, timedelta
@@ -29,7 +26,7 @@ from tactogram.rendering.catalogue import shipped
 from tactogram.rendering.files.formats import FORMATS
 from tactogram.signal import Signal
 from tactogram.signal.io import READABLE, read_metadata, read_signal, write_signal
-from tactogram.signal.io.files import written_beside
+from tactogram.studio.send_losses import file_name, zip_files
 from tactogram.studio.shelf import Shelf
 from tactogram.studio.workspace import Workspace
 
@@ -293,7 +290,7 @@ class Sending:
         def make(folder: Path) -> dict[str, Any]:
             files: dict[str, Any] = {}
             for name in names:
-                path = folder / _file_name(stem, name)
+                path = folder / file_name(stem, name)
                 try:
                     files[name] = self._converted(order, chosen, name, path)
                 except TactogramError as error:
@@ -301,10 +298,10 @@ class Sending:
                         raise
                     files[name] = {"refused": str(error)}
             if not order.format:
-                _zip(folder, files, simulated=chosen.simulated)
+                zip_files(folder, ZIP, files, simulated=chosen.simulated)
             return {"files": files, "zip": ZIP if not order.format else None}
 
-        commands = [self._convert_command(order, chosen, name, _file_name(stem, name)) for name in names]
+        commands = [self._convert_command(order, chosen, name, file_name(stem, name)) for name in names]
         return self._made(order, chosen, make, commands)
 
     def _converted(self, order: FileOrder, chosen: Chosen, name: str, path: Path) -> dict[str, Any]:
@@ -394,65 +391,3 @@ class Sending:
 
     def _named(self, path: Path) -> str:
         return self.workspace.name_of(path) if path.is_relative_to(self.workspace.folder) else str(path)
-
-
-def log_played(folder: Path, facts: Mapping[str, Any]) -> None:
-    """Add a line to ``played.jsonl``: what was played, by hash, how strong and where."""
-    folder.mkdir(parents=True, exist_ok=True)
-    line = json.dumps({"time": datetime.now(UTC).isoformat(timespec="seconds"), **facts}, ensure_ascii=False)
-    with (folder / "played.jsonl").open("a", encoding="utf-8") as file:
-        file.write(line + "\n")
-
-
-def played_lately(folder: Path, count: int = 5) -> list[dict[str, Any]]:
-    """Return what was played last, newest first."""
-    try:
-        lines = (folder / "played.jsonl").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        return []
-    found = []
-    for line in reversed(lines[-4 * count :]):
-        try:
-            found.append(json.loads(line))
-        except ValueError:  # cut short by a kill
-            continue
-    return found[:count]
-
-
-def losses_table(files: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return a row per format (and axis): ``format``, ``axis``, ``bytes`` and the fields of `Loss`, or ``refused``."""
-    rows: list[dict[str, Any]] = []
-    for name, facts in files.items():
-        if "refused" in facts:
-            rows.append({"format": name, "axis": "", "refused": facts["refused"]})
-            continue
-        written = facts["written"]
-        loss = written["loss"]
-        by_axis = loss if isinstance(next(iter(loss.values()), None), Mapping) else {"": loss}
-        rows += [
-            {"format": name, "axis": axis, "bytes": written["bytes"], **values}
-            for axis, values in by_axis.items()
-        ]
-    return rows
-
-
-def _file_name(stem: str, name: str) -> str:
-    """Return a name that says the format also where formats share a suffix."""
-    suffix = FORMATS[name].suffix
-    return f"{stem}-{name}{suffix}" if suffix == ".json" else f"{stem}{suffix}"
-
-
-def _zip(folder: Path, files: Mapping[str, Any], *, simulated: bool) -> None:
-    rows = losses_table(files)
-    columns = list(dict.fromkeys(key for row in rows for key in row))
-    text = io.StringIO()
-    table = csv.DictWriter(text, columns, lineterminator="\n")
-    table.writeheader()
-    table.writerows(rows)
-    with written_beside(folder / ZIP) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
-        for facts in files.values():
-            if "file" in facts:
-                archive.write(folder / facts["file"], facts["file"])
-        archive.writestr("losses.csv", text.getvalue())
-        if simulated:
-            archive.writestr("SIMULATED.txt", "The signal in these files is simulated.\n")

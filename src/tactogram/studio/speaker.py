@@ -10,7 +10,7 @@ from tactogram.errors import ParameterError, TactogramError
 from tactogram.jobs.playback import Playback
 from tactogram.rendering.display import Display
 from tactogram.signal import Signal
-from tactogram.studio.sending import log_played
+from tactogram.studio.played_log import log_played
 
 
 class Speaker:

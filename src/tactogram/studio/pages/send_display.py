@@ -17,8 +17,9 @@ from tactogram.rendering.friction_calibration import read_calibrations
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal
 from tactogram.studio.layout import busy, in_background, telling
+from tactogram.studio.played_log import played_lately
 from tactogram.studio.send_wording import LEVELS, NEEDS, level_text, warnings_of
-from tactogram.studio.sending import Chosen, DriveOrder, Sending, Sent, played_lately
+from tactogram.studio.sending import Chosen, DriveOrder, Sending, Sent
 from tactogram.studio.speaker import Speaker
 
 

@@ -17,8 +17,9 @@ from tactogram.signal import Signal
 from tactogram.signal.displacement import played
 from tactogram.studio.layout import busy, in_background, telling
 from tactogram.studio.pages.send_display import command_line
+from tactogram.studio.send_losses import losses_table
 from tactogram.studio.send_wording import HOLDS, LOSSES
-from tactogram.studio.sending import Chosen, FileOrder, Sending, Sent, losses_table
+from tactogram.studio.sending import Chosen, FileOrder, Sending, Sent
 
 POINTS = 500
 """Of an envelope's picture."""
