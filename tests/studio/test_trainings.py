@@ -49,7 +49,7 @@ def command(out, *more):
     ]
 
 
-def wait(until, seconds=60.0):
+def wait(until, seconds=180.0):
     end = time.monotonic() + seconds
     while not (found := until()):
         assert time.monotonic() < end, "nothing happened"
