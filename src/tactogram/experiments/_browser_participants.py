@@ -41,7 +41,7 @@ FASTER = """(() => {
   Element.prototype.setPointerCapture = () => {};
   Element.prototype.hasPointerCapture = () => true;
 })()"""
-AWAY = ("ERR_CONNECTION", "ERR_EMPTY_RESPONSE", "chrome-error:")
+AWAY = ("ERR_CONNECTION", "ERR_EMPTY_RESPONSE", "chrome-error:", "Not attached to an active page")
 """How a browser says that no server is there."""
 PAGE_MS = 120_000
 FIRST_MS = 15_000
