@@ -34,7 +34,7 @@ from tactogram.rendering.streaming.stream import Stream
 from tactogram.rendering.streaming.surface import SurfaceTexture
 from tactogram.rendering.streaming.textures import AutoregressiveTexture, TextureTable
 from tactogram.signal import Signal
-from tactogram.studio.touch_tables import table_of_map, table_of_signal
+from tactogram.studio.touch.tables import table_of_map, table_of_signal
 
 RATE, SECONDS, REPETITIONS = 48_000.0, 10.0, 5
 COUNTS = (1, 2, 5, 10)

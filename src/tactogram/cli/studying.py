@@ -102,7 +102,7 @@ def run(a: Arguments) -> int:
 
     imported("nicegui", extra="studio", what="the pages of a study")
     from tactogram.recipe import parse_changes
-    from tactogram.studio.study_run import run_study
+    from tactogram.studio.studies.run import run_study
 
     def ready(facts: dict[str, Any]) -> None:
         told = {

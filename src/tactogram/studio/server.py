@@ -21,7 +21,7 @@ from tactogram.studio.studio import Studio
 
 STATIC = Path(__file__).parent / "static"
 PAGES = ("home", "make", "touch", "materials", "train", "send", "live", "studies", "reports")
-"""Modules of `tactogram.studio.pages`, in the order of the navigation."""
+"""Folders that have a ``page``, in the order of the navigation."""
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 
 
@@ -55,12 +55,9 @@ def make_app(studio: Studio, *, host: str = "127.0.0.1", token: str | None = Non
     app.include_router(participant_router(studio.sessions))
     if not studio.alone:
         studio.sessions.reopen(studio.workspace.sessions())
-    importlib.import_module("tactogram.studio.experimenter").add(studio)
+    importlib.import_module("tactogram.studio.studies.experimenter").add(studio)
     for name in () if studio.alone else PAGES:
-        try:  # TODO(lead): only while pages are being written; removed before they are done
-            importlib.import_module(f"tactogram.studio.pages.{name}").add(studio)
-        except (ImportError, SyntaxError, NameError, AttributeError):
-            logging.getLogger("tactogram.studio").exception("page %s", name)
+        importlib.import_module(f"tactogram.studio.{name}.page").add(studio)
     pages_app.on_exception(told)
     ui.run_with(
         app,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from tactogram.studio.first_voices import FirstVoices
+from tactogram.studio.home.first_voices import FirstVoices
 from tactogram.studio.participants.sessions import Sessions
 from tactogram.studio.shelf import Shelf
 from tactogram.studio.workspace import Workspace

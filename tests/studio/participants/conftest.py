@@ -144,7 +144,7 @@ def some_answer(question):
 @contextlib.contextmanager
 def process_over(workspace, study, folder, *changes):
     """Run a real server over a session, and give its process and the address at which people join."""
-    script = Path(__file__).parents[1] / "participant_server.py"
+    script = Path(__file__).parent / "participant_server.py"
     with subprocess.Popen(
         [sys.executable, str(script), str(workspace), str(study), str(folder), *changes],
         stdout=subprocess.PIPE,

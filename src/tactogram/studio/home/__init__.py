@@ -1,0 +1,1 @@
+"""The first page, and something to play with."""

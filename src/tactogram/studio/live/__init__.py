@@ -1,0 +1,1 @@
+"""The page Live: a sensor, what it is taken for, sessions by a plan."""

@@ -1,0 +1,1 @@
+"""The page Make: generate, see, hear, keep, compare."""

@@ -1,0 +1,270 @@
+"""The page Materials: the data sets of the workspace, and making or importing another."""
+
+from __future__ import annotations
+
+import os
+import shlex
+from typing import Any
+from urllib.parse import quote
+
+from nicegui import ui
+
+from tactogram.datasets import Store
+from tactogram.errors import ParameterError, TactogramError
+from tactogram.jobs.data import list_sets
+from tactogram.studio.layout import in_background, page, telling
+from tactogram.studio.materials import data_set, drop, recording
+from tactogram.studio.materials.parts import HEAD, MaterialsDesk, add_routes, address
+from tactogram.studio.materials.recordings import Stores
+from tactogram.studio.studio import Studio
+from tactogram.studio.train.order import NAME
+from tactogram.studio.train.parts import TrainDesk, badge, set_progress
+from tactogram.studio.train.trainings import command_line, free_name, trainings_of
+
+WORDS = {"simulate": "Simulating", "import": "Importing"}
+
+
+def add(studio: Studio) -> None:
+    """Register ``/materials`` and what belongs to it."""
+    desk = MaterialsDesk(studio, trainings_of(studio.workspace), Stores(studio.workspace))
+    desk.trainings.keep_advancing()
+    add_routes(desk)
+    data_set.add(desk)
+    recording.add(desk)
+    drop.add(desk)
+
+    @ui.page("/materials")
+    async def show() -> None:
+        ui.add_head_html(HEAD)
+        with page("Materials"):
+            with (
+                ui.element("section").classes("card w-full"),
+                ui.row().classes("items-center justify-between w-full"),
+            ):
+                ui.label("What is this recording like? What is it called?")
+                ui.button("Drop a new recording", on_click=lambda: ui.navigate.to("/materials/drop"))
+            await _sets(desk)
+            with (
+                ui.element("div")
+                .classes("grid-2")
+                .style("grid-template-columns: repeat(auto-fit, minmax(18rem, 1fr))")
+            ):
+                sets = await in_background(list_sets)
+                _simulate(desk, sets["simulate"])
+                _import(desk, sets["import"])
+
+
+async def _sets(desk: MaterialsDesk) -> None:
+    held: list[tuple[str, Store | str]] = []
+
+    def gathered() -> tuple[list[tuple[str, Store | str]], list[Any]]:
+        names = [desk.studio.workspace.name_of(path) for path in desk.studio.workspace.stores()]
+        tasks = [task for task in desk.trainings.all() if task.kind in WORDS]
+        standing = [(task, desk.trainings.status(task)) for task in tasks]
+        return [(name, _opened(desk, name)) for name in names], [
+            s for s in standing if s[1].state != "finished"
+        ]
+
+    @ui.refreshable
+    def draw() -> None:
+        ui.label("Data sets").classes("h2").props('role="heading" aria-level="2"')
+        if not held:
+            ui.label("None yet: simulate or import one below.").classes("quiet")
+        with ui.element("div").classes("tiles w-full"):
+            for name, store in held:
+                _tile(name, store)
+
+    progress: dict[str, tuple[ui.linear_progress, ui.label]] = {}
+    tasks: list[Any] = []
+    pace = TrainDesk(desk.studio, desk.trainings)
+
+    @ui.refreshable
+    def errands() -> None:
+        progress.clear()
+        for task, status in tasks:
+            with ui.element("section").classes("card w-full").props('aria-live="polite"'):
+                with ui.row().classes("items-center w-full gap-2"):
+                    ui.label(f"{WORDS[task.kind]} {task.about}")
+                    badge(status.state)
+                    ui.space()
+                    if status.active:
+                        ui.button(
+                            "Stop", on_click=telling(lambda t=task: desk.trainings.stop(t.id, at_once=True))
+                        ).props("outline dense")
+                    else:
+                        ui.button(
+                            "Dismiss", on_click=telling(lambda t=task: desk.trainings.forget(t.id))
+                        ).props("flat dense")
+                if status.active:
+                    bar = ui.linear_progress(value=0.0, show_value=False, size="6px").props(
+                        'aria-label="Progress"'
+                    )
+                    progress[task.id] = (bar, ui.label().classes("small"))
+                else:
+                    ui.label(status.line).classes("small text-negative")
+
+    async def look(*, first: bool = False) -> None:
+        sets, standing = await in_background(gathered)
+        before, now = [name for name, _ in held], [name for name, _ in sets]
+        said = [(task.id, status.state) for task, status in tasks]
+        held[:], tasks[:] = sets, standing
+        if not first and before != now:
+            draw.refresh()
+        if not first and said != [(task.id, status.state) for task, status in standing]:
+            errands.refresh()
+        for task, status in tasks:
+            if task.id in progress:
+                set_progress(pace, task, status, *progress[task.id])
+
+    await look(first=True)
+    errands()
+    draw()
+    ui.timer(1.5, telling(look))
+
+
+def _opened(desk: MaterialsDesk, name: str) -> Store | str:
+    try:
+        return desk.stores.get(name)
+    except (TactogramError, OSError) as error:
+        return str(error)
+
+
+def _tile(name: str, store: Store | str) -> None:
+    with ui.element("section").classes("card"):
+        ui.link(name, address("set", set=name)).classes("h2").style("overflow-wrap: anywhere")
+        if isinstance(store, str):
+            ui.label(store).classes("small text-negative")
+            return
+        if store.simulated:
+            ui.label("simulated").classes("simulated")
+        ui.label(f"{store.name} · {len(store):,} recordings")
+        streams = ", ".join(f"{key} ({facts.unit})" for key, facts in store.streams.items())
+        ui.label(streams).classes("small quiet")
+        ui.label(f"Licence: {store.licence}").classes("small quiet")
+        ui.link("Train on it", f"/train?data={quote(name)}").classes("small")
+
+
+def _simulate(desk: MaterialsDesk, sets: dict[str, str]) -> None:
+    with ui.element("section").classes("card").props('aria-label="Simulate a data set"'):
+        ui.label("Simulate a data set").classes("h2").props('role="heading" aria-level="2"')
+        ui.label("Surfaces from formulas: what comes of them says simulated for good.").classes("small quiet")
+        which = ui.select(
+            {name: f"{name}: {text}" for name, text in sets.items()}, label="Set", value="stroking9"
+        )
+        which.classes("w-full")
+        with ui.row().classes("w-full no-wrap"):
+            per_class = ui.number("Recordings per class", placeholder="usual", min=1, precision=0).classes(
+                "col"
+            )
+            seconds = ui.number("Seconds", placeholder="usual", min=0.1).classes("col")
+        with ui.row().classes("w-full no-wrap"):
+            photographs = ui.number(
+                "Photographs per surface", placeholder="one", min=0, max=9, precision=0
+            ).classes("col")
+            seed = ui.number("Seed", value=0, min=0, precision=0).classes("col")
+        name = ui.input("Name", value="").classes("w-full")
+
+        def arguments() -> list[str]:
+            found = ["data", "simulate", str(which.value), "--out", _place(name.value)]
+            for option, value in (
+                ("--seed", seed.value),
+                ("--per-class", per_class.value),
+                ("--seconds", seconds.value),
+                ("--photographs", photographs.value),
+            ):
+                if value is not None:
+                    found += [option, f"{value:g}"]
+            return found
+
+        _begin(desk, "simulate", arguments, name, which, lambda: f"{which.value}")
+
+
+def _import(desk: MaterialsDesk, sets: dict[str, Any]) -> None:
+    with ui.element("section").classes("card").props('aria-label="Import a data set"'):
+        ui.label("Import a data set").classes("h2").props('role="heading" aria-level="2"')
+        ui.label(
+            f"From a folder inside the workspace {desk.studio.workspace.folder}; `data import` reads from anywhere."
+        ).classes("small quiet").style("overflow-wrap: anywhere")
+        which = ui.select(
+            {key: f"{key}: {facts['title']}" for key, facts in sets.items()}, label="Kind", value="folder"
+        ).classes("w-full")
+        path = ui.input("Folder", placeholder="recordings").classes("w-full")
+        options = ui.input("What the files do not say", placeholder="rate=1000 unit=m/s^2").classes("w-full")
+        skip = ui.checkbox("go on without broken files")
+        name = ui.input("Name", value="").classes("w-full")
+
+        def arguments() -> list[str]:
+            if not (path.value or "").strip():
+                raise ParameterError("Folder: say which folder of the workspace to read")
+            source = desk.studio.workspace.inside(path.value.strip())
+            if not source.is_dir():
+                raise ParameterError(f"{path.value}: no such folder in the workspace")
+            found = [
+                "data",
+                "import",
+                str(which.value),
+                desk.studio.workspace.name_of(source),
+                "--out",
+                _place(name.value),
+            ]
+            for option in shlex.split(options.value or ""):
+                found += ["--set", option]
+            return [*found, "--skip-bad"] if skip.value else found
+
+        _begin(
+            desk,
+            "import",
+            arguments,
+            name,
+            which,
+            lambda: os.path.basename((path.value or "").strip("/")) or "set",
+        )
+
+
+def _begin(
+    desk: MaterialsDesk, kind: Any, arguments: Any, name: ui.input, which: ui.select, usual: Any
+) -> None:
+    """Draw the equal command and the button that begins an errand."""
+    command = (
+        ui.element("code")
+        .classes("small")
+        .style("overflow-wrap: anywhere; display: block; min-height: 1.2em")
+    )
+    refused = ui.label().classes("text-negative").props('role="alert"')
+
+    def suggest() -> None:
+        name.value = free_name(desk.studio.workspace.folder / "data", usual())
+
+    def show() -> None:
+        try:
+            command._text = command_line(arguments())
+        except (TactogramError, ValueError):
+            command._text = ""
+        command.update()
+
+    async def begin() -> None:
+        refused.text = ""
+        try:
+            asked = arguments()
+            place = desk.studio.workspace.inside(_place(name.value))
+            if place.exists():
+                raise ParameterError(f"{_place(name.value)}: is there already; give another name")
+            place.parent.mkdir(parents=True, exist_ok=True)
+            await in_background(desk.trainings.begin, kind, asked, place)
+        except (TactogramError, ValueError) as error:
+            refused.text = str(error)
+            return
+        ui.notify("Begun: it goes on when this tab is closed.")
+
+    which.on_value_change(suggest)
+    suggest()
+    show()
+    ui.timer(1.0, show)
+    ui.button("Begin", on_click=telling(begin)).props(f'aria-label="Begin to {kind}"')
+
+
+def _place(name: str | None) -> str:
+    text = (name or "").strip()
+    if not NAME.fullmatch(text):
+        raise ParameterError(f"Name: letters, digits, '.', '_' and '-', at most 80; got {text[:100]!r}")
+    return f"data/{text}"

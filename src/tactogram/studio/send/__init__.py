@@ -1,0 +1,1 @@
+"""The page Send: results to displays, files and devices."""

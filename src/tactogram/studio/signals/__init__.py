@@ -1,0 +1,1 @@
+"""How a signal is shown and heard on any page."""

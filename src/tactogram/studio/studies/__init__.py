@@ -1,0 +1,1 @@
+"""The page Studies, and what an experimenter sees of a session."""

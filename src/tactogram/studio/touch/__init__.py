@@ -1,0 +1,1 @@
+"""The page Touch: textures under the hand."""

@@ -1,0 +1,1 @@
+"""The page Train: trainings as processes of their own, watched and compared."""

@@ -1,0 +1,88 @@
+import signal
+import subprocess
+import sys
+import urllib.error
+import urllib.request
+
+import pytest
+
+PAGES = ("Make", "Touch", "Materials", "Train", "Send", "Live", "Studies", "Reports")
+
+
+def test_every_page_is_reached_by_the_navigation_and_says_where_one_is(tab):
+    tab.goto("/")
+    for name in PAGES:
+        tab.get_by_role("navigation", name="Pages").get_by_role("link", name=name, exact=True).click()
+        tab.get_by_role("heading", level=1, name=name).wait_for()
+        assert tab.locator("nav [aria-current=page]").all_inner_texts() == [name]
+
+
+def test_the_content_is_one_key_away(tab):
+    tab.goto("/")
+    tab.keyboard.press("Tab")
+    tab.keyboard.press("Enter")
+
+    assert tab.evaluate("document.activeElement.id") == "content"
+
+
+def test_on_a_tablet_nothing_is_wider_than_the_screen(tab):
+    tab.set_viewport_size({"width": 820, "height": 1180})
+    for name in ("", *(name.lower() for name in PAGES)):
+        tab.goto(f"/{name}")
+        tab.locator("h1").wait_for()
+        assert tab.evaluate("document.documentElement.scrollWidth") <= 820, name
+
+
+def test_an_empty_workspace_gets_something_to_play_with(browser, served, watched, tmp_path):
+    arguments = ("studio", "--port", "0", "--no-open", "--folder", str(tmp_path))
+    with served(*arguments, folder=tmp_path, prefix="studio: ") as (process, address):
+        context = browser.new_context()
+        with watched(context, address) as page:
+            page.goto(address)
+            page.get_by_text("Making something to play with").wait_for()
+            page.get_by_role("button", name="Touch them").wait_for(timeout=120_000)
+        context.close()
+
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=20) == 0
+    assert (tmp_path / "studio" / "first" / "voices" / "model.json").is_file()
+
+
+def test_an_interrupted_start_is_taken_up_again(tmp_path):
+    from tactogram.studio.home.first_voices import FirstVoices
+
+    first = FirstVoices(tmp_path / "first")
+    (first.store / "half").mkdir(parents=True)
+
+    assert first.state == "absent"
+    first._follow = lambda command: None
+    first._make()
+    assert not (first.store / "half").exists()
+
+
+def test_why_the_first_surfaces_could_not_be_made_is_told(tmp_path):
+    from tactogram.studio.home.first_voices import FirstVoices
+
+    first = FirstVoices(tmp_path)
+    first._follow([sys.executable, "-c", "print('learning'); raise SystemExit('no space is left')"])
+
+    assert first.state == "failed"
+    assert first.line == "the first surfaces could not be made: no space is left"
+
+
+def test_a_taken_port_is_told_in_a_line(server, tmp_path):
+    port = server.rpartition(":")[2]
+    done = subprocess.run(
+        [sys.executable, "-m", "tactogram.cli", "studio", "--port", port, "--no-open", "--folder", tmp_path],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert done.stderr.count("\n") == 1
+    assert f"port {port} of 127.0.0.1 cannot be listened on (Address already in use)" in done.stderr
+
+
+def test_an_unknown_page_is_told(server):
+    with pytest.raises(urllib.error.HTTPError, match="404"):
+        urllib.request.urlopen(f"{server}/nothing", timeout=10)

@@ -1,0 +1,208 @@
+import io
+import re
+import zipfile
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+
+from tactogram.errors import DataError, ParameterError
+from tactogram.jobs.study import begin_session, export_zip, simulate_session
+from tactogram.studio.studies import run as study_run
+from tactogram.studio.studies.experiment_view import (
+    address_of,
+    answers_rows,
+    device_text,
+    folder_of,
+    peeking_text,
+    since_text,
+    view_of,
+)
+from tactogram.studio.studies.listed import (
+    begun,
+    copy_study,
+    counts_of,
+    listed,
+    pairs_of,
+    power_rows,
+    session_folder,
+)
+from tactogram.studio.workspace import Workspace
+from tactogram.study.session_store import SessionStore
+from tactogram.study.study_file import shipped_studies
+
+SHORT = {"design.repeats": 4, "practice": {"trials": 1}, "grid.items": ["tile"]}
+
+
+@pytest.fixture
+def session(tmp_path):
+    """Give a session of a short ABX study: P1 is at its third trial, P2 reads the consent."""
+    folder = begin_session("abx", tmp_path / "sessions" / "pilot", changes=SHORT)
+    with SessionStore(folder) as store:
+        for code in ("P1", "P2"):
+            store.enrol(code)
+        store.submit("P1", "consent", {"consent": "agreed"}, device={"px_per_mm": 6.25, "refresh_hz": 59.94})
+        for token in ("practice-1.1", "trial-1.1", "trial-2.1"):
+            store.submit(
+                "P1", token, {"which": "A"}, device={"finger_speed_mm_s_a": 480.2, "finger_speed_mm_s_b": 510}
+            )
+        yield store
+
+
+def test_the_view_says_where_everybody_is(session):
+    later = datetime.now(UTC) + timedelta(seconds=300)
+    first, second = view_of(session, now=later).rows
+    assert (first.status, first.where, first.since, first.quiet) == (
+        "going on",
+        "trial 3 of 4",
+        "5 min ago",
+        True,
+    )
+    assert first.device == "6.25 px/mm, 59.9 Hz, finger 480 and 510 mm/s"
+    assert (second.where, second.since, second.quiet) == ("reading the consent", "no answer yet", False)
+    assert view_of(session).summary() == "2 participants, 2 going on; 4 answers"
+
+
+def test_the_latest_answers_tell_nothing_of_how_the_study_comes_out(session):
+    rows = answers_rows(view_of(session).latest)
+    assert [row[:4] for row in rows] == [
+        ["P1", "2", "which", "A"],
+        ["P1", "1", "which", "A"],
+        ["P1", "practice 1", "which", "A"],
+    ]
+    assert not any("generated" in cell or "recorded" in cell for row in rows for cell in row)
+
+
+def test_who_looks_at_results_early_is_warned(session):
+    assert peeking_text(view_of(session)).startswith("2 participants have not finished")
+    session.end()
+    assert peeking_text(view_of(session)) == ""
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        (None, "no answer yet"),
+        (5, "5 s ago"),
+        (600, "10 min ago"),
+        (7200, "2 h ago"),
+        (400_000, "5 days ago"),
+    ],
+)
+def test_times_since_an_answer(seconds, text):
+    assert since_text(seconds) == text
+
+
+def test_addresses_of_sessions_go_there_and_back():
+    assert folder_of(address_of("sessions/pilot").removeprefix("/experiment/")) == "sessions/pilot"
+    assert device_text({"pointer": "pen", "other": 1}) == "pen"
+
+
+def test_simulated_participants_of_a_session_have_a_folder_of_their_own(session):
+    folder = session.path.parent
+    made = simulate_session(folder, participants=2, effect={"d_prime": 1})
+    assert Path(made["folder"]) == folder.with_name("pilot-simulated")
+    assert len(view_of(session).rows) == 2
+    again = simulate_session(made["folder"], participants=1)
+    assert again["folder"] == made["folder"]
+    with SessionStore(Path(made["folder"])) as other:
+        other_view = view_of(other)
+        assert other_view.summary().startswith("3 simulated participants, 3 finished")
+        assert other.study == session.study
+    with pytest.raises(ParameterError, match="participants must be at least 1"):
+        simulate_session(folder, participants=0)
+
+
+def test_simulated_participants_never_go_where_people_are(session):
+    folder = session.path.parent
+    with SessionStore(folder.with_name("pilot-simulated"), session.study) as other:
+        other.enrol("P7")
+    with pytest.raises(DataError, match="people took this study"):
+        simulate_session(folder, participants=1)
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"), [("tables", "answers.notes.csv"), ("bids", "sub-P1_ses-1_task-abx_beh.tsv")]
+)
+def test_downloads_hold_the_whole_export(session, kind, name):
+    called, data = export_zip(session.path.parent, kind=kind)
+    assert called == f"pilot-{kind}.zip"
+    with zipfile.ZipFile(io.BytesIO(data)) as file:
+        assert file.testzip() is None
+        assert name in {Path(path).name for path in file.namelist()}
+
+
+def test_the_shelf_lists_every_design_and_what_is_wrong_with_a_file(session, tmp_path):
+    workspace = Workspace.at(tmp_path)
+    copied = copy_study(workspace, "threshold")
+    copied.with_name("broken.toml").write_text("[design]\nkind = 'abx'\n")
+    found = {study.name: study for study in listed(workspace)}
+    assert set(shipped_studies()) < set(found)
+    assert found["studies/threshold.toml"].asks.startswith("How weak")
+    assert "margins: staircase ±3 dB" in found["threshold"].line
+    assert "margins: none, so that nothing can be shown to be equivalent" in found["plate-words"].line
+    assert "margins" not in found["preference"].line
+    assert found["studies/broken.toml"].wrong
+    with pytest.raises(DataError, match="is there already"):
+        copy_study(workspace, "threshold")
+    [one] = begun(workspace)
+    assert (one.name, one.line) == ("sessions/pilot", "abx: 2 participants, 0 finished")
+
+
+def test_a_session_that_cannot_be_opened_is_listed_with_its_reason(tmp_path):
+    (tmp_path / "old").mkdir()
+    (tmp_path / "old" / "answers.sqlite").write_bytes(b"not a database " * 100)
+    [one] = begun(Workspace.at(tmp_path))
+    assert "no readable session store" in one.wrong
+
+
+@pytest.mark.parametrize("name", ["../x", "", "a b", "-a", "x" * 41, "pilot-simulated", "pilot"])
+def test_names_of_sessions_that_cannot_be_are_refused(session, tmp_path, name):
+    with pytest.raises(ParameterError):
+        session_folder(Workspace.at(tmp_path), name)
+
+
+def test_forms_are_read_in_a_line():
+    assert counts_of("10, 20", "participants") == (10, 20)
+    assert pairs_of("participant=subject, value = hit", "headings") == {
+        "participant": "subject",
+        "value": "hit",
+    }
+    with pytest.raises(ParameterError, match="participants must be whole numbers"):
+        counts_of("ten", "participants")
+    with pytest.raises(ParameterError, match="headings must be name=value"):
+        pairs_of("participant", "headings")
+    assert power_rows([{"participants": 10, "power": 0.5, "exact_power": 0.7}]) == (
+        ["participants", "shows the effect"],
+        [["10", "0.50"]],
+    )
+
+
+def test_a_study_that_cannot_be_served_is_refused_before_a_port_is_taken(tmp_path, monkeypatch):
+    monkeypatch.setattr(study_run, "serve", lambda *_, **__: pytest.fail("served"))
+    with pytest.raises(ParameterError, match="no such study"):
+        study_run.run_study("nothing", tmp_path / "session")
+    with pytest.raises(ParameterError, match="a study needs --out"):
+        study_run.run_study("abx")
+    with pytest.raises(DataError, match="no study was begun here"):
+        study_run.run_study(tmp_path)
+    with pytest.raises(ParameterError, match="never a name"):
+        study_run.run_study("abx", tmp_path / "session", codes=["Hanako"])
+
+
+def test_a_session_goes_on_as_it_was_begun(session, monkeypatch):
+    served = []
+    monkeypatch.setattr(study_run, "serve", lambda studio, **options: served.append((studio, options)))
+    study_run.run_study(session.path.parent, codes=["p1", "P3"])
+    [(studio, options)] = served
+    studio.sessions.close()
+    assert options["path"] == "/experiment/pilot"
+    assert [one.code for one in session.participants()] == ["P1", "P2", "P3"]
+    with pytest.raises(ParameterError, match="leave out --out and --set"):
+        study_run.run_study(session.path.parent, changes={"seed": 2})
+
+
+def test_addresses_of_this_machine_are_no_loopback():
+    assert all(
+        re.fullmatch(r"\d+(\.\d+){3}", one) and not one.startswith("127.") for one in study_run.addresses()
+    )
