@@ -18,6 +18,7 @@ CARD_MM = 85.6
 """ISO/IEC 7810, ID-1."""
 PX_PER_MM = 5.0
 TABLET = {"width": 820, "height": 1180}
+SIDEWAYS = {"width": 1180, "height": 820}
 PHONE = {"width": 390, "height": 844}
 
 
@@ -173,20 +174,36 @@ def _play(page, slot):
 
 
 def _stroke(page, area):
-    """Move a finger over an area until the page has enough of it."""
+    """Move a finger to and fro over an area until the page has enough of it."""
     box = page.locator(f'[data-area="{area}"]').bounding_box()
-    x, y = box["x"] + 20, box["y"] + box["height"] / 2
-    page.mouse.move(x, y)
+    left, right, y = box["x"] + 20, box["x"] + box["width"] - 20, box["y"] + box["height"] / 2
+    page.mouse.move(left, y)
     page.mouse.down()
-    for i in range(400):
-        page.mouse.move(x + (box["width"] - 40) * abs((i % 40) / 20 - 1), y)
-        if i % 20 == 19 and area not in page.text_content(".reason"):
+    for stroke in range(40):
+        page.mouse.move(left if stroke % 2 else right, y, steps=12)
+        if area not in page.text_content(".reason"):
             break
     page.mouse.up()
 
 
+def _two_areas_as_asked_for(page):
+    """Above each other, 180 mm by 20 mm, whole, and nothing to scroll."""
+    boxes = [one.bounding_box() for one in page.locator(".pad").all()]
+    for box in boxes:
+        assert box["width"] == pytest.approx(180 * PX_PER_MM, abs=0.5)
+        assert box["height"] == pytest.approx(20 * PX_PER_MM, abs=0.5)
+    assert boxes[0]["x"] == boxes[1]["x"]
+    assert page.locator(".note").count() == 0
+    assert (
+        page.evaluate(
+            "() => { const s = document.querySelector('#stage'); return s.scrollHeight - s.clientHeight; }"
+        )
+        <= 0
+    )
+
+
 def test_two_areas_sizes_are_in_mm_and_answers_are_kept_once(person, studies):
-    page = person("two_area")
+    page = person("two_area", viewport=SIDEWAYS)
     code = page.text_content(".code-small")
     assert page.get_attribute("html", "lang") == "ja"
     _agree(page)
@@ -195,9 +212,7 @@ def test_two_areas_sizes_are_in_mm_and_answers_are_kept_once(person, studies):
     assert page.locator("input:checked").count() == 0
     _answer(page, {"hand": "left"}, "trial-1.1")
 
-    pad = page.locator(".pad").first.bounding_box()
-    assert pad["width"] == pytest.approx(80 * PX_PER_MM, abs=0.5)
-    assert pad["height"] == pytest.approx(30 * PX_PER_MM, abs=0.5)
+    _two_areas_as_asked_for(page)
     assert page.text_content(".reason") == "先にAとBをなぞってください。"
     _stroke(page, "A")
     # By keys, too: the space bar is held on the other area.
@@ -209,6 +224,7 @@ def test_two_areas_sizes_are_in_mm_and_answers_are_kept_once(person, studies):
     page.wait_for_selector(".pad.sounding", state="detached")
     _answer(page, {"which": "A"}, "trial-1.2")
 
+    _two_areas_as_asked_for(page)  # beside two scales, too
     for area in "AB":
         _stroke(page, area)
     line = page.locator(".vas-line").first.bounding_box()
@@ -388,9 +404,9 @@ PURE = """async () => {
     await Promise.all(["stroking", "sound", "millimetres", "questions"].map(at));
   const found = { speeds: [], turns: [] };
   for (let ms = 1; ms < 1000; ms += 1) {
-    found.speeds.push(Math.abs(targetAt(ms, 500, 68) - targetAt(ms - 1, 500, 68)) * 1000);
+    found.speeds.push(Math.abs(targetAt(ms, 500, 168) - targetAt(ms - 1, 500, 168)) * 1000);
   }
-  found.turns = [0, 136, 272].map((ms) => targetAt(ms, 500, 68));
+  found.turns = [0, 336, 672].map((ms) => targetAt(ms, 500, 168));
   const drawn = new Drawn();
   for (let ms = 0; ms <= 500; ms += 10) drawn.frame(ms, targetAt(ms, 500, 1000), false);
   found.drawn = [drawn.speed, drawn.refresh];
@@ -417,8 +433,9 @@ PURE = """async () => {
   let step = 0;
   for (let i = 1; i < heard.length; i += 1) step = Math.max(step, Math.abs(heard[i] - heard[i - 1]));
   found.step = step * RISE_S * rate;
-  found.tablet = twoAreas([80, 30], [780, 700], 5, 34);
-  found.phone = twoAreas([80, 30], [358, 400], 6, 34);
+  found.tablet = twoAreas([180, 20], [988, 282], 5.2, 34);
+  found.phone = twoAreas([180, 20], [354, 400], 6, 34);
+  found.low = twoAreas([180, 20], [808, 20], 6, 34);
   found.numbers = ["１２", "3,5", " 7 ", "－1"].map(plainNumber);
   return found;
 }"""
@@ -429,7 +446,7 @@ def test_target_sound_and_sizes_are_what_was_asked_for(person):
     page = person("abx")
     found = page.evaluate(PURE)
     assert sorted(found["speeds"])[100:] == pytest.approx([500.0] * 899, abs=1e-6)
-    assert found["turns"] == pytest.approx([0, 68, 0])
+    assert found["turns"] == pytest.approx([0, 168, 0])
     assert found["drawn"] == pytest.approx([500, 100])
     assert found["stroke"] == [pytest.approx(500), pytest.approx(3), True, False]
     assert found["rests"] is False
@@ -439,8 +456,9 @@ def test_target_sound_and_sizes_are_what_was_asked_for(person):
     assert found["while"] > 0.999
     assert found["after"] < 1e-3
     assert found["step"] < 1.01  # no faster than the time constant: no click
-    assert found["tablet"] == {"beside": False, "width": 80, "height": 30, "whole": True}
-    assert found["phone"]["whole"] is False
+    assert found["tablet"] == {"beside": False, "width": 180, "height": 20, "whole": True}
+    assert found["phone"] == {"beside": False, "width": 59, "height": 20, "whole": False}
+    assert found["low"]["height"] == 14  # a phone held sideways: room for a finger, and the page scrolls
     assert found["numbers"] == ["12", "3.5", "7", "-1"]
 
 

@@ -37,7 +37,7 @@ export function areas(scene) {
   };
   frame = requestAnimationFrame(draw);
   const element = make("div", { class: placed.beside ? "areas beside" : "areas" }, ...pads.map((pad) => pad.element));
-  if (!placed.whole) element.append(smallNote(language, page.layout.area_mm[0], size.width));
+  if (!placed.whole) element.append(areaNote(language, page.layout.area_mm, placed));
   return {
     element,
     missing: () => {
@@ -53,11 +53,19 @@ export function areas(scene) {
   };
 }
 
-/** Return the sentence that says by how much something is smaller than asked for. */
+/** Return the sentence that says by how much a line is shorter than asked for. */
 export function smallNote(language, asked, drawn) {
-  const turn = innerHeight > innerWidth && innerHeight / pxPerMm() > asked + 10 ? ` ${say(language, "turn")}` : "";
-  const text = say(language, "too_small", { asked: Math.round(asked), drawn: Math.round(drawn) });
-  return make("p", { class: "note", role: "note", text: text + turn });
+  return noteOf(language, String(Math.round(asked)), String(Math.round(drawn)), asked);
+}
+
+function areaNote(language, [width, height], drawn) {
+  const size = (one, other) => `${Math.round(one)} × ${Math.round(other)}`;
+  return noteOf(language, size(width, height), size(drawn.width, drawn.height), width);
+}
+
+function noteOf(language, asked, drawn, widest) {
+  const turn = innerHeight > innerWidth && innerHeight / pxPerMm() > widest + 10 ? ` ${say(language, "turn")}` : "";
+  return make("p", { class: "note", role: "note", text: say(language, "too_small", { asked, drawn }) + turn });
 }
 
 function padOf(slot, scene, { width, height, way, scale, speed, clock }) {

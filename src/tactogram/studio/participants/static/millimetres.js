@@ -49,6 +49,9 @@ export function fitting(asked, room, scale) {
   return Math.min(asked, Math.max(1, room / scale));
 }
 
+/** No area is lower, mm: the target and the fingertip on it; where there is less room the page is scrolled. */
+const LOWEST_MM = 14;
+
 /**
  * Return how two areas are laid out: above each other where they fit so, else beside each other, else smaller.
  * @param {[number, number]} area width and height, mm
@@ -66,6 +69,6 @@ export function twoAreas(area, room, scale, gap) {
 
 function sized(area, room, scale, beside) {
   const width = fitting(area[0], room[0], scale);
-  const height = fitting(area[1], room[1], scale);
+  const height = fitting(area[1], Math.max(room[1], LOWEST_MM * scale), scale);
   return { beside, width, height, whole: width >= area[0] && height >= area[1] };
 }

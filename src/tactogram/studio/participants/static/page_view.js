@@ -10,8 +10,9 @@ import { say } from "./wording.js";
 export const FIRST_MS = 300;
 /** From so many questions of one kind on they stand in rows. */
 const ROWS = 4;
-/** A page is no wider than this; what is around stimuli, and a question below them, takes about so much height. */
-const WIDEST_PX = 1024;
+/** A page is no wider than this (`.page`: 64rem); what is around stimuli, and a question below them, takes about so much height. */
+const WIDEST_PX = 1152;
+const SIDES_PX = 36;
 const AROUND_PX = 210;
 const QUESTION_PX = 110;
 const IN_ROWS = ["steps", "choice"];
@@ -40,7 +41,7 @@ export function showPage({ page, language, sounds, images, stage, draft, send })
     next.disabled = why !== null;
     if (reason.textContent !== (why ?? "")) reason.textContent = why ?? "";
   };
-  const room = [Math.min(stage.clientWidth, WIDEST_PX) - 32, stage.clientHeight];
+  const room = [Math.min(stage.clientWidth, WIDEST_PX) - SIDES_PX, stage.clientHeight];
   const scene = { page, language, sounds, images, changed, room: [room[0], room[1] - AROUND_PX - QUESTION_PX * page.questions.length] };
   const shown = page.slots.length ? presented(scene) : null;
   const matrix = page.questions.length >= ROWS && page.questions.every((one) => IN_ROWS.includes(one.kind) && one.kind === page.questions[0].kind);
