@@ -237,8 +237,8 @@ def test_what_was_played_stands_in_the_answer(store):
 
 
 def test_progress_says_where_everybody_stands(store):
-    store.enrol("P1")
-    store.enrol("P2")
+    store.enrol("P1", simulated=True)
+    store.enrol("P2", simulated=True)
     answer(store, "P2", 4)
     store.submit("P1", "consent", {"consent": "declined"})
     simulate(store, 1)
@@ -261,6 +261,16 @@ def test_codes_are_taken_once_whatever_their_case_and_found_so(store):
         store.enrol("aB12")
     assert store.participant("AB12").code == "Ab12"
     assert all(CODE.fullmatch(drawn_code()) for _ in range(50))
+
+
+@pytest.mark.parametrize("first", [True, False])
+def test_people_and_simulated_participants_are_kept_apart(store, first):
+    store.enrol("P1", simulated=first)
+    with pytest.raises(ParameterError, match="need a session folder of their own"):
+        store.enrol("P2", simulated=not first)
+    assert [one.code for one in store.participants()] == ["P1"]
+    store.withdraw("P1")
+    assert store.enrol("P2", simulated=not first).simulated is not first
 
 
 def test_another_study_or_another_file_is_refused(store, make_study, tmp_path):

@@ -129,7 +129,8 @@ class SessionStore:
         Raises
         ------
         ParameterError
-            If the code is taken or may be a name, or the study lacks the language.
+            If the code is taken or may be a name, the study lacks the language, or one who is simulated would stand
+            among people, or the other way round.
         """
         language = language or self.study.languages[0]
         self._check_language(language)
@@ -139,6 +140,7 @@ class SessionStore:
             raise ParameterError(f"session must be 1 to 16 letters and digits, got {session[:40]!r}")
         self._check_going()
         with self._writing() as rows:
+            self._check_kind(rows, simulated)
             taken = {row[0].casefold() for row in rows.execute("SELECT code FROM participants")}
             if code is not None and code.casefold() in taken:
                 raise ParameterError(f"code {code} is taken; give another, or go on with it")
@@ -626,6 +628,14 @@ class SessionStore:
     def _check_going(self) -> None:
         if self.ended is not None:
             raise ParameterError("the study was ended by the experimenter")
+
+    def _check_kind(self, rows: sqlite3.Connection, simulated: bool) -> None:
+        """Refuse a mixture: answers of people and of simulated participants are never analysed together."""
+        if rows.execute("SELECT 1 FROM participants WHERE simulated != ?", (simulated,)).fetchone():
+            there, other = (
+                ("people", "simulated participants") if simulated else ("simulated participants", "people")
+            )
+            raise ParameterError(f"{there} take this study here; {other} need a session folder of their own")
 
     def _check_active(self, participant: Participant) -> None:
         if self._status(participant) != "active":

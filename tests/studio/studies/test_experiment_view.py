@@ -136,12 +136,13 @@ def test_the_shelf_lists_every_design_and_what_is_wrong_with_a_file(session, tmp
     workspace = Workspace.at(tmp_path)
     copied = copy_study(workspace, "threshold")
     copied.with_name("broken.toml").write_text("[design]\nkind = 'abx'\n")
+    bare = re.sub(r"\[analysis.margins\].*?(?=\n\[)", "", copied.read_text(encoding="utf-8"), flags=re.S)
+    copied.with_name("bare.toml").write_text(bare, encoding="utf-8")
     found = {study.name: study for study in listed(workspace)}
     assert set(shipped_studies()) < set(found)
     assert found["studies/threshold.toml"].asks.startswith("How weak")
     assert "margins: staircase ±3 dB" in found["threshold"].line
-    assert "margins: none, so that nothing can be shown to be equivalent" in found["plate-words"].line
-    assert "margins" not in found["preference"].line
+    assert "margins: none, so that nothing can be shown to be equivalent" in found["studies/bare.toml"].line
     assert found["studies/broken.toml"].wrong
     with pytest.raises(DataError, match="is there already"):
         copy_study(workspace, "threshold")
@@ -188,6 +189,11 @@ def test_a_study_that_cannot_be_served_is_refused_before_a_port_is_taken(tmp_pat
         study_run.run_study(tmp_path)
     with pytest.raises(ParameterError, match="never a name"):
         study_run.run_study("abx", tmp_path / "session", codes=["Hanako"])
+    with pytest.raises(ParameterError, match="full scale"):
+        study_run.run_study(
+            "abx", tmp_path / "session", changes={"played_by": "server", "display": "voice-coil"}
+        )
+    assert not (tmp_path / "session").exists()
 
 
 def test_a_session_goes_on_as_it_was_begun(session, monkeypatch):

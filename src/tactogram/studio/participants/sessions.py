@@ -175,15 +175,17 @@ class Sessions:
         Raises
         ------
         TactogramError
-            If the study is wrong or cannot be shown, files lie outside, or the folder holds another study. Nothing is
-            written then.
+            If the study is wrong or cannot be shown, the server's display cannot play it, files lie outside, or the
+            folder holds another study. Nothing is written then.
         """
         folder = self._inside(folder)
         if self.workspace is not None and str(study) not in shipped_studies():
             study = self._inside(Path(study))
         loaded = Study.load(study, changes=changes)
         beside = study_folder(study).resolve()
-        PreparedStimuli(loaded, beside, within=[beside, *self._within]).check()
+        stimuli = PreparedStimuli(loaded, beside, within=[beside, *self._within])
+        stimuli.check()
+        self._check_display(stimuli)
         begin_session(study, folder, changes=changes)
         return self.open(folder)
 
@@ -200,6 +202,11 @@ class Sessions:
             if folder not in self._open:
                 self._open[folder] = OpenSession(folder, within=self._within)
             return self._open[folder]
+
+    def _check_display(self, stimuli: PreparedStimuli) -> None:
+        if stimuli.study.played_by == "server":
+            for display in stimuli.displays:
+                self.display.check(display)
 
     def reopen(self, folders: Iterable[Path]) -> list[OpenSession]:
         """Open those of ``folders`` that were open to participants before: links go on working after a restart.

@@ -63,13 +63,14 @@ def run_study(
     """
     for code in codes:
         checked_code(code)
-    folder = _begun(study, out, changes)
+    display = ServerDisplay(device, full_scale)
+    folder = _begun(study, out, changes, display)
     studio = Studio.at(folder.parent, alone=True)
     opened = studio.sessions.open(folder)
     if opened.study.played_by == "server":
-        studio.sessions.display = ServerDisplay(device, full_scale)
-        for display in opened.stimuli.displays:
-            studio.sessions.display.check(display)
+        studio.sessions.display = display
+        for driven in opened.stimuli.displays:
+            display.check(driven)
     opened.stimuli.begin()  # made while the first people read what they agree to
     known = {participant.code.casefold() for participant in opened.store.participants()}
     for code in codes:
@@ -95,7 +96,9 @@ def run_study(
     serve(studio, port=port, host=host, open_browser=open_browser, path=path, ready=answers)
 
 
-def _begun(study: Path | str, out: Path | str | None, changes: Mapping[str, Any] | None) -> Path:
+def _begun(
+    study: Path | str, out: Path | str | None, changes: Mapping[str, Any] | None, display: ServerDisplay
+) -> Path:
     """Return the folder of a session that is begun, or was."""
     if Path(study).is_dir():
         if out is not None or changes:
@@ -111,7 +114,7 @@ def _begun(study: Path | str, out: Path | str | None, changes: Mapping[str, Any]
     folder = Path(out).resolve()
     if folder.parent == folder:
         raise ParameterError(f"{out}: is no folder for a session")
-    anywhere = Sessions()
+    anywhere = Sessions(device=display.device, full_scale=display.full_scale)
     try:
         anywhere.begin(study, folder, changes=changes)
     finally:
