@@ -203,3 +203,17 @@ def test_a_simulated_store_says_the_command_that_makes_it(tmp_path):
     simulate_to_store("stroking9", tmp_path / "store", workers=1, **options)
     said = open_store(tmp_path / "store").facts.source
     assert said == "tactogram data simulate stroking9 --seed 3 --per-class 1 --seconds 0.5 --rate 500"
+
+
+def test_a_simulated_set_takes_other_speeds_and_says_so(tmp_path):
+    options = {"seed": 3, "per_class": 1, "seconds": 0.5, "workers": 1}
+    simulate_to_store("stroking9", tmp_path / "store", speeds_mm_s=(50.0, 100.0), **options)
+    store = open_store(tmp_path / "store")
+    assert sorted({info.speed_mm_s for info in store.index}) == [50.0, 100.0]
+    assert store.facts.source.endswith("--seconds 0.5 --speeds 50,100")
+    for speeds, words in (((), "1 to 2000"), ((0.0,), "1 to 2000"), ((50.0, 50.0), "each speed once")):
+        with pytest.raises(ParameterError, match=words):
+            simulate_to_store("stroking9", tmp_path / "no", speeds_mm_s=speeds, **options)
+    code = main(["data", "simulate", "stroking9", "--speeds", "fast", "--out", str(tmp_path / "no")])
+    assert code == 1
+    assert not (tmp_path / "no").exists()

@@ -1,6 +1,7 @@
 """A browser, a studio served to it, and pages that fail a test on whatever goes wrong in them."""
 
 import contextlib
+import fcntl
 import os
 import shutil
 import signal
@@ -69,15 +70,27 @@ def served(*arguments: str, folder: Path, prefix: str):
 
 @pytest.fixture(scope="session")
 def surfaces(tmp_path_factory):
-    """Give a workspace with a small simulated store and a run of autoregressive textures (`studio/first`)."""
+    """Give a workspace with a small simulated store and a run of autoregressive textures (`studio/first`).
+
+    Made once for all workers of pytest-xdist: who comes second waits for it.
+    """
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "surfaces"
+    with folder.with_suffix(".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not folder.is_dir():
+            part = folder.with_suffix(f".{os.getpid()}")
+            _make_surfaces(part / "studio" / "first")
+            part.rename(folder)
+    return folder
+
+
+def _make_surfaces(first: Path) -> None:
     from tactogram.jobs.simulate import simulate_to_store
     from tactogram.jobs.training import train
 
-    folder = tmp_path_factory.mktemp("surfaces")
-    first = folder / "studio" / "first"
     simulate_to_store("stroking9", first / "surfaces", seed=0, per_class=2, seconds=1.0, workers=1)
     train("ar_texture", first / "surfaces", split="all", out=first / "voices")
-    return folder
 
 
 @pytest.fixture(scope="module")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from tactogram.cli.options import Verbs, signal_arguments, signal_options
 from tactogram.cli.printing import Arguments, columns, lines_of, print_result, ratings_text, shortened
+from tactogram.errors import ParameterError
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -31,6 +32,7 @@ def add_verbs(verbs: Verbs) -> None:
     add("--per-class", type=int, metavar="N", help="recordings per class")
     add("--rate", type=float, metavar="HZ")
     add("--seconds", type=float, help="length of a recording")
+    add("--speeds", metavar="MM_S,MM_S,...", help="of the strokes (default: the paper's)")
     add("--photographs", type=int, metavar="N", help="of each surface, up to 9 places (default: one picture)")
     add(
         "--raters",
@@ -136,6 +138,7 @@ def data_simulate(a: Arguments) -> None:
         "per_class": a.per_class,
         "rate": a.rate,
         "seconds": a.seconds,
+        "speeds_mm_s": None if a.speeds is None else _speeds(a.speeds),
         "raters": a.raters,
         "workers": a.workers,
     }
@@ -144,6 +147,15 @@ def data_simulate(a: Arguments) -> None:
     with shown() as progress:
         report = simulate_to_store(a.set, a.out, seed=a.seed, progress=progress, **options)
     print_result(a, report, lines_of(report))
+
+
+def _speeds(text: str) -> list[float]:
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise ParameterError(
+            f"speeds must be numbers with commas between them, as 50,100,200; got {text}"
+        ) from None
 
 
 def data_info(a: Arguments) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from itertools import chain, islice
 from pathlib import Path
@@ -25,6 +25,7 @@ def simulate_to_store(
     per_class: int | None = None,
     seconds: float | None = None,
     rate: float | None = None,
+    speeds_mm_s: Sequence[float] | None = None,
     photographs: int = 0,
     raters: int | None = None,
     workers: int | None = None,
@@ -34,7 +35,7 @@ def simulate_to_store(
 
     Parameters
     ----------
-    set_name, seed, per_class, seconds, rate : see `tactogram.datasets.simulate.simulate`
+    set_name, seed, per_class, seconds, rate, speeds_mm_s : see `tactogram.datasets.simulate.simulate`
     out : path
         Must not exist.
     photographs : int, 0 to 9
@@ -55,19 +56,30 @@ def simulate_to_store(
         raise ParameterError(f"workers must be at least 1, got {workers}")
     shown = surface_photographs(set_name, photographs)
     todo = tasks(
-        set_name, seed=seed, per_class=per_class, seconds=seconds, rate=rate, own_images=not photographs
+        set_name,
+        seed=seed,
+        per_class=per_class,
+        seconds=seconds,
+        rate=rate,
+        speeds_mm_s=speeds_mm_s,
+        own_images=not photographs,
     )
     rated = study(set_name, seed=seed, per_class=per_class, raters=raters)
     given = {
         "per-class": per_class,
         "seconds": seconds,
         "rate": rate,
+        "speeds": None if speeds_mm_s is None else ",".join(f"{speed:g}" for speed in speeds_mm_s),
         "photographs": photographs or None,
         "raters": raters,
     }
     command = " ".join(
         [f"tactogram data simulate {set_name} --seed {seed}"]
-        + [f"--{name} {value:g}" for name, value in given.items() if value is not None]
+        + [
+            f"--{name} {value}" if isinstance(value, str) else f"--{name} {value:g}"
+            for name, value in given.items()
+            if value is not None
+        ]
     )
     store = create_store(
         Path(out),

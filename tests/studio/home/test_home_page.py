@@ -1,3 +1,4 @@
+import json
 import signal
 import subprocess
 import sys
@@ -6,7 +7,39 @@ import urllib.request
 
 import pytest
 
+from tactogram.datasets import open_store
+
+ARGUMENTS = ("studio", "--port", "0", "--no-open", "--folder", ".")
 PAGES = ("Make", "Touch", "Materials", "Train", "Send", "Live", "Studies", "Reports")
+
+
+@pytest.fixture(scope="module")
+def empty(tmp_path_factory):
+    """Give a folder in which nothing is."""
+    return tmp_path_factory.mktemp("empty")
+
+
+@pytest.fixture(scope="module")
+def running(empty, served):
+    """Give the process and the address of a studio that was begun with nothing."""
+    with served(*ARGUMENTS, folder=empty, prefix="studio: ") as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def server(running):
+    """Give the address of a studio that was begun with nothing."""
+    return running[1]
+
+
+def test_an_empty_workspace_gets_something_to_play_with(tab, empty):
+    tab.goto("/")
+    tab.get_by_text("Making something to play with").wait_for()
+    tab.get_by_role("button", name="Touch them").wait_for(timeout=120_000)
+    voices = json.loads((empty / "studio/first/voices/data.json").read_text())
+    assert voices["simulated"] is True
+    speeds = {info.speed_mm_s for info in open_store(empty / "studio/first/surfaces").index}
+    assert len(speeds) == 3  # what is felt can follow a hand
 
 
 def test_every_page_is_reached_by_the_navigation_and_says_where_one_is(tab):
@@ -31,21 +64,6 @@ def test_on_a_tablet_nothing_is_wider_than_the_screen(tab):
         tab.goto(f"/{name}")
         tab.locator("h1").wait_for()
         assert tab.evaluate("document.documentElement.scrollWidth") <= 820, name
-
-
-def test_an_empty_workspace_gets_something_to_play_with(browser, served, watched, tmp_path):
-    arguments = ("studio", "--port", "0", "--no-open", "--folder", str(tmp_path))
-    with served(*arguments, folder=tmp_path, prefix="studio: ") as (process, address):
-        context = browser.new_context()
-        with watched(context, address) as page:
-            page.goto(address)
-            page.get_by_text("Making something to play with").wait_for()
-            page.get_by_role("button", name="Touch them").wait_for(timeout=120_000)
-        context.close()
-
-        process.send_signal(signal.SIGINT)
-        assert process.wait(timeout=20) == 0
-    assert (tmp_path / "studio" / "first" / "voices" / "model.json").is_file()
 
 
 def test_an_interrupted_start_is_taken_up_again(tmp_path):
@@ -86,3 +104,9 @@ def test_a_taken_port_is_told_in_a_line(server, tmp_path):
 def test_an_unknown_page_is_told(server):
     with pytest.raises(urllib.error.HTTPError, match="404"):
         urllib.request.urlopen(f"{server}/nothing", timeout=10)
+
+
+def test_it_ends_when_it_is_interrupted(running):  # the last: the others need it
+    process, _ = running
+    process.send_signal(signal.SIGINT)
+    assert process.wait(timeout=20) == 0

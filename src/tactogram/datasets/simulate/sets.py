@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -106,6 +106,7 @@ def simulate(
     per_class: int | None = None,
     seconds: float | None = None,
     rate: float | None = None,
+    speeds_mm_s: Sequence[float] | None = None,
 ) -> Iterator[Recording]:
     """Yield the recordings of surfaces of a named set, one at a time.
 
@@ -121,13 +122,17 @@ def simulate(
         Length of each.
     rate : float, optional
         Of the accelerometer, Hz: 330, 1000, 6000 or 10000 are usual.
+    speeds_mm_s : sequence of float, optional
+        Of the strokes, 1 to 2000 mm/s; by default as in the paper.
 
     Raises
     ------
     ParameterError
         For an unknown set or a number that makes no sense.
     """
-    for task in tasks(set_name, seed=seed, per_class=per_class, seconds=seconds, rate=rate):
+    for task in tasks(
+        set_name, seed=seed, per_class=per_class, seconds=seconds, rate=rate, speeds_mm_s=speeds_mm_s
+    ):
         yield make(task)
 
 
@@ -138,6 +143,7 @@ def tasks(
     per_class: int | None = None,
     seconds: float | None = None,
     rate: float | None = None,
+    speeds_mm_s: Sequence[float] | None = None,
     own_images: bool = True,
 ) -> list[Task]:
     """Return the recordings that `simulate` yields, not yet made; with ``own_images`` each has its surface's."""
@@ -145,21 +151,28 @@ def tasks(
     takes = facts.per_class if per_class is None else per_class
     length = facts.seconds if seconds is None else seconds
     hertz = facts.sensor.rate if rate is None else rate
-    if not facts.surfaces and not (seconds is None and rate is None):
-        raise ParameterError(f"{set_name} holds images alone; leave seconds and rate out")
+    if not facts.surfaces and not (seconds is None and rate is None and speeds_mm_s is None):
+        raise ParameterError(f"{set_name} holds images alone; leave seconds, rate and speeds out")
+    speeds = facts.speeds_mm_s if speeds_mm_s is None else tuple(speeds_mm_s)
     if takes < 1:
         raise ParameterError(f"per_class must be at least 1, got {takes}")
     if not 0.1 <= length <= 3600:
         raise ParameterError(f"seconds must be 0.1 to 3600, got {length:g}")
     if not 50 <= hertz <= 20_000:
         raise ParameterError(f"rate must be 50 to 20000 Hz, got {hertz:g}")
+    if speeds_mm_s is not None and (not speeds or not all(1 <= speed <= 2000 for speed in speeds)):
+        raise ParameterError(
+            f"speeds must be 1 to 2000 mm/s each, got {', '.join(map('{:g}'.format, speeds))}"
+        )
+    if len(set(speeds)) < len(speeds):
+        raise ParameterError(f"each speed once, got {', '.join(map('{:g}'.format, speeds))}")
     if seed < 0:
         raise ParameterError(f"seed must be >= 0, got {seed}")
     return [
         Task(set_name, seed, surface, contactor, speed, take, length, hertz, own_images)
         for surface in range(len(facts.surfaces))
         for contactor in facts.contactors
-        for speed in facts.speeds_mm_s
+        for speed in speeds
         for take in range(1, takes + 1)
     ]
 

@@ -12,7 +12,9 @@ from pathlib import Path
 from typing import Literal
 
 State = Literal["absent", "making", "there", "failed"]
-PER_CLASS, SECONDS, SEED = 2, 2.0, 0
+PER_CLASS, SECONDS, SEED = 2, 1.5, 0
+SPEEDS_MM_S = (50.0, 100.0, 200.0)
+"""Of the strokes: more than one, so that what is felt can follow the speed of a hand."""
 
 
 @dataclass
@@ -87,7 +89,15 @@ def make(store: Path, run: Path) -> None:
     sys.stdout.write("simulating nine surfaces\n")
     sys.stdout.flush()
     # One process: to start more takes longer than they save.
-    simulate_to_store("stroking9", store, seed=SEED, per_class=PER_CLASS, seconds=SECONDS, workers=1)
+    simulate_to_store(
+        "stroking9",
+        store,
+        seed=SEED,
+        per_class=PER_CLASS,
+        seconds=SECONDS,
+        speeds_mm_s=SPEEDS_MM_S,
+        workers=1,
+    )
     sys.stdout.write("learning their textures\n")
     sys.stdout.flush()
     train("ar_texture", store, split="all", out=run)
