@@ -56,7 +56,8 @@ def page(title: str, *, wide: bool = False, navigation: bool = True) -> Iterator
         else:
             ui.label("tactogram").classes("brand")
     width = "content wide" if wide else "content"
-    with ui.element("main").classes(width).props('id="content" tabindex="-1"'):
+    # Quasar draws the main landmark around it.
+    with ui.element("div").classes(width).props('id="content" tabindex="-1"'):
         ui.element("h1").classes("title").props(f'data-title="{title}"')._text = title
         with ui.column().classes("w-full gap-4 items-stretch") as column:
             yield column
@@ -71,13 +72,16 @@ def _navigation(title: str) -> None:
 
 
 def told(error: BaseException) -> None:
-    """Show an error as a sentence; what nobody expected is logged with its place, too."""
+    """Show an error as a sentence; what nobody expected, or who left the page cannot read, is logged."""
     if isinstance(error, TactogramError | OSError):
         text = str(error)
     else:
         LOG.error("unexpected", exc_info=error)
         text = f"Something unexpected went wrong: {type(error).__name__}: {error}. Nothing kept was touched."
-    ui.notify(text, type="negative", multi_line=True, timeout=12_000, close_button="Close")
+    try:
+        ui.notify(text, type="negative", multi_line=True, timeout=12_000, close_button="Close")
+    except RuntimeError:  # NiceGUI's, where the page was left meanwhile
+        LOG.warning("nobody was left to be told: %s", text)
 
 
 def telling(handler: Callable[P, Any]) -> Callable[P, Any]:
