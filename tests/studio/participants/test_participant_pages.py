@@ -18,7 +18,8 @@ CARD_MM = 85.6
 """ISO/IEC 7810, ID-1."""
 PX_PER_MM = 5.0
 TABLET = {"width": 820, "height": 1180}
-SIDEWAYS = {"width": 1180, "height": 820}
+SIDEWAYS = {"width": 1024, "height": 768}
+"""Of the smallest tablet of 10 inches."""
 PHONE = {"width": 390, "height": 844}
 
 

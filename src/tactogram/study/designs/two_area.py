@@ -43,8 +43,8 @@ class TwoArea(Design):
     """Of the target (Sec. IV-A)."""
     area_mm: tuple[float, float] = (180.0, 20.0)
     """Width and height of an area. The paper says "two rectangle areas" on a tablet, and no size. A tablet of 10 inches
-    held sideways shows about 195 mm by 135 mm or more: 180 mm is about as wide as it can be, and two areas of 20 mm fit above
-    each other with both scales below. The target (12 mm) then has 168 mm of way and turns three times a second at
+    held sideways shows 195 mm by 135 mm or more: 180 mm is about as wide as it can be, and two areas of 20 mm fit
+    above each other with both scales below. The target (12 mm) then has 168 mm of way and turns three times a second at
     500 mm/s; on 80 mm it would turn seven times, which no finger follows."""
     instructions: Wording = Wording(
         ja="領域AとBを、動く目標に合わせてなぞってください。",
