@@ -22,6 +22,7 @@ from tactogram.studio.make.form import (
     suited,
     word_label,
 )
+from tactogram.studio.make.form_view import scale_text
 
 MATERIALS = ("cork", "felt", "tile")
 SIGNALS = SignalKind(1000.0, "m/s^2", ("x", "y", "z"), MATERIALS, words=WORDS, scale=(1.0, 7.0))
@@ -196,3 +197,9 @@ def test_an_unknown_condition_is_not_passed_over():
     unknown = facts.model_copy(update={"needs": ("material",), "takes": ("latent",)})
 
     assert form_of(unknown, SIGNALS).own_seed == ("latent",)
+
+
+def test_the_sliders_of_words_say_what_they_mean_for_the_runs_own_ratings():
+    assert scale_text((1.0, 7.0)) == scale_text(None) == "1 (not at all) to 7 (very)."
+    assert "4 one half, 7 everybody" in scale_text(IMAGES.scale)
+    assert "own ratings are 0 to 100" in scale_text((0.0, 100.0))

@@ -2,6 +2,7 @@
 
 import json
 import shlex
+import threading
 
 import numpy as np
 import pytest
@@ -23,6 +24,13 @@ VOICES = "studio/first/voices"
 def desk(workspace):
     place = Workspace.at(workspace)
     return Desk(place, Shelf(place.own / "kept"), Runs(place), {})
+
+
+@pytest.fixture
+def studio_page(desk):
+    from tactogram.studio.make.page import MakePage
+
+    return MakePage(None, desk)
 
 
 def test_the_first_run_is_chosen_with_a_form_that_can_be_made_of(desk):
@@ -80,8 +88,9 @@ def test_the_nearest_recordings_by_spectrum_are_of_the_material(desk):
 
     assert how == "by their spectra"
     assert len(found) == 3
-    assert found[0][0].startswith(f"{material} (recording")
+    assert found[0][0].startswith(f"{material} (simulated recording, ")
     assert found[0][1].unit == made.unit
+    assert found[0][2] is True
     assert desk.runs.classifier_for(desk.choice) is None
 
 
@@ -179,3 +188,23 @@ def test_the_least_part_is_a_pixel():
     assert cropped(image, (0.99, 0.99, 1.0, 1.0)).size == (1, 1)
     assert cropped(image, (0.0, 0.0, 1e-6, 1e-6)).size == (1, 1)
     assert cropped(image, None) is image
+
+
+def test_what_was_cancelled_ends_although_something_else_is_made_since(desk, studio_page):
+    first, before = threading.Event(), len(desk.made.all())
+    pieces = desk.runs.make(desk.asked.having(count=3, seconds=0.1))
+
+    def make(asked, *, go_on):
+        for number, made in pieces:
+            if not go_on(number):
+                return
+            yield number, made
+            studio_page.cancel()
+            studio_page._cancelled = threading.Event()  # as making anew does
+
+    desk.runs.make = make
+    studio_page._cancelled = first
+
+    assert studio_page._made(desk.asked, first) == []
+    assert first.is_set()
+    assert len(desk.made.all()) == before

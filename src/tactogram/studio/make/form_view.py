@@ -303,13 +303,26 @@ def _label(on: MakePage) -> None:
 
 def _words(on: MakePage) -> None:
     desk = on.desk
+    scale = desk.choice.kind.scale if desk.choice else None
     ui.label(
-        f"{SEVEN_POINT.low:g} (not at all) to {SEVEN_POINT.high:g} (very). A word that is not ticked is the mean over "
-        "what the run learned from."
+        f"{scale_text(scale)} A word that is not ticked is the mean over what the run learned from."
     ).classes("small quiet")
     with ui.element("div").classes("sliders words"):
         for word in desk.form.words if desk.form else ():
             _word(on, word)
+
+
+def scale_text(scale: tuple[float, float] | None) -> str:
+    """Return what the sliders of words mean for a run whose ratings are on a scale."""
+    low, high = SEVEN_POINT.low, SEVEN_POINT.high
+    if scale == (0.0, 1.0):
+        return f"The share of people who say so: {low:g} nobody, {(low + high) / 2:g} one half, {high:g} everybody."
+    text = f"{low:g} (not at all) to {high:g} (very)."
+    if scale not in (None, (low, high)):
+        text += (
+            f" The run's own ratings are {scale[0]:g} to {scale[1]:g}: lowest is lowest, highest is highest."
+        )
+    return text
 
 
 def _word(on: MakePage, word: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 import time
 from typing import Any
 
@@ -11,6 +12,7 @@ from nicegui import app, ui
 from tactogram.errors import DataError, FailedTrainingError, TactogramError
 from tactogram.studio.layout import page, telling, told
 from tactogram.studio.make.desk import Desk
+from tactogram.studio.make.form import Asked
 from tactogram.studio.make.form_view import draw_form
 from tactogram.studio.make.results_view import draw_results
 from tactogram.studio.make.runs import Runs
@@ -51,7 +53,7 @@ class MakePage:
     def __init__(self, studio: Studio, desk: Desk) -> None:
         self.studio, self.desk = studio, desk
         self.failed = ""
-        self._cancelled = asyncio.Event()
+        self._cancelled, self._ended = threading.Event(), asyncio.Event()
         self._begun: float | None = None
         self._piece = 0
 
@@ -147,7 +149,7 @@ class MakePage:
         with ui.row().classes("w-full items-center gap-2") as self.progress:
             ui.spinner()
             self.progress_text = ui.label("").props('role="status"')
-            ui.button("Cancel", on_click=self._cancelled.set).props("no-caps flat dense")
+            ui.button("Cancel", on_click=self.cancel).props("no-caps flat dense")
         self.progress.set_visibility(False)
         ui.timer(0.2, self._progress)
 
@@ -172,14 +174,15 @@ class MakePage:
         if self._begun is not None:
             return
         self.committed()
-        self._cancelled.clear()
         self._begun, self._piece, self.failed = time.monotonic(), 1, ""
         self.make_button.disable()
-        work = asyncio.create_task(asyncio.to_thread(self._made))
-        stop = asyncio.create_task(self._cancelled.wait())
+        # Of this one: its thread may outlast it.
+        self._cancelled, self._ended = threading.Event(), asyncio.Event()
+        work = asyncio.create_task(asyncio.to_thread(self._made, self.desk.asked, self._cancelled))
+        stop = asyncio.create_task(self._ended.wait())
         try:
             await asyncio.wait({work, stop}, return_when=asyncio.FIRST_COMPLETED)
-            if not work.done():  # what the thread still makes is thrown away
+            if not work.done():  # it ends after the piece that it is at, and nothing of it is held
                 work.add_done_callback(lambda task: task.cancelled() or task.exception())
                 ui.notify("Cancelled: nothing of it was kept.")
                 return
@@ -193,19 +196,26 @@ class MakePage:
             self.progress.set_visibility(False)
         self.results.refresh()
 
-    def _made(self) -> list[Made]:
+    def cancel(self) -> None:
+        """End what is being made; nothing of it is held."""
+        self._cancelled.set()
+        self._ended.set()
+
+    def _made(self, asked: Asked, cancelled: threading.Event) -> list[Made]:
         """Make, in a thread; nothing is held before all of it is there."""
-        asked, choice = self.desk.asked, self.desk.choice
+        choice = self.desk.choice
         if choice is None:
             raise DataError("There is no run to make something with.")
-        pieces = list(self.desk.runs.make(asked, go_on=self._go_on))
-        if self._cancelled.is_set():
+
+        def go_on(number: int) -> bool:
+            if not cancelled.is_set():
+                self._piece = number
+            return not cancelled.is_set()
+
+        pieces = list(self.desk.runs.make(asked, go_on=go_on))
+        if cancelled.is_set():
             return []
         return [self.desk.put(asked, choice, number, made) for number, made in pieces]
-
-    def _go_on(self, number: int) -> bool:
-        self._piece = number
-        return not self._cancelled.is_set()
 
     def tell(self, error: BaseException) -> None:
         """Show an error as a sentence."""

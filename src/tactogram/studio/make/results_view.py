@@ -125,11 +125,11 @@ async def _nearest(on: MakePage, present: Made, button: ui.button) -> None:
         how, found = await in_background(on.desk.runs.nearest, choice, present.signal())
         if not found:
             raise DataError("There is no recording to compare with.")
-        for title, signal in found[:2]:
+        for title, signal, simulated in found[:2]:
             facts = {
                 "what": "recording",
                 "run": choice.name,
-                "simulated": bool(choice.data.get("simulated")),
+                "simulated": simulated,
                 "found": how,
             }
             held = on.desk.made.keep(signal, title=title, facts=facts)

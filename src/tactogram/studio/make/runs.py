@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram import models
-from tactogram.datasets import Store, open_store
+from tactogram.datasets import RecordingInfo, Store, open_store
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.model import ImageKind, Kind, SignalKind
 from tactogram.signal import Image, Signal
@@ -80,7 +80,9 @@ class Runs:
     _loaded: OrderedDict[tuple[Path, int], LoadedRun] = field(default_factory=OrderedDict)
     _lock: threading.RLock = field(default_factory=threading.RLock)
     _known: dict[tuple[Path, int], Choice] = field(default_factory=dict)
-    _prepared_of: dict[tuple[Path, str], tuple[list[str], list[Signal]]] = field(default_factory=dict)
+    _prepared_of: dict[tuple[Path, str], tuple[list[RecordingInfo], list[Signal]]] = field(
+        default_factory=dict
+    )
 
     def choices(self, task: str = "generation") -> list[Choice]:
         """Return the finished runs of a task, newest first; what cannot be read is left out."""
@@ -253,8 +255,10 @@ class Runs:
 
     def nearest(
         self, choice: Choice, signal: Signal, *, count: int = 3
-    ) -> tuple[str, list[tuple[str, Signal]]]:
-        """Return the recordings most like a signal, as the run's model sees them, and by what they were found.
+    ) -> tuple[str, list[tuple[str, Signal, bool]]]:
+        """Return by what recordings were found, and those most like a signal: title, signal, whether simulated.
+
+        The signals are as the run's model was given them.
 
         By a classifier of the same data where there is one (`tactogram.jobs.search`), else by the spectrum (rms
         difference in third octaves, dB).
@@ -278,36 +282,39 @@ class Runs:
                 found = search(self.load(classifier), signal, data=store.path, count=count)["nearest"]
                 return f"by {classifier.name}", [
                     (
-                        f"{one['material']} (recording, distance {one['distance']:.2g})",
+                        f"{named(store.info(one['id']))}, distance {one['distance']:.2g})",
                         self._recording(run, store, one["id"]),
+                        store.info(one["id"]).simulated,
                     )
                     for one in found
                 ]
-            names, signals = self._prepared(run, choice, store)
+            infos, signals = self._prepared(run, choice, store)
         if not signals:
             raise DataError(
                 f"{store.name} holds no recording of the kind that {choice.name} makes: no comparison."
             )
         levels = levels_db([signal, *signals])
-        distance = np.sqrt(((levels[1:] - levels[0]) ** 2).mean(1)) if levels.size else np.zeros(len(names))
+        distance = np.sqrt(((levels[1:] - levels[0]) ** 2).mean(1)) if levels.size else np.zeros(len(infos))
         order = np.argsort(distance, kind="stable")[:count]
         return "by their spectra", [
-            (f"{names[k]} (recording, {distance[k]:.1f} dB away)", signals[k]) for k in order
+            (f"{named(infos[k])}, {distance[k]:.1f} dB away)", signals[k], infos[k].simulated) for k in order
         ]
 
-    def _prepared(self, run: LoadedRun, choice: Choice, store: Store) -> tuple[list[str], list[Signal]]:
-        """Return the materials and signals of the recordings that are of the run's kind."""
+    def _prepared(
+        self, run: LoadedRun, choice: Choice, store: Store
+    ) -> tuple[list[RecordingInfo], list[Signal]]:
+        """Return the recordings that are of the run's kind, with their signals."""
         key = (choice.folder, store.sha256)
         if key not in self._prepared_of:
             step = max(1, -(-len(store.index) // MOST_COMPARED))
-            kept: tuple[list[str], list[Signal]] = ([], [])
+            kept: tuple[list[RecordingInfo], list[Signal]] = ([], [])
             for info in list(store.index)[::step]:
                 try:
                     signal = self._recording(run, store, info.id)
                     run.kind.check(signal)
                 except TactogramError:  # another sensor's, for example the other half of a set of two kinds
                     continue
-                kept[0].append(str(info.material or info.id))
+                kept[0].append(info)
                 kept[1].append(signal)
             self._prepared_of[key] = kept
         return self._prepared_of[key]
@@ -318,6 +325,11 @@ class Runs:
         signal = run.as_trained.apply(store.signal(id, stream))
         longest = round(10.0 * signal.rate) if signal.domain == "time" else len(signal)
         return signal.cut(0, longest)
+
+
+def named(info: RecordingInfo) -> str:
+    """Return how the title of a recording begins; a simulated one says so."""
+    return f"{info.material or info.id} ({'simulated ' if info.simulated else ''}recording"
 
 
 def cropped(image: Image, crop: tuple[float, float, float, float] | None) -> Image:

@@ -47,7 +47,7 @@ class _Drop:
         self, desk: MaterialsDesk, file: str, set_name: str, unit: str, rate: str, axes: str
     ) -> None:
         self.desk, self.file = desk, file
-        self.unit, self.rate, self.axes = unit, rate, axes
+        self.unit, self.rate, self.axes = unit, _number(rate), axes
         workspace = desk.studio.workspace
         self.folder = workspace.own / "dropped"
         self.sets = [workspace.name_of(path) for path in workspace.stores()]
@@ -272,6 +272,13 @@ class _Drop:
             **texts,
             **{name: None if value is None else float(value) for name, value in numbers.items()},
         )
+
+
+def _number(text: str) -> str:
+    """Return a number above 0 as it was written; empty for what is none: an address can be edited by hand."""
+    with suppress(ValueError):
+        return text if float(text) > 0 else ""
+    return ""
 
 
 def keep_signal(folder: Path, name: str, data: bytes) -> Path:
