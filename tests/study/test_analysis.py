@@ -267,6 +267,17 @@ def test_the_last_reversal_counts_though_nothing_follows_it():
     assert np.flatnonzero(reversals_of(Answers(own.rows[:6]))).tolist() == [3]
 
 
+def flattened(rows):
+    """Return estimates that do not grow with intensity."""
+    rng = np.random.default_rng(1)
+    noise = np.exp(0.05 * rng.standard_normal(len(rows)))
+    return simulated(
+        "magnitude",
+        "magnitude",
+        [(p, t, {**columns, "value": float(v)}) for (p, t, columns), v in zip(rows, noise, strict=True)],
+    )
+
+
 def test_stevens_exponent_is_found_whatever_numbers_people_choose():
     rng = np.random.default_rng(0)
     rows = []
@@ -278,6 +289,9 @@ def test_stevens_exponent_is_found_whatever_numbers_people_choose():
     section = only(analyse(simulated("magnitude", "magnitude", rows)))
     [exponent] = section.role("confirmatory")
     assert exponent.low < 0.6 < exponent.high
+    assert exponent.margin is None
+    flat = only(analyse(flattened(rows), plan=Plan({"magnitude": 0.1}))).role("confirmatory")
+    assert [one.verdict for one in flat] == [EQUIVALENT]
     means = [row["geometric_mean"] for row in section.tables["geometric means"]]
     assert means[3] / means[0] == pytest.approx(8**0.6, rel=0.15)
 
@@ -305,6 +319,18 @@ def test_what_is_preferred_is_shown_and_what_is_not_is_not():
         < 1.5
         < finding(section, "s0 over s1", "Bradley-Terry").high
     )
+
+
+def test_preferences_that_are_as_good_as_equal_take_a_margin():
+    answers = pairs([0.0, 0.0], people=40, seed=1)
+    wide, narrow = (
+        only(analyse(answers, plan=Plan({"preference": margin}, draws=400))).role("confirmatory")[0]
+        for margin in (1.0, 0.05)
+    )
+    assert (wide.verdict, narrow.verdict) == (EQUIVALENT, UNDECIDED)
+    assert wide.margin == 1.0
+    shown = only(analyse(pairs([1.5, 0.0]), plan=Plan({"preference": 0.4}, draws=400))).role("confirmatory")
+    assert shown[0].verdict == SHOWN
 
 
 def test_strengths_are_those_of_the_choices_and_stay_finite():

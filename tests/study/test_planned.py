@@ -102,7 +102,11 @@ def test_practice_is_left_out_and_counted():
     ("design", "table", "message"),
     [
         ("abx", {"margins": {"which": 0.1}}, "design abx takes margins for abx, got 'which'"),
-        ("pairwise", {"margins": {"which": 0.1}}, "design pairwise takes no margin, got 'which'"),
+        (
+            "pairwise",
+            {"margins": {"which": 0.1}},
+            "design pairwise takes margins for preference, got 'which'",
+        ),
         ("abx", {"margins": {"abx": 0.5}}, "must be below 0.5"),
         ("abx", {"margins": {"abx": -1}}, "greater than 0"),
         ("abx", {"alpha": 0.9}, "less than or equal to 0.2"),
@@ -129,17 +133,23 @@ def test_each_shipped_design_that_takes_a_margin_has_one_with_a_reason():
         compared = len({stimulus.condition for stimulus in study.all_stimuli}) > 1
         for margin in study.planned.margins.values():
             assert margin.because, name
-        if study.design.model_dump()["kind"] in ("two_area", "abx", "rating") and compared:
+        if study.design.model_dump()["kind"] != "rating" or compared:
             assert study.planned.margins, name
 
 
 def test_names_of_margins():
     assert [
         margin_name(*asked)
-        for asked in (("two_area", "which"), ("rating", "words"), ("pairwise", "preferred"))
+        for asked in (
+            ("two_area", "which"),
+            ("rating", "words"),
+            ("pairwise", "preferred"),
+            ("else", "which"),
+        )
     ] == [
         "which",
         "rating",
+        "preference",
         "",
     ]
     assert margin_text("realism", 5) == "realism ±5 mm"

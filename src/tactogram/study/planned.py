@@ -15,8 +15,10 @@ MARGINS: Mapping[str, tuple[str, ...]] = {
     "abx": ("abx",),
     "staircase": ("staircase",),
     "magnitude": ("magnitude",),
+    "evoked": ("evoked",),
+    "pairwise": ("preference",),
 }
-"""What a margin can be given for, by design. Of preferences and evoked words no equivalence is tested."""
+"""What a margin can be given for, by design."""
 UNITS: Mapping[str, str] = {
     "which": "of the share correct",
     "realism": "mm",
@@ -24,6 +26,8 @@ UNITS: Mapping[str, str] = {
     "abx": "of the share correct",
     "staircase": "dB",
     "magnitude": "of the exponent",
+    "evoked": "of the share of words",
+    "preference": "of log strengths",
 }
 SHARES = ("which", "abx")
 """Margins around one half."""
@@ -71,8 +75,9 @@ class Planned(BaseModel):
         known = MARGINS.get(design, ())
         for name in self.margins:
             if name not in known:
-                takes = f"takes margins for {', '.join(known)}" if known else "takes no margin"
-                raise ValueError(f"analysis.margins: a study of design {design} {takes}, got {name!r}")
+                raise ValueError(
+                    f"analysis.margins: a study of design {design} takes margins for {', '.join(known)}, got {name!r}"
+                )
 
     @property
     def values(self) -> dict[str, float]:

@@ -38,7 +38,8 @@ class Plan:
     ----------
     margins : mapping from str to float
         Half the width of what counts as equal, by one of `MARGINS`: a share (``which``, ``abx``), mm (``realism``),
-        points (``rating``), dB (``staircase``) or the exponent (``magnitude``).
+        points (``rating``), dB (``staircase``), the exponent (``magnitude``), the share of words (``evoked``) or
+        a difference of log strengths (``preference``).
     targets : mapping, optional
         Scores of the stimuli that ratings are held against.
     reference : str, optional
@@ -231,11 +232,13 @@ def _sections(design: str, group: Answers, plan: Plan) -> list[Section]:
             margin=margin("rating"),
             draws=plan.draws,
         ),
-        "evoked": lambda: analyse_evoked(group),
+        "evoked": lambda: analyse_evoked(group, margin=margin("evoked")),
         "abx": lambda: analyse_discrimination(group, margin=margin("abx"), design="abx"),
         "staircase": lambda: analyse_staircases(group, rng=rng, margin=margin("staircase"), draws=fits),
         "magnitude": lambda: analyse_magnitude(group, margin=margin("magnitude")),
-        "pairwise": lambda: analyse_preference(group, rng=rng, draws=max(100, plan.draws // 4)),
+        "pairwise": lambda: analyse_preference(
+            group, rng=rng, margin=margin("preference"), draws=max(100, plan.draws // 4)
+        ),
     }
     return [single[design]()]
 

@@ -12,17 +12,25 @@ from tactogram.statistics.reliability import krippendorff_alpha
 from tactogram.statistics.shares import Share, share_of
 from tactogram.study.analysis.finding import Finding, Section, answered, holm, verdict_of
 from tactogram.study.analysis.realism import paired_findings
+from tactogram.study.analysis.standing_out import standing_out
 from tactogram.study.answers import Answers
 
 EVOKED = "share of participants in whom it was evoked"
 
 
-def analyse_evoked(answers: Answers) -> Section:
+def analyse_evoked(answers: Answers, *, margin: float | None = None) -> Section:
     """Return the share of participants in whom each image evoked each word, with intervals.
 
     The publication took the share as the label of an image, without an interval. Confirmatory is the exact binomial of
     each image and word against one half (evoked in most, or in few), with Holm's correction over all: a participant
-    answers once to each, so that answers are independent.
+    answers once to each, so that answers are independent. Beside it the share of words that each image evokes, held
+    against the other images that the same people saw.
+
+    Parameters
+    ----------
+    answers : Answers
+    margin : float, optional
+        Of an image's share of words to that of the others, given before the answers were seen.
 
     Raises
     ------
@@ -73,7 +81,12 @@ def analyse_evoked(answers: Answers) -> Section:
         people,
         len(kept),
         any(kept.column("simulated")),
-        (*findings, *words, *_conditions(kept)),
+        (
+            *findings,
+            *words,
+            *_conditions(kept),
+            *standing_out(kept, "difference of the share evoked", margin=margin),
+        ),
         {"per word": per_word, "per image and word": rows},
         notes,
     )

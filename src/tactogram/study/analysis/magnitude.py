@@ -13,6 +13,7 @@ import numpy as np
 from scipy import stats
 
 from tactogram.errors import DataError, ParameterError
+from tactogram.statistics.equivalence import paired_equivalence
 from tactogram.statistics.summary import summary
 from tactogram.study.analysis.finding import Finding, Section, answered, verdict_of
 from tactogram.study.analysis.realism import paired_findings
@@ -32,7 +33,7 @@ def analyse_magnitude(answers: Answers, *, margin: float | None = None) -> Secti
         ``intensity_db``, else what ``level`` says as gain=FACTOR, peak=SHARE or sensation=DB, else ``stimulus`` or
         ``condition`` where that is a number.
     margin : float, optional
-        Of the exponent's difference from 1 (estimates in proportion).
+        Of the exponent's difference from 1 (estimates in proportion), and from 0 (no growth).
 
     Raises
     ------
@@ -139,6 +140,7 @@ def _exponents(above: Answers, logs: Any, margin: float | None) -> tuple[list[Fi
         )  # fmt: skip
         return [one], rows
     p = float(stats.ttest_1samp(slopes, 0.0).pvalue) if found.sd > 0 else float(found.mean == 0)
+    flat = None if margin is None else paired_equivalence(slopes, margin=margin).p
     findings = [
         Finding(
             "all",
@@ -149,10 +151,12 @@ def _exponents(above: Answers, logs: Any, margin: float | None) -> tuple[list[Fi
             found.low,
             found.high,
             p,
-            verdict_of(p),
+            verdict_of(p, equivalence_p=flat),
             len(above),
             found.n,
             found.mean / found.se if found.se > 0 else None,
+            equivalence_p=flat,
+            margin=margin,
             note="p against 0: whether estimates grow with intensity",
         )
     ]

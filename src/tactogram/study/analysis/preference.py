@@ -49,7 +49,9 @@ def bradley_terry(wins: Numbers, *, prior_sd: float = PRIOR_SD) -> Numbers:
     return np.asarray(found - found.mean())
 
 
-def analyse_preference(answers: Answers, *, rng: np.random.Generator, draws: int = 500) -> Section:
+def analyse_preference(
+    answers: Answers, *, rng: np.random.Generator, margin: float | None = None, draws: int = 500
+) -> Section:
     """Return the strength of each item, and of every two whether one is preferred.
 
     Confirmatory are the differences of strengths, each with an interval by participants drawn with replacement and
@@ -61,6 +63,8 @@ def analyse_preference(answers: Answers, *, rng: np.random.Generator, draws: int
         ``stimulus`` (with ``condition``) and ``other`` (with ``other_condition``) are the pair; ``value`` is 1 where
         ``stimulus`` was preferred, 0 where ``other`` was, 0.5 for a tie.
     rng : numpy Generator
+    margin : float, optional
+        Of a difference of log strengths, given before the answers were seen: 0.4 is 60 % who prefer the first.
     draws : int
 
     Raises
@@ -85,7 +89,7 @@ def analyse_preference(answers: Answers, *, rng: np.random.Generator, draws: int
         table[who, b, a] += 1 - row.value
     strengths, low, high, drawn = _strengths(table, rng, draws)
     rows = _rows(items, table.sum(0), strengths, low, high)
-    findings = _pairs(items, table, strengths, drawn)
+    findings = _pairs(items, table, strengths, drawn, margin)
     if len(people) == 1:
         notes += ("one participant: no interval over people",)
     if not _connected(table.sum(0)):
@@ -149,18 +153,24 @@ def _rows(
     ]
 
 
-def _pairs(items: Sequence[str], table: Numbers, strengths: Numbers, drawn: Numbers) -> list[Finding]:
+def _pairs(
+    items: Sequence[str], table: Numbers, strengths: Numbers, drawn: Numbers, margin: float | None
+) -> list[Finding]:
     """Return every two items: the difference of strengths, and the exact binomial of their own comparisons."""
     names = list(combinations(range(len(items)), 2))
     wins, people = table.sum(0), len(table)
     gaps = {pair: strengths[pair[0]] - strengths[pair[1]] for pair in names}
     ps: dict[tuple[int, int], float] = {}
+    equals: dict[tuple[int, int], float] = {}
     if people > 1:
         for a, b in names:
             # Normal, with the bootstrap's spread and t of the participants: percentiles cannot go below 1 / draws.
             se = float((drawn[:, a] - drawn[:, b]).std(ddof=1)) * np.sqrt(people / (people - 1))
             ps[a, b] = float(2 * stats.t.sf(abs(gaps[a, b]) / max(se, 1e-12), people - 1))
+            if margin is not None:
+                equals[a, b] = float(stats.t.sf((margin - abs(gaps[a, b])) / max(se, 1e-12), people - 1))
     corrected = dict(zip(ps, holm(list(ps.values())), strict=True))
+    equals = dict(zip(equals, holm(list(equals.values())), strict=True))
     findings = []
     for a, b in names:
         name = f"{items[a]} over {items[b]}"
@@ -176,10 +186,12 @@ def _pairs(items: Sequence[str], table: Numbers, strengths: Numbers, drawn: Numb
                 None if ends is None else float(ends[0]),
                 None if ends is None else float(ends[1]),
                 p,
-                verdict_of(p),
+                verdict_of(p, equivalence_p=equals.get((a, b))),
                 int(wins.sum()),
                 people,
                 effect={"P(first preferred)": float(special.expit(gaps[a, b]))},
+                equivalence_p=equals.get((a, b)),
+                margin=margin if equals else None,
                 correction="Holm",
             )
         )

@@ -31,6 +31,7 @@ from tactogram.statistics.comparison import (
 from tactogram.study.analysis.finding import Finding, Section, answered, holm, verdict_of
 from tactogram.study.analysis.ordinal import ordinal_findings
 from tactogram.study.analysis.realism import holm_paired
+from tactogram.study.analysis.standing_out import standing_out
 from tactogram.study.answers import Answers
 
 Numbers = NDArray[np.float64]
@@ -76,7 +77,8 @@ def analyse_words(
     """Return what is said of scores of words under conditions.
 
     Confirmatory is Friedman's test over the conditions, of two Wilcoxon's signed ranks, on each participant's mean over
-    words, and between every two conditions Wilcoxon's with Holm's correction.
+    words, and between every two conditions Wilcoxon's with Holm's correction. With one condition each item is held
+    against the mean of the others, by participant.
 
     Parameters
     ----------
@@ -108,7 +110,9 @@ def analyse_words(
         notes += ("the ordinal check is of the scores themselves, not of their errors",) if targets else ()
         notes += (f"what was printed {INDEPENDENT}",)
     else:
-        notes += ("one condition: there is nothing to compare",)
+        notes += ("one condition: items are held against each other, and nothing is confirmatory",)
+        if targets is None:
+            findings += standing_out(kept, f"difference of {errors.measure}", margin=margin, per_word=True)
     if targets is None:
         notes += ("no target scores were given: scores are compared, not their errors",)
     return Section(
