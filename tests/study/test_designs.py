@@ -9,7 +9,7 @@ from scipy.stats import norm
 
 from tactogram.study.designs.pairwise import expected_information, posterior
 from tactogram.study.designs.staircase import Staircase, Track
-from tactogram.study.simulated import SimulatedEffect, SimulatedParticipant
+from tactogram.study.simulated import SimulatedEffect, SimulatedParticipant, typical
 from tactogram.study.sitting import answers_to, next_page
 from tactogram.study.study_file import Study
 from tactogram.study.trials import Given, Participant
@@ -239,3 +239,20 @@ def test_an_effect_that_is_put_in_is_there_and_none_is_none(make_study):
         right[d_prime] = np.mean([a.right == t for a, t in zip(asked, told, strict=True)])
     assert right[0.0] == pytest.approx(0.5, abs=0.1)
     assert right[2.0] == pytest.approx(norm.cdf(2**0.5), abs=0.07)
+
+
+def test_a_staircases_item_can_have_a_threshold_of_its_own_and_items_can_be_alike(make_study):
+    pages, _ = taken(make_study("staircase"))
+    page = trials(pages)[0]
+    item = page.asked[0].stimulus
+    same = SimulatedEffect(threshold_db=page.asked[0].values["A"], lapse=0.0)
+    harder = same.model_copy(update={"shift": {item: 4.0}})
+    sure = [
+        SimulatedParticipant(effect.model_copy(update={"threshold_sd_db": 0.0}), (0, 1))._correct(page)
+        for effect in (same, harder)
+    ]
+    assert sure == pytest.approx([0.75, 0.5 + 0.5 * norm.cdf(-1)])
+    assert typical(SimulatedEffect(typical_sd=0), 1, "plate", "rough") == 0
+    assert typical(SimulatedEffect(typical_sd=2), 1, "plate", "rough") == pytest.approx(
+        2 * typical(SimulatedEffect(), 1, "plate", "rough")
+    )

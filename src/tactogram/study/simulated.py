@@ -31,7 +31,10 @@ class SimulatedEffect(BaseModel):
     """Between participants; a negative one counts as 0."""
     shift: dict[str, float] = Field(default_factory=dict)
     """By how much a condition, or an item, is answered higher: mm on a VAS, steps on a scale, logits of evoking and of
-    being preferred, factors of 10 in magnitude."""
+    being preferred, factors of 10 in magnitude; of a staircase's item by how many dB its threshold is."""
+    typical_sd: float = Field(default=1.0, ge=0)
+    """Between items, in what a word says of each to all: 1 is 0.15 of a scale's width, and a logit of evoking. With 0
+    all items are alike but for ``shift``."""
     between_sd: float = Field(default=1.0, ge=0)
     """Between participants, in units of ``unit``: VAS and ratings as a whole."""
     within_sd: float = Field(default=1.0, ge=0)
@@ -121,8 +124,8 @@ class SimulatedParticipant:
             # Unbiased, independent observations: Macmillan and Creelman, Detection Theory (2nd ed.), Eq. 9.9.
             return float(ndtr(d / math.sqrt(2)) * ndtr(d / 2) + ndtr(-d / math.sqrt(2)) * ndtr(-d / 2))
         if page.kind == "staircase":
-            intensity = page.asked[0].values["A"]
-            sure = ndtr((intensity - self.threshold_db) / self.effect.spread_db)
+            above = page.asked[0].values["A"] - self.threshold_db - self._shift(page.asked[0])
+            sure = ndtr(above / self.effect.spread_db)
             return float(0.5 + (0.5 - self.effect.lapse) * sure)
         return float(ndtr(d / math.sqrt(2)))
 
@@ -134,9 +137,7 @@ class SimulatedParticipant:
         return shift.get(item, 0.0) + (shift.get(condition, 0.0) if condition != item else 0.0)
 
     def _typical(self, asked: Asked) -> float:
-        """Return what a word says of an item to all: drawn, sd 1, the same for every participant and condition."""
-        text = f"{asked.stimulus}\0{asked.question.id}".encode()
-        return float(np.random.default_rng([self.truth, *text]).standard_normal())
+        return typical(self.effect, self.truth, asked.stimulus, asked.question.id)
 
     def _questionnaire(self, asked: Asked) -> str:
         question = asked.question
@@ -147,6 +148,12 @@ class SimulatedParticipant:
         low = question.low if math.isfinite(question.low) else 20
         high = question.high if math.isfinite(question.high) else max(low, 60)
         return str(int(self.rng.integers(math.ceil(low), math.floor(high) + 1)))
+
+
+def typical(effect: SimulatedEffect, seed: int, item: str, word: str) -> float:
+    """Return what a word says of an item to all: drawn, the same for every participant and condition."""
+    drawn = np.random.default_rng([seed, *f"{item}\0{word}".encode()]).standard_normal()
+    return effect.typical_sd * float(drawn)
 
 
 def simulate(
