@@ -15,6 +15,7 @@ from tactogram.studio.studies.experiment_view import (
     device_text,
     folder_of,
     peeking_text,
+    share_of,
     since_text,
     view_of,
 )
@@ -91,6 +92,11 @@ def test_who_looks_at_results_early_is_warned(session):
 )
 def test_times_since_an_answer(seconds, text):
     assert since_text(seconds) == text
+
+
+@pytest.mark.parametrize(("status", "share"), [("active", 0.25), ("finished", 1.0), ("aborted", 0.25)])
+def test_a_staircase_that_ends_early_is_done_whole(status, share):
+    assert share_of({"status": status, "trials": 40, "of": 160}) == share
 
 
 def test_addresses_of_sessions_go_there_and_back():

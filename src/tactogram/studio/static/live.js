@@ -13,7 +13,7 @@ const QUIET = "#51606e";
 const LINE = "#d5dce2";
 const LOST = "#f3c6c6";
 
-const state = { number: 0, next: 0, first: 0, binS: 0.01, low: [], high: [], lost: [], axes: [], told: 0, beat: 0, drawn: 0, since: performance.now() };
+const state = { number: 0, next: 0, first: 0, binS: 0.01, low: [], high: [], lost: [], axes: [], told: -1, beat: 0, drawn: 0, since: performance.now() };
 /** @type {AudioContext | null} */
 let sound = null;
 

@@ -115,9 +115,14 @@ def _row(known: Mapping[str, Any], device: Mapping[str, Any], now: datetime) -> 
         place_text(known),
         since_text(silent),
         device_text(device),
-        known["trials"] / max(1, known["of"]),
+        share_of(known),
         status == "going on" and silent is not None and silent > QUIET_S,
     )
+
+
+def share_of(known: Mapping[str, Any]) -> float:
+    """Return how much a participant has done, 0 to 1; who has finished has done all, however short a staircase was."""
+    return 1.0 if known["status"] == "finished" else float(known["trials"] / max(1, known["of"]))
 
 
 def place_text(known: Mapping[str, Any]) -> str:

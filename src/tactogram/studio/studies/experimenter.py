@@ -341,7 +341,7 @@ class _Shown:
                 )
             self.since = _cell()
             self.device = _cell("small quiet")
-            with ui.element("td"), ui.row().classes("gap-1 no-wrap"):
+            with ui.element("td"), ui.row().classes("gap-1 no-wrap items-center"):
                 address = f"{experiment.server}{experiment.opened.take_path(row.code)}"
                 ui.link("pages", address, new_tab=True).props(f'aria-label="Pages of {row.code}"')
                 self.stop = self._button("Abort", self._abort)
