@@ -187,6 +187,16 @@ def _stroke(page, area):
     page.mouse.up()
 
 
+def _hold(page, area):
+    """Stroke an area by keys: the space bar is held until the page has enough of it."""
+    page.focus(f'[data-area="{area}"]')
+    page.keyboard.down(" ")
+    page.wait_for_selector(".pad.sounding")
+    page.wait_for_function(f"() => !/{area}.*なぞ/.test(document.querySelector('.reason').textContent)")
+    page.keyboard.up(" ")
+    page.wait_for_selector(".pad.sounding", state="detached")
+
+
 def _two_areas_as_asked_for(page):
     """Above each other, 180 mm by 20 mm, whole, and nothing to scroll."""
     boxes = [one.bounding_box() for one in page.locator(".pad").all()]
@@ -216,18 +226,12 @@ def test_two_areas_sizes_are_in_mm_and_answers_are_kept_once(person, studies):
     _two_areas_as_asked_for(page)
     assert page.text_content(".reason") == "先にAとBをなぞってください。"
     _stroke(page, "A")
-    # By keys, too: the space bar is held on the other area.
-    page.focus('[data-area="B"]')
-    page.keyboard.down(" ")
-    page.wait_for_selector(".pad.sounding")
-    page.wait_for_function("() => !document.querySelector('.reason').textContent.includes('なぞ')")
-    page.keyboard.up(" ")
-    page.wait_for_selector(".pad.sounding", state="detached")
+    _hold(page, "B")
     _answer(page, {"which": "A"}, "trial-1.2")
 
     _two_areas_as_asked_for(page)  # beside two scales, too
     for area in "AB":
-        _stroke(page, area)
+        _hold(page, area)
     line = page.locator(".vas-line").first.bounding_box()
     assert line["width"] == pytest.approx(100 * PX_PER_MM, abs=0.5)
     assert page.locator(".vas-mark:visible").count() == 0
