@@ -40,14 +40,13 @@ def test_two_simulated_participants_take_a_study_whose_server_is_killed(tmp_path
     facts = studies_in_browser.take_study(
         "plate-words",
         tmp_path,
-        changes={"grid.count": 3, "design.words": ["rough", "dry"]},
+        changes={"grid.count": 2, "design.words": ["rough", "dry"]},
         effect={"shift": {"plate01": 2.0}},
         participants=2,
         at_once=2,
-        draws=100,
     )
     assert facts["killed"] == 1
-    assert facts["pages"] == 2 * (3 + 2)
-    assert facts["answers"] == 2 * (1 + 3 * 2 + 1)
+    assert facts["pages"] == 2 * (2 + 2)
+    assert facts["answers"] == 2 * (1 + 2 * 2 + 1)
     assert facts["bids_problems"] == []
     assert facts["simulated"] is True

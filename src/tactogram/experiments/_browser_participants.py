@@ -44,6 +44,8 @@ FASTER = """(() => {
 AWAY = ("ERR_CONNECTION", "ERR_EMPTY_RESPONSE", "chrome-error:", "Not attached to an active page")
 """How a browser says that no server is there."""
 PAGE_MS = 120_000
+TRIES = 5
+"""How often a hand tries a page that says that something is missing: a stroke may be lost where a machine is busy."""
 FIRST_MS = 15_000
 
 
@@ -130,6 +132,8 @@ class Sitting:
         How often the server was.
     wrong : list of str
         Errors in pages.
+    refused : list of str
+        What pages said was still missing; the hand then tried again.
     given : dict
         Answers in the order of the page's questions, by code and token.
     """
@@ -138,6 +142,7 @@ class Sitting:
     reloads: int = 0
     killed: int = 0
     wrong: list[str] = field(default_factory=list)
+    refused: list[str] = field(default_factory=list)
     given: dict[tuple[str, str], list[str]] = field(default_factory=dict)
 
 
@@ -266,7 +271,11 @@ class _Taker:
             while (page := next_page(self.study, self.participant, self.given)) is not None:
                 await self._moments(tab, page.token)
                 answers = self.simulated.answer(page)
-                await tab.evaluate(hand, {"answers": answers, "strokeMs": STROKE_MS})
+                for _ in range(TRIES):
+                    why = await tab.evaluate(hand, {"answers": answers, "strokeMs": STROKE_MS})
+                    if not why:
+                        break
+                    self.sitting.refused.append(f"{self.participant.code}, {page.token}: {why}")
                 accepted = page.accepted(answers)
                 self.given.append(Given(page.token, accepted, page.more))
                 self.sitting.given[self.participant.code, page.token] = list(accepted.values())

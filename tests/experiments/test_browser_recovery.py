@@ -1,0 +1,96 @@
+"""The truth that a recovery is held against, by rule and by many simulated answers; and what counts as recovered."""
+
+import numpy as np
+import pytest
+
+from tactogram.experiments import _browser_recovery as recovery
+from tactogram.experiments.studies_in_browser import STUDIES
+from tactogram.study.simulated import SimulatedEffect, SimulatedParticipant
+from tactogram.study.sitting import next_page
+from tactogram.study.study_file import Study
+from tactogram.study.trials import Given, Participant
+
+
+def taken(study, effect, *, people, seed=1):
+    """Return (item, condition, value) of every answer to a trial, without pages."""
+    rows = []
+    for number in range(1, people + 1):
+        who, given = Participant("S1", number, simulated=True), []
+        simulated = SimulatedParticipant(effect, (seed, number))
+        while (page := next_page(study, who, given)) is not None:
+            answers = page.accepted(simulated.answer(page))
+            given.append(Given(page.token, answers, page.more))
+            if page.token.startswith("trial"):
+                for asked in page.asked:
+                    text = answers[asked.key]
+                    rows.append(
+                        (
+                            asked.stimulus,
+                            asked.condition,
+                            asked.values.get(text) if asked.values else float(text),
+                        )
+                    )
+    return rows
+
+
+def test_every_study_is_looked_at():
+    assert set(recovery.LOOKED) == set(STUDIES)
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "group", "first", "second"),
+    [
+        ("plate-words", {"grid.count": 2}, 0, "plate01", "plate02"),
+        ("evoked-words", {"grid.count": 2, "design.set_size": 2}, 0, "image001", "image002"),
+        ("image-words", {"grid.count": 1}, 1, "1", "1000"),
+    ],
+)
+def test_the_truth_is_that_of_many_simulated_answers(name, changes, group, first, second):
+    study, of = Study.load(name, changes=changes), STUDIES[name]
+    effect = SimulatedEffect(**of.effect, **of.people)
+    rows = taken(study, effect, people=300)
+    means = [np.mean([row[2] for row in rows if row[group] == key]) for key in (first, second)]
+    truth = recovery.LOOKED[name][0].truth(effect, study, 1)
+    assert abs(truth) > 0.3
+    assert means[0] - means[1] == pytest.approx(truth, abs=0.1 if name != "evoked-words" else 0.04)
+    nothing = recovery.LOOKED[name][0].truth(SimulatedEffect(**of.people), study, 1)
+    assert nothing == pytest.approx(0, abs=1e-12)
+
+
+def test_steps_are_rounded_and_held_at_the_ends():
+    rng = np.random.default_rng(0)
+    drawn = np.clip(np.round(5.5 + 1.4 * rng.standard_normal(200_000)), 1, 7)
+    assert recovery.expected_steps(5.5, 1.4, 1, 7) == pytest.approx(drawn.mean(), abs=0.01)
+    assert recovery.expected_steps(4, 1.4, 1, 7) == pytest.approx(4)
+
+
+def found(estimate, low, high, verdict, margin=None):
+    return {"estimate": estimate, "low": low, "high": high, "verdict": verdict, "margin": margin}
+
+
+@pytest.mark.parametrize(
+    ("finding", "truth", "kind", "outcome"),
+    [
+        (found(1.0, 0.8, 1.2, "shown"), 1.1, "effect", recovery.RECOVERED),
+        (found(1.0, 0.8, 1.2, "shown"), 1.5, "effect", recovery.MISSED),
+        (found(1.0, -0.1, 2.1, "not shown"), 1.5, "effect", recovery.NOT_FOUND),
+        (found(-1.0, -1.2, -0.8, "shown"), 1.0, "effect", recovery.NOT_FOUND),
+        (found(0.1, -0.1, 0.3, "not shown"), 0.0, "none", recovery.NO_MARGIN),
+        (found(0.1, -0.1, 0.3, "undecided", 0.2), 0.0, "none", recovery.UNDECIDED),
+        (found(0.1, -0.1, 0.3, "equivalent within the margin", 0.5), 0.0, "none", recovery.ABSENT),
+        (found(0.5, 0.3, 0.7, "shown", 0.2), 0.0, "none", recovery.FALSE_ALARM),
+    ],
+)
+def test_an_absence_takes_a_margin_and_an_effect_its_interval(finding, truth, kind, outcome):
+    assert recovery.outcome_of(finding, truth, 0.0, kind) == outcome
+
+
+def test_a_pair_that_stands_the_other_way_round_is_turned():
+    one = {"of": "cloth over carpet", "estimate": -1.0, "low": -1.5, "high": -0.5}
+    turned = recovery._found([one], "carpet over cloth")
+    assert (turned["estimate"], turned["low"], turned["high"]) == (1.0, 0.5, 1.5)
+    gap = {**one, "measure": "carpet minus tile, dB"}
+    assert recovery._in_order(gap, "tile minus carpet")["measure"] == "tile minus carpet, dB"
+    assert recovery._in_order(gap, "tile minus carpet")["estimate"] == 1.0
+    assert recovery._in_order(gap, "carpet minus tile") == gap
+    assert recovery._in_order(gap, "") == gap
