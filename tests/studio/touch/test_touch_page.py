@@ -6,6 +6,7 @@ a second time.
 
 import base64
 import math
+import re
 import shutil
 from urllib.parse import urlencode
 
@@ -34,6 +35,8 @@ VOICES = "studio/first/voices"
 RIDGES = "recordings/ridges.npz"
 SETTINGS = MotionSettings(late_s=0.06)
 """The browser's only difference: it may hold pointer events back for longer."""
+
+TABLES = "() => window.tactogramTouch.rows.tables().map(({head}) => ({head}))"
 
 RENDER = """async ({queries, rate, seconds, gain = 1, ...rest}) => {
   const {readTable} = await import('/static/touch_textures.js');
@@ -496,11 +499,31 @@ def test_choice_volume_and_arrangement_outlive_a_reload(touch):
     touch.fill("#touch-volume", "-30")
     kept = touch.inner_text("#touch-gain")
     touch.reload()
-    touch.wait_for_selector("#touch-texture-1")
+    touch.wait_for_selector("#touch[data-ready=true]")
     assert touch.eval_on_selector("#touch-texture-1", "it => it.selectedOptions[0].text") == "cork-sheet"
     assert touch.is_checked("input[value=mixed]")
     assert touch.inner_text("#touch-gain") == kept
     assert touch.input_value("#touch-volume") == "-30"
+
+
+def test_what_was_chosen_last_is_felt_although_what_was_chosen_before_came_later(touch):
+    held = []
+
+    def hold(route):
+        held.append(route)
+
+    touch.route(re.compile("/touch/table.*material=tile"), hold)
+    touch.select_option("#touch-texture-0", label="tile")
+    touch.locator("#touch-rows").get_by_text("Loading").wait_for()  # not an empty pad without a word
+    touch.select_option("#touch-texture-0", label="cloth")
+    touch.wait_for_function("() => window.tactogramTouch.rows.words().includes('cloth')")
+    (route,) = held
+    with touch.expect_response(re.compile("/touch/picture.*material=tile")):
+        route.continue_()
+    touch.wait_for_timeout(100)
+
+    assert "cloth" in touch.get_attribute("#touch-pad", "aria-label")
+    assert [table["head"]["name"] for table in touch.evaluate(TABLES)] == ["cloth"]
 
 
 def test_what_cannot_be_felt_is_said_in_its_row(tab):

@@ -43,7 +43,6 @@ function reported(told) {
 async function loaded({ changed }) {
   const tables = rows.tables();
   const fields = rows.fields();
-  $("arrangement").hidden = rows.count < 2;
   arrange();
   pad.fields = rows.shown();
   $("pad").setAttribute("aria-label", rows.words());
@@ -95,6 +94,7 @@ async function begin(on) {
 }
 
 function arrange() {
+  $("arrangement").hidden = rows.count < 2;
   for (const input of document.getElementsByName("touch-arrangement")) input.checked = input.value === rows.arrangement;
 }
 
@@ -238,6 +238,7 @@ function begun() {
     showNumbers();
     $("hand").setAttribute("aria-pressed", String(pad.hand));
   }, 100);
+  arrange();
   rows.begin();
 }
 

@@ -20,6 +20,7 @@ const WAYS = {
  * @property {any} [table]
  * @property {any} [picture]
  * @property {string} [error]
+ * @property {URLSearchParams} [loading] What was asked for last.
  */
 
 /** The rows of the page. */
@@ -61,6 +62,7 @@ export class Rows {
     const known = new Set(this._offers.map(keyOf));
     this._rows = this._rows.filter((row) => known.has(row.key) || this._asked(row.key));
     if (!this._rows.length) this._rows = [this._fresh(0)];
+    this._show();
     await Promise.all(this._rows.map((row) => this._load(row)));
     this._show();
     this._tell(true);
@@ -154,20 +156,18 @@ export class Rows {
     const [where, of, material] = JSON.parse(row.key);
     const query = new URLSearchParams({ where, of, material, lay: row.lay, rate: String(this._rate) });
     if (row.speed) query.set("speed", String(row.speed));
+    row.loading = query;
     row.table = row.picture = row.error = undefined;
-    try {
-      const answer = await fetch(`/touch/table?${query}`);
-      if (!answer.ok) throw new Error((await answer.json()).error);
-      row.table = readTable(await answer.arrayBuffer());
-      row.picture = await pictureOf(query);
-    } catch (error) {
-      row.error = error.message;
-    }
+    const found = await loadedFrom(query);
+    // What was chosen since is loaded by itself; this came too late.
+    if (row.loading === query) Object.assign(row, found);
   }
 
   async _change(row, values) {
     Object.assign(row, values);
-    await this._load(row);
+    const loaded = this._load(row);
+    this._show();
+    await loaded;
     this._show();
     this._tell(true);
   }
@@ -226,7 +226,7 @@ export class Rows {
       const at = head.recorded_mm_s ? `, made or recorded at ${figure(head.recorded_mm_s)} mm/s` : "";
       const said = [`follows ${head.follows}${at}`, ...head.notes, SHOWN[row.picture?.kind]].filter(Boolean);
       line.append(said.map((text) => `${text[0].toUpperCase()}${text.slice(1)}.`).join(" "));
-    }
+    } else line.textContent = "Loading: the first texture takes some seconds.";
     return line;
   }
 
@@ -277,6 +277,18 @@ async function offersNow() {
     return await (await fetch("/touch/offers")).json();
   } catch {
     return { offers: [], waiting: "The server does not answer: is tactogram studio still running? Trying again." };
+  }
+}
+
+/** Return the table and the picture that an address asks for, or why they are not there. */
+async function loadedFrom(query) {
+  try {
+    const answer = await fetch(`/touch/table?${query}`);
+    if (!answer.ok) throw new Error((await answer.json()).error);
+    const table = readTable(await answer.arrayBuffer());
+    return { table, picture: await pictureOf(query) };
+  } catch (error) {
+    return { error: error.message };
   }
 }
 
