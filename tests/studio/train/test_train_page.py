@@ -119,7 +119,7 @@ def test_a_training_is_watched_stopped_resumed_and_survives_the_server(browser, 
         with watched(context, address) as tab:
             started(tab, steps=100_000)
             state(tab, "running")
-            tab.get_by_text("No losses yet.").wait_for(state="hidden")
+            tab.get_by_text("No losses yet.").wait_for(state="hidden", timeout=60_000)
             tab.get_by_text("per second").wait_for()
             tab.get_by_role("button", name="Stop", exact=True).click()
             state(tab, "stopped")

@@ -14,7 +14,7 @@ from tactogram.models import available
 from tactogram.signal.io import read_image, read_image_metadata, read_metadata, read_signal
 from tactogram.studio.layout import busy, in_background, page, telling
 from tactogram.studio.signals.view import add_routes, signal_card
-from tactogram.studio.train.log import checkpoint_step, curves, metrics
+from tactogram.studio.train.log import checkpoint_step, curves, metrics, thinned
 from tactogram.studio.train.parts import (
     TrainDesk,
     badge,
@@ -22,7 +22,7 @@ from tactogram.studio.train.parts import (
     seen_of,
     set_progress,
 )
-from tactogram.studio.train.run_facts import RunFacts, run_facts
+from tactogram.studio.train.run_facts import run_facts
 from tactogram.studio.train.trainings import Status, Task
 
 SHOWN_SAMPLES = 6
@@ -58,8 +58,11 @@ class _Watch:
         self.status: Status | None = None
         self.evaluating: tuple[Task, Status] | None = None
         self.facts = run_facts(folder)
+        self.position: dict[str, int] | None = None
         self.drawn: Any = None
-        self.lines = -1
+        self.found: dict[str, list[tuple[int, float]]] = {}
+        self.read_bytes = -1
+        self.charted = False
         self.checkpoint: ui.label | None = None
         self.moving: tuple[ui.linear_progress, ui.label] | None = None
         self.judging: tuple[ui.linear_progress, ui.label] | None = None
@@ -77,34 +80,42 @@ class _Watch:
             )
         self.made()
         self.more()
-        self._curves()
+        self._curves(anew=True)
         self.drawn = self._signature()
         ui.timer(1.0, telling(self._tick))
 
     # -- what it looks at ----------------------------------------------------------------------------------
 
     async def _look(self) -> None:
-        def gathered() -> tuple[RunFacts, list[Task]]:
-            return run_facts(self.folder), self.desk.trainings.of(self.name)
-
-        self.facts, tasks = await in_background(gathered)
-        self.task = next((task for task in tasks if task.kind == "train"), None)
-        self.status = self.desk.trainings.status(self.task) if self.task else None
-        evaluating = next((task for task in tasks if task.kind == "evaluate"), None)
-        self.evaluating = (evaluating, self.desk.trainings.status(evaluating)) if evaluating else None
+        await in_background(self._gather)
         if self.task and self.status:
             seen_of(self.desk, self.task, self.status)
+
+    def _gather(self) -> None:
+        """Read what is on the disk: a long training's losses are many lines."""
+        trainings = self.desk.trainings
+        self.facts, self.position = run_facts(self.folder), checkpoint_step(self.folder)
+        tasks = trainings.of(self.name)
+        self.task = next((task for task in tasks if task.kind == "train"), None)
+        self.status = trainings.status(self.task) if self.task else None
+        evaluating = next((task for task in tasks if task.kind == "evaluate"), None)
+        self.evaluating = (evaluating, trainings.status(evaluating)) if evaluating else None
+        file = self.folder / "metrics.jsonl"
+        size = file.stat().st_size if file.is_file() else 0
+        if size != self.read_bytes:
+            self.read_bytes, self.charted = size, False
+            self.found = {name: thinned(points) for name, points in curves(metrics(self.folder)).items()}
 
     def _signature(self) -> Any:
         return (
             self.state,
             self.facts.finished,
             bool(self.facts.data),
-            self._position is not None,
+            self.position is not None,
             self.facts.has_report,
             dict(self.facts.evaluation),
             self.evaluating and (self.evaluating[1].state, self.evaluating[1].line),
-            self._position if self.state != "running" else None,
+            self.position if self.state != "running" else None,
         )
 
     @property
@@ -113,10 +124,6 @@ class _Watch:
         if self.facts.finished and not active:
             return "finished"
         return self.status.state if self.status else "unfinished"
-
-    @property
-    def _position(self) -> dict[str, int] | None:
-        return checkpoint_step(self.folder)
 
     async def _tick(self) -> None:
         await self._look()
@@ -204,7 +211,7 @@ class _Watch:
     def made(self) -> None:
         self.checkpoint = None
         facts = available().get(self.facts.model)
-        if facts is None or facts.task != "generation" or not (self.facts.finished or self._position):
+        if facts is None or facts.task != "generation" or not (self.facts.finished or self.position):
             return
         with ui.element("section").classes("card w-full").props('aria-label="Samples"'):
             ui.label("Samples").classes("h2").props('role="heading" aria-level="2"')
@@ -220,7 +227,7 @@ class _Watch:
             self._samples()
 
     def _checkpoint_text(self) -> str:
-        at = self._position
+        at = self.position
         if self.facts.finished or at is None:
             return "What it makes; kept with the run."
         return f"What it makes so far; kept with the run. Its last checkpoint is of step {at['step']:,}."
@@ -285,11 +292,9 @@ class _Watch:
                 )._text = text
 
     def _curves(self, *, anew: bool = False) -> None:
-        lines = metrics(self.folder)
-        if len(lines) == self.lines and not anew:
+        if self.charted and not anew:
             return
-        self.lines = len(lines)
-        found = curves(lines)
+        self.charted, found = True, self.found
         self.no_curve.visible = not found
         self.chart.visible = self.log_scale.visible = bool(found)
         if not found and self.facts.finished:
