@@ -276,6 +276,8 @@ class _Taker:
                     if not why:
                         break
                     self.sitting.refused.append(f"{self.participant.code}, {page.token}: {why}")
+                else:
+                    raise DataError(f"{self.sitting.refused[-1]} ({TRIES} times)")
                 accepted = page.accepted(answers)
                 self.given.append(Given(page.token, accepted, page.more))
                 self.sitting.given[self.participant.code, page.token] = list(accepted.values())
