@@ -38,10 +38,10 @@ def make_app(studio: Studio, *, host: str = "127.0.0.1", token: str | None = Non
     token : str, optional
         What a browser has to know where ``host`` is not loopback.
     """
-    imported("nicegui", extra="studio", what="the studio")
     state = studio.workspace.own / "state"
     state.mkdir(parents=True, exist_ok=True)
     os.environ["NICEGUI_STORAGE_PATH"] = str(state)  # read when nicegui is imported
+    imported("nicegui", extra="studio", what="the studio")
     from fastapi import FastAPI
     from fastapi.staticfiles import StaticFiles
     from nicegui import app as pages_app

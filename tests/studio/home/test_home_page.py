@@ -2,8 +2,10 @@ import json
 import signal
 import subprocess
 import sys
+import tempfile
 import urllib.error
 import urllib.request
+from pathlib import Path
 
 import pytest
 
@@ -104,6 +106,18 @@ def test_a_taken_port_is_told_in_a_line(server, tmp_path):
 def test_an_unknown_page_is_told(server):
     with pytest.raises(urllib.error.HTTPError, match="404"):
         urllib.request.urlopen(f"{server}/nothing", timeout=10)
+
+
+def test_what_a_page_holds_lies_in_the_workspace_and_not_where_the_command_was_typed():
+    code = (
+        "import os, sys; from tactogram.studio.server import make_app; from tactogram.studio.studio import Studio; "
+        "make_app(Studio.at(sys.argv[1], alone=True)); from nicegui import core; print(core.app.storage.path)"
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        done = subprocess.run(
+            [sys.executable, "-c", code, folder], capture_output=True, text=True, check=True, cwd=folder
+        )
+        assert Path(done.stdout.strip()) == Path(folder).resolve() / "studio" / "state"
 
 
 def test_it_ends_when_it_is_interrupted(running):  # the last: the others need it
