@@ -78,3 +78,11 @@ def test_a_file_is_no_workspace(tmp_path):
 
     with pytest.raises(DataError, match="expected a folder to work in, got a file"):
         Workspace.at(tmp_path / "file")
+
+
+def test_a_folder_at_home_is_shown_from_there(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+
+    assert Workspace.at(tmp_path / "lab" / "one").shown == "~/lab/one"
+    monkeypatch.setenv("HOME", str(tmp_path / "elsewhere"))
+    assert Workspace.at(tmp_path / "lab").shown == str(tmp_path / "lab")

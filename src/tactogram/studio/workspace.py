@@ -54,6 +54,12 @@ class Workspace:
         """Where the studio keeps what it makes itself."""
         return self.folder / OWN
 
+    @property
+    def shown(self) -> str:
+        """How the folder is shown: ``~/lab`` for one in the user's home."""
+        home = Path.home()
+        return f"~/{self.folder.relative_to(home)}" if self.folder.is_relative_to(home) else str(self.folder)
+
     def inside(self, path: Path | str) -> Path:
         """Return ``path``, relative to the workspace or absolute, if it lies inside; links are followed first.
 

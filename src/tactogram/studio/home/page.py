@@ -81,7 +81,7 @@ def _lies_here(studio: Studio) -> None:
     }
     with ui.element("section").classes("card w-full"):
         ui.label("In this workspace").classes("h2")
-        ui.label(str(studio.workspace.folder)).classes("quiet small")
+        ui.label(studio.workspace.shown).classes("quiet small")
         with ui.row().classes("gap-6"):
             for name, (found, address) in held.items():
                 ui.link(_counted(found, name), address)

@@ -133,7 +133,7 @@ class Experiment:
                 self.end = ui.button("End the study", on_click=telling(self._end)).props("outline")
             ui.label(
                 f"{kind}, up to {study.trials} trials{practice}; {study.display}, level {study.level}; "
-                f"folder {self.store.path.parent}"
+                f"folder {self.studio.workspace.name_of(self.store.path.parent)}"
             ).classes("quiet small")
             if any(stimulus.is_simulated for stimulus in study.made_stimuli):
                 ui.label("simulated stimuli").classes("simulated")
