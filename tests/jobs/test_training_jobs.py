@@ -17,8 +17,9 @@ from tactogram.jobs.data import add_signal
 from tactogram.jobs.evaluate import evaluate
 from tactogram.jobs.exchange import export_run, import_run
 from tactogram.jobs.generate import generate, generate_files, parse_mix
+from tactogram.jobs.planning import select
 from tactogram.jobs.search import search
-from tactogram.jobs.training import load_run, select, train
+from tactogram.jobs.training import load_run, train
 from tactogram.signal.io import read_metadata, read_signal, write_signal
 from tactogram.training import load_state
 

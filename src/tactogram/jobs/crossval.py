@@ -28,8 +28,9 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.classification import ClassificationResult, WindowClassifier, judge_classifier
 from tactogram.evaluation.figures import confusion_figure
 from tactogram.evaluation.report import Picture, Section, Table, Text, save_figure, write_report
+from tactogram.jobs.planning import labelled, make_split, select
 from tactogram.jobs.progress import Progress, silent
-from tactogram.jobs.training import labelled, make_split, run_training, select
+from tactogram.jobs.training import run_training
 from tactogram.recipe import Recipe, run_id
 from tactogram.training.device import make_fabric
 from tactogram.training.run import write_text

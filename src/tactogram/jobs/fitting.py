@@ -8,7 +8,7 @@ from typing import Any
 
 from tactogram.datasets import signal_kind
 from tactogram.errors import ParameterError
-from tactogram.jobs.training import Plan, planned
+from tactogram.jobs.planning import Plan, planned
 from tactogram.model import Example
 
 LOOKED_AT = 400
@@ -26,7 +26,7 @@ def check_training(model: str, data: Path | str, **arguments: Any) -> dict[str, 
     Parameters
     ----------
     model, data, arguments
-        As of `tactogram.jobs.training.planned`.
+        As of `tactogram.jobs.planning.planned`.
 
     Returns
     -------

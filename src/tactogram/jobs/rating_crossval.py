@@ -17,9 +17,10 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.rating_figures import prediction_figure
 from tactogram.evaluation.ratings import Predicted
 from tactogram.evaluation.report import Picture, Section, Table, Text, save_figure, write_report
+from tactogram.jobs.planning import select
 from tactogram.jobs.progress import Progress, silent
 from tactogram.jobs.rated import RatedData
-from tactogram.jobs.training import run_training, select
+from tactogram.jobs.training import run_training
 from tactogram.model import Example, ImageExample, Predictor, Rated
 from tactogram.recipe import Recipe, run_id
 from tactogram.training.device import make_fabric

@@ -3,34 +3,25 @@
 from __future__ import annotations
 
 import os
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-
-from pydantic import BaseModel
 
 from tactogram import models
 from tactogram.datasets import (
     Examples,
     Label,
-    RecordingInfo,
-    Segment,
     Split,
     Store,
-    label_of,
     open_store,
     require_photographs,
     signal_kind,
-    split_fractions,
-    split_last,
-    split_photographs,
 )
 from tactogram.datasets.splits import By
 from tactogram.errors import ParameterError, RunError, StoppedError
+from tactogram.jobs.planning import planned
 from tactogram.jobs.progress import Progress, silent
-from tactogram.jobs.rated import TEST_SHARE, VALIDATION_SHARE, RatedData
 from tactogram.model import Classifier, Example, Kind, Learner, SignalKind
 from tactogram.recipe import Prepare, Recipe, run_id
 from tactogram.signal import Signal
@@ -109,52 +100,6 @@ def load_run(folder: Path | str, *, device: str = "cpu", model_folders: Sequence
         line = str(error).split("\n")[0]
         raise RunError(f"{run.folder}: the weights are not of the recipe beside them: {line}") from error
     return LoadedRun(run, facts, recipe, kind, model)
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What a training would be of: the data and its parts, the model and its configuration."""
-
-    store: Store
-    facts: models.ModelFacts
-    recipe: Recipe
-    config: BaseModel
-    parts: Split
-    rated: RatedData | None
-    """Of a model that learns from ratings."""
-
-
-def planned(
-    model: str,
-    data: Path | str,
-    *,
-    recipe: str = "quick",
-    changes: Mapping[str, Any] | None = None,
-    split: str = "",
-    by: By = "recording",
-    label: Label = "material",
-    where: Mapping[str, str] | None = None,
-    model_folders: Sequence[Path] = (),
-) -> Plan:
-    """Return what `train` would train with the same arguments; no signal is prepared, nothing is written.
-
-    Raises
-    ------
-    TactogramError
-        If data and model do not fit, or an argument is none.
-    """
-    store = open_store(data)
-    facts = models.find(model, model_folders)
-    chosen = Recipe.load(facts.recipe(recipe), changes=changes)
-    index = select(store.index, where) if len(store) else []
-    rated = None if facts.learns_from == "recordings" else RatedData(store, facts.learns_from)
-    if rated is not None:
-        parts = rated.split(index, chosen.prepare, split=split, by=by, seed=chosen.seed)
-    else:
-        parts = make_split(index, split=split, by=by, seed=chosen.seed, label=label)
-    if "image" in facts.needs:
-        parts = split_photographs(store, parts, seed=chosen.seed)
-    return Plan(store, facts, chosen, facts.config(chosen.config), parts, rated)
 
 
 def train(
@@ -329,72 +274,10 @@ def run_training(
     fit(learner, examples, seed=recipe.seed, start=start, rank=rank, on_step=on_step)
 
 
-def make_split(index: Sequence[RecordingInfo], *, split: str, by: By, seed: int, label: Label) -> Split:
-    """Return the parts that a command line's ``--split`` and ``--by`` ask for, each with all classes."""
-    index = labelled(index, label)
-    if split.startswith("last="):
-        number = split.removeprefix("last=")
-        if not number.isdecimal():
-            raise ParameterError(f"--split last=N needs a number of recordings, got {split!r}")
-        if by != "recording":
-            raise ParameterError(
-                f"--split last=N goes by recording and cannot keep {by}s together; leave one out"
-            )
-        # One before them, where there are enough, calibrates "none of these".
-        fewest = min(Counter(info.material for info in index).values())
-        return split_last(index, int(number), validation=int(fewest > int(number) + 1))
-    if split == "all":
-        return Split(tuple(Segment(info.id) for info in index), (), (), by=by, seed=seed)
-    if split:
-        raise ParameterError(f"--split must be last=N or all, got {split!r}")
-    return split_fractions(index, by=by, test=TEST_SHARE, validation=VALIDATION_SHARE, seed=seed)
-
-
 def part_examples(store: Store, split: Split, part: str, prepare: Prepare, *, label: Label) -> Examples:
     """Return one part of ``split``, with the photographs it may use where they were split too."""
     photographs = split.photographs.get(part, ()) if split.photographs else None
     return Examples(store, split.parts[part], prepare, label=label, photographs=photographs)
-
-
-def labelled(index: Sequence[RecordingInfo], label: Label) -> list[RecordingInfo]:
-    """Return ``index`` with the class of each recording for its material: splits share out classes."""
-    named = [replace(info, material=label_of(info, label)) for info in index]
-    nameless = [info for info in named if info.material is None]
-    if nameless:
-        name = nameless[0].source or nameless[0].id
-        raise ParameterError(f"recording {name} has no {label}: leave it out with --where")
-    return named
-
-
-def select(index: Sequence[RecordingInfo], where: Mapping[str, str] | None) -> list[RecordingInfo]:
-    """Return the recordings whose fields, or labels, have the values of ``where``.
-
-    Numbers are compared by value; ``A|B`` is either, ``!A|B`` neither.
-
-    Raises
-    ------
-    ParameterError
-        If none has.
-    """
-    kept = [info for info in index if all(_has(info, key, value) for key, value in (where or {}).items())]
-    if not kept:
-        asked = ", ".join(f"{key}={value}" for key, value in (where or {}).items()) or "anything"
-        raise ParameterError(f"no recording has {asked}")
-    return kept
-
-
-def _has(info: RecordingInfo, key: str, value: str) -> bool:
-    if value.startswith("!"):
-        return not _has(info, key, value[1:])
-    if "|" in value:
-        return any(_has(info, key, one) for one in value.split("|"))
-    got = info.labels.get(key) if key in info.labels else getattr(info, key, None)
-    if isinstance(got, float):
-        try:
-            return got == float(value)
-        except ValueError:
-            return False
-    return got is not None and str(got) == str(value)
 
 
 def _found(folder: Path, identity: str, resume: bool) -> Run:
