@@ -78,6 +78,7 @@ def touch(page: Page) -> None:
     page.wait_for_selector("#touch[data-ready=true]")
     page.locator("#touch-begin").click()
     page.locator("#touch-hand").click()
+    page.evaluate("scrollTo(0, 0)")
     page.wait_for_timeout(1500)
 
 

@@ -114,7 +114,8 @@ function showNumbers() {
   const sliding = report.state === "slide";
   $("speed").value = `${sliding ? report.speed.toFixed(0) : 0} mm/s`;
   $("force").value = report.state === "lost" || report.state === "air" ? "lifted" : `${report.force.toFixed(2)} N`;
-  $("level").value = strongest.unit ? `${figure(report.rms)} ${named(strongest.unit)}` : "–";
+  const level = report.rms < 1e-4 ? 0 : report.rms; // what fades out is not told in powers of ten
+  $("level").value = strongest.unit ? `${figure(level)} ${named(strongest.unit)}` : "–";
   const late = sound.latencies;
   $("latency").value = late.length > 4 ? `${(1e3 * quantile(late, 0.5)).toFixed(0)} ms` : "–";
   const told = sound.told();
