@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import functools
 import logging
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, ParamSpec, TypeVar
 
@@ -136,6 +136,3 @@ def busy(what: str, *, button: ui.button | None = None) -> Iterator[Callable[[st
         notice.dismiss()
         if button is not None:
             button.enable()
-
-
-Handler = Callable[..., Awaitable[None] | None]
