@@ -13,7 +13,7 @@ from PIL import Image as Pillow
 from tactogram.datasets import add_recordings, biotac_slide, open_store
 from tactogram.datasets.importing import import_dataset, importers
 from tactogram.datasets.store import problems
-from tactogram.datasets.writing import clear_stale_parts
+from tactogram.datasets.unfinished import clear_stale_parts
 from tactogram.errors import DataError, ParameterError
 
 
@@ -252,11 +252,11 @@ KILLED_AT_EACH_STEP = """
 import os, shutil, sys
 from pathlib import Path
 import pyarrow.parquet as pq
-from tactogram.datasets import add_recordings, biotac_slide, open_store, writing
+from tactogram.datasets import add_recordings, biotac_slide, open_store, shard_writing
 from tactogram.datasets.importing import import_dataset, importers
 
 kind, source, folder = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3])
-writing.GROUP_ROWS, writing.SHARD_ROWS = 2, 6
+shard_writing.GROUP_ROWS, shard_writing.SHARD_ROWS = 2, 6
 importers()
 
 def add(out):

@@ -24,10 +24,8 @@ from tactogram.datasets import (
     require_photographs,
     split_fractions,
     split_photographs,
+    stored_photographs,
     whole_photographs,
-)
-from tactogram.datasets import (
-    store as store_module,
 )
 from tactogram.datasets.photograph_splitting import cut_photograph
 from tactogram.datasets.store import Store, problems
@@ -159,11 +157,11 @@ def test_a_photograph_moved_to_another_material_by_hand_is_noticed(tmp_path):
 
 def test_only_so_many_photographs_are_kept_unpacked(tmp_path, monkeypatch):
     store = store_of(tmp_path, {"cork": 8})
-    monkeypatch.setattr(store_module, "DECODED_BYTES", 3 * 96 * 80 * 3)
+    monkeypatch.setattr(stored_photographs, "DECODED_BYTES", 3 * 96 * 80 * 3)
     keys = store.photographs_of("cork")
     for key in (*keys, keys[0]):
         store.photograph(key)
-    assert len(store._decoded) == 3
+    assert len(store._photographs._decoded) == 3
     assert store.photograph(keys[0]) is store.photograph(keys[0])
 
 

@@ -11,7 +11,9 @@ from pathlib import Path
 
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.store import Store, open_store
-from tactogram.datasets.writing import StoreWriter, clear_stale_parts, clear_unfinished, new_store
+from tactogram.datasets.unfinished import clear_stale_parts, clear_unfinished
+from tactogram.datasets.writer import StoreWriter
+from tactogram.datasets.writing import new_store
 from tactogram.errors import DataError
 
 CHANGED_MEANWHILE = 3
@@ -38,15 +40,15 @@ def append_recording(path: Path, recording: Recording, *, name: str, licence: st
         If the disk is full, or the folder cannot be written to.
     """
     if not path.exists():
-        with new_store(path, name=name, licence=licence, source=source, simulated=False) as writer:
-            writer.durable = True
+        with new_store(
+            path, name=name, licence=licence, source=source, simulated=False, durable=True
+        ) as writer:
             writer.add(recording)
             writer.publish(path)
         return open_store(path)
     for attempt in range(CHANGED_MEANWHILE):
         store = open_store(path)
-        with StoreWriter(store.path, store.facts, store) as writer:
-            writer.durable = True
+        with StoreWriter(store.path, store.facts, store, durable=True) as writer:
             if not writer.add(recording):
                 raise DataError(
                     f"{path} holds the same samples already, as {store.info(recording.id).source or recording.id}; "

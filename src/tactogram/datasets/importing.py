@@ -17,7 +17,9 @@ from tactogram.datasets.ratings import Ratings, item_of
 from tactogram.datasets.reading import read_all
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.store import Store, open_store
-from tactogram.datasets.writing import StoreWriter, clear_stale_parts, new_store
+from tactogram.datasets.unfinished import clear_stale_parts
+from tactogram.datasets.writer import StoreWriter
+from tactogram.datasets.writing import new_store
 from tactogram.errors import DataError, ParameterError, TactogramError
 
 __all__ = ["Importer", "Item", "Picture", "import_dataset", "importers"]

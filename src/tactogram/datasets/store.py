@@ -3,41 +3,31 @@
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from functools import cached_property
 from itertools import accumulate
 from pathlib import Path
-from threading import Lock
-from typing import Any, overload
+from typing import overload
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
-from numpy.typing import NDArray
 
 from tactogram.datasets.layout import (
-    INFO_COLUMNS,
     Facts,
-    StoredFile,
     StreamFacts,
     axis_column,
     facts_hash,
     file_hash,
-    row_info,
     store_hash,
 )
 from tactogram.datasets.photographs import Photograph, image_key
 from tactogram.datasets.ratings import Ratings
 from tactogram.datasets.ratings_io import read_ratings
 from tactogram.datasets.recording import Recording, RecordingInfo, content_id
+from tactogram.datasets.shard_reading import Shard
+from tactogram.datasets.stored_photographs import StoredPhotographs
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.signal import Image, Signal
-from tactogram.signal.io.picture import decode_image, picture_size
-
-DECODED_BYTES = 2**27
-"""Unpacked photographs that an open store keeps at hand: the same few are asked for again and again in training."""
 
 
 def open_store(path: Path | str) -> Store:
@@ -68,10 +58,8 @@ class Store:
         self.facts = Facts.load(path)
         self.index: Sequence[RecordingInfo] = _Index(self)
         self._ends = list(accumulate(shard.rows for shard in self.facts.shards))
-        self._shards: dict[int, _Shard] = {}
-        self._pictures: dict[str, tuple[Path, int]] | None = None
-        self._decoded: OrderedDict[str, Image] = OrderedDict()
-        self._decoding = Lock()
+        self._shards: dict[int, Shard] = {}
+        self._photographs = StoredPhotographs(path, self.facts.images)
         try:
             self._ids = np.load(path / self.facts.ids, mmap_mode="r", allow_pickle=False)
         except (OSError, ValueError) as error:
@@ -183,27 +171,15 @@ class Store:
 
     def photograph(self, key: str) -> Image:
         """Return the photograph of this key; the last few asked for are kept unpacked."""
-        with self._decoding:
-            if key in self._decoded:
-                self._decoded.move_to_end(key)
-                return self._decoded[key]
-        found, name = self._encoded(key)
-        image = decode_image(found["image"], mm_per_pixel=found["mm_per_pixel"], name=name)
-        with self._decoding:
-            self._decoded[key] = image
-            held = sum(kept.pixels.nbytes for kept in self._decoded.values())
-            while held > DECODED_BYTES:
-                held -= self._decoded.popitem(last=False)[1].pixels.nbytes
-        return image
+        return self._photographs.image(key)
 
     def photograph_size(self, key: str) -> tuple[int, int]:
         """Return rows and columns of the photograph of this key, without keeping it."""
-        found, name = self._encoded(key)
-        return picture_size(found["image"], name=name)
+        return self._photographs.size(key)
 
     def photograph_keys(self) -> tuple[str, ...]:
         """Return the keys of all photographs."""
-        return tuple(self._photographs())
+        return self._photographs.keys
 
     def photographs_of(self, material: str) -> tuple[str, ...]:
         """Return the keys of all photographs of a material, sorted: its own and those of its recordings."""
@@ -219,24 +195,6 @@ class Store:
                 if info.material is not None and key is not None:
                     keys.setdefault(info.material, set()).add(key)
         return {material: tuple(sorted(held)) for material, held in sorted(keys.items())}
-
-    def _encoded(self, key: str) -> tuple[dict[str, Any], str]:
-        """Return the row of a photograph, and what to call it in errors."""
-        if key not in self._photographs():
-            raise DataError(f"{self.path}: photograph {key} is missing; import the data again")
-        path, row = self._photographs()[key]
-        # Written as one row group per photograph.
-        [found] = pq.ParquetFile(path).read_row_group(row).to_pylist()
-        return found, f"{path}, row {row}"
-
-    def _photographs(self) -> dict[str, tuple[Path, int]]:
-        if self._pictures is None:
-            self._pictures = {}
-            for stored in self.facts.images:
-                path = self.path / stored.file
-                keys = _opened(path, stored).read(columns=["key"])["key"].to_pylist()
-                self._pictures |= {key: (path, row) for row, key in enumerate(keys)}
-        return self._pictures
 
     def holds(self, recording: Recording, photograph: Photograph | None = None) -> bool:
         """Say whether it has this recording, with all that is known of it.
@@ -260,13 +218,13 @@ class Store:
         place = self._place(id)
         return None if place is None else (int(self._ids["shard"][place]), int(self._ids["row"][place]))
 
-    def _locate(self, id: str) -> tuple[_Shard, int]:
+    def _locate(self, id: str) -> tuple[Shard, int]:
         place = self._find(id)
         if place is None:
             raise ParameterError(f"recording must be one of the {len(self)} in {self.path}, got {id!r}")
         return self._shard(place[0]), place[1]
 
-    def _stream(self, id: str, stream: str) -> tuple[_Shard, int]:
+    def _stream(self, id: str, stream: str) -> tuple[Shard, int]:
         shard, row = self._locate(id)
         if stream not in self.streams or not shard.has(stream, row):
             raise ParameterError(
@@ -274,82 +232,11 @@ class Store:
             )
         return shard, row
 
-    def _shard(self, number: int) -> _Shard:
+    def _shard(self, number: int) -> Shard:
         if number not in self._shards:
             stored = self.facts.shards[number]
-            self._shards[number] = _Shard(self.path / stored.file, stored, self.streams)
+            self._shards[number] = Shard(self.path / stored.file, stored, self.streams)
         return self._shards[number]
-
-
-class _Shard:
-    """What is known of the recordings of one shard, and where their samples lie in the file."""
-
-    def __init__(self, path: Path, stored: StoredFile, streams: Mapping[str, StreamFacts]) -> None:
-        self.path = path
-        self._stored = stored
-        file = _opened(path, stored)
-        names = set(file.schema_arrow.names)
-        self._streams = [name for name in streams if f"{name}_rate" in names]
-        table = file.read(
-            columns=[f"{s}_{what}" for s in self._streams for what in ("rate", "axes", "length")]
-        )
-        self.rates = {s: table[f"{s}_rate"].to_numpy() for s in self._streams}
-        self.lengths = {s: _filled(table[f"{s}_length"]) for s in self._streams}
-        texts = {s: table[f"{s}_axes"].to_pylist() for s in self._streams}
-        known = {
-            text: tuple(text.split(",")) if text else () for held in texts.values() for text in set(held)
-        }
-        self.axes: dict[str, list[tuple[str, ...]]] = {s: [known[t] for t in texts[s]] for s in self._streams}
-        self._places = self._first_bytes(file.metadata, streams)
-
-    @cached_property
-    def _known(self) -> tuple[list[RecordingInfo], list[str | None]]:
-        rows = _opened(self.path, self._stored).read(columns=list(INFO_COLUMNS)).to_pylist()
-        return [row_info(row) for row in rows], [row["image"] for row in rows]
-
-    @property
-    def infos(self) -> list[RecordingInfo]:
-        return self._known[0]
-
-    @property
-    def images(self) -> list[str | None]:
-        return self._known[1]
-
-    def has(self, stream: str, row: int) -> bool:
-        return stream in self.lengths and bool(self.lengths[stream][row])
-
-    def read(self, column: str, row: int, start: int, stop: int) -> NDArray[np.float32]:
-        place = int(self._places[column][row]) + 4 * start
-        samples = np.fromfile(self.path, "<f4", count=stop - start, offset=place)
-        if len(samples) != stop - start:
-            raise DataError(f"{self.path} is cut short; import the data again")
-        return samples.astype(np.float32, copy=False)
-
-    def _first_bytes(self, metadata: Any, streams: Mapping[str, StreamFacts]) -> dict[str, NDArray[np.int64]]:
-        """Return for each axis column the byte at which the samples of each row begin.
-
-        The values of a column chunk are the end of its only page; see `layout`.
-        """
-        first = metadata.row_group(0)
-        numbers = {first.column(i).path_in_schema: i for i in range(first.num_columns)}
-        ends = list(accumulate(metadata.row_group(g).num_rows for g in range(metadata.num_row_groups)))
-        places = {}
-        for stream in self._streams:
-            for axis in streams[stream].axes:
-                column = axis_column(stream, axis)
-                number = numbers.get(f"{column}.list.element")
-                if number is None:
-                    continue
-                having = {axes for axes in set(self.axes[stream]) if axis in axes}
-                held = np.array([axes in having for axes in self.axes[stream]]) * self.lengths[stream]
-                place = np.zeros(len(held), np.int64)
-                for group, (begin, end) in enumerate(zip([0, *ends], ends, strict=False)):
-                    chunk = metadata.row_group(group).column(number)
-                    after = np.cumsum(held[begin:end])
-                    last = chunk.data_page_offset + chunk.total_compressed_size
-                    place[begin:end] = last - 4 * (after[-1] - after + held[begin:end])
-                places[column] = place
-        return places
 
 
 class _Index(Sequence[RecordingInfo]):
@@ -425,17 +312,3 @@ def problems(store: Store, *, progress: Callable[[int, int], None] | None = None
         except TactogramError as error:
             found.append(str(error))
     return found
-
-
-def _opened(path: Path, stored: StoredFile) -> pq.ParquetFile:
-    try:
-        size = path.stat().st_size
-        if size != stored.bytes:
-            raise DataError(f"{path}: must be {stored.bytes} bytes, got {size}; import the data again")
-        return pq.ParquetFile(path)
-    except (OSError, pa.ArrowException) as error:
-        raise DataError(f"{path}: not readable: {error}; import the data again") from error
-
-
-def _filled(column: pa.ChunkedArray) -> NDArray[np.int64]:
-    return np.asarray(column.fill_null(0).to_numpy(), dtype=np.int64)

@@ -19,8 +19,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
 
-from tactogram.datasets.writing import clear_stale_parts
+from tactogram.datasets.unfinished import clear_stale_parts
 from tactogram.errors import DataError, ParameterError
+from tactogram.jobs.at_work import is_at_work
 from tactogram.signal.io.files import written_beside
 from tactogram.studio.train.detached import Process, start
 from tactogram.studio.train.log import Step, complaint, is_stopped, step_of
@@ -145,7 +146,7 @@ class Trainings:
             return self.get(identifier)
 
     def resume(self, identifier: str) -> Task:
-        """Go on with what was stopped or failed, with the same arguments.
+        """Go on with what was stopped or failed: from the start, or where there is a run already from where it is.
 
         Raises
         ------
@@ -159,12 +160,29 @@ class Trainings:
                 raise ParameterError(f"{task.about}: {state}; only what was stopped or failed can go on")
             if (other := self.active_at(task.about)) is not None:
                 raise ParameterError(f"{task.about}: {other.kind} is at it already; wait for it, or stop it")
-            arguments = [text for text in task.arguments if text != "--resume"]
+            arguments = task.arguments
             if task.kind == "train" and (self.place(task) / "recipe.toml").is_file():
-                arguments.append("--resume")
-            self._write(replace(task, arguments=tuple(arguments), process=None, stop_asked=False))
+                arguments = resuming(task.about)
+            self._write(replace(task, arguments=arguments, process=None, stop_asked=False))
             self.advance()
             return self.get(identifier)
+
+    def resume_run(self, run: Path | str) -> Task:
+        """Go on with an unfinished run, whoever began it, as it was asked for.
+
+        Raises
+        ------
+        ParameterError
+            If a process is at it, here or at the command line.
+        """
+        folder = self.workspace.inside(run)
+        name = self.workspace.name_of(folder)
+        made = next((task for task in self.of(name) if task.kind == "train"), None)
+        if made is not None:
+            return self.resume(made.id)
+        if is_at_work(folder):
+            raise ParameterError(f"{name}: a process that was begun elsewhere trains it at present")
+        return self.begin("train", resuming(name), name)
 
     def stop(self, identifier: str, *, at_once: bool = False) -> None:
         """Ask the process to end; a training writes a checkpoint first. What waits is taken out.
@@ -207,6 +225,8 @@ class Trainings:
             name = self.workspace.name_of(folder)
             if (other := self.active_at(name)) is not None:
                 raise ParameterError(f"{name}: {other.kind} is at it; stop it before the run is deleted")
+            if is_at_work(folder):
+                raise ParameterError(f"{name}: a process trains it; stop it before the run is deleted")
             gone = folder.with_name(f".{folder.name}-{secrets.token_hex(3)}.gone")
             folder.rename(gone)
             shutil.rmtree(gone, ignore_errors=True)
@@ -328,6 +348,11 @@ _open: dict[Path, Trainings] = {}
 def trainings_of(workspace: Workspace) -> Trainings:
     """Return the errands of a workspace, the same for all pages of a server."""
     return _open.setdefault(workspace.folder, Trainings(workspace))
+
+
+def resuming(run: str) -> tuple[str, ...]:
+    """Return what ``tactogram`` is given to go on with a run."""
+    return ("train", "--resume", run)
 
 
 def command_line(arguments: Sequence[str]) -> str:
