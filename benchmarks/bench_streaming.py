@@ -21,7 +21,8 @@ from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.hand import SimulatedHand
 from tactogram.rendering.streaming.output import DisplayOutput
 from tactogram.rendering.streaming.stream import Stream
-from tactogram.rendering.streaming.textures import AutoregressiveTexture, TextureTable
+from tactogram.rendering.streaming.texture_table import TextureTable
+from tactogram.rendering.streaming.textures import AutoregressiveTexture
 from tactogram.signal import Signal
 from tactogram.signal.autoregressive import AutoregressiveModel
 from tactogram.signal.texture_map import TextureMap

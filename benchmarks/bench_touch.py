@@ -32,7 +32,8 @@ from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.hand import SimulatedHand
 from tactogram.rendering.streaming.stream import Stream
 from tactogram.rendering.streaming.surface import SurfaceTexture
-from tactogram.rendering.streaming.textures import AutoregressiveTexture, TextureTable
+from tactogram.rendering.streaming.texture_table import TextureTable
+from tactogram.rendering.streaming.textures import AutoregressiveTexture
 from tactogram.signal import Signal
 from tactogram.studio.touch.tables import table_of_map, table_of_signal
 

@@ -12,7 +12,8 @@ from tactogram.jobs.generate import generate
 from tactogram.jobs.training import LoadedRun, load_run
 from tactogram.rendering.axes import combined
 from tactogram.rendering.streaming.surface import Along, SurfaceTexture
-from tactogram.rendering.streaming.textures import AutoregressiveTexture, StreamingTexture, TextureTable
+from tactogram.rendering.streaming.texture_table import TextureTable
+from tactogram.rendering.streaming.textures import AutoregressiveTexture, StreamingTexture
 from tactogram.signal import Signal
 from tactogram.signal.io import read_metadata, read_signal
 from tactogram.signal.texture_map import TextureMap

@@ -12,7 +12,8 @@ from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.hand import SimulatedHand
 from tactogram.rendering.streaming.motion import MotionSettings, Tap, Weights
 from tactogram.rendering.streaming.surface import SurfaceTexture, looped
-from tactogram.rendering.streaming.textures import AutoregressiveTexture, TextureTable, summed
+from tactogram.rendering.streaming.texture_table import TextureTable, summed
+from tactogram.rendering.streaming.textures import AutoregressiveTexture
 from tactogram.signal import Signal
 from tactogram.signal.autoregressive import AutoregressiveModel
 from tactogram.signal.joining import seam_excess_db

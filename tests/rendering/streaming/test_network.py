@@ -19,7 +19,8 @@ from tactogram.rendering.streaming.motion import MotionSample, Tap, Weights
 from tactogram.rendering.streaming.network import NetworkBlocks, NetworkMotion, parse_address
 from tactogram.rendering.streaming.packets import NO_MOTION, BlockPacket, Received
 from tactogram.rendering.streaming.stream import Stream
-from tactogram.rendering.streaming.textures import AutoregressiveTexture, TextureTable
+from tactogram.rendering.streaming.texture_table import TextureTable
+from tactogram.rendering.streaming.textures import AutoregressiveTexture
 
 
 def test_a_plain_motion_packet_has_the_documented_bytes():

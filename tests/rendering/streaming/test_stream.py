@@ -32,7 +32,8 @@ from tactogram.rendering.streaming.output import DisplayOutput, least_phase
 from tactogram.rendering.streaming.recorded_motion import MotionFile, MouseMotion, mouse_step
 from tactogram.rendering.streaming.stream import Stream
 from tactogram.rendering.streaming.surface import SurfaceTexture
-from tactogram.rendering.streaming.textures import AutoregressiveTexture, TextureTable
+from tactogram.rendering.streaming.texture_table import TextureTable
+from tactogram.rendering.streaming.textures import AutoregressiveTexture
 from tactogram.signal import Signal
 
 RATE, MOST = 8000.0, 40

@@ -21,7 +21,8 @@ from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.hand import SimulatedHand
 from tactogram.rendering.streaming.motion import MotionSample, MotionSettings
 from tactogram.rendering.streaming.surface import SurfaceTexture
-from tactogram.rendering.streaming.textures import AutoregressiveTexture, TextureTable
+from tactogram.rendering.streaming.texture_table import TextureTable
+from tactogram.rendering.streaming.textures import AutoregressiveTexture
 from tactogram.rendering.strength import strength
 from tactogram.signal import Signal
 from tactogram.signal.autoregressive import AutoregressiveModel

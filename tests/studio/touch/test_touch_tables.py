@@ -11,7 +11,8 @@ from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.rendering.catalogue import open_display
 from tactogram.rendering.level import parse_level
 from tactogram.rendering.streaming.surface import SurfaceTexture
-from tactogram.rendering.streaming.textures import AutoregressiveTexture, TextureTable
+from tactogram.rendering.streaming.texture_table import TextureTable
+from tactogram.rendering.streaming.textures import AutoregressiveTexture
 from tactogram.rendering.strength import strength
 from tactogram.signal import Image, Signal
 from tactogram.signal.autoregressive import AutoregressiveModel

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
 import numpy as np
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering.streaming.textures import TextureTable
+from tactogram.rendering.streaming.texture_table import TextureTable
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_metadata, read_signal
 from tactogram.signal.io.files import READABLE

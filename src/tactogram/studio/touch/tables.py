@@ -25,11 +25,8 @@ from tactogram.rendering.streaming.contact import ContactSettings
 from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.hand import SimulatedHand
 from tactogram.rendering.streaming.surface import OVERSAMPLED, Along, SurfaceTexture, looped
-from tactogram.rendering.streaming.textures import (
-    AutoregressiveTexture,
-    StreamingTexture,
-    TextureTable,
-)
+from tactogram.rendering.streaming.texture_table import TextureTable
+from tactogram.rendering.streaming.textures import AutoregressiveTexture, StreamingTexture
 from tactogram.rendering.strength import strength
 from tactogram.signal import Signal
 from tactogram.signal.perception import FELT_HZ
