@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +13,6 @@ from tactogram.models.stroke_gan.config import Config
 from tactogram.signal import Signal
 from tactogram.signal.joining import extend
 from tactogram.training.seeds import child_rng
-
-NUMBERS = ("speed_mm_s", "force_n")
-"""Conditions that are numbers."""
 
 
 @dataclass(frozen=True)
@@ -79,23 +75,3 @@ class Crops:
             overlap_s=overlap / signal.rate,
         )
         return np.array(joined.samples)
-
-
-class Number(NamedTuple):
-    """A numeric condition over the training recordings."""
-
-    median: float
-    deviation: float
-    least: float
-    most: float
-
-
-def numbers(examples: Sequence[Example]) -> dict[str, Number]:
-    """Return each numeric condition that all recordings name."""
-    found: dict[str, Number] = {}
-    for name in NUMBERS:
-        values = [example.condition.get(name) for example in examples]
-        if all(value is not None for value in values):
-            x = np.array(values, np.float64)
-            found[name] = Number(float(np.median(x)), float(x.std()), float(x.min()), float(x.max()))
-    return found

@@ -14,26 +14,25 @@ from torch import Tensor, nn
 
 from tactogram.errors import ParameterError
 from tactogram.model import Condition, Example, SignalKind, Stage, check_condition, material_weights
+from tactogram.models.stroke_gan.band_matching import match_bands
 from tactogram.models.stroke_gan.config import Config
-from tactogram.models.stroke_gan.crops import NUMBERS, Crops, Number, numbers
+from tactogram.models.stroke_gan.crops import Crops
 from tactogram.models.stroke_gan.domain import domain_of
 from tactogram.models.stroke_gan.excitation import split_bands, white_noise
+from tactogram.models.stroke_gan.labels import NUMBERS, Labels
 from tactogram.models.stroke_gan.networks import Discriminator, Generator
-from tactogram.models.stroke_gan.texture_statistics import energy_distance, statistics
+from tactogram.models.stroke_gan.pieces import Pieces, drawn, given_latent
+from tactogram.models.stroke_gan.texture_statistics import energy_distance, spread_within, statistics
 from tactogram.nn import MovingAverage, gradient_penalty
 from tactogram.signal import Signal
 from tactogram.signal.band_levels import BandLevels
 from tactogram.signal.joining import extend
-from tactogram.training.seeds import child_generator, child_rng, child_seed, torch_seeded
+from tactogram.training.seeds import torch_seeded
 
 MEASURED = 512
 """Crops that the spread of the texture statistics is measured on."""
-MATCHED = 16
-"""Recordings of a material, at most, that the bands are matched to; of each, up to `MATCHED_LENGTHS`."""
 MATCHED_LENGTHS = 4
-"""Lengths of the networks."""
-AT_ONCE = 8
-"""Pieces of a long signal that are made together, at most."""
+"""Lengths of the networks, at most, of each recording that the bands are matched to."""
 
 
 class StrokeGANLearner:
@@ -58,7 +57,7 @@ class StrokeGANLearner:
         self.device = torch.device(device)
         self.domain = domain_of(config, kind)
         self.band_levels = BandLevels(kind.rate) if config.match_bands else None
-        self.known: Mapping[str, Number] = {}
+        self.labels = Labels(config.conditions)
         self.spread = torch.ones(0)
         size = {"axes": len(kind.axes), "labels": len(kind.materials) + len(config.conditions)}
         with torch_seeded(seed, "weights"):
@@ -108,14 +107,14 @@ class StrokeGANLearner:
             step += 1
 
     def _prepared(
-        self, drawn: Sequence[tuple[Example, NDArray[np.float32]]]
+        self, crops: Sequence[tuple[Example, NDArray[np.float32]]]
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return crops as the networks see them, (crop, axis, time), and their labels, (crop, C)."""
-        places = [self.materials.index(str(example.material)) for example, _ in drawn]
-        x = np.stack([self.domain.inside(crop, m) for (_, crop), m in zip(drawn, places, strict=True)])
+        places = [self.materials.index(str(example.material)) for example, _ in crops]
+        x = np.stack([self.domain.inside(crop, m) for (_, crop), m in zip(crops, places, strict=True)])
         classes = np.eye(len(self.materials), dtype=np.float32)[places]
-        values = [self._numbers(example.condition) for example, _ in drawn]
-        return x, np.hstack((classes, np.array(values, np.float32).reshape(len(drawn), -1)))
+        values = [self.labels.numbers(example.condition) for example, _ in crops]
+        return x, np.hstack((classes, np.array(values, np.float32).reshape(len(crops), -1)))
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         if stage.name == "fit":
@@ -199,37 +198,24 @@ class StrokeGANLearner:
         """Measure what stands outside the networks: the scale or the filters, and the numeric conditions."""
         for example in examples:
             self.kind.check(example.signal)
-        self.known = numbers(examples)
+        self.labels.fit(examples)
         figures = self.domain.fit(examples)
         if self.config.statistics:
-            drawn = Crops(examples, self.config, self.domain.lead).draw(0, MEASURED, seed=0)
-            x, label = self._prepared(drawn)
-            found = statistics(torch.from_numpy(x))
+            crops = Crops(examples, self.config, self.domain.lead).draw(0, MEASURED, seed=0)
+            x, label = self._prepared(crops)
             classes = torch.from_numpy(label[:, : len(self.materials)]).argmax(1)
-            within = [found[classes == k] for k in range(len(self.materials)) if (classes == k).any()]
-            variance = torch.stack([part.var(0, correction=0) for part in within]).mean(0)
-            self.spread = variance.sqrt().clamp(min=1e-3)
+            self.spread = spread_within(statistics(torch.from_numpy(x)), classes)
         return figures
 
     def _match(self, examples: Sequence[Example], levels: BandLevels) -> dict[str, float]:
         """Measure the bands of recordings, and of signals generated for their conditions."""
-        most = MATCHED_LENGTHS * self.config.length
-        tables: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
-        for place, name in enumerate(self.materials):
-            every = [e for e in examples if e.material == name]
-            every = [e for e in every if len(e.signal) > 2 * levels.reach] or every
-            some = every[:: -(-len(every) // MATCHED)]
+
+        def generated(place: int, condition: Condition, length: int, seed: int) -> NDArray[np.float32]:
             weights = np.eye(len(self.materials))[place]
-            recorded, made = [], []
-            for number, example in enumerate(some):
-                x = example.signal.samples[:, :most]
-                length = max(x.shape[1], 2 * levels.reach + 1)
-                label = torch.tensor([*weights, *self._numbers(example.condition)], dtype=torch.float32)
-                seed = child_seed(0, "match", place, number)
-                recorded.append(np.pad(x, ((0, 0), (0, length - x.shape[1])), mode="wrap"))
-                made.append(self._signal(label, weights, length, seed=seed).samples)
-            tables.append((levels.quantiles(recorded), levels.quantiles(made)))
-        levels.recorded, levels.generated = (np.array(table) for table in zip(*tables, strict=True))
+            return self._signal(self.labels.label(weights, condition), weights, length, seed=seed).samples
+
+        longest = MATCHED_LENGTHS * self.config.length
+        match_bands(levels, examples, self.materials, longest=longest, generate=generated)
         return {"band_correction_db": levels.correction_db()}
 
     @torch.no_grad()
@@ -240,8 +226,8 @@ class StrokeGANLearner:
         """
         if not examples:
             return {}
-        drawn = Crops(examples, self.config, self.domain.lead).draw(0, max(len(examples), 16), seed=0)
-        x, label = (torch.from_numpy(part).to(self.device) for part in self._prepared(drawn))
+        crops = Crops(examples, self.config, self.domain.lead).draw(0, max(len(examples), 16), seed=0)
+        x, label = (torch.from_numpy(part).to(self.device) for part in self._prepared(crops))
         with torch_seeded(0, "validate"):
             real = _bare(self.discriminator)(x, label).mean()
             made = _bare(self.discriminator)(self._make(label), label).mean()
@@ -251,7 +237,7 @@ class StrokeGANLearner:
         return {
             "materials": list(self.materials),
             "domain": self.domain.state(),
-            "conditions": {name: list(values) for name, values in self.known.items()},
+            "conditions": self.labels.state(),
             "spread": self.spread,
             "bands": self.band_levels.state() if self.band_levels else None,
             "generator": self.generator.state_dict(),
@@ -266,7 +252,7 @@ class StrokeGANLearner:
                 f"state is of {', '.join(state['materials'])}; expected {', '.join(self.materials)}"
             )
         self.domain.load_state(state["domain"])
-        self.known = {name: Number(*values) for name, values in state["conditions"].items()}
+        self.labels.load_state(state["conditions"])
         self.spread = state["spread"]
         if self.band_levels:
             self.band_levels.load_state(state["bands"])
@@ -288,11 +274,11 @@ class StrokeGANLearner:
         and is refused without ``config.conditions``.
         """
         check_condition(condition, needs=("material",), takes=(*NUMBERS, "latent"))
-        self._check_numbers(condition)
+        self.labels.check(condition)
         weights = material_weights(condition, self.materials)
-        label = torch.tensor([*weights, *self._numbers(condition)], dtype=torch.float32)
+        label = self.labels.label(weights, condition)
         length = self.config.length if seconds is None else max(1, round(seconds * self.kind.rate))
-        given = self._latent(condition)
+        given = given_latent(condition, self.config)
         if self.band_levels is None or not self.band_levels.measured:
             return self._signal(label, weights, length, seed=seed, given=given)
         signal = self._signal(label, weights, length + 2 * self.band_levels.reach, seed=seed, given=given)
@@ -308,7 +294,7 @@ class StrokeGANLearner:
         given: Tensor | None = None,
     ) -> Signal:
         """Return ``length`` samples as the networks and the domain make them."""
-        pieces = _Pieces(lambda first, count: self._pieces(first, count, label, given, seed))
+        pieces = Pieces(lambda first, count: self._pieces(first, count, label, given, seed))
         inside = extend(
             lambda number: Signal(pieces[number], self.kind.rate, "1", self.kind.axes),
             seconds=(self.domain.settle + length) / self.kind.rate,
@@ -321,72 +307,12 @@ class StrokeGANLearner:
         self, first: int, count: int, label: Tensor, given: Tensor | None, seed: int
     ) -> NDArray[np.float32]:
         """Return pieces ``first`` to ``first + count``, float32, (piece, axis, time); each has its own seeds."""
-        latents, noises = [], []
-        for number in range(first, first + count):
-            rng = child_rng(seed, "latent", number)
-            drawn = torch.from_numpy(rng.uniform(-1, 1, self.config.latents).astype(np.float32))
-            latents.append(given if number == 0 and given is not None else drawn)
-            generator = child_generator(seed, "noise", number)
-            noises.append(white_noise(1, len(self.kind.axes), self.config.length, generator=generator))
-        labels = label.expand(count, -1)
-        noise = self._bands(torch.cat(noises))
+        latents, white = drawn(first, count, self.config, axes=len(self.kind.axes), given=given, seed=seed)
         network = self.average.network if self.average else _bare(self.generator)
-        made = network(torch.stack(latents).to(self.device), labels.to(self.device), noise)
+        labels = label.expand(count, -1).to(self.device)
+        made = network(latents.to(self.device), labels, self._bands(white))
         result: NDArray[np.float32] = made.float().cpu().numpy()
         return result
-
-    def _latent(self, condition: Condition) -> Tensor | None:
-        given = condition.get("latent")
-        if given is None:
-            return None
-        latent = np.asarray(given, np.float32)
-        if latent.shape != (self.config.latents,) or not (np.abs(latent) <= 1).all():
-            raise ParameterError(
-                f"latent must be {self.config.latents} numbers in -1 to 1, got shape {latent.shape}"
-            )
-        return torch.from_numpy(latent)
-
-    def _numbers(self, condition: Condition) -> list[float]:
-        """Return the numeric conditions, standardised: 0 is the median, and what is not known."""
-        return [self._standardised(name, condition.get(name)) for name in self.config.conditions]
-
-    def _check_numbers(self, condition: Condition) -> None:
-        """Refuse a speed or force that makes no sense, or that nothing was learned of."""
-        for name in NUMBERS:
-            value = condition.get(name)
-            if value is None:
-                continue
-            if not (np.isfinite(value) and value >= 0):
-                raise ParameterError(f"{name} must be finite and >= 0, got {value}")
-            if name not in self.known:
-                raise ParameterError(f"{name} is not known of the training recordings; leave it out")
-            known = self.known[name]
-            if name not in self.config.conditions and not known.least <= value <= known.most:
-                raise ParameterError(
-                    f"{name} was {known.least:g} to {known.most:g} in training and is not one of "
-                    f"config.conditions, got {value:g}; leave it out"
-                )
-
-    def _standardised(self, name: str, value: float | None) -> float:
-        known = self.known.get(name)
-        if value is None or known is None or known.deviation == 0:
-            return 0.0
-        return (min(max(float(value), known.least), known.most) - known.median) / known.deviation
-
-
-class _Pieces:
-    """Pieces of a long signal, made 1, 1, 2, 4, 8, 8, … at a time: piece k is the same in every signal."""
-
-    def __init__(self, make: Callable[[int, int], NDArray[np.float32]]) -> None:
-        self.make = make
-        self.first, self.made = 0, np.empty((0, 0, 0), np.float32)
-
-    def __getitem__(self, number: int) -> NDArray[np.float32]:
-        if number >= self.first + len(self.made):
-            self.first += len(self.made)
-            self.made = self.make(self.first, min(max(1, self.first), AT_ONCE))
-        piece: NDArray[np.float32] = self.made[number - self.first]
-        return piece
 
 
 def build(

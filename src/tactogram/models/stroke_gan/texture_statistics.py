@@ -58,6 +58,18 @@ def statistics(x: Tensor) -> Tensor:
     return torch.cat(found, 1)
 
 
+def spread_within(found: Tensor, classes: Tensor) -> Tensor:
+    """Return the deviation of each statistic within a class, float32, (statistic,): what a difference is held against.
+
+    Parameters
+    ----------
+    found : Tensor, shape (signal, statistic)
+    classes : Tensor, int64, shape (signal,)
+    """
+    variances = [found[classes == k].var(0, correction=0) for k in sorted(set(classes.tolist()))]
+    return torch.stack(variances).mean(0).sqrt().clamp(min=1e-3)
+
+
 def energy_distance(real: Tensor, made: Tensor, again: Tensor) -> Tensor:
     """Return an unbiased estimate of the energy distance between the processes behind ``real`` and the rest.
 

@@ -1,0 +1,50 @@
+"""After the training: the strength of bands in recordings, and in what is generated for their conditions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.model import Condition, Example
+from tactogram.signal.band_levels import BandLevels
+from tactogram.training.seeds import child_seed
+
+RECORDINGS = 16
+"""Recordings of a material, at most, that the bands are matched to."""
+
+
+def match_bands(
+    levels: BandLevels,
+    examples: Sequence[Example],
+    materials: Sequence[str],
+    *,
+    longest: int,
+    generate: Callable[[int, Condition, int, int], NDArray[np.floating]],
+) -> None:
+    """Measure ``levels`` of recordings, and of a signal generated for the condition of each.
+
+    Parameters
+    ----------
+    levels : BandLevels
+    examples : sequence of Example
+        At least one of each material.
+    materials : sequence of str
+    longest : int
+        Samples of a recording, from its beginning, that are measured.
+    generate : callable
+        From the place of a material, a condition, a length in samples and a seed to (axis, time).
+    """
+    tables: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
+    for place, name in enumerate(materials):
+        every = [e for e in examples if e.material == name]
+        every = [e for e in every if len(e.signal) > 2 * levels.reach] or every
+        recorded, made = [], []
+        for number, example in enumerate(every[:: -(-len(every) // RECORDINGS)]):
+            x = example.signal.samples[:, :longest]
+            length = max(x.shape[1], 2 * levels.reach + 1)
+            recorded.append(np.pad(x, ((0, 0), (0, length - x.shape[1])), mode="wrap"))
+            made.append(generate(place, example.condition, length, child_seed(0, "match", place, number)))
+        tables.append((levels.quantiles(recorded), levels.quantiles(made)))
+    levels.recorded, levels.generated = (np.array(table) for table in zip(*tables, strict=True))
