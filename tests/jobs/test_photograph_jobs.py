@@ -14,6 +14,7 @@ from tactogram.jobs.evaluate import evaluate
 from tactogram.jobs.generate import generate_files
 from tactogram.jobs.judges import Judging
 from tactogram.jobs.pictures import judge_pictures
+from tactogram.jobs.resuming import plan_of
 from tactogram.jobs.training import train
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_signal
@@ -68,6 +69,7 @@ def run(looks, tmp_path_factory):
 
 
 def test_photographs_are_split_and_written_down(run):
+    assert plan_of(run).identity == run.data["run_id"]  # it can go on by its folder alone
     split = Split.load(run.folder / "split.json")
     assert {part: len(held) for part, held in split.photographs.items()} == {
         "train": 32,

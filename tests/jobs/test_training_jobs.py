@@ -18,6 +18,7 @@ from tactogram.jobs.evaluate import evaluate
 from tactogram.jobs.exchange import export_run, import_run
 from tactogram.jobs.generate import generate, generate_files, parse_mix
 from tactogram.jobs.planning import select
+from tactogram.jobs.resuming import resume
 from tactogram.jobs.search import search
 from tactogram.jobs.training import load_run, train
 from tactogram.signal.io import read_metadata, read_signal, write_signal
@@ -48,7 +49,7 @@ def test_a_training_that_was_asked_to_stop_goes_on_to_the_same_weights(run, stor
     with pytest.raises(StoppedError, match=r"after step 37 of 60 of classify; all of it is kept .* --resume"):
         train("stroke_cnn", store, **known, out=out, stop=lambda: next(asked) == prepared + 37)
     assert load_state(out / "checkpoint.safetensors")[1] == {"stage": 1, "step": 37}
-    train("stroke_cnn", store, **known, out=out, resume=True)
+    resume(out, accelerator="cpu")  # recordings, class and split are in the run
     for name in ("model.safetensors", "metrics.jsonl"):
         assert (out / name).read_bytes() == (run.folder / name).read_bytes()
 

@@ -32,7 +32,7 @@ class Verbs:
         line = (run.__doc__ or "").partition("\n")[0]
         text = line[:1].lower() + line[1:].rstrip(".")
         sub = self._subparsers.add_parser(name, help=text, description=line)
-        sub.set_defaults(run=run)
+        sub.set_defaults(run=run, usage_error=sub.error)
         sub.add_argument("--json", action="store_true", help="print one JSON object")
         if self._named_by_all:
             self._subparsers.metavar = "|".join(self._subparsers.choices)
@@ -52,9 +52,14 @@ def models_option(add: Add) -> None:
     add("--models", action="append", default=[], metavar="DIR", help="a folder with further models")
 
 
-def training_options(add: Add, *, more_by: str = "") -> None:
+def training_options(add: Add, *, more_by: str = "", data_required: bool = True) -> None:
     """Add what `training_arguments` reads: the data, the recipe and the split."""
-    add("--data", required=True, metavar="DIR", help="a store made by `data import` or `data simulate`")
+    add(
+        "--data",
+        required=data_required,
+        metavar="DIR",
+        help="a store made by `data import` or `data simulate`",
+    )
     add(
         "--recipe",
         default="quick",

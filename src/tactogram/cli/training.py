@@ -12,10 +12,16 @@ from tactogram.cli.stopping import asked_to_stop
 def add_verbs(verbs: Verbs) -> None:
     """Add what each verb takes."""
     add = verbs.add("train", train)
-    add("model", metavar="MODEL")
-    training_options(add)
+    add("model", metavar="MODEL", nargs="?", help="left out with --resume RUN")
+    training_options(add, data_required=False)
     add("--out", metavar="RUN", help="the run's folder (default runs/MODEL-RECIPE-ID)")
-    add("--resume", action="store_true", help="go on with the run in --out after an interruption")
+    add(
+        "--resume",
+        nargs="?",
+        const="",
+        metavar="RUN",
+        help="go on with RUN as it was asked for; without RUN with that in --out, if it was asked for the same",
+    )
     add("--devices", type=int, default=1, help="how many GPUs (default %(default)s)")
 
     add = verbs.add("crossval", crossval)
@@ -50,25 +56,42 @@ def add_verbs(verbs: Verbs) -> None:
 
 
 def train(a: Arguments) -> None:
-    """Train a model on a data set."""
+    """Train a model on a data set, or go on with a run."""
     from tactogram.jobs.progress import shown
+    from tactogram.jobs.resuming import resume
     from tactogram.jobs.training import train
 
+    taken = training_arguments(a)
+    machine = {"accelerator": taken["accelerator"], "devices": a.devices}
+    if a.resume:
+        _only_resumes(a)
+    elif not (a.model and a.data):
+        a.usage_error("needs MODEL and --data DIR, or --resume RUN to go on with a run")
     with asked_to_stop() as stop, shown() as progress:
-        run = train(
-            a.model,
-            a.data,
-            **training_arguments(a),
-            out=a.out,
-            resume=a.resume,
-            devices=a.devices,
-            progress=progress,
-            stop=stop,
-        )
+        if a.resume:
+            folders = taken["model_folders"]
+            run = resume(
+                a.resume, data=a.data, model_folders=folders, progress=progress, stop=stop, **machine
+            )
+        else:
+            more = {"out": a.out, "resume": a.resume is not None}
+            run = train(a.model, a.data, **taken | machine | more, progress=progress, stop=stop)
     facts = run.facts()
     result = {"run": str(run.folder), "run_id": run.data["run_id"], "validation": facts["validation"]}
     shown_values = ", ".join(f"{name} {value:.3f}" for name, value in facts["validation"].items())
     print_result(a, result, f"run: {run.folder}" + (f"\nvalidation: {shown_values}" if shown_values else ""))
+
+
+def _only_resumes(a: Arguments) -> None:
+    """Refuse what a run that goes on has said already."""
+    said = {"MODEL": a.model, "--out": a.out, "--set": a.set, "--band": a.band, "--where": a.where}
+    said |= {"--split": a.split, "--recipe": a.recipe != "quick", "--by": a.by != "recording"}
+    said |= {"--label": a.label != "material"}
+    if given := [name for name, value in said.items() if value]:
+        a.usage_error(
+            f"--resume {a.resume} goes on as the run was asked for: leave {', '.join(given)} away, or begin another "
+            "run with --out"
+        )
 
 
 def crossval(a: Arguments) -> None:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from tactogram.datasets import signal_kind
 from tactogram.errors import ParameterError
-from tactogram.jobs.planning import Plan, planned
+from tactogram.jobs.planning import Asked, Plan, planned
 from tactogram.model import Example
 
 LOOKED_AT = 400
@@ -17,16 +16,11 @@ GLANCE_S = 0.5
 """How much of each is prepared, s (mm over displacement)."""
 
 
-def check_training(model: str, data: Path | str, **arguments: Any) -> dict[str, Any]:
+def check_training(asked: Asked) -> dict[str, Any]:
     """Return what a training would be of, or refuse it as it would refuse itself.
 
     Rate, axes, unit and domain of `LOOKED_AT` recordings, even over the training part, are compared by a short
     piece of one of each sort. What only the whole recordings show, such as one that is too short, comes later.
-
-    Parameters
-    ----------
-    model, data, arguments
-        As of `tactogram.jobs.planning.planned`.
 
     Returns
     -------
@@ -39,7 +33,7 @@ def check_training(model: str, data: Path | str, **arguments: Any) -> dict[str, 
     TactogramError
         In one sentence: what does not fit, and what to do.
     """
-    plan = planned(model, data, **arguments)
+    plan = planned(asked)
     parts = {part: len(held) for part, held in plan.parts.parts.items()}
     facts: Mapping[str, Any] = {"materials": [], "rate": None, "unit": None, "axes": None}
     if plan.rated is None:

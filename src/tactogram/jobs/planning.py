@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,22 @@ from tactogram.datasets import (
 from tactogram.datasets.splits import By
 from tactogram.errors import ParameterError
 from tactogram.jobs.rated import TEST_SHARE, VALIDATION_SHARE, RatedData
-from tactogram.recipe import Recipe
+from tactogram.recipe import Recipe, run_id
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a training is asked for; the parameters are those of `tactogram.jobs.training.train`."""
+
+    model: str
+    data: Path | str
+    recipe: str = "quick"
+    changes: Mapping[str, Any] = field(default_factory=dict)
+    split: str = ""
+    by: By = "recording"
+    label: Label = "material"
+    where: Mapping[str, str] = field(default_factory=dict)
+    model_folders: Sequence[Path] = ()
 
 
 @dataclass(frozen=True)
@@ -40,39 +55,37 @@ class Plan:
     parts: Split
     rated: RatedData | None
     """Of a model that learns from ratings."""
+    label: Label
+    model_folders: tuple[Path, ...]
+
+    @property
+    def identity(self) -> str:
+        """The run's id: a hash of everything that decides its result."""
+        resolved = self.recipe.resolved(self.config) | {"split": self.parts.as_dict(), "label": self.label}
+        return run_id(resolved, self.store.sha256)
 
 
-def planned(
-    model: str,
-    data: Path | str,
-    *,
-    recipe: str = "quick",
-    changes: Mapping[str, Any] | None = None,
-    split: str = "",
-    by: By = "recording",
-    label: Label = "material",
-    where: Mapping[str, str] | None = None,
-    model_folders: Sequence[Path] = (),
-) -> Plan:
-    """Return what `train` would train with the same arguments; no signal is prepared, nothing is written.
+def planned(asked: Asked) -> Plan:
+    """Return what a training of this would be of; no signal is prepared, nothing is written.
 
     Raises
     ------
     TactogramError
-        If data and model do not fit, or an argument is none.
+        If data and model do not fit, or something is asked for that there is not.
     """
-    store = open_store(data)
-    facts = models.find(model, model_folders)
-    chosen = Recipe.load(facts.recipe(recipe), changes=changes)
-    index = select(store.index, where) if len(store) else []
+    store = open_store(asked.data)
+    facts = models.find(asked.model, asked.model_folders)
+    recipe = Recipe.load(facts.recipe(asked.recipe), changes=asked.changes)
+    index = select(store.index, asked.where) if len(store) else []
     rated = None if facts.learns_from == "recordings" else RatedData(store, facts.learns_from)
     if rated is not None:
-        parts = rated.split(index, chosen.prepare, split=split, by=by, seed=chosen.seed)
+        parts = rated.split(index, recipe.prepare, split=asked.split, by=asked.by, seed=recipe.seed)
     else:
-        parts = make_split(index, split=split, by=by, seed=chosen.seed, label=label)
+        parts = make_split(index, split=asked.split, by=asked.by, seed=recipe.seed, label=asked.label)
     if "image" in facts.needs:
-        parts = split_photographs(store, parts, seed=chosen.seed)
-    return Plan(store, facts, chosen, facts.config(chosen.config), parts, rated)
+        parts = split_photographs(store, parts, seed=recipe.seed)
+    config = facts.config(recipe.config)
+    return Plan(store, facts, recipe, config, parts, rated, asked.label, tuple(asked.model_folders))
 
 
 def make_split(index: Sequence[RecordingInfo], *, split: str, by: By, seed: int, label: Label) -> Split:

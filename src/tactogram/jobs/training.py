@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,10 +20,12 @@ from tactogram.datasets import (
 )
 from tactogram.datasets.splits import By
 from tactogram.errors import ParameterError, RunError, StoppedError
-from tactogram.jobs.planning import planned
+from tactogram.jobs.at_work import at_work
+from tactogram.jobs.beginning import begin, found, take_back
+from tactogram.jobs.planning import Asked, Plan, planned
 from tactogram.jobs.progress import Progress, silent
 from tactogram.model import Classifier, Example, Kind, Learner, SignalKind
-from tactogram.recipe import Prepare, Recipe, run_id
+from tactogram.recipe import Prepare, Recipe
 from tactogram.signal import Signal
 from tactogram.training.device import make_fabric
 from tactogram.training.loop import BEGINNING, Position, fit
@@ -36,10 +38,6 @@ Stop = Callable[[], bool]
 def never() -> bool:
     """Return False: nobody asks a training to stop."""
     return False
-
-
-BEGUN = ("recipe.toml", "data.json", "environment.json", "split.json")
-"""What a run has before its first step; the recipe, which makes it a run, first."""
 
 
 @dataclass(frozen=True)
@@ -155,82 +153,114 @@ def train(
     StoppedError
         If ``stop`` said so; the message says how much is kept.
     """
-    plan = planned(
+    asked = Asked(
         model,
         data,
         recipe=recipe,
-        changes=changes,
+        changes=changes or {},
         split=split,
         by=by,
         label=label,
-        where=where,
+        where=where or {},
         model_folders=model_folders,
     )
-    store, facts, chosen, config = plan.store, plan.facts, plan.recipe, plan.config
-    parts, rated = plan.parts, plan.rated
-    resolved = chosen.resolved(config) | {"split": parts.as_dict(), "label": label}
-    identity = run_id(resolved, store.sha256)
-    folder = Path(out) if out else Path("runs") / f"{model}-{Path(recipe).stem}-{identity}"
+    plan = planned(asked)
+    folder = Path(out) if out else Path("runs") / f"{model}-{Path(recipe).stem}-{plan.identity}"
+    return carry_out(
+        plan,
+        folder,
+        resume=resume,
+        accelerator=accelerator,
+        devices=devices,
+        progress=progress,
+        stop=stop,
+    )
+
+
+def carry_out(
+    plan: Plan,
+    folder: Path,
+    *,
+    resume: bool = False,
+    accelerator: str = "auto",
+    devices: int = 1,
+    progress: Progress = silent,
+    stop: Stop = never,
+) -> Run:
+    """Train what is planned in ``folder``, or go on with it there, and return the finished run.
+
+    Parameters and errors as of `train`; another process that trains in ``folder`` is an error, too.
+    """
+    facts, chosen = plan.facts, plan.recipe
     fabric = make_fabric(chosen.training, accelerator=accelerator, devices=devices)
     first = fabric.is_global_zero
-    run = _found(folder, identity, resume) if first else Run(folder)
+    run = found(folder, plan.identity, resume) if first else Run(folder)
     if first and run.finished:
         return run
-    kind: Kind
-    examples: Sequence[Any]
-    validation: Sequence[Any]
-    if rated is not None:
-        examples = rated.examples(parts, "train", chosen.prepare)
-        validation = rated.examples(parts, "validation", chosen.prepare)
-        kind = rated.kind(examples)
-    else:
-        examples = part_examples(store, parts, "train", chosen.prepare, label=label)
-        if "image" in facts.needs:
-            require_photographs(examples)
-        examples.prepare_all(progress=_preparing(progress, stop))
-        kind = signal_kind(examples, simulated=store.simulated)
-        validation = part_examples(store, parts, "validation", chosen.prepare, label=label)
-    learner = facts.build(config, kind, seed=chosen.seed)
+    kind, examples, validation = _material(plan, progress, stop)
+    learner = facts.build(plan.config, kind, seed=chosen.seed)
     learner.setup(fabric)
     if hasattr(learner, "watch"):  # chooses its weights by what it is not trained on
         learner.watch(validation)
     learner.stages(examples)  # refuses what it cannot learn from, before anything is written
     if first and not resume:
-        # Defaults included, so that the run stays what it is when they change. TOML has no null.
-        kept = chosen.model_copy(update={"config": config.model_dump(mode="json", exclude_none=True)})
-        _begin(run, kept, identity, store, parts, label)
+        begin(run, plan)
     fabric.barrier()
-    start = run.restore(learner) if resume else Position()
-    try:
-        run_training(
-            learner,
-            examples,
-            chosen,
-            run=run,
-            start=start,
-            rank=fabric.global_rank,
-            progress=progress,
-            stop=stop,
-        )
-    except ParameterError:
-        if first and not resume:
-            _take_back(run)
-        raise
-    if first:
-        if isinstance(learner, Classifier) and hasattr(learner, "embed"):
-            from tactogram.jobs.search import index_run
-
-            index_run(run, learner, examples, validation)
-        outcome = {"outcome": learner.outcome()} if hasattr(learner, "outcome") else {}
-        _draw(run, learner)
-        # Last: the run counts as finished from here on.
-        run.finish(
-            learner,
-            kind,
-            {"model": model, "label": label, **outcome, "validation": learner.validate(validation)},
-        )
+    with at_work(folder) if first else nullcontext():
+        start = run.restore(learner) if resume else Position()
+        try:
+            run_training(
+                learner,
+                examples,
+                chosen,
+                run=run,
+                start=start,
+                rank=fabric.global_rank,
+                progress=progress,
+                stop=stop,
+            )
+        except ParameterError:
+            if first and not resume:
+                take_back(run)
+            raise
+        if first:
+            _finish(run, learner, kind, plan, examples, validation)
     fabric.barrier()
     return run
+
+
+def _material(plan: Plan, progress: Progress, stop: Stop) -> tuple[Kind, Sequence[Any], Sequence[Any]]:
+    """Return what all examples have in common, those that are learned from, and those that validate."""
+    parts, prepare, rated = plan.parts, plan.recipe.prepare, plan.rated
+    if rated is not None:
+        examples = rated.examples(parts, "train", prepare)
+        return rated.kind(examples), examples, rated.examples(parts, "validation", prepare)
+    recorded = part_examples(plan.store, parts, "train", prepare, label=plan.label)
+    if "image" in plan.facts.needs:
+        require_photographs(recorded)
+    recorded.prepare_all(progress=_preparing(progress, stop))
+    kind = signal_kind(recorded, simulated=plan.store.simulated)
+    return kind, recorded, part_examples(plan.store, parts, "validation", prepare, label=plan.label)
+
+
+def _finish(
+    run: Run, learner: Learner, kind: Kind, plan: Plan, examples: Sequence[Any], validation: Sequence[Any]
+) -> None:
+    """Write what a learner leaves behind."""
+    if isinstance(learner, Classifier) and hasattr(learner, "embed"):
+        from tactogram.jobs.search import index_run
+
+        index_run(run, learner, examples, validation)
+    outcome = {"outcome": learner.outcome()} if hasattr(learner, "outcome") else {}
+    _draw(run, learner)
+    facts = {
+        "model": plan.facts.name,
+        "label": plan.label,
+        **outcome,
+        "validation": learner.validate(validation),
+    }
+    # Last: the run counts as finished from here on.
+    run.finish(learner, kind, facts)
 
 
 def run_training(
@@ -268,7 +298,7 @@ def run_training(
                 run.save_checkpoint(learner, position)
             raise StoppedError(
                 f"stopped after step {position.step} of {stage.steps} of {stage.name}; all of it is kept in "
-                f"{run.folder}: --resume goes on"
+                f"{run.folder}: `tactogram train --resume {run.folder}` goes on"
             )
 
     fit(learner, examples, seed=recipe.seed, start=start, rank=rank, on_step=on_step)
@@ -278,44 +308,6 @@ def part_examples(store: Store, split: Split, part: str, prepare: Prepare, *, la
     """Return one part of ``split``, with the photographs it may use where they were split too."""
     photographs = split.photographs.get(part, ()) if split.photographs else None
     return Examples(store, split.parts[part], prepare, label=label, photographs=photographs)
-
-
-def _found(folder: Path, identity: str, resume: bool) -> Run:
-    """Return the run that may be made in ``folder``, or with ``resume`` the one there, if of the same making."""
-    if not resume:
-        run = Run(folder)
-        run.check_free()
-        return run
-    if not (folder / "recipe.toml").exists():
-        raise RunError(f"{folder}: nothing to resume here; leave --resume away to begin")
-    run = Run.open(folder)
-    if run.data["run_id"] != identity:
-        raise RunError(
-            f"{folder}: was begun with another recipe, split or data; resume with the same ones, "
-            "or give another --out"
-        )
-    return run
-
-
-def _begin(run: Run, recipe: Recipe, identity: str, store: Store, split: Split, label: Label) -> None:
-    """Make the folder of a new run."""
-    data = {
-        "path": os.fspath(Path(store.path).resolve()),
-        "name": store.name,
-        "licence": store.licence,
-        "sha256": store.sha256,
-        "simulated": store.simulated,
-        "label": label,
-        "split": {"by": split.by, **{part: len(held) for part, held in split.parts.items()}},
-    }
-    if split.photographs:
-        data["photographs"] = {part: len(held) for part, held in split.photographs.items()} | {
-            "note": split.photograph_note
-        }
-    run.folder.mkdir(parents=True, exist_ok=True)
-    # Before the recipe, which makes it a run: a kill leaves a run with its split, or none.
-    split.save(run.folder / "split.json")
-    Run.create(run.folder, recipe=recipe, data=data, identity=identity)
 
 
 def _preparing(progress: Progress, stop: Stop) -> Callable[[int, int], None]:
@@ -338,16 +330,6 @@ def _draw(run: Run, learner: Learner) -> None:
         part = file.with_name(file.name + ".part")
         figure.savefig(part, dpi=120, format="png")
         part.replace(file)
-
-
-def _take_back(run: Run) -> None:
-    """Remove what `_begin` made of a run that was refused in its first step: there is nothing to go on with."""
-    if (run.folder / "checkpoint.safetensors").exists() or run.metrics():
-        return
-    for name in BEGUN:
-        (run.folder / name).unlink(missing_ok=True)
-    if not any(run.folder.iterdir()):
-        run.folder.rmdir()
 
 
 def test_part(run: Run) -> tuple[Store, Split]:

@@ -163,7 +163,7 @@ class Run:
         """
         if not self.finished:
             raise RunError(
-                f"{self.folder}: training is not finished; go on with `tactogram train … --resume`"
+                f"{self.folder}: training is not finished; go on with `tactogram train --resume {self.folder}`"
             )
         facts = self.read_json("model.json")
         if not isinstance(facts.get("version"), int):

@@ -1,5 +1,6 @@
 import signal
 import time
+from pathlib import Path
 
 import pytest
 
@@ -35,9 +36,9 @@ def test_a_form_says_what_the_command_line_says():
     )  # fmt: skip
     more = "--split last=3 --by session --label material+contactor --where contactor=pen --where session=a|b"
     assert order.arguments[6:-2] == [*more.split(), "--set", "config.steps=5"]
-    checked = order.checked()
-    assert (checked["split"], checked["where"]) == ("last=3", {"contactor": "pen", "session": "a|b"})
-    assert checked["changes"] == parse_changes(["config.steps=5"])
+    asked = order.asked(Path("d"))
+    assert (asked.split, asked.where) == ("last=3", {"contactor": "pen", "session": "a|b"})
+    assert asked.changes == parse_changes(["config.steps=5"])
 
 
 @pytest.mark.parametrize("name", ["", "../x", "a/b", ".hidden", "-x", "x" * 90])
@@ -130,6 +131,10 @@ def test_a_training_is_watched_stopped_resumed_and_survives_the_server(browser, 
             sample = tab.locator(".signal", has_text=f"artificial-grass at step {kept}")
             sample.wait_for()
             sample.get_by_text("simulated", exact=True).wait_for()  # made by what learned from simulated data
+            trainings = Trainings(Workspace.at(workspace))
+            for task in trainings.of("runs/stroke_gan-tiny"):
+                trainings.forget(task.id)  # as if it had been begun at the command line
+            state(tab, "unfinished")
             tab.get_by_role("button", name="Go on").click()
             state(tab, "running")
         context.close()

@@ -5,7 +5,9 @@ import time
 import pytest
 
 from tactogram.errors import DataError, ParameterError
+from tactogram.jobs.at_work import at_work
 from tactogram.jobs.fitting import check_training
+from tactogram.jobs.planning import Asked
 from tactogram.jobs.training import train
 from tactogram.models import find
 from tactogram.recipe import parse_changes
@@ -24,6 +26,7 @@ from tactogram.studio.train.log import (
     thinned,
     time_left,
 )
+from tactogram.studio.train.parts import state_of
 from tactogram.studio.train.run_facts import figures, run_facts
 from tactogram.studio.train.trainings import Task, Trainings, command_line, free_name
 from tactogram.studio.workspace import Workspace
@@ -95,7 +98,7 @@ def test_a_training_is_stopped_found_by_another_server_and_resumed_to_the_same_w
     assert 0 < kept["step"] < STEPS
     assert metrics(run)[-1]["step"] <= kept["step"] < metrics(run)[-1]["step"] + 10  # nothing is lost
     again = other.resume(first.id)
-    assert again.arguments == (*first.arguments, "--resume")
+    assert again.arguments == ("train", "--resume", "runs/one")
     whole = train(
         "stroke_cnn", workspace / STORE, recipe="tiny", split="all", accelerator="cpu", out=workspace / "runs/whole",
         changes={"config.steps": STEPS, "training.checkpoint_every": 100000},
@@ -139,6 +142,21 @@ def test_a_process_of_the_same_number_is_another_one(trainings, tmp_path):
     wait(lambda: not process.alive())
 
 
+def test_a_run_that_another_process_trains_is_left_alone(trainings, workspace):
+    run = workspace / "runs/elsewhere"
+    run.mkdir(parents=True)
+    (run / "recipe.toml").write_text('model = "stroke_cnn"\n')
+    assert state_of(run_facts(run), None) == "unfinished"
+    with at_work(run):
+        assert state_of(run_facts(run), None) == "running"
+        with pytest.raises(ParameterError, match="begun elsewhere trains it at present"):
+            trainings.resume_run(run)
+        with pytest.raises(ParameterError, match="a process trains it; stop it before"):
+            trainings.delete_run(run)
+    trainings.delete_run(run)
+    assert not run.exists()
+
+
 def test_a_broken_record_is_left_out(trainings, tmp_path):
     other = Trainings(Workspace.at(tmp_path))
     other.folder.mkdir(parents=True)
@@ -152,13 +170,13 @@ def test_a_broken_record_is_left_out(trainings, tmp_path):
 
 
 def test_data_and_model_that_do_not_fit_are_refused_before_anything_is_made(workspace):
-    facts = check_training("stroke_cnn", workspace / STORE, recipe="tiny", split="all")
+    facts = check_training(Asked("stroke_cnn", workspace / STORE, recipe="tiny", split="all"))
     assert (facts["train"], facts["test"], len(facts["materials"]), facts["rate"]) == (18, 0, 9, 1000.0)
     assert facts["simulated"] is True
     with pytest.raises(ParameterError, match="no ratings to learn from"):
-        check_training("rater", workspace / STORE, recipe="tiny")
+        check_training(Asked("rater", workspace / STORE, recipe="tiny"))
     with pytest.raises(ParameterError, match="axis must be one of x, y, z"):
-        check_training("stroke_cnn", workspace / STORE, split="all", changes={"prepare.axes": ["w"]})
+        check_training(Asked("stroke_cnn", workspace / STORE, split="all", changes={"prepare.axes": ["w"]}))
 
 
 LOG = """prepare: 1/18

@@ -239,4 +239,4 @@ class _Form:
 def _check(order: Order, data: Path) -> None:
     from tactogram.jobs.fitting import check_training  # brings torch
 
-    check_training(order.model, data, **order.checked())
+    check_training(order.asked(data))

@@ -5,9 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import cast
 
+from tactogram.datasets import Label
+from tactogram.datasets.splits import By
 from tactogram.errors import ParameterError
+from tactogram.jobs.planning import Asked
 from tactogram.models import ModelFacts
 from tactogram.recipe import parse_changes
 
@@ -91,16 +95,18 @@ class Order:
             found += ["--set", change]
         return [*found, "--out", self.run]
 
-    def checked(self) -> dict[str, Any]:
-        """Return the keyword arguments of `tactogram.jobs.fitting.check_training`."""
-        return {
-            "recipe": self.recipe,
-            "changes": parse_changes(self.changes),
-            "split": self._split,
-            "by": self.by,
-            "label": self.label,
-            "where": self._where,
-        }
+    def asked(self, data: Path) -> Asked:
+        """Return what the jobs are asked for, of the data set in ``data``."""
+        return Asked(
+            self.model,
+            data,
+            recipe=self.recipe,
+            changes=parse_changes(self.changes),
+            split=self._split,
+            by=cast(By, self.by),
+            label=cast(Label, self.label),
+            where=self._where,
+        )
 
     @property
     def _split(self) -> str:

@@ -9,7 +9,7 @@ from nicegui import ui
 from tactogram.studio.layout import in_background, page, telling
 from tactogram.studio.studio import Studio
 from tactogram.studio.train import compare, form, watch
-from tactogram.studio.train.parts import TrainDesk, badge, seen_of, set_progress
+from tactogram.studio.train.parts import TrainDesk, badge, seen_of, set_progress, state_of
 from tactogram.studio.train.run_facts import RunFacts, run_facts
 from tactogram.studio.train.trainings import Status, Task, trainings_of
 
@@ -63,8 +63,8 @@ async def _draw_runs(desk: TrainDesk) -> None:
 
     async def look(*, first: bool = False) -> None:
         found, found_errands = await in_background(_gathered, desk)
-        before = [(name, status and status.state) for name, _, _, status in held]
-        now = [(name, status and status.state) for name, _, _, status in found]
+        before = [(name, state_of(facts, status)) for name, facts, _, status in held]
+        now = [(name, state_of(facts, status)) for name, facts, _, status in found]
         said = [(errand.id, how.state, how.line) for errand, how in errands]
         says = [(errand.id, how.state, how.line) for errand, how in found_errands]
         held[:], errands[:] = found, found_errands
@@ -172,13 +172,6 @@ def _move(
     if task is not None and status is not None and task.id in moving:
         seen_of(desk, task, status)
         set_progress(desk, task, status, *moving[task.id])
-
-
-def state_of(facts: RunFacts | None, status: Status | None) -> str:
-    """Return the state of a run: of its training where that is known, else what its folder says."""
-    if facts is not None and facts.finished and not (status is not None and status.active):
-        return "finished"
-    return status.state if status is not None else "unfinished"
 
 
 def _query(names: set[str]) -> str:

@@ -12,6 +12,7 @@ from nicegui import ui
 
 from tactogram.studio.studio import Studio
 from tactogram.studio.train.log import Step, duration, thinned, time_left
+from tactogram.studio.train.run_facts import RunFacts
 from tactogram.studio.train.trainings import Status, Task, Trainings
 
 COLOURS = {
@@ -52,6 +53,17 @@ def badge(state: str) -> ui.badge:
         .classes("text-sm q-px-sm q-py-xs")
         .props(f'data-state="{state}"')
     )
+
+
+def state_of(facts: RunFacts | None, status: Status | None) -> str:
+    """Return the state of a run: of its training where that is known, else what its folder says."""
+    if status is not None and status.active:
+        return status.state
+    if facts is not None and facts.finished:
+        return "finished"
+    if facts is not None and facts.at_work:
+        return "running"
+    return status.state if status is not None else "unfinished"
 
 
 def seen_of(desk: TrainDesk, task: Task, status: Status) -> None:

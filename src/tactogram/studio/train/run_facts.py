@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from tactogram.jobs.at_work import is_at_work
+
 
 @dataclass(frozen=True)
 class RunFacts:
@@ -20,6 +22,8 @@ class RunFacts:
     folder : Path
     model : str
     finished : bool
+    at_work : bool
+        Whether a process trains it at present, begun by a studio or elsewhere.
     data : mapping
         ``data.json``; empty where it cannot be read.
     recipe : mapping
@@ -32,6 +36,7 @@ class RunFacts:
     folder: Path
     model: str
     finished: bool
+    at_work: bool = False
     data: Mapping[str, Any] = field(default_factory=dict)
     recipe: Mapping[str, Any] = field(default_factory=dict)
     validation: Mapping[str, float] = field(default_factory=dict)
@@ -58,6 +63,7 @@ def run_facts(folder: Path) -> RunFacts:
         folder,
         str(recipe.get("model", "unknown")),
         (folder / "model.json").is_file(),
+        is_at_work(folder),
         _json(folder / "data.json"),
         recipe,
         _numbers(done.get("validation")),

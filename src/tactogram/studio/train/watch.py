@@ -21,6 +21,7 @@ from tactogram.studio.train.parts import (
     loss_options,
     seen_of,
     set_progress,
+    state_of,
 )
 from tactogram.studio.train.run_facts import run_facts
 from tactogram.studio.train.trainings import Status, Task
@@ -120,10 +121,12 @@ class _Watch:
 
     @property
     def state(self) -> str:
-        active = self.status is not None and self.status.active
-        if self.facts.finished and not active:
-            return "finished"
-        return self.status.state if self.status else "unfinished"
+        return state_of(self.facts, self.status)
+
+    @property
+    def elsewhere(self) -> bool:
+        """Whether a process that no studio began trains it."""
+        return self.state == "running" and not (self.status is not None and self.status.active)
 
     async def _tick(self) -> None:
         await self._look()
@@ -170,11 +173,12 @@ class _Watch:
                 set_progress(self.desk, self.task, self.status, *self.moving)
             elif self.status is not None and self.status.line and self.state in ("failed", "stopped"):
                 ui.label(self.status.line).classes("text-negative" if self.state == "failed" else "")
-            elif self.state == "unfinished":
+            elif self.elsewhere:
                 ui.label(
-                    "Begun at the command line, or by a studio whose record is gone: go on with it there, with "
-                    "--resume and the same arguments."
+                    "A process that was begun elsewhere, as at the command line, trains it: stop it there."
                 )
+            elif self.state == "unfinished":
+                ui.label("Begun elsewhere, as at the command line, and not finished.")
             with ui.element("div").classes("q-mt-sm"):
                 self._buttons()
             if self.task is not None:
@@ -193,7 +197,9 @@ class _Watch:
                 if self.state == "stopping":
                     ui.button("Stop at once", on_click=telling(self._kill)).props("outline color=negative")
                 return
-            if self.task is not None and self.state in ("stopped", "failed"):
+            if self.elsewhere:
+                return
+            if self.state in ("stopped", "failed", "unfinished"):
                 ui.button("Go on", on_click=telling(self._resume))
             if self.facts.finished:
                 facts = available().get(self.facts.model)
@@ -315,9 +321,8 @@ class _Watch:
             self.desk.trainings.stop(self.task.id, at_once=True)
 
     async def _resume(self) -> None:
-        if self.task is not None:
-            self.desk.seen.pop(self.task.id, None)
-            await in_background(self.desk.trainings.resume, self.task.id)
+        task = await in_background(self.desk.trainings.resume_run, self.folder)
+        self.desk.seen.pop(task.id, None)
 
     async def _evaluate(self) -> None:
         await in_background(self.desk.trainings.begin, "evaluate", ["evaluate", self.name], self.name)
