@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from statsmodels.stats.multitest import multipletests
 
 from tactogram.datasets import Ratings
 from tactogram.errors import ParameterError
 from tactogram.statistics.comparison import Comparison, friedman_wilcoxon, mann_whitney, steel_dwass
+from tactogram.statistics.multiplicity import holm
 from tactogram.statistics.summary import Summary, summary
 
 Array = NDArray[np.float64]
@@ -137,7 +137,7 @@ def compare_cross_modal(
     asked = {name: _given(means) for name, means in people.items()}
     pairs = [(condition, other) for condition in later for other in earlier]
     ps = [mann_whitney({a: asked[a], b: asked[b]}, correction="none").pair(a, b).p for a, b in pairs]
-    corrected = dict(zip(pairs, multipletests(ps, method="holm")[1].tolist(), strict=True))
+    corrected = dict(zip(pairs, holm(ps), strict=True))
     return CrossModal(
         {name: summary(values) for name, values in flat.items()},
         {name: {word: summary(per_word[word][name]) for word in words} for name in every},

@@ -17,9 +17,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
-from statsmodels.stats.multitest import multipletests
 
 from tactogram.errors import ParameterError
+from tactogram.statistics.multiplicity import holm
 from tactogram.statistics.signed_rank import signed_rank_p
 from tactogram.statistics.summary import Summary, summary
 
@@ -265,7 +265,7 @@ def _pairs(
     found = [one(first, second) for first, second in names]
     ps = [p for _, p in found]
     if correction == "holm":
-        ps = [float(p) for p in multipletests(ps, method="holm")[1]]
+        ps = holm(ps)
     return tuple(
         Pair(first, second, float(held[first].mean() - held[second].mean()), statistic, p)
         for (first, second), (statistic, _), p in zip(names, found, ps, strict=True)

@@ -15,6 +15,7 @@ from scipy import stats
 
 from tactogram.statistics.clustered import PooledShare, mixed_share, pooled_share
 from tactogram.statistics.equivalence import share_equivalence
+from tactogram.statistics.multiplicity import holm
 from tactogram.statistics.shares import (
     corrected,
     d_prime_2afc,
@@ -22,7 +23,7 @@ from tactogram.statistics.shares import (
     share_of,
     smallest_significant,
 )
-from tactogram.study.analysis.finding import Finding, Section, answered, holm, verdict_of
+from tactogram.study.analysis.finding import Finding, Section, answered, verdict_of
 from tactogram.study.answers import Answers
 
 CORRECT = "share correct"

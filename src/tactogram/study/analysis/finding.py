@@ -11,8 +11,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
-from statsmodels.stats.multitest import multipletests
-
 from tactogram.errors import DataError
 from tactogram.study.answers import Answers
 from tactogram.study.planned import ALPHA
@@ -201,11 +199,6 @@ def _judged(finding: Finding, alpha: float, note: str) -> Finding:
     small = verdict == SHOWN and equal is not None and equal < alpha
     notes = [finding.note, SMALL if small else "", note if equal is not None else ""]
     return replace(finding, verdict=verdict, note="; ".join(said for said in notes if said))
-
-
-def holm(ps: Sequence[float]) -> list[float]:
-    """Return p that answer for their number, by S. Holm, Scand. J. Stat. 6 (1979)."""
-    return [float(p) for p in multipletests(list(ps), method="holm")[1]] if len(ps) else []
 
 
 def answered(answers: Answers, what: str) -> tuple[Answers, tuple[str, ...]]:

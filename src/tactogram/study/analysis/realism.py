@@ -18,9 +18,10 @@ from tactogram.errors import DataError
 from tactogram.statistics.clustered import mixed_difference
 from tactogram.statistics.comparison import student_t
 from tactogram.statistics.equivalence import paired_equivalence
+from tactogram.statistics.multiplicity import holm
 from tactogram.statistics.signed_rank import pseudomedian, signed_rank_p
 from tactogram.statistics.summary import Summary, summary
-from tactogram.study.analysis.finding import Finding, Role, Section, answered, holm, verdict_of
+from tactogram.study.analysis.finding import Finding, Role, Section, answered, verdict_of
 from tactogram.study.answers import Answers
 
 Numbers = NDArray[np.float64]

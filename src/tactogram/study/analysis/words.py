@@ -28,7 +28,8 @@ from tactogram.statistics.comparison import (
     steel_dwass,
     student_t,
 )
-from tactogram.study.analysis.finding import Finding, Section, answered, holm, verdict_of
+from tactogram.statistics.multiplicity import holm
+from tactogram.study.analysis.finding import Finding, Section, answered, verdict_of
 from tactogram.study.analysis.ordinal import ordinal_findings
 from tactogram.study.analysis.realism import holm_paired
 from tactogram.study.analysis.standing_out import standing_out
