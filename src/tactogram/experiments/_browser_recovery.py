@@ -18,6 +18,7 @@ from tactogram.study.analysis.finding import EQUIVALENT, SHOWN
 from tactogram.study.analysis.standing_out import REST, WHOLE
 from tactogram.study.simulated import UNIT, SimulatedEffect, typical
 from tactogram.study.study_file import Study
+from tactogram.study.threshold import SETTLED_3_DOWN
 
 Truth = Callable[[SimulatedEffect, Study, int], float]
 """Of an effect, the study as it was taken, and the seed of the answers."""
@@ -278,8 +279,8 @@ LOOKED: Mapping[str, Sequence[Looked]] = {
         Looked(
             "Staircases", "all", GAP, lambda e, *_: e.shift.get("tile", 0.0), "dB", pair="tile minus carpet"
         ),
-        Looked("Staircases", "carpet", "logistic fits", _level("carpet", 0.75), "dB", math.nan),
-        Looked("Staircases", "tile", "logistic fits", _level("tile", 0.75), "dB", math.nan),
+        Looked("Staircases", "carpet", "logistic fits", _level("carpet", SETTLED_3_DOWN), "dB", math.nan),
+        Looked("Staircases", "tile", "logistic fits", _level("tile", SETTLED_3_DOWN), "dB", math.nan),
     ),
 }
 """By study. Confirmatory findings where the study has one of the effect; of a threshold there is no absence."""

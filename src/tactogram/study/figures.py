@@ -16,7 +16,7 @@ from matplotlib.ticker import ScalarFormatter
 
 from tactogram.statistics.figures import AXIS_COLOURS, BLUE, GRAY, INK, ORANGE, error_figure
 from tactogram.study.analysis.finding import SHOWN, Finding, Section
-from tactogram.study.analysis.staircases import in_order
+from tactogram.study.analysis.reversals import in_order
 from tactogram.study.answers import Answers
 
 Rows = Sequence[Mapping[str, Any]]

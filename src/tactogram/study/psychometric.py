@@ -79,6 +79,7 @@ def fit_psychometric(
     lapse_limit: float = LAPSE_LIMIT,
     target: float = 0.75,
     draws: int = 200,
+    start: PsychometricFit | None = None,
 ) -> PsychometricFit:
     """Fit a psychometric function by maximum likelihood.
 
@@ -98,6 +99,8 @@ def fit_psychometric(
         Between ``guess`` and 1 - ``lapse_limit``.
     draws : int
         Of the bootstrap; 0 for none.
+    start : PsychometricFit, optional
+        To begin at, of the same shape, where answers are much as they were; else several beginnings are tried.
 
     Raises
     ------
@@ -128,7 +131,7 @@ def fit_psychometric(
             f"got {len(levels)} intensities and {int(k.sum())} of {int(n.sum())} right"
         )
     model = _Model(shape, levels, n, guess, lapse_limit)
-    at = model.fit(k)
+    at = model.fit(k, start=None if start is None else model.inner(start))
     threshold = model.threshold(at, target)
     deviance = model.deviance(at, k)
     drawn, worse = [], 0
@@ -204,6 +207,12 @@ class _Model:
     def natural(self, p: Numbers) -> tuple[float, float, float]:
         place = float(np.exp(p[0])) if self.shape == "weibull" else float(p[0])
         return place, float(np.exp(p[1])), float(p[2])
+
+    def inner(self, fit: PsychometricFit) -> Numbers:
+        """Return a fit's parameters as they are here, within the bounds."""
+        place = np.log(fit.place) if self.shape == "weibull" else fit.place
+        low, high = np.transpose(self.bounds)
+        return np.asarray(np.clip([place, np.log(fit.slope), fit.lapse], low, high))
 
     def shares(self, p: Numbers) -> Numbers:
         place, slope, lapse = self.natural(p)

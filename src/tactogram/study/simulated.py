@@ -13,8 +13,11 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 from scipy.special import ndtr
 
+from tactogram.study.answers import Answer, Answers
 from tactogram.study.session_store import SessionStore
-from tactogram.study.trials import Asked, Page, Participant
+from tactogram.study.sitting import answers_to, next_page
+from tactogram.study.study_file import Study
+from tactogram.study.trials import Asked, Given, Page, Participant
 from tactogram.study.wording import Language
 
 Play = Callable[[Participant, Page], None]
@@ -219,6 +222,37 @@ def take(
         ).page
         pages += 1
     return pages
+
+
+def simulated_answers(
+    study: Study, count: int, *, effect: SimulatedEffect | None = None, seed: int = 0
+) -> Answers:
+    """Return the answers of simulated participants, without a session: those that `simulate` would have stored.
+
+    But for times, codes and what was played, which are not there: for studies by the hundred.
+
+    Parameters
+    ----------
+    study : Study
+    count : int
+        Participants, numbered from 1.
+    effect : SimulatedEffect, optional
+        By default none.
+    seed : int
+        Of their answers.
+    """
+    rows: list[Answer] = []
+    for number in range(1, count + 1):
+        language = study.languages[(number - 1) % len(study.languages)]
+        participant = Participant(f"S{number:03d}", number, language, True)
+        one = SimulatedParticipant(effect or SimulatedEffect(), (seed, number))
+        given: list[Given] = []
+        while (page := next_page(study, participant, given)) is not None:
+            one.seconds(page)  # drawn where a session draws it, so that the answers are the same
+            responses = page.accepted(one.answer(page))
+            rows += answers_to(study, participant, page, responses, at="")
+            given.append(Given(page.token, responses, page.more))
+    return Answers(tuple(rows))
 
 
 def _log_intensity(page: Page) -> float:

@@ -236,9 +236,7 @@ def _sections(design: str, group: Answers, plan: Plan) -> list[Section]:
         "abx": lambda: analyse_discrimination(group, margin=margin("abx"), design="abx"),
         "staircase": lambda: analyse_staircases(group, rng=rng, margin=margin("staircase"), draws=fits),
         "magnitude": lambda: analyse_magnitude(group, margin=margin("magnitude")),
-        "pairwise": lambda: analyse_preference(
-            group, rng=rng, margin=margin("preference"), draws=max(100, plan.draws // 4)
-        ),
+        "pairwise": lambda: analyse_preference(group, margin=margin("preference")),
     }
     return [single[design]()]
 

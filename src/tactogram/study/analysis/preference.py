@@ -8,64 +8,33 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize, special, stats
+from scipy import special, stats
 
 from tactogram.errors import DataError
-from tactogram.statistics.clustered import bootstrap_by_participant
+from tactogram.statistics.multiplicity import holm
 from tactogram.statistics.shares import share_of
-from tactogram.study.analysis.finding import Finding, Section, answered, holm, verdict_of
+from tactogram.study.analysis.finding import Finding, Section, answered, verdict_of
 from tactogram.study.answers import Answer, Answers
+from tactogram.study.bradley_terry import PRIOR_SD, bradley_terry, strengths_by_participant
 
 Numbers = NDArray[np.float64]
-PRIOR_SD = 3.0
-"""Of log strengths: keeps those of what always wins finite, and moves others little (a factor of 20 is one SD)."""
+TEST = "Bradley-Terry by participant"
 
 
-def bradley_terry(wins: Numbers, *, prior_sd: float = PRIOR_SD) -> Numbers:
-    """Return log strengths of items: P(i over j) = 1 / (1 + exp(s_j - s_i)).
-
-    Maximum likelihood with a weak normal prior.
-
-    Parameters
-    ----------
-    wins : float64 array, shape (item, item)
-        How often the row's was preferred to the column's.
-    prior_sd : float
-
-    Returns
-    -------
-    float64 array, shape (item,)
-        Their mean is 0.
-    """
-    count = len(wins)
-
-    def loss(s: Numbers) -> tuple[float, Numbers]:
-        gaps = s[:, None] - s[None, :]
-        won = special.expit(-gaps) * wins
-        value = float((wins * np.logaddexp(0, -gaps)).sum() + (s**2).sum() / (2 * prior_sd**2))
-        return value, won.sum(0) - won.sum(1) + s / prior_sd**2
-
-    found = optimize.minimize(loss, np.zeros(count), jac=True, method="L-BFGS-B").x
-    return np.asarray(found - found.mean())
-
-
-def analyse_preference(
-    answers: Answers, *, rng: np.random.Generator, margin: float | None = None, draws: int = 500
-) -> Section:
+def analyse_preference(answers: Answers, *, margin: float | None = None) -> Section:
     """Return the strength of each item, and of every two whether one is preferred.
 
-    Confirmatory are the differences of strengths, each with an interval by participants drawn with replacement and
-    Holm's correction over all pairs; with two items this is the share that prefers the first.
+    Confirmatory are the differences of strengths by participant (`strengths_by_participant`), Student's t with
+    participants - 1 degrees of freedom, and Holm's correction over all pairs; with two items this is the share that
+    prefers the first. Intervals, p and equivalence rest on one standard error.
 
     Parameters
     ----------
     answers : Answers
         ``stimulus`` (with ``condition``) and ``other`` (with ``other_condition``) are the pair; ``value`` is 1 where
         ``stimulus`` was preferred, 0 where ``other`` was, 0.5 for a tie.
-    rng : numpy Generator
     margin : float, optional
         Of a difference of log strengths, given before the answers were seen: 0.4 is 60 % who prefer the first.
-    draws : int
 
     Raises
     ------
@@ -87,9 +56,12 @@ def analyse_preference(
         who, a, b = people.index(row.participant), items.index(first), items.index(second)
         table[who, a, b] += row.value
         table[who, b, a] += 1 - row.value
-    strengths, low, high, drawn = _strengths(table, rng, draws)
-    rows = _rows(items, table.sum(0), strengths, low, high)
-    findings = _pairs(items, table, strengths, drawn, margin)
+    if len(people) > 1:
+        strengths, covariance = strengths_by_participant(table)
+    else:
+        strengths, covariance = bradley_terry(table.sum(0)), np.full((len(items), len(items)), np.nan)
+    rows = _rows(items, table, strengths, covariance)
+    findings = _pairs(items, table, strengths, covariance, margin)
     if len(people) == 1:
         notes += ("one participant: no interval over people",)
     if not _connected(table.sum(0)):
@@ -122,30 +94,18 @@ def _other(row: Answer) -> str:
     return row.more.get("other_condition", row.condition if row.other != row.stimulus else "")
 
 
-def _strengths(
-    table: Numbers, rng: np.random.Generator, draws: int
-) -> tuple[Numbers, Numbers, Numbers, Numbers]:
-    drawn: list[Numbers] = []
-
-    def of(some: Numbers) -> Numbers:
-        found = bradley_terry(some.sum(0))
-        drawn.append(found)
-        return found
-
-    strengths, low, high = bootstrap_by_participant(table, of, rng=rng, draws=draws)
-    return strengths, low, high, np.array(drawn[1:])
-
-
 def _rows(
-    items: Sequence[str], wins: Numbers, strengths: Numbers, low: Numbers, high: Numbers
+    items: Sequence[str], table: Numbers, strengths: Numbers, covariance: Numbers
 ) -> list[dict[str, Any]]:
+    wins = table.sum(0)
+    halves = _t95(len(table)) * np.sqrt(np.diag(covariance))
     order = np.argsort(-strengths, kind="stable")
     return [
         {
             "item": items[k],
             "strength": float(strengths[k]),
-            "low": float(low[k]),
-            "high": float(high[k]),
+            "low": float(strengths[k] - halves[k]),
+            "high": float(strengths[k] + halves[k]),
             "preferred": float(wins[k].sum()),
             "of": float(wins[k].sum() + wins[:, k].sum()),
         }
@@ -153,45 +113,47 @@ def _rows(
     ]
 
 
+def _t95(people: int) -> float:
+    return float(stats.t.isf(0.025, people - 1)) if people > 1 else float("nan")
+
+
 def _pairs(
-    items: Sequence[str], table: Numbers, strengths: Numbers, drawn: Numbers, margin: float | None
+    items: Sequence[str], table: Numbers, strengths: Numbers, covariance: Numbers, margin: float | None
 ) -> list[Finding]:
     """Return every two items: the difference of strengths, and the exact binomial of their own comparisons."""
     names = list(combinations(range(len(items)), 2))
     wins, people = table.sum(0), len(table)
-    gaps = {pair: strengths[pair[0]] - strengths[pair[1]] for pair in names}
-    ps: dict[tuple[int, int], float] = {}
-    equals: dict[tuple[int, int], float] = {}
+    first, second = (np.array([pair[k] for pair in names]) for k in (0, 1))
+    gaps = strengths[first] - strengths[second]
+    ps: list[float | None] = [None] * len(names)
+    equals = list(ps)
+    halves = np.full(len(names), np.nan)
     if people > 1:
-        for a, b in names:
-            # Normal, with the bootstrap's spread and t of the participants: percentiles cannot go below 1 / draws.
-            se = float((drawn[:, a] - drawn[:, b]).std(ddof=1)) * np.sqrt(people / (people - 1))
-            ps[a, b] = float(2 * stats.t.sf(abs(gaps[a, b]) / max(se, 1e-12), people - 1))
-            if margin is not None:
-                equals[a, b] = float(stats.t.sf((margin - abs(gaps[a, b])) / max(se, 1e-12), people - 1))
-    corrected = dict(zip(ps, holm(list(ps.values())), strict=True))
-    equals = dict(zip(equals, holm(list(equals.values())), strict=True))
+        spread = covariance[first, first] + covariance[second, second] - 2 * covariance[first, second]
+        se = np.sqrt(np.maximum(spread, 1e-24))
+        halves = _t95(people) * se
+        ps = [*holm(2 * stats.t.sf(np.abs(gaps) / se, people - 1))]
+        if margin is not None:
+            equals = [*holm(stats.t.sf((margin - np.abs(gaps)) / se, people - 1))]
     findings = []
-    for a, b in names:
+    for (a, b), gap, half, p, equal in zip(names, gaps.tolist(), halves.tolist(), ps, equals, strict=True):
         name = f"{items[a]} over {items[b]}"
-        ends = np.quantile(drawn[:, a] - drawn[:, b], [0.025, 0.975]) if people > 1 else None
-        p = corrected[a, b] if ps else None
         findings.append(
             Finding(
                 name,
-                "Bradley-Terry, bootstrap by participant",
+                TEST,
                 "confirmatory",
                 "difference of log strengths",
-                float(gaps[a, b]),
-                None if ends is None else float(ends[0]),
-                None if ends is None else float(ends[1]),
+                gap,
+                None if p is None else gap - half,
+                None if p is None else gap + half,
                 p,
-                verdict_of(p, equivalence_p=equals.get((a, b))),
+                verdict_of(p, equivalence_p=equal),
                 int(wins.sum()),
                 people,
-                effect={"P(first preferred)": float(special.expit(gaps[a, b]))},
-                equivalence_p=equals.get((a, b)),
-                margin=margin if equals else None,
+                effect={"P(first preferred)": float(special.expit(gap))},
+                equivalence_p=equal,
+                margin=None if equal is None else margin,
                 correction="Holm",
             )
         )

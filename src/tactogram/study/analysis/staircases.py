@@ -1,7 +1,8 @@
-"""Staircases: each participant's threshold by reversals and by a psychometric function, and that of people."""
+"""Staircases: each participant's threshold by a psychometric function and by reversals, and that of people."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,13 +12,14 @@ from tactogram.errors import DataError
 from tactogram.statistics.summary import summary
 from tactogram.study.analysis.finding import Finding, Section, answered
 from tactogram.study.analysis.realism import paired_findings
+from tactogram.study.analysis.reversals import in_order, reversals_of
 from tactogram.study.answers import Answers
-from tactogram.study.psychometric import (
-    PsychometricFit,
-    Shape,
-    fit_psychometric,
-    reversal_threshold,
-)
+from tactogram.study.psychometric import PsychometricFit, fit_psychometric, reversal_threshold
+from tactogram.study.threshold import SETTLED_3_DOWN, Threshold, estimate_threshold, settled_share
+
+ENOUGH_REVERSALS = 8
+"""With fewer the bias exceeds 0.3 dB where the function is as flat as four steps (docs/studies.md)."""
+FITTED = "logistic fits of each participant, Student's t"
 
 
 def analyse_staircases(
@@ -25,16 +27,16 @@ def analyse_staircases(
     *,
     rng: np.random.Generator,
     margin: float | None = None,
-    shape: Shape = "logistic",
     guess: float = 0.5,
-    target: float = 0.75,
+    share: float | None = None,
     draws: int = 200,
     unit: str = "dB",
 ) -> Section:
     """Return thresholds of two-alternative staircases, by participant and over all.
 
-    Confirmatory is the mean over participants of the thresholds by reversals, with an interval by Student's t; between
-    two staircases the paired difference.
+    Confirmatory is the mean over participants of the thresholds that `estimate_threshold` finds, with an interval by
+    Student's t; between two staircases the paired difference. Means of reversals stand beside them as a check: they
+    err more, and lie higher the fewer there are.
 
     Parameters
     ----------
@@ -44,11 +46,14 @@ def analyse_staircases(
         For the bootstrap.
     margin : float, optional
         Of a difference between two staircases, in their unit.
-    shape : {"logistic", "gaussian", "weibull"}
-        Over intensities as they are: decibels are logarithms already, so that logistic is the default.
-    guess, target : float
+    guess : float
+        Share correct without any signal.
+    share : float, optional
+        Share correct at the threshold; by default that at which the staircases settle by their own rule
+        (`settled_share`), .794 where that cannot be seen.
     draws : int
     unit : str
+        Of the intensities; the function is logistic over them as they are, so decibels.
 
     Raises
     ------
@@ -56,43 +61,31 @@ def analyse_staircases(
         If no answer has both a number and an outcome, or no threshold could be had.
     """
     kept, notes = answered(answers.where(lambda row: row.correct is not None), "staircase")
-    curves: dict[tuple[str, str], PsychometricFit] = {}
-    turned: dict[tuple[str, str], float] = {}
-    rows: list[dict[str, Any]] = []
-    for staircase, group in kept.by("condition").items():
-        for person, own in group.by("participant").items():
-            row = _own(staircase, person, own, shape, guess, target, rng, draws, curves, turned)
-            rows.append(row)
-    if not turned and not curves:
+    tracks = {
+        (staircase, person): in_order(own)
+        for staircase, group in kept.by("condition").items()
+        for person, own in group.by("participant").items()
+    }
+    share = share or _settled(tracks)
+    fits = {key: fit for key, own in tracks.items() if (fit := _fit(own, share, guess)) is not None}
+    turned = {key: mean for key, own in tracks.items() if (mean := _reversals(own)) is not None}
+    if not turned and not fits:
         raise DataError(
             "staircase: must have reversals, or right and wrong answers at two intensities; no threshold could be had"
         )
     names = kept.unique("condition")
-    findings = []
-    for role, held, how in (
-        ("confirmatory", turned, "mean of reversals, Student's t over participants"),
-        (
-            "check",
-            {key: fit.threshold for key, fit in curves.items()},
-            f"{shape} fits at {target:g}, Student's t",
-        ),
+    at = f"threshold at {share:.3f} correct, {unit}"
+    findings: list[Finding] = []
+    for role, held, how, measure in (
+        ("confirmatory", {key: fit.threshold for key, fit in fits.items()}, FITTED, at),
+        ("check", turned, "mean of reversals, Student's t over participants", f"threshold, {unit}"),
     ):
         for name in names:
             values = np.array([value for (staircase, _), value in held.items() if staircase == name])
             if len(values):
-                findings.append(_mean(values, name, role, how, unit, kept))
+                findings.append(_mean(values, name, role, how, measure, kept))
         findings += _between(held, names, role, unit, margin, len(kept))
-    findings += [
-        _pooled(name, kept, shape, guess, target, rng, draws, unit) for name in names if _fits(kept, name)
-    ]
-    outside = sum(not fit.inside for fit in curves.values())
-    notes += (f"{outside} fitted thresholds lie outside the intensities that were shown",) if outside else ()
-    notes += (
-        "reversals of 1 up n down settle where p**n = 1/2 (.707 of 2 down, .794 of 3 down), "
-        f"the fits are read at {target:g}",
-    )
-    if lost := len(rows) - len(turned):
-        notes += (f"{lost} staircases had too few reversals for a threshold",)
+    findings += [_pooled(name, kept, guess, share, rng, draws, at) for name in names if _fits(kept, name)]
     return Section(
         "Staircases",
         kept.rows[0].design,
@@ -101,106 +94,85 @@ def analyse_staircases(
         len(kept),
         any(kept.column("simulated")),
         tuple(findings),
-        {f"thresholds, {unit}": rows},
-        notes,
+        {f"thresholds, {unit}": [_row(key, own, fits, turned) for key, own in tracks.items()]},
+        (*notes, *_notes(tracks, fits, turned, share)),
     )
 
 
-def reversals_of(own: Answers) -> NDArray[np.bool_]:
-    """Return which trials of one staircase turned it, bool, shape (trial,).
-
-    From the column ``reversal`` (true), else from ``reversals`` (how many there were before the trial), else from the
-    steps of the intensity. Of these two the last trial's follows from what made the staircase turn before.
-    """
-    if "reversal" in own.further:
-        return np.array([text.casefold() in ("true", "1") for text in own.column("reversal")])
-    values = own.numbers("value")
-    last = _ends_turning(values, own.numbers("correct"))
-    if "reversals" in own.further and all(own.column("reversals")):
-        before = np.array([int(text) for text in own.column("reversals")])
-        return np.append(np.diff(before) > 0, last)
-    turned = np.zeros(len(values), bool)
-    heading = 0.0
-    for trial, step in enumerate(np.sign(np.diff(values))):
-        if step:
-            turned[trial] = bool(heading) and step != heading
-            heading = step
-    turned[-1] = last
-    return turned
+def _settled(tracks: Mapping[tuple[str, str], Answers]) -> float:
+    """Return the share at which most staircases settle by their rule."""
+    found = [settled_share(own.numbers("value"), own.numbers("correct")) for own in tracks.values()]
+    known = [share for share in found if share is not None]
+    return float(np.median(known)) if known else SETTLED_3_DOWN
 
 
-def _ends_turning(values: NDArray[np.float64], right: NDArray[np.float64]) -> bool:
-    """Return whether the last answer turned the staircase: against its heading, after as many as moved it before."""
-    steps = np.sign(np.diff(values))
-    moves = np.flatnonzero(steps).tolist()
-    direction = -1 if right[-1] else 1
-    if not moves or steps[moves[-1]] == direction:
-        return False
-    starts = dict(zip(moves, [0, *(move + 1 for move in moves[:-1])], strict=True))
-    needed = [_run(right[starts[move] : move + 1]) for move in moves if steps[move] == direction]
-    return bool(needed) and _run(right[moves[-1] + 1 :]) >= min(needed)
-
-
-def _run(right: NDArray[np.float64]) -> int:
-    """Return how many answers at the end were alike."""
-    other = np.flatnonzero(right != right[-1])
-    return len(right) - (int(other[-1]) + 1 if len(other) else 0)
-
-
-def in_order(own: Answers) -> Answers:
-    """Return the answers of one participant in the order of their trials."""
-    return Answers(tuple(sorted(own.rows, key=lambda row: (row.session, row.trial))))
-
-
-def _own(
-    staircase: str,
-    person: str,
-    own: Answers,
-    shape: Shape,
-    guess: float,
-    target: float,
-    rng: np.random.Generator,
-    draws: int,
-    curves: dict[tuple[str, str], PsychometricFit],
-    turned: dict[tuple[str, str], float],
-) -> dict[str, Any]:
-    own = in_order(own)
-    values, right = own.numbers("value"), own.numbers("correct")
-    marks = reversals_of(own)
-    threshold = reversal_threshold(values, marks.tolist())
-    if threshold is not None:
-        turned[staircase, person] = threshold
-    row: dict[str, Any] = {
-        "staircase": staircase,
-        "participant": person,
-        "trials": len(own),
-        "reversals": int(marks.sum()),
-        "by_reversals": threshold,
-    }
+def _fit(own: Answers, share: float, guess: float) -> Threshold | None:
     try:
-        fit = fit_psychometric(values, right, rng=rng, shape=shape, guess=guess, target=target, draws=draws)
+        return estimate_threshold(own.numbers("value"), own.numbers("correct"), share=share, guess=guess)
     except DataError:
+        return None
+
+
+def _reversals(own: Answers) -> float | None:
+    return reversal_threshold(own.numbers("value"), reversals_of(own).tolist())
+
+
+def _row(
+    key: tuple[str, str],
+    own: Answers,
+    fits: Mapping[tuple[str, str], Threshold],
+    turned: Mapping[tuple[str, str], float],
+) -> dict[str, Any]:
+    row: dict[str, Any] = {
+        "staircase": key[0],
+        "participant": key[1],
+        "trials": len(own),
+        "reversals": int(reversals_of(own).sum()),
+        "by_reversals": turned.get(key),
+    }
+    if (fit := fits.get(key)) is None:
         return row
-    curves[staircase, person] = fit
     return row | {
         "fitted": fit.threshold,
         "fitted_low": fit.low,
         "fitted_high": fit.high,
         "slope": fit.slope,
-        "lapse": fit.lapse,
-        "deviance_p": fit.deviance_p,
         "inside": str(fit.inside).lower(),
     }
 
 
-def _mean(values: NDArray[np.float64], name: str, role: Any, how: str, unit: str, kept: Answers) -> Finding:
+def _notes(
+    tracks: Mapping[tuple[str, str], Answers],
+    fits: Mapping[tuple[str, str], Threshold],
+    turned: Mapping[tuple[str, str], float],
+    share: float,
+) -> tuple[str, ...]:
+    outside = sum(not fit.inside for fit in fits.values())
+    few = sum(int(reversals_of(own).sum()) < ENOUGH_REVERSALS for own in tracks.values())
+    said = {
+        f"{len(tracks) - len(fits)} staircases gave no fit": len(tracks) - len(fits),
+        f"{outside} fitted thresholds lie outside the intensities that were shown": outside,
+        f"{len(tracks) - len(turned)} staircases had too few reversals for a mean": len(tracks) - len(turned),
+        f"{few} staircases have fewer than {ENOUGH_REVERSALS} reversals: where a function is flat they end before "
+        "they settle, and thresholds come out high (docs/studies.md, Staircases)": few,
+    }
+    return (
+        *(text for text, count in said.items() if count),
+        f"thresholds are read at {share:.3f} correct, where 1 up n down settles (p**n = 1/2: .707 of 2 down, .794 of "
+        "3 down): read elsewhere they lean on a slope that so few trials do not know",
+    )
+
+
+def _mean(
+    values: NDArray[np.float64], name: str, role: Any, how: str, measure: str, kept: Answers
+) -> Finding:
     found = summary(values)
     one = len(values) == 1
     return Finding(
         name,
         how,
         role,
-        f"threshold, {unit}",
+        measure,
         found.mean,
         None if one else found.low,
         None if one else found.high,
@@ -236,41 +208,35 @@ def _fits(kept: Answers, name: str) -> bool:
 
 
 def _pooled(
-    name: str,
-    kept: Answers,
-    shape: Shape,
-    guess: float,
-    target: float,
-    rng: np.random.Generator,
-    draws: int,
-    unit: str,
+    name: str, kept: Answers, guess: float, share: float, rng: np.random.Generator, draws: int, at: str
 ) -> Finding:
     """Return the function of all answers together, its interval by participants drawn with replacement."""
     groups = [in_order(own) for own in kept.where(condition=name).by("participant").values()]
     data = [(own.numbers("value"), own.numbers("correct")) for own in groups]
 
-    def threshold(which: NDArray[np.int64]) -> float:
+    def fitted(which: NDArray[np.int64], start: PsychometricFit | None = None) -> PsychometricFit:
         x, y = (np.concatenate([data[k][part] for k in which]) for part in (0, 1))
-        fit = fit_psychometric(x, y, rng=rng, shape=shape, guess=guess, target=target, draws=0)
-        return fit.threshold
+        return fit_psychometric(
+            x, y, rng=rng, shape="logistic", guess=guess, target=share, draws=0, start=start
+        )
 
-    whole = threshold(np.arange(len(data)))
+    whole = fitted(np.arange(len(data)))
     drawn = []
     for _ in range(draws if len(data) > 1 else 0):
         try:
-            drawn.append(threshold(rng.integers(0, len(data), len(data))))
+            drawn.append(fitted(rng.integers(0, len(data), len(data)), whole).threshold)
         except DataError:
             continue
     low, high = np.quantile(drawn, [0.025, 0.975]) if drawn else (np.nan, np.nan)
     return Finding(
         name,
-        f"one {shape} function of all answers, bootstrap by participant",
+        "one logistic function of all answers, bootstrap by participant",
         "check",
-        f"threshold at {target:g}, {unit}",
-        whole,
+        at,
+        whole.threshold,
         float(low) if drawn else None,
         float(high) if drawn else None,
         n=sum(len(x) for x, _ in data),
         participants=len(data),
-        note="flatter than one person's where thresholds of people differ",
+        note="flatter than one person's where thresholds of people differ, and then higher than their mean",
     )

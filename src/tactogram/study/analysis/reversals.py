@@ -1,0 +1,54 @@
+"""The answers of one staircase in order, and where it turned."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.study.answers import Answers
+
+
+def reversals_of(own: Answers) -> NDArray[np.bool_]:
+    """Return which trials of one staircase turned it, bool, shape (trial,).
+
+    From the column ``reversal`` (true), else from ``reversals`` (how many there were before the trial), else from the
+    steps of the intensity. Of these two the last trial's follows from what made the staircase turn before.
+    """
+    if "reversal" in own.further:
+        return np.array([text.casefold() in ("true", "1") for text in own.column("reversal")])
+    values = own.numbers("value")
+    last = _ends_turning(values, own.numbers("correct"))
+    if "reversals" in own.further and all(own.column("reversals")):
+        before = np.array([int(text) for text in own.column("reversals")])
+        return np.append(np.diff(before) > 0, last)
+    turned = np.zeros(len(values), bool)
+    heading = 0.0
+    for trial, step in enumerate(np.sign(np.diff(values))):
+        if step:
+            turned[trial] = bool(heading) and step != heading
+            heading = step
+    turned[-1] = last
+    return turned
+
+
+def _ends_turning(values: NDArray[np.float64], right: NDArray[np.float64]) -> bool:
+    """Return whether the last answer turned the staircase: against its heading, after as many as moved it before."""
+    steps = np.sign(np.diff(values))
+    moves = np.flatnonzero(steps).tolist()
+    direction = -1 if right[-1] else 1
+    if not moves or steps[moves[-1]] == direction:
+        return False
+    starts = dict(zip(moves, [0, *(move + 1 for move in moves[:-1])], strict=True))
+    needed = [_run(right[starts[move] : move + 1]) for move in moves if steps[move] == direction]
+    return bool(needed) and _run(right[moves[-1] + 1 :]) >= min(needed)
+
+
+def _run(right: NDArray[np.float64]) -> int:
+    """Return how many answers at the end were alike."""
+    other = np.flatnonzero(right != right[-1])
+    return len(right) - (int(other[-1]) + 1 if len(other) else 0)
+
+
+def in_order(own: Answers) -> Answers:
+    """Return the answers of one participant in the order of their trials."""
+    return Answers(tuple(sorted(own.rows, key=lambda row: (row.session, row.trial))))
