@@ -1,10 +1,13 @@
 """What goes wrong is one line, leaves nothing behind, and can be gone on from."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tactogram.cli import main
 from tactogram.datasets import Recording, create_store, open_store
+from tactogram.datasets.simulate.sets import SETS
 from tactogram.errors import ParameterError, RunError
 from tactogram.jobs.classify import classify
 from tactogram.jobs.crossval import crossval
@@ -195,6 +198,14 @@ def test_what_the_system_refuses_is_one_line(run, store, tmp_path, capsys):
         assert last.startswith("tactogram: ")
 
 
+@pytest.fixture
+def few_surfaces(monkeypatch):
+    """Two of the nine: each takes most of a second to make."""
+    nine = SETS["stroking9"]
+    monkeypatch.setitem(SETS, "stroking9", replace(nine, surfaces=nine.surfaces[1:3]))
+
+
+@pytest.mark.usefixtures("few_surfaces")
 def test_a_simulated_store_says_the_command_that_makes_it(tmp_path):
     options = {"seed": 3, "per_class": 1, "seconds": 0.5, "rate": 500.0}
     with pytest.raises(ParameterError, match="workers must be at least 1"):
@@ -205,6 +216,7 @@ def test_a_simulated_store_says_the_command_that_makes_it(tmp_path):
     assert said == "tactogram data simulate stroking9 --seed 3 --per-class 1 --seconds 0.5 --rate 500"
 
 
+@pytest.mark.usefixtures("few_surfaces")
 def test_a_simulated_set_takes_other_speeds_and_says_so(tmp_path):
     options = {"seed": 3, "per_class": 1, "seconds": 0.5, "workers": 1}
     simulate_to_store("stroking9", tmp_path / "store", speeds_mm_s=(50.0, 100.0), **options)
