@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from tactogram.jobs.evaluate import evaluate as evaluate
     from tactogram.jobs.generate import generate as generate
     from tactogram.jobs.search import search as search
-    from tactogram.jobs.stream import StreamSettings as StreamSettings
     from tactogram.jobs.stream import stream as stream
+    from tactogram.jobs.stream_settings import StreamSettings as StreamSettings
     from tactogram.jobs.training import load_run as load_run
     from tactogram.jobs.training import train as train
     from tactogram.rendering.catalogue import open_display as open_display
@@ -45,7 +45,7 @@ _PLACES = {
     "open_display": "tactogram.rendering.catalogue",
     "fit": "tactogram.rendering.fit",
     "stream": "tactogram.jobs.stream",
-    "StreamSettings": "tactogram.jobs.stream",
+    "StreamSettings": "tactogram.jobs.stream_settings",
 }
 
 __all__ = list(_PLACES)

@@ -10,7 +10,9 @@ import tactogram
 from tactogram.cli import main
 from tactogram.datasets import create_store
 from tactogram.errors import ParameterError
-from tactogram.jobs.stream import StreamSettings, latency_lines, stream, underrun_line
+from tactogram.jobs.stream import stream
+from tactogram.jobs.stream_report import latency_lines, underrun_line
+from tactogram.jobs.stream_settings import StreamSettings
 from tactogram.jobs.training import train
 from tactogram.signal import Signal
 from tactogram.signal.io import read_metadata, read_signal, write_signal
@@ -42,6 +44,7 @@ def to_file(sources, **options):
 
 def test_a_run_is_streamed_to_a_display_and_to_files(textures, tmp_path):
     out, figure = tmp_path / "sent.wav", tmp_path / "sent.png"
+    told = []
     result = to_file(
         [textures],
         mix={"cork": 0.5, "tile": 0.5},
@@ -49,7 +52,11 @@ def test_a_run_is_streamed_to_a_display_and_to_files(textures, tmp_path):
         level="gain=0.5",
         out=out,
         figure=figure,
+        status=lambda line, now: told.append(line),
+        tell=told.append,
     )
+    assert told[0].startswith("equaliser: within 0.1")  # before anything plays
+    assert result["display"]["equaliser"]["on"]
     sent = read_signal(out)
     assert (sent.rate, sent.unit, sent.axes, len(sent)) == (8000, "V", ("coil",), 16_000)
     assert 0 < np.abs(sent.samples).max() <= 5.0
@@ -115,6 +122,8 @@ def test_backends_without_hardware(textures, backend):
         ({"mix": {"velvet": 1.0}}, "no texture velvet; there are cork"),
         ({"display": "voice-coil"}, "give --display and --level, or neither"),
         ({"display": "phone", "level": "peak=1"}, "render a file"),
+        ({"display": "audio", "level": "peak=1", "settings": {"equalise": True}}, "response is not known"),
+        ({"settings": {"equalise": False}}, "give --display and --level, or leave out --equalise"),
         ({"settings": {"block_ms": 6.0}}, "at most 5 ms"),
         ({"settings": {"seconds": 0.0}}, "seconds must be > 0"),
         ({"settings": {"backend": "audio"}}, "say which --display"),
@@ -133,9 +142,13 @@ def test_the_verb_prints_a_table_and_json(textures, capsys, tmp_path):
     arguments = ["stream", str(textures), "--mix", "cork=1", "--backend", "file", "--seconds", "0.5"]
     assert main(arguments) == 0
     assert "underruns: 0" in capsys.readouterr().out
-    assert main([*arguments, "--json"]) == 0
-    result = json.loads(capsys.readouterr().out)
+    displayed = ["--display", "voice-coil", "--level", "gain=0.5", "--equalise", "off", "--set", "limit=2"]
+    assert main([*arguments, *displayed, "--json"]) == 0
+    told = capsys.readouterr()
+    assert "equaliser: none, the response of voice-coil is left as it is" in told.err
+    result = json.loads(told.out)
     assert result["latency"]["block_ms"] == 5.0
+    assert (result["display"]["limit"], result["display"]["equaliser"]["on"]) == (2.0, False)
     assert main([*arguments, "--motion", str(tmp_path / "none.csv")]) == 1
     assert "none.csv" in capsys.readouterr().err
 

@@ -10,7 +10,6 @@ from tactogram.rendering.fit import fit
 from tactogram.rendering.level import Level
 from tactogram.rendering.modulation import (
     KNEE,
-    StreamPreEmphasis,
     attained,
     pre_emphasis,
     soft_limited,
@@ -120,19 +119,6 @@ def test_a_cap_bounds_what_is_raised_and_the_bandwidth_says_so():
     assert np.hypot(1, flat / 47) == pytest.approx(10)
     assert 10 / np.hypot(1, half / 47) == pytest.approx(np.sqrt(0.5))
     assert attained(470, cap_db=20, highest_hz=1000) == (1000, 1000)
-
-
-@pytest.mark.parametrize("frequency", [20, 100, 400, 1000])
-def test_a_stream_is_pre_emphasised_without_what_comes_next(frequency):
-    rate, x = 48_000, tone(frequency, rate=48_000)
-    lead = StreamPreEmphasis(rate, cutoff_hz=47, cap_db=30)
-    blocks = np.split(x.samples.astype(float), range(100, len(x), 240), axis=1)
-    raised = np.concatenate([lead.process(block) for block in blocks], axis=1)[0]
-    e = Signal(1 + 0.01 * raised, rate, "V")
-    heard = recovered_envelope(Transducer(q=300), e).samples[0][-9600:]
-    wanted = 0.01 / np.hypot(1, frequency / lead.minus_3_db_hz)
-    assert lead.minus_3_db_hz == pytest.approx(47 * 10**1.5)
-    assert amplitude(heard, frequency, rate) == pytest.approx(wanted, rel=0.01)
 
 
 def test_more_than_full_scale_is_refused_with_how_much():

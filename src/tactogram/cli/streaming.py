@@ -30,6 +30,18 @@ def add_verbs(verbs: Verbs) -> None:
         metavar="LEVEL",
         help="as of `render`; found under a simulated hand before the stream begins",
     )
+    add(
+        "--equalise",
+        choices=("on", "off"),
+        help="make up for the display's response (default: as its file says, on wherever the response is known)",
+    )
+    add(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="change a value of the display, e.g. linear.cap_db=10",
+    )
     add("--seconds", type=float, default=10.0, help="default %(default)s")
     add("--mix", metavar="A=0.6,B=0.4", help="weights by material or file stem (default: all the same)")
     add("--mix-to", metavar="A=0,B=1", help="weights at the end; they go there while it plays")
@@ -59,7 +71,10 @@ def stream(a: Arguments) -> None:
     from pathlib import Path
 
     from tactogram.jobs.generate import parse_mix
-    from tactogram.jobs.stream import StreamSettings, latency_lines, stream
+    from tactogram.jobs.stream import stream
+    from tactogram.jobs.stream_report import latency_lines
+    from tactogram.jobs.stream_settings import StreamSettings
+    from tactogram.recipe import parse_changes
 
     settings = StreamSettings(
         motion=a.motion,
@@ -72,7 +87,9 @@ def stream(a: Arguments) -> None:
         device=a.device,
         tap_gain=a.tap,
         realtime=a.realtime,
+        equalise=None if a.equalise is None else a.equalise == "on",
     )
+    told = _Told()
     result = stream(
         a.sources,
         settings,
@@ -85,7 +102,9 @@ def stream(a: Arguments) -> None:
         speed_mm_s=a.speed,
         out=Path(a.out) if a.out else None,
         figure=Path(a.figure) if a.figure else None,
-        status=_Told(),
+        changes=parse_changes(a.set),
+        status=told,
+        tell=told.line,
         **signal_arguments(a),
     )
     if sys.stderr.isatty():
@@ -102,6 +121,11 @@ class _Told:
 
     def __init__(self) -> None:
         self._next_s = 0.0
+
+    def line(self, text: str) -> None:
+        """Write a line that stays."""
+        sys.stderr.write(text + "\n")
+        sys.stderr.flush()
 
     def __call__(self, line: str, now_s: float) -> None:
         if sys.stderr.isatty():

@@ -7,7 +7,6 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import signal as dsp
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.report import percent
@@ -51,39 +50,6 @@ def attained(cutoff_hz: float, *, cap_db: float | None, highest_hz: float) -> tu
     cap = 1.0 if cap_db is None else 10 ** (cap_db / 20)
     flat, half = cutoff_hz * math.sqrt(cap**2 - 1), cutoff_hz * math.sqrt(2 * cap**2 - 1)
     return min(flat, highest_hz), min(half, highest_hz)
-
-
-class StreamPreEmphasis:
-    """Pre-emphasis for a stream: the low-pass's inverse with its own low-pass ``cap_db`` further up, causal.
-
-    What arrives is flat but for a first-order low-pass at the cut-off times the cap, without a delay of its own. How
-    the stream is cut into blocks changes nothing.
-
-    Parameters
-    ----------
-    rate : float, Hz
-    cutoff_hz : float
-        Of the low-pass that it will meet; below half the rate.
-    cap_db : float
-    """
-
-    def __init__(self, rate: float, *, cutoff_hz: float, cap_db: float) -> None:
-        if not 0 < cutoff_hz < rate / 2:
-            raise ParameterError(
-                f"the cut-off must be above 0 and below half the rate of {rate:g} Hz, got {cutoff_hz:g}"
-            )
-        self.minus_3_db_hz = cutoff_hz * 10 ** (cap_db / 20)
-        zero = 1 / (2 * math.pi * cutoff_hz)
-        pole = zero / 10 ** (cap_db / 20)
-        self._b, self._a = dsp.bilinear([zero, 1], [pole, 1], fs=rate)
-        self._state: NDArray[np.float64] | None = None
-
-    def process(self, block: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the next block, float64, of the shape (axis, time) of ``block``; it begins at rest."""
-        if self._state is None:
-            self._state = np.zeros((len(block), 1))
-        done, self._state = dsp.lfilter(self._b, self._a, block, axis=1, zi=self._state)
-        return np.asarray(done)
 
 
 def shaped(

@@ -28,7 +28,7 @@ from tactogram.rendering.streaming.backends import (
 from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.hand import HandSettings, SimulatedHand
 from tactogram.rendering.streaming.latency import Durations
-from tactogram.rendering.streaming.output import DisplayOutput, least_phase
+from tactogram.rendering.streaming.output import DisplayOutput
 from tactogram.rendering.streaming.recorded_motion import MotionFile, MouseMotion, mouse_step
 from tactogram.rendering.streaming.stream import Stream
 from tactogram.rendering.streaming.surface import SurfaceTexture
@@ -161,14 +161,6 @@ def test_a_family_that_cannot_be_streamed_to_is_refused_in_one_line():
     display = open_display("phone")
     with pytest.raises(ParameterError, match="cannot be streamed to so far"):
         DisplayOutput(display, Signal(np.ones(100, np.float32), 8000, "m/s^2"), level=parse_level("peak=1"))
-
-
-def test_least_phase_has_the_magnitude_and_is_early():
-    frequency = np.linspace(0, 4000, 4097)
-    gain = 1 / np.hypot(1, frequency / 200)
-    taps = least_phase(gain, 400)
-    assert np.abs(np.fft.rfft(taps, 8192)) == pytest.approx(gain, rel=0.02)
-    assert np.abs(taps[:60]).sum() > 0.98 * np.abs(taps).sum()
 
 
 # -- backends ----------------------------------------------------------------------------------------------

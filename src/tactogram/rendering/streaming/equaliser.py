@@ -1,0 +1,209 @@
+"""What makes up for a display's response in a stream: causal, of least phase, its errors told before it plays.
+
+A whole file is divided by the response in one spectrum, within the display's band and with a cap on what is raised
+(`tactogram.rendering.response.inverse`). A stream has only the past. Its equaliser has the same magnitude and, of all
+causal filters with that magnitude, the least delay: recursive edges at the ends of the band, and in between a
+transversal filter, as long as it takes to come within `WITHIN_DB` of the file's.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal as dsp
+
+from tactogram.errors import ParameterError
+
+Array = NDArray[np.float64]
+Gain = Callable[[Array], Array]
+"""The magnitude that is wanted at frequencies in Hz."""
+
+WITHIN_DB = 0.25
+"""A filter that is nowhere in the band farther from what is wanted is long enough."""
+LONGEST_S = 0.25
+"""Of a transversal filter: it tells 4 Hz from 8 Hz."""
+SHORTEST_TAPS, MOST_TAPS = 64, 4096
+"""By the power of two; 4,096 taps over a block of 5 ms are one transform of some 8,000 points."""
+EDGE_ORDER, EDGE_RIPPLE_DB = 4, 0.5
+"""Chebyshev edges: -0.5 dB where the band ends, -30 dB an octave outside."""
+HIGHEST_EDGE = 0.45
+"""Share of the rate above which an upper edge is left out: there is no room for it."""
+REFERENCE_HZ = 250.0
+"""Where the delay is told, Hz: the most sensitive frequency of touch."""
+GRID = 1 << 15
+DEEPEST_DB = 80.0
+
+
+@dataclass(frozen=True, eq=False)
+class EqualiserDesign:
+    """A filter for a stream, and how far it is from what was wanted.
+
+    Parameters
+    ----------
+    rate : float, Hz
+    band : tuple of float, Hz
+        What the display renders.
+    taps : float64 array, shape (tap,)
+        Least phase.
+    edges : float64 array, shape (section, 6)
+        Second-order sections of the band's edges; no section where the band ends with the rate.
+    wanted : callable
+        Magnitude at frequencies in Hz, within the band.
+    checked : tuple of float, Hz
+        Where it is compared with ``wanted``: a file's edges may lie within the band.
+    """
+
+    rate: float
+    band: tuple[float, float]
+    taps: Array
+    edges: Array
+    wanted: Gain
+    checked: tuple[float, float]
+
+    def response(self, frequency: Array) -> NDArray[np.complex128]:
+        """Return what it does at ``frequency`` in Hz, complex128, of the same shape."""
+        z = 2 * np.pi * np.asarray(frequency, np.float64) / self.rate
+        _, h = dsp.freqz(self.taps, worN=z)
+        if len(self.edges):
+            h = h * dsp.freqz_sos(self.edges, worN=z)[1]
+        return np.asarray(h, np.complex128)
+
+    def delay_samples(self, frequency: float) -> float:
+        """Return the group delay at ``frequency`` in Hz, samples; below 0 where it leads."""
+        low, high = self.response(np.array([0.995, 1.005]) * frequency)
+        turn = 2 * np.pi * 0.01 * frequency / self.rate
+        return float(-np.angle(high / low) / turn)
+
+    @cached_property
+    def checked_hz(self) -> Array:
+        """Every 24th of an octave of ``checked``, Hz, float64, shape (frequency,)."""
+        low = max(self.checked[0], self.rate / GRID, 1.0)
+        high = max(min(self.checked[1], HIGHEST_EDGE * self.rate), 1.1 * low)
+        return np.geomspace(low, high, max(2, math.ceil(24 * math.log2(high / low))))
+
+    @cached_property
+    def errors_db(self) -> Array:
+        """Its magnitude over the wanted one at `checked_hz`, dB, float64, shape (frequency,)."""
+        made = np.abs(self.response(self.checked_hz))
+        return np.asarray(20 * np.log10(np.maximum(made, 1e-30) / self.wanted(self.checked_hz)))
+
+    def facts(self) -> dict[str, Any]:
+        """Return its length, its delay and how far it is from a file's, as JSON values."""
+        f, errors = self.checked_hz, self.errors_db
+        worst = int(np.abs(errors).argmax())
+        reference = min(max(REFERENCE_HZ, f[0]), f[-1])
+        delays = [self.delay_samples(float(at)) for at in f[::6]]
+        size = np.abs(self.response(f))
+        return {
+            "taps": len(self.taps),
+            "edge_sections": len(self.edges),
+            "band": [self.band[0], min(self.band[1], self.rate / 2)],
+            "delay_samples": self.delay_samples(reference),
+            "delay_ms": 1e3 * self.delay_samples(reference) / self.rate,
+            "reference_hz": reference,
+            "delay_most_samples": max(delays),
+            "raised_db": float(20 * np.log10(size.max() / size.min())),
+            "checked_hz": [float(f[0]), float(f[-1])],
+            "error_rms_db": float(np.sqrt(np.mean(errors**2))),
+            "error_most_db": float(abs(errors[worst])),
+            "error_most_hz": float(f[worst]),
+        }
+
+
+def equaliser(
+    rate: float, band: tuple[float, float], wanted: Gain, *, checked: tuple[float, float] | None = None
+) -> EqualiserDesign:
+    """Return the shortest filter that is within `WITHIN_DB` of ``wanted`` in the band, or the longest allowed.
+
+    Parameters
+    ----------
+    rate : float, Hz
+    band : tuple of float, Hz
+        Outside of it nothing is wanted; 0 and half the rate are no edges.
+    wanted : callable
+        Magnitude > 0 at frequencies in Hz; asked within the band alone, and held outside: a wall in the transversal
+        filter would make it long, and late inside.
+    checked : tuple of float, optional
+        Where it must be near, Hz; by default the band.
+
+    Raises
+    ------
+    ParameterError
+        If nothing of the band lies below half the rate, or ``wanted`` is not > 0 and finite there.
+    """
+    low, high = max(0.0, band[0]), min(band[1], rate / 2)
+    if not low < high:
+        raise ParameterError(f"a band of {band[0]:g} to {band[1]:g} Hz does not fit a rate of {rate:g} Hz")
+    edges = _edges(rate, low, high)
+    frequency = np.fft.rfftfreq(GRID, 1 / rate)
+    inside = np.clip(frequency, max(low, frequency[1]), min(high, HIGHEST_EDGE * rate))
+    gain = np.asarray(wanted(inside), np.float64)
+    if not (np.isfinite(gain).all() and gain.min() > 0):
+        raise ParameterError("an equaliser's magnitude must be finite and > 0 in the whole band")
+    if len(edges):  # what the edges take inside is given back, so that both together are what is wanted
+        gain = gain / np.abs(dsp.freqz_sos(edges, worN=2 * np.pi * inside / rate)[1])
+    most = max(SHORTEST_TAPS, min(MOST_TAPS, int(LONGEST_S * rate)))
+    count = SHORTEST_TAPS
+    while True:
+        made = EqualiserDesign(rate, (low, high), least_phase(gain, count), edges, wanted, checked or band)
+        if count >= most or float(np.abs(made.errors_db).max()) <= WITHIN_DB:
+            return made
+        count = min(2 * count, most)
+
+
+class Equaliser:
+    """An `EqualiserDesign` with state. How a stream is cut into blocks changes nothing but rounding."""
+
+    def __init__(self, design: EqualiserDesign) -> None:
+        self.design = design
+        self._tail: Array | None = None
+        self._state: Array | None = None
+
+    def process(self, block: NDArray[np.floating]) -> Array:
+        """Return the next block, float64, of the shape (axis, time) of ``block``; it begins at rest."""
+        x = np.asarray(block, np.float64)
+        count, taps = x.shape[1], self.design.taps
+        if self._tail is None or self._state is None:
+            self._tail = np.zeros((len(x), len(taps) - 1))
+            self._state = np.zeros((len(self.design.edges), len(x), 2))
+        # Overlap-add: what rings on after this block is added to the next ones.
+        whole = dsp.fftconvolve(x, taps[None], axes=1)
+        whole[:, : self._tail.shape[1]] += self._tail
+        made, self._tail = whole[:, :count], whole[:, count:]
+        if len(self.design.edges):
+            made, self._state = dsp.sosfilt(self.design.edges, made, axis=1, zi=self._state)
+        return np.asarray(made)
+
+
+def least_phase(gain: Array, taps: int) -> Array:
+    """Return a filter of ``taps`` taps with ``gain`` (over 0 to half the rate, even steps) and least phase.
+
+    By the folded cepstrum (Oppenheim & Schafer, Discrete-Time Signal Processing, 3rd ed., Sec. 13.5.2); the end is
+    faded out by a quarter of a cosine.
+    """
+    floor = gain.max() * 10 ** (-DEEPEST_DB / 20)
+    cepstrum = np.fft.irfft(np.log(np.maximum(gain, floor)))
+    half = len(cepstrum) // 2
+    cepstrum[1:half] *= 2
+    cepstrum[half + 1 :] = 0
+    impulse: Array = np.fft.irfft(np.exp(np.fft.rfft(cepstrum)))[:taps]
+    fade = taps // 4
+    if fade:
+        impulse[-fade:] *= np.cos(np.pi / 2 * np.arange(fade) / fade)
+    return impulse
+
+
+def _edges(rate: float, low: float, high: float) -> Array:
+    """Return second-order sections that end a band; none at an end that is the rate's own."""
+    parts = []
+    if low > 0:
+        parts.append(dsp.cheby1(EDGE_ORDER, EDGE_RIPPLE_DB, low, "highpass", output="sos", fs=rate))
+    if high < HIGHEST_EDGE * rate:
+        parts.append(dsp.cheby1(EDGE_ORDER, EDGE_RIPPLE_DB, high, "lowpass", output="sos", fs=rate))
+    return np.concatenate(parts) if parts else np.zeros((0, 6))
