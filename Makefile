@@ -29,7 +29,7 @@ demo: install ## simulate, classify, search and give a voice to surfaces; leaves
 	$(BIN)/tactogram demo
 
 test: install ## run the tests
-	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile # as many threads as processes
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder # as many threads as processes
 
 check: install ## style, types, layers
 	$(BIN)/ruff check .

@@ -17,6 +17,14 @@ def pytest_addoption(parser):
     parser.addoption("--regen", action="store_true", help="make the golden files anew; look at what changed")
 
 
+LONGEST = ("test_tour.py", "test_demo.py", "test_training_jobs.py", "test_simulate.py")
+
+
+def pytest_collection_modifyitems(items):
+    """Begin with the files that take longest: of several processes none is left with one when the others are done."""
+    items.sort(key=lambda item: item.path.name not in LONGEST)
+
+
 @pytest.fixture
 def golden(request):
     """Give a function that returns a golden file's text; with --regen it is first made from ``made``."""

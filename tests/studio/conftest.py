@@ -22,6 +22,7 @@ QUIET = (
     "--disable-component-update",
     "--disable-sync",
     "--autoplay-policy=user-gesture-required",
+    "--host-resolver-rules=MAP tablet.test 127.0.0.2",  # a name that is not trusted as this machine's own
 )
 
 
@@ -110,6 +111,31 @@ def server(workspace):
         yield address
 
 
+def connected(page, go):
+    """Return ``page.goto`` or ``page.reload`` that waits until the server hears the page.
+
+    NiceGUI holds back what is done in a page before that, and may send it in another order than it was done in.
+    """
+
+    def gone(*args, **kwargs):
+        answer = go(*args, **kwargs)
+        page.wait_for_function("() => !window.io || window.did_handshake")
+        return answer
+
+    return gone
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item, call):
+    """Tell what the page said where a test on it failed."""
+    report = yield
+    page = getattr(item, "funcargs", {}).get("tab")
+    if call.when == "call" and report.failed and page is not None:
+        with contextlib.suppress(Exception):  # the page may be what broke
+            report.sections.append((f"page {page.url}", page.locator("body").inner_text(timeout=2000)))
+    return report
+
+
 @contextlib.contextmanager
 def watched(context, address):
     """Give a page of ``context``; afterwards fail on its errors, and on requests to other hosts."""
@@ -127,6 +153,7 @@ def watched(context, address):
         ),
     )
     page.wrong = wrong
+    page.goto, page.reload = connected(page, page.goto), connected(page, page.reload)
     yield page
     assert wrong == []
 
