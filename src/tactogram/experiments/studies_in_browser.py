@@ -17,7 +17,7 @@ from typing import Any
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.experiments._browser_participants import StudyServer, take_all
-from tactogram.experiments._browser_recovery import recoveries
+from tactogram.experiments._study_recovery import recoveries
 from tactogram.study.analysis.finding import p_text
 from tactogram.study.session_store import SessionStore
 from tactogram.study.simulated import SimulatedEffect

@@ -41,6 +41,7 @@ class Share:
     clopper_pearson: tuple[float, float]
 
 
+@lru_cache(maxsize=4096)
 def share_of(count: int, n: int, *, chance: float = 0.5, confidence: float = 0.95) -> Share:
     """Return a share with its exact test against chance and its intervals; answers are taken as independent.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
@@ -13,13 +14,12 @@ from tactogram.study.analysis.finding import Finding, verdict_of
 from tactogram.study.answers import Answers
 
 
-def ordinal_findings(answers: Answers) -> list[Finding]:
+def ordinal_findings(answers: Answers, conditions: Sequence[str]) -> list[Finding]:
     """Return, per word, whether scores shift with the condition: a proportional-odds model against the first condition.
 
     P. McCullagh, J. R. Stat. Soc. B 42 (1980), by statsmodels' ``OrderedModel``. The estimate is the log odds of a
     higher score; its error is by participant (sandwich over participants, t with participants - 1 degrees of freedom).
     """
-    conditions = answers.unique("condition")
     findings = []
     for word, group in answers.by("question").items():
         people = len(set(group.column("participant")))

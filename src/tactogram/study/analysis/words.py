@@ -107,7 +107,7 @@ def analyse_words(
     rows, overall = _table(kept, errors, rng, draws)
     findings = _by_participant(errors, margin) + _printed(errors) + _per_word(errors, margin)
     if len(errors.conditions) > 1:
-        findings += ordinal_findings(kept)
+        findings += ordinal_findings(kept, errors.conditions)
         notes += ("the ordinal check is of the scores themselves, not of their errors",) if targets else ()
         notes += (f"what was printed {INDEPENDENT}",)
     else:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -80,12 +81,13 @@ def recoveries(
     seed : int
     kind : {"effect", "none"}
     """
-    return [_recovery(one, analysis, study, SimulatedEffect(**effect), seed, kind) for one in LOOKED[name]]
+    return [recovery(one, analysis, study, SimulatedEffect(**effect), seed, kind) for one in LOOKED[name]]
 
 
-def _recovery(
+def recovery(
     one: Looked, analysis: Mapping[str, Any], study: Study, effect: SimulatedEffect, seed: int, kind: str
 ) -> dict[str, Any]:
+    """Return what `recoveries` does, of one place."""
     findings = next(s["findings"] for s in analysis["sections"] if s["title"].startswith(one.section))
     same = [finding for finding in findings if finding["test"].startswith(one.test)]
     found = _in_order(_found(same, one.of), one.pair)
@@ -101,12 +103,17 @@ def _recovery(
         "nothing": None if math.isnan(one.nothing) else one.nothing,
         **{key: found[key] for key in ("estimate", "low", "high", "p", "correction", "verdict")},
         **{key: found[key] for key in ("margin", "equivalence_p", "participants", "n")},
-        "covers": found["low"] <= truth <= found["high"],
+        "covers": None if math.isnan(truth) else found["low"] <= truth <= found["high"],
         "outcome": outcome_of(found, truth, one.nothing, kind),
         "others": len(rest),
+        "others_covered": sum(_covers(f, one.nothing) for f in rest),
         "others_shown": sum(f["verdict"] == SHOWN for f in rest),
         "others_equivalent": sum(f["verdict"] == EQUIVALENT for f in rest),
     }
+
+
+def _covers(found: Mapping[str, Any], truth: float) -> bool:
+    return found["low"] is not None and bool(found["low"] <= truth <= found["high"])
 
 
 def _found(findings: Sequence[Mapping[str, Any]], of: str) -> Mapping[str, Any]:
@@ -159,7 +166,7 @@ def outcome_of(found: Mapping[str, Any], truth: float, nothing: float, kind: str
     return ABSENT if found["verdict"] == EQUIVALENT else UNDECIDED
 
 
-def expected_steps(mean: float, sd: float, low: float, high: float) -> float:
+def expectedsteps(mean: float, sd: float, low: float, high: float) -> float:
     """Return the mean of normal answers that are rounded to steps and held at the scale's ends."""
     steps = np.arange(low, high + 1)
     edges = np.concatenate(([-np.inf], steps[:-1] + 0.5, [np.inf]))
@@ -167,15 +174,35 @@ def expected_steps(mean: float, sd: float, low: float, high: float) -> float:
     return float(shares @ steps)
 
 
-def _share_two_area(effect: SimulatedEffect, study: Study, seed: int) -> float:
-    return float(ndtr(effect.d_prime / math.sqrt(2)))
+def two_alternatives(d: float) -> float:
+    """Return the share correct of two alternatives."""
+    return float(ndtr(d / math.sqrt(2)))
 
 
-def _share_abx(effect: SimulatedEffect, study: Study, seed: int) -> float:
-    return abx_share(effect.d_prime)
+def share_two_area(effect: SimulatedEffect, study: Study, seed: int) -> float:
+    """Return the share correct of "which is generated?" over people."""
+    return over_people(effect, two_alternatives)
 
 
-def _evoked(item: str) -> Truth:
+def share_abx(effect: SimulatedEffect, study: Study, seed: int) -> float:
+    """Return the share correct of ABX over people."""
+    return over_people(effect, abx_share)
+
+
+def over_people(effect: SimulatedEffect, share: Callable[[float], float]) -> float:
+    """Return the mean of a share over people, whose d' is normal and at least 0."""
+    return _over(effect.d_prime, effect.d_prime_sd, share)
+
+
+@lru_cache(maxsize=64)
+def _over(d_prime: float, sd: float, share: Callable[[float], float]) -> float:
+    if not sd:
+        return share(d_prime)
+    equally_likely = ndtri((np.arange(200) + 0.5) / 200)
+    return float(np.mean([share(d) for d in np.maximum(0.0, d_prime + sd * equally_likely).tolist()]))
+
+
+def evoked(item: str) -> Truth:
     """Return the difference of shares of evoked words; people's own normal logits are integrated out."""
 
     def truth(effect: SimulatedEffect, study: Study, seed: int) -> float:
@@ -187,7 +214,7 @@ def _evoked(item: str) -> Truth:
     return truth
 
 
-def _steps(first: str, second: str = "") -> Truth:
+def steps(first: str, second: str = "") -> Truth:
     """Return the difference of mean scores of two conditions, or of an item and the others; scores are steps."""
 
     def truth(effect: SimulatedEffect, study: Study, seed: int) -> float:
@@ -202,7 +229,7 @@ def _steps(first: str, second: str = "") -> Truth:
                 said = 0.15 * typical(effect, seed, stimulus.item, word)
                 mean = low + (high - low) * (0.5 + said) + shift
                 key = stimulus.condition if second else stimulus.item
-                means.setdefault(key, []).append(expected_steps(mean, sd, low, high))
+                means.setdefault(key, []).append(expectedsteps(mean, sd, low, high))
         whole = {key: float(np.mean(values)) for key, values in means.items()}
         others = [whole[second]] if second else [value for key, value in whole.items() if key != first]
         return whole[first] - float(np.mean(others))
@@ -210,7 +237,7 @@ def _steps(first: str, second: str = "") -> Truth:
     return truth
 
 
-def _level(item: str, correct: float) -> Truth:
+def level(item: str, correct: float) -> Truth:
     """Return at which level an item's answers are right in a share."""
 
     def truth(effect: SimulatedEffect, study: Study, seed: int) -> float:
@@ -220,7 +247,8 @@ def _level(item: str, correct: float) -> Truth:
     return truth
 
 
-def _without(*names: str) -> Callable[[str], bool]:
+def without(*names: str) -> Callable[[str], bool]:
+    """Return whether a finding is of none of these."""
     return lambda of: not any(name in of.replace(",", " ").split() for name in names)
 
 
@@ -235,34 +263,34 @@ LOOKED: Mapping[str, Sequence[Looked]] = {
             "Words",
             f"plate01 {REST}, {WHOLE}",
             GAP,
-            _steps("plate01"),
+            steps("plate01"),
             "steps",
             others=_items("plate01"),
             tied=True,
         ),
-        Looked("Words", f"plate01 {REST}, rough", GAP, _steps("plate01"), "steps"),
+        Looked("Words", f"plate01 {REST}, rough", GAP, steps("plate01"), "steps"),
     ),
     "evoked-words": (
         Looked(
             "Evoked",
             f"image001 {REST}, {WHOLE}",
             GAP,
-            _evoked("image001"),
+            evoked("image001"),
             "share of words",
             others=_items("image001"),
             tied=True,
         ),
     ),
-    "abx": (Looked("ABX", "all", "GEE", _share_abx, "share correct", 0.5),),
+    "abx": (Looked("ABX", "all", "GEE", share_abx, "share correct", 0.5),),
     "display-words": (
-        Looked("Words", "A minus sensor", WILCOXON, _steps("A", "sensor"), "steps", others=_without("A")),
+        Looked("Words", "A minus sensor", WILCOXON, steps("A", "sensor"), "steps", others=without("A")),
     ),
     "image-words": (
-        Looked("Words", "1 minus 1000", WILCOXON, _steps("1", "1000"), "steps", others=_without("1000")),
+        Looked("Words", "1 minus 1000", WILCOXON, steps("1", "1000"), "steps", others=without("1000")),
     ),
     "magnitude": (Looked("Magnitude", "all", "log-log", lambda e, *_: e.exponent, "exponent"),),
     "two-area": (
-        Looked("Which", "all", "GEE", _share_two_area, "share correct", 0.5),
+        Looked("Which", "all", "GEE", share_two_area, "share correct", 0.5),
         Looked("Realism", "all", GAP, lambda e, *_: e.shift.get("generated", 0.0), "mm"),
     ),
     "preference": (
@@ -272,15 +300,15 @@ LOOKED: Mapping[str, Sequence[Looked]] = {
             "Bradley-Terry",
             lambda e, *_: e.shift.get("carpet", 0.0),
             "log strength",
-            others=_without("carpet"),
+            others=without("carpet"),
         ),
     ),
     "threshold": (
         Looked(
             "Staircases", "all", GAP, lambda e, *_: e.shift.get("tile", 0.0), "dB", pair="tile minus carpet"
         ),
-        Looked("Staircases", "carpet", "logistic fits", _level("carpet", SETTLED_3_DOWN), "dB", math.nan),
-        Looked("Staircases", "tile", "logistic fits", _level("tile", SETTLED_3_DOWN), "dB", math.nan),
+        Looked("Staircases", "carpet", "logistic fits", level("carpet", SETTLED_3_DOWN), "dB", math.nan),
+        Looked("Staircases", "tile", "logistic fits", level("tile", SETTLED_3_DOWN), "dB", math.nan),
     ),
 }
 """By study. Confirmatory findings where the study has one of the effect; of a threshold there is no absence."""

@@ -1,0 +1,259 @@
+"""How often the analysis of each shipped study holds what was put in: hundreds of simulated studies, without a browser.
+
+Of each design with an effect, with none, and with an effect as large as the margin: how often the interval of 95 %
+covers the truth, and how often each verdict is said. Participants, stimuli and answers are simulated.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy import optimize
+
+from tactogram.errors import ParameterError
+from tactogram.experiments._coverage_cases import CASES, Case
+from tactogram.experiments._study_recovery import Looked, recovery
+from tactogram.statistics.shares import share_of
+from tactogram.study.analysis import Plan, analyse
+from tactogram.study.analysis.finding import EQUIVALENT, SHOWN
+from tactogram.study.simulated import SimulatedEffect, simulated_answers
+from tactogram.study.study_file import Study
+from tactogram.training.run import write_text
+
+KINDS = {"effect": 100_000, "none": 200_000, "margin": 300_000}
+"""What is put in, and what is added to the seeds of its studies, so that no two kinds share participants."""
+SHARE_OF_SEEDS = {"effect": 1.0, "none": 1.0, "margin": 0.5}
+"""At the margin the verdict is looked at, and the interval is that of an effect."""
+KEPT = ("put_in", "estimate", "low", "high", "covers", "verdict")
+OTHERS = ("others", "others_covered", "others_shown", "others_equivalent")
+COLUMNS = (
+    *("study", "with", "looked at", "studies", "truth", "bias", "covers (95 %)", "shown", "equivalent"),
+    *("others: covers", "others: shown", "any of them shown"),
+)
+NOTES = (
+    "covers: share of studies whose interval of 95 % holds the truth (Wilson's interval); * where that lies off .95.",
+    "shown, equivalent: share of studies with that verdict; with `none` shown is the false alarms, with `margin`",
+    "(the effect is as large as the margin) equivalent is. others: findings of the same test of what nothing was put",
+    "into, each with p by Holm where the analysis corrects; any of them shown: false alarms of the family.",
+    "bias: mean of the estimates minus the truth, ± its standard error.",
+)
+
+
+def run(
+    jobs: Any,
+    folder: Path,
+    *,
+    paper: bool,
+    studies: str = "",
+    seeds: int = 0,
+    participants: int = 20,
+    draws: int = 100,
+) -> dict[str, Any]:
+    """Return coverage and verdicts of each study, kind by kind.
+
+    Parameters
+    ----------
+    jobs, folder
+        As of every experiment. Studies that are in ``folder`` already are not simulated again.
+    paper : bool
+        Every trial and word of each study; else the changes of `CASES`, for two cores.
+    studies : str
+        Which, joined by commas; by default all that are shipped.
+    seeds : int
+        Simulated studies of each kind; by default as `CASES` says, fewer where an analysis is slow.
+    participants, draws : int
+        Of each study, and of its bootstraps.
+    """
+    chosen = [name.strip() for name in studies.split(",") if name.strip()] or list(CASES)
+    if unknown := set(chosen) - set(CASES):
+        raise ParameterError(f"studies must be of {', '.join(CASES)}, got {', '.join(sorted(unknown))}")
+    wanted = {
+        (name, kind): math.ceil((seeds or CASES[name].seeds) * share)
+        for name in chosen
+        for kind, share in SHARE_OF_SEEDS.items()
+    }
+    prepared = {name: _Prepared(name, CASES[name], paper) for name in chosen}
+    # In turn, so that what is cut short has as many of each.
+    for seed in range(1, max(wanted.values()) + 1):
+        for (name, kind), most in wanted.items():
+            path = folder / f"{name}-{kind}.jsonl"
+            if len(_lines(path)) < seed <= most:
+                one = prepared[name].one(kind, seed, participants=participants, draws=draws)
+                with path.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps(one) + "\n")
+    found: dict[str, Any] = {name: {} for name in chosen}
+    for (name, kind), most in wanted.items():
+        lines = _lines(folder / f"{name}-{kind}.jsonl")[:most]
+        found[name][kind] = prepared[name].summary(kind, lines)
+    table = table_of(found)
+    write_text(folder / "studies_coverage.md", table + "\n")
+    return {"simulated": True, "participants": participants, "draws": draws, "studies": found, "text": table}
+
+
+class _Prepared:
+    """One shipped study, with what is put in for each kind."""
+
+    def __init__(self, name: str, case: Case, paper: bool) -> None:
+        self.changes = {} if paper else dict(case.changes)
+        self.study = Study.load(name, changes=self.changes)
+        self.looked = case.looked
+        self.effects = {
+            "effect": {**case.effect, **case.people},
+            "none": dict(case.people),
+            "margin": {**at_margin(case, self.study), **case.people},
+        }
+
+    def one(self, kind: str, seed: int, *, participants: int, draws: int) -> dict[str, Any]:
+        """Return what the analysis of one simulated study says at each place."""
+        effect = SimulatedEffect(**self.effects[kind])
+        own = KINDS[kind] + seed
+        answers = simulated_answers(self.study, participants, effect=effect, seed=own)
+        analysis = analyse(answers, plan=Plan.of(self.study.planned, draws=draws, seed=own)).as_dict()
+        side = "none" if kind == "none" else "effect"
+        said = [recovery(one, analysis, self.study, effect, own, side) for one in self.looked]
+        return {"seed": own, "looked": [{key: one[key] for key in (*KEPT, *OTHERS)} for one in said]}
+
+    def summary(self, kind: str, lines: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+        """Return what hundreds of studies say at each place."""
+        places = [
+            {
+                "of": one.of,
+                "test": one.test,
+                "unit": one.unit,
+                **summary_of([line["looked"][k] for line in lines]),
+            }
+            for k, one in enumerate(self.looked)
+        ]
+        return {"changes": self.changes, "put_in": self.effects[kind], "looked": places if lines else []}
+
+
+def at_margin(case: Case, study: Study) -> dict[str, Any]:
+    """Return the effect that makes the truth at each place of ``case.at_margin`` as far from none as the margin.
+
+    Raises
+    ------
+    ParameterError
+        If the study gives no margin for it.
+    """
+    effect: dict[str, Any] = {}
+    for key, place in case.at_margin.items():
+        one = case.looked[place.place]
+        margin = study.planned.values.get(place.margin)
+        if margin is None:
+            raise ParameterError(f"{study.name}: margin {place.margin} must be given, got none")
+        found = optimize.brentq(_beyond(case, study, one, key, margin), 0.0, place.most)
+        table, _, name = key.partition(".")
+        if name:
+            effect.setdefault(table, {})[name] = place.sign * found
+        else:
+            effect[table] = found
+    return effect
+
+
+def _beyond(case: Case, study: Study, one: Looked, key: str, margin: float) -> Callable[[float], float]:
+    table, _, name = key.partition(".")
+
+    def beyond(amount: float) -> float:
+        effect = SimulatedEffect(**{**case.people, table: {name: amount} if name else amount})
+        return abs(one.truth(effect, study, 0) - one.nothing) - margin
+
+    return beyond
+
+
+def summary_of(said: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return counts and means of what many studies say at one place.
+
+    Parameters
+    ----------
+    said : sequence of mapping
+        With the keys `KEPT` and `OTHERS`.
+    """
+    if not said:
+        return {"studies": 0}
+    n = len(said)
+    known = [one for one in said if one["covers"] is not None]
+    errors = np.array([one["estimate"] - one["put_in"] for one in known])
+    others = sum(one["others"] for one in said)
+    return {
+        "studies": n,
+        "put_in": float(np.mean([one["put_in"] for one in known])) if known else None,
+        "bias": float(errors.mean()) if known else None,
+        "bias_se": float(errors.std(ddof=1) / np.sqrt(n)) if len(known) > 1 else None,
+        "sd": float(errors.std(ddof=1)) if len(known) > 1 else None,
+        "covered": _counted(sum(one["covers"] for one in known), len(known)),
+        "shown": _counted(sum(one["verdict"] == SHOWN for one in said), n),
+        "equivalent": _counted(sum(one["verdict"] == EQUIVALENT for one in said), n),
+        "others": others,
+        **{key: _counted(sum(one[key] for one in said), others) for key in OTHERS[1:]},
+        "any_other_shown": _counted(
+            sum(one["others_shown"] > 0 for one in said if one["others"]), n if others else 0
+        ),
+    }
+
+
+def _counted(count: int, n: int) -> dict[str, Any] | None:
+    """Return a count with its share and Wilson's interval; None of nothing."""
+    if not n:
+        return None
+    low, high = share_of(int(count), n).wilson
+    return {"count": int(count), "n": n, "share": count / n, "low": low, "high": high}
+
+
+def table_of(found: Mapping[str, Any]) -> str:
+    """Return the table in Markdown."""
+    lines = [
+        "Simulated studies, simulated participants, without a browser. No measure of touch.",
+        *("", *_row(COLUMNS), *_row(["---"] * len(COLUMNS))),
+    ]
+    for name, kinds in found.items():
+        for kind, facts in kinds.items():
+            for one in facts["looked"]:
+                lines += _row(_cells(name, kind, one)) if one["studies"] else []
+    lines += ["", *NOTES, "", "What was put in, and what was changed for two cores:", ""]
+    for name, kinds in found.items():
+        put_in = ", ".join(f"{kind} {json.dumps(facts['put_in'])}" for kind, facts in kinds.items())
+        changes = json.dumps(next(iter(kinds.values()))["changes"])
+        lines.append(f"- {name}: {put_in}; changed: {changes}")
+    return "\n".join(lines)
+
+
+def _cells(name: str, kind: str, one: Mapping[str, Any]) -> Iterator[Any]:
+    yield from (name, kind, f"{one['of']} [{one['test']}]", one["studies"])
+    yield "-" if one["put_in"] is None else f"{one['put_in']:.3f} {one['unit']}"
+    yield "-" if one["bias_se"] is None else f"{one['bias']:+.3f} ± {one['bias_se']:.3f}"
+    yield _covered(one["covered"])
+    for key in ("shown", "equivalent"):
+        yield f"{one[key]['share']:.3f}"
+    yield _covered(one["others_covered"])
+    for key in ("others_shown", "any_other_shown"):
+        yield "-" if one[key] is None else f"{one[key]['share']:.3f}"
+
+
+def _covered(counted: Mapping[str, Any] | None) -> str:
+    if counted is None:
+        return "-"
+    off = "" if counted["low"] <= 0.95 <= counted["high"] else " *"
+    return f"{counted['share']:.3f} ({counted['low']:.3f} to {counted['high']:.3f}){off}"
+
+
+def _row(cells: Iterator[Any] | Sequence[Any]) -> list[str]:
+    return ["| " + " | ".join(str(cell).replace("|", "/") for cell in cells) + " |"]
+
+
+def _lines(path: Path) -> list[dict[str, Any]]:
+    """Return what was simulated already; a line that a kill cut short is removed."""
+    if not path.is_file():
+        return []
+    whole, found = b"", []
+    for line in path.read_bytes().splitlines(keepends=True):
+        if not line.endswith(b"\n"):
+            path.write_bytes(whole)
+            break
+        whole += line
+        found.append(json.loads(line))
+    return found
