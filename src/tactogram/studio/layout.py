@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import functools
+import html
 import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -29,6 +30,12 @@ PAGES = {
     "Reports": "/reports",
 }
 """What the navigation names, and where it leads."""
+CHOOSER = """<div class="chooser">
+<span>{text}</span>
+<q-btn no-caps outline label="Choose a file" aria-label="Choose a file: {text}" @click="props.pickFiles" />
+<span hidden><q-uploader-add-trigger /></span>
+</div>"""
+"""Quasar's own button of an upload is a link around an input, without a name."""
 HEAD = '<link rel="stylesheet" href="/static/studio.css">'
 
 
@@ -69,6 +76,21 @@ def _navigation(title: str) -> None:
             link = ui.link(name, address)
             if name == title:
                 link.props('aria-current="page"')
+
+
+def upload(text: str, **options: Any) -> ui.upload:
+    """Draw where a file is dropped or chosen; it is sent at once.
+
+    Parameters
+    ----------
+    text : str
+        What is to be given; plain, without markup.
+    **options : Any
+        As `nicegui.ui.upload` takes them.
+    """
+    drawn = ui.upload(auto_upload=True, **options).props("flat bordered")
+    drawn.add_slot("header", CHOOSER.format(text=html.escape(text)))
+    return drawn
 
 
 def told(error: BaseException) -> None:

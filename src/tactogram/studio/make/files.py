@@ -212,7 +212,7 @@ async def _from_store(on: MakePage) -> None:
         raise DataError("The data that this run learned from is not in this workspace.")
     infos = list(store.index)[:MOST_OFFERED]
     titles = {info.id: f"{info.material or info.source or 'recording'} · {info.id[:8]}" for info in infos}
-    with ui.dialog() as dialog, ui.card():
+    with ui.dialog().props('aria-label="A recording of the data"') as dialog, ui.card():
         ui.label(f"A recording of {store.name}").classes("h2")
         chosen = ui.select(titles, label="Recording", with_input=True).props("outlined dense")
         chosen.classes("w-80")

@@ -14,7 +14,7 @@ from tactogram.jobs.data import add_signal
 from tactogram.signal import Signal
 from tactogram.signal.io import READABLE, SignalFile, read_file
 from tactogram.signal.io.files import SOUND, written_beside
-from tactogram.studio.layout import busy, in_background, page, telling
+from tactogram.studio.layout import busy, in_background, page, telling, upload
 from tactogram.studio.materials.near import draw_near
 from tactogram.studio.materials.parts import HEAD, MaterialsDesk, address
 from tactogram.studio.signals.view import add_routes, signal_card
@@ -77,11 +77,9 @@ class _Drop:
         with ui.element("section").classes("card w-full"):
             ui.label("Drop a new recording").classes("h2").props('role="heading" aria-level="2"')
             ui.label(f"One of {', '.join(READABLE)}. It stays on this machine.").classes("small quiet")
-            upload = ui.upload(
-                label="Drop a file here, or press +", auto_upload=True, on_upload=telling(take)
-            )
-            upload.props(f'accept="{",".join(READABLE)}" flat bordered').classes("w-full")
-            upload.on(
+            given = upload("Drop a file here, or choose one", on_upload=telling(take))
+            given.props(f'accept="{",".join(READABLE)}"').classes("w-full")
+            given.on(
                 "rejected", lambda: ui.notify(f"It must be one of {', '.join(READABLE)}.", type="negative")
             )
 
@@ -188,11 +186,9 @@ class _Drop:
                 for name in ("contactor", "session", "subject"):
                     ui.input(name.capitalize()).bind_value(values, name).classes("w-32")
             ui.label("A subject is a code, never a name.").classes("small quiet")
-            ui.upload(
-                label="A photograph of it, if there is one",
-                auto_upload=True,
-                on_upload=telling(self._photograph),
-            ).props(f'accept="{PICTURES}" flat bordered').classes("w-full max-w-lg")
+            upload("A photograph of it, if there is one", on_upload=telling(self._photograph)).props(
+                f'accept="{PICTURES}"'
+            ).classes("w-full max-w-lg")
             self.pictured = ui.label(
                 f"photograph: {values['photograph']}" if values.get("photograph") else ""
             ).classes("small")

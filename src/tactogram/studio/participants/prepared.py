@@ -31,8 +31,8 @@ SILENCE_S = 1.0
 """Of a silent slot, where nothing else on its page says how long it is."""
 PATIENCE_S = 10.0
 """For the stimulus that is being made when a session is closed."""
-BROWSER_RATES = (3000, 192_000)
-"""Rates that browsers' sound takes, Hz (Web Audio API, AudioContextOptions: at least 8 to 96 kHz)."""
+BROWSER_RATES = (8000, 96_000)
+"""Rates that every browser's sound takes, Hz (Web Audio API, createBuffer); beyond them Firefox refuses."""
 
 log = logging.getLogger("tactogram.studio")
 

@@ -11,7 +11,7 @@ from nicegui.events import UploadEventArguments
 
 from tactogram.errors import TactogramError
 from tactogram.signal.io import write_signal
-from tactogram.studio.layout import in_background, page, telling
+from tactogram.studio.layout import in_background, page, telling, upload
 from tactogram.studio.send.display import DisplayCards
 from tactogram.studio.send.files import FileCards
 from tactogram.studio.send.sending import Chosen, Sending
@@ -108,13 +108,12 @@ class SendPage:
             with ui.expansion("Upload a file").classes("w-full"):
                 self._unit = ui.input("Unit, if the file does not say").props('hint="m/s^2, g, N, 1 …"')
                 self._rate = ui.number("Rate, Hz, if the file does not say")
-                ui.upload(
-                    label="WAV, FLAC, CSV, NPZ, Excel",
-                    auto_upload=True,
+                upload(
+                    "WAV, FLAC, CSV, NPZ, Excel",
                     max_file_size=MOST_BYTES,
                     on_upload=self._uploaded,
                     on_rejected=lambda: ui.notify("at most 256 MiB can be sent here", type="negative"),
-                ).classes("w-full").props('aria-label="Upload a file"')
+                ).classes("w-full")
 
     def _group_chosen(self) -> None:
         self._listed.refresh()

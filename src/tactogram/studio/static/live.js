@@ -3,6 +3,8 @@
  * Each picture is asked for once the one before it is drawn, so that a slow tab waits instead of piling up requests.
  */
 
+import { keepAwake } from "/participants/static/awake.js";
+
 /** @typedef {{from: number, next: number, bin_s: number, low: (number|null)[][], high: (number|null)[][], lost: number[]}} Traces */
 
 const SHOWN_S = 8;
@@ -226,8 +228,7 @@ function session(now) {
 function tick(back) {
   const on = /** @type {HTMLInputElement | null} */ (document.querySelector("#session-sound input"));
   if (find("session-sound")?.getAttribute("data-on") === "0" || (on && !on.checked)) return;
-  sound ??= new AudioContext();
-  if (sound.state !== "running") { sound.resume(); return; }
+  if (sound?.state !== "running") return;
   const tone = sound.createOscillator(), gain = sound.createGain(), t = sound.currentTime;
   tone.frequency.value = back ? 800 : 1200;
   gain.gain.setValueAtTime(0.0001, t);
@@ -237,6 +238,15 @@ function tick(back) {
   tone.start(t);
   tone.stop(t + 0.04);
 }
+
+/** Browsers let sound begin by a gesture only, and the first beat comes after it. */
+function readied() {
+  if (sound || !find("session-sound")) return;
+  sound = new AudioContext();
+  keepAwake(sound);
+}
+
+for (const name of ["click", "keydown"]) document.addEventListener(name, readied, true);
 
 async function loop() {
   for (;;) {

@@ -4,6 +4,8 @@
  * A page's checkbox in `[data-player-loop]` says whether it goes on from the beginning. Nothing plays before a click.
  */
 
+import { BEGINS_MS, keepAwake } from "/participants/static/awake.js";
+
 const CHANGE_S = 0.02;
 
 /** @typedef {{buffer: AudioBuffer, gain: number, limited: number, own: boolean}} Loaded */
@@ -36,7 +38,10 @@ function load(url) {
 
 /** @returns {AudioContext} */
 function audio() {
-  context ??= new AudioContext();
+  if (!context) {
+    context = new AudioContext();
+    keepAwake(context, () => wanted !== "" || playing !== null);
+  }
   return context;
 }
 
@@ -56,7 +61,7 @@ function place() {
 /** @param {string} url */
 async function play(url) {
   wanted = url;
-  audio().resume();
+  audio().resume().catch(() => null);
   mark();
   let found;
   try {
@@ -86,6 +91,9 @@ async function play(url) {
     if (playing === mine) stop();
   };
   mark();
+  setTimeout(() => {
+    if (playing === mine && audio().state !== "running") tell(url, "The browser has not begun the sound: is there a sound output?");
+  }, BEGINS_MS);
   requestAnimationFrame(follow);
 }
 

@@ -1,5 +1,7 @@
 /** The page Touch: what is chosen goes to the sound, what the hand does too, and what the sound does is shown. */
 
+import { BEGINS_MS } from "/participants/static/awake.js";
+
 import { Pad } from "./touch_pad.js";
 import { Rows } from "./touch_rows.js";
 import { ASSUMED, calibrate, measured } from "./touch_scale.js";
@@ -29,6 +31,8 @@ let gain = 0;
 /** Largest magnitude of the textures under a simulated hand, and their unit. */
 let strongest = { peak: 0, unit: "" };
 let limitedSince = 0;
+/** When the sound was asked for last. */
+let asked = Infinity;
 
 /** For looking at from outside: the tests move the pointer and read this. */
 window.tactogramTouch = { pad, rows, sound, report, vibration, loaded: () => $("pad") && rows.ready };
@@ -85,8 +89,11 @@ function setGain(to) {
 }
 
 async function begin(on) {
-  if (on) await sound.begin();
-  open = on;
+  if (on) {
+    asked = performance.now();
+    await sound.begin();
+  }
+  sound.wanted = open = on;
   $("begin").hidden = true;
   $("mute").setAttribute("aria-pressed", String(on));
   $("mute").textContent = on ? "Sound is on" : "Sound is off";
@@ -131,8 +138,19 @@ function showNumbers() {
   $("facts").replaceChildren(
     ...Object.entries(facts).flatMap(([name, value]) => [made("dt", name), made("dd", value)]),
   );
-  const limiting = performance.now() - limitedSince < 2000 && limitedSince > 0;
-  $("limited").textContent = limiting ? "Limited: it would have been over full scale. Turn the volume down." : "";
+  warn();
+}
+
+function warn() {
+  const now = performance.now();
+  const limiting = now - limitedSince < 2000 && limitedSince > 0;
+  const silent = sound.wanted && sound.context.state !== "running" && now - asked > BEGINS_MS;
+  const text = silent
+    ? "The browser has not begun the sound. Press again; if that does not help, look for a sound output, or for another program that holds it."
+    : limiting
+      ? "Limited: it would have been over full scale. Turn the volume down."
+      : "";
+  if ($("limited").textContent !== text) $("limited").textContent = text;
 }
 
 function draw() {
@@ -177,7 +195,11 @@ function stored() {
 function keep() {
   const gains = { ...kept.gain, [strongest.unit]: gain };
   const values = { rows: rows.state(), gain: gains, force: pad.force, hover: pad.hover, vibrate: vibration.on };
-  localStorage.setItem(SETTINGS, JSON.stringify(values));
+  try {
+    localStorage.setItem(SETTINGS, JSON.stringify(values));
+  } catch {
+    // A browser that keeps nothing begins anew after a reload.
+  }
 }
 
 function listen() {

@@ -1,30 +1,8 @@
-/** Pixels to millimetres: measured with a card held to the screen, or what CSS says, which is named as assumed. */
+/** Pixels to millimetres by a card, in a dialog; one measurement serves this page and the participants'. */
 
-export const ASSUMED = 96 / 25.4;
-/** ISO/IEC 7810, ID-1: the long side of a card. */
-export const CARD_MM = 85.6;
-/** As the participants' pages keep it: one measurement serves both. */
-const KEY = "tactogram.screen";
+import { ASSUMED, CARD_MM, keepMeasured, measured } from "/participants/static/millimetres.js";
 
-function screenNow() {
-  const sides = [screen.width, screen.height].sort((one, other) => one - other);
-  return `${sides[0]}x${sides[1]}@${devicePixelRatio}`;
-}
-
-/** Return CSS pixels per mm as measured on this screen at this zoom, or null. */
-export function measured() {
-  try {
-    const kept = JSON.parse(localStorage.getItem(KEY) ?? "null");
-    return kept && kept.screen === screenNow() && kept.px_per_mm > 1.5 && kept.px_per_mm < 20 ? kept.px_per_mm : null;
-  } catch {
-    return null;
-  }
-}
-
-/** @param {number} pxPerMm */
-export function keep(pxPerMm) {
-  localStorage.setItem(KEY, JSON.stringify({ px_per_mm: pxPerMm, screen: screenNow() }));
-}
+export { ASSUMED, measured };
 
 /**
  * Let a card be matched in a dialog; `done` is called when it was.
@@ -36,11 +14,11 @@ export function calibrate(dialog, done) {
   const card = dialog.querySelector(".touch-card-shape");
   const draw = () => (card.style.width = `${range.value}px`);
   range.max = String(Math.min(900, innerWidth - 80));
-  range.value = String(Math.round(CARD_MM * (measured() ?? ASSUMED)));
+  range.value = String(Math.round(CARD_MM.long * (measured() ?? ASSUMED)));
   range.oninput = draw;
   draw();
   dialog.querySelector("[value=keep]").onclick = () => {
-    keep(Number(range.value) / CARD_MM);
+    keepMeasured(Number(range.value) / CARD_MM.long);
     done();
   };
   dialog.showModal();

@@ -1,5 +1,7 @@
 /** The audio side of the page Touch: context, worklet, spectrum, and how late the sound is. */
 
+import { keepAwake } from "/participants/static/awake.js";
+
 import { Player, QUANTUM } from "./touch_player.js";
 
 const KEPT = 400;
@@ -10,6 +12,9 @@ export class Sound {
   constructor(report) {
     this._report = report;
     this.context = new AudioContext({ latencyHint: "interactive" });
+    /** Whether it is to be heard. */
+    this.wanted = false;
+    keepAwake(this.context, () => this.wanted);
     this.analyser = new AnalyserNode(this.context, { fftSize: 8192, smoothingTimeConstant: 0.6 });
     this.analyser.connect(this.context.destination);
     /** Whether the samples are made in the audio thread; without a worklet they are made in the page's. */
@@ -39,6 +44,7 @@ export class Sound {
 
   /** Begin; a browser allows it only when somebody has just pressed something. */
   async begin() {
+    this.wanted = true;
     const resumed = this.context.resume();
     await this._ready;
     await resumed;
@@ -69,7 +75,8 @@ export class Sound {
   _lateness({ motion, motion_block: block }) {
     const stamp = this.context.getOutputTimestamp?.();
     if (!stamp || !(stamp.performanceTime > 0)) return null;
-    const late = stamp.performanceTime / 1e3 + (block - stamp.contextTime) - motion;
+    const { currentTime, outputLatency = 0 } = this.context;
+    const late = leaves(block, { ...clocks(stamp), now: performance.now() / 1e3, currentTime, outputLatency }) - motion;
     return late > 0 && late < 2 ? late : null;
   }
 
@@ -99,6 +106,21 @@ export class Sound {
     script.connect(this.analyser);
     this._send = (message) => player.hear(message, this.context.currentTime);
   }
+}
+
+const clocks = ({ contextTime, performanceTime }) => ({ heard: contextTime, at: performanceTime / 1e3 });
+
+/**
+ * Return when a block leaves the browser, by the page's clock, s.
+ *
+ * A browser says what is `heard`, and `at` which time. Some (Firefox) move both back by the output's latency: taken
+ * together they say that a block is heard as soon as it is made, and the latency is to be added.
+ * @param {number} block On the context's clock, s.
+ * @param {{heard: number, at: number, now: number, currentTime: number, outputLatency: number}} said
+ */
+export function leaves(block, { heard, at, now, currentTime, outputLatency }) {
+  const behind = currentTime - heard - (now - at);
+  return at + block - heard + (behind < outputLatency / 2 ? outputLatency : 0);
 }
 
 /**

@@ -9,7 +9,7 @@ from nicegui import events, ui
 
 from tactogram.jobs.study import check_study
 from tactogram.recipe import parse_changes
-from tactogram.studio.layout import busy, in_background, page, telling
+from tactogram.studio.layout import busy, in_background, page, telling, upload
 from tactogram.studio.studies.experiment_view import address_of
 from tactogram.studio.studies.found import analysis, power
 from tactogram.studio.studies.listed import STUDIES, Begun, Listed, begun, copy_study, listed, session_folder
@@ -51,9 +51,8 @@ class Studies:
         with ui.element("section").classes("w-full stack"):
             with ui.row().classes("items-center justify-between w-full"):
                 ui.label("Study files of this workspace").classes("h2")
-                ui.upload(
-                    label="Add a study file (TOML)", auto_upload=True, on_upload=telling(self._upload)
-                ).props('accept=".toml" flat bordered').classes("w-64 listless")
+                given = upload("Add a study file (TOML)", on_upload=telling(self._upload))
+                given.props('accept=".toml"').classes("listless")
             if own:
                 self._cards(own)
             else:
@@ -85,7 +84,7 @@ class Studies:
             begin = ui.button("Begin a session", on_click=lambda: self._begin(study))
             begin.props(f'aria-label="Begin a session of {study.name}"')
             check = ui.button("Check", on_click=lambda e: self._check(study, e.sender)).props("outline")
-            check.props(f'aria-label="Make and render every stimulus of {study.name}"')
+            check.props(f'aria-label="Check {study.name}: make and render every stimulus"')
             if study.shipped:
                 copied = ui.button("Copy", on_click=telling(lambda: self._copy(study))).props("outline")
                 copied.props(f'aria-label="Copy {study.name} into the workspace"')
@@ -122,7 +121,10 @@ class Studies:
                     )
 
     def _begin(self, study: Listed) -> None:
-        with ui.dialog() as dialog, ui.card().classes("w-96 max-w-full"):
+        with (
+            ui.dialog().props('aria-label="Begin a session"') as dialog,
+            ui.card().classes("w-96 max-w-full"),
+        ):
             ui.label(f"Begin a session: {study.title}").classes("h2")
             name = ui.input("Name of the session's folder", value=study.facts["name"]).classes("w-full")
             changed = (

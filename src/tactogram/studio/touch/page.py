@@ -14,7 +14,7 @@ from fastapi.responses import JSONResponse, Response
 from nicegui import app, events, ui
 
 from tactogram.errors import ParameterError, TactogramError
-from tactogram.studio.layout import in_background, page, telling
+from tactogram.studio.layout import in_background, page, telling, upload
 from tactogram.studio.studio import Studio
 from tactogram.studio.touch.offers import Where
 from tactogram.studio.touch.pictures import picture_of
@@ -131,9 +131,8 @@ def _dropping(studio: Studio) -> None:
             "A signal over time is laid along the way of the finger at the speed at which it was recorded; one over "
             "displacement as it is."
         ).classes("quiet")
-        ui.upload(
-            label="Drop a WAV, FLAC, CSV, NPZ or XLSX file",
-            auto_upload=True,
+        upload(
+            "Drop a WAV, FLAC, CSV, NPZ or XLSX file",
             max_file_size=LARGEST_UPLOAD,
             on_upload=telling(received),
-        ).props('accept=".wav,.flac,.csv,.tsv,.npz,.xlsx" aria-label="A recording"').classes("w-full")
+        ).props('accept=".wav,.flac,.csv,.tsv,.npz,.xlsx"').classes("w-full")

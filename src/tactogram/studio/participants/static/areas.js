@@ -86,7 +86,9 @@ function padOf(slot, scene, { width, height, way, scale, speed, clock }) {
   let sounded = 0;
   let since = null;
 
-  const sound = (on, ms) => {
+  const sound = (stroked, ms) => {
+    // What the device does not play, yet or any more, is not felt.
+    const on = stroked && voice.audible();
     if (on === (since !== null)) return;
     if (on) since = ms;
     else {
@@ -162,8 +164,10 @@ function padOf(slot, scene, { width, height, way, scale, speed, clock }) {
     /** @param {number} x mm, of the target */
     draw: (x, ms) => {
       target.style.transform = `translateX(${(TARGET_MM + x) * scale}px)`;
-      if (pointer === "key") scene.changed();
-      else if (since !== null && !stroke.strokes(ms)) sound(false, ms);
+      if (pointer === "key") {
+        sound(true, ms);
+        scene.changed();
+      } else if (since !== null && !stroke.strokes(ms)) sound(false, ms);
     },
   };
 }

@@ -16,7 +16,8 @@ export function deviceFacts(more = {}) {
     width_px: innerWidth,
     height_px: innerHeight,
     touch: navigator.maxTouchPoints > 0,
-    full_screen: document.fullscreenElement !== null,
+    // Where a browser has no full screen there is no such property either.
+    full_screen: Boolean(document.fullscreenElement),
   };
   for (const [name, value] of Object.entries(more)) {
     const kept = typeof value === "number" ? rounded(value) : value;

@@ -5,6 +5,8 @@ export const CARD_MM = { long: 85.6, short: 53.98 };
 /** Of a screen that was not measured: 96 CSS pixels are an inch (CSS Values and Units, 6.2). */
 export const ASSUMED = 96 / 25.4;
 const KEY = "tactogram.screen";
+/** What was measured since the page was loaded, for browsers that keep nothing. */
+let held = null;
 const POSSIBLE = { least: 1.5, most: 20 };
 
 /** Return what identifies the screen: another zoom or another screen has other pixels. */
@@ -19,18 +21,22 @@ function screenNow(view = window) {
  */
 export function measured(view = window) {
   try {
-    const kept = JSON.parse(view.localStorage.getItem(KEY) ?? "null");
-    const known = kept && kept.screen === screenNow(view) ? kept.px_per_mm : null;
-    return known >= POSSIBLE.least && known <= POSSIBLE.most ? known : null;
+    return valid(JSON.parse(view.localStorage.getItem(KEY) ?? "null") ?? held, view);
   } catch {
-    return null;
+    return valid(held, view);
   }
+}
+
+function valid(kept, view) {
+  const known = kept && kept.screen === screenNow(view) ? kept.px_per_mm : null;
+  return known >= POSSIBLE.least && known <= POSSIBLE.most ? known : null;
 }
 
 /** Keep what was measured. */
 export function keepMeasured(pxPerMm, view = window) {
+  held = { px_per_mm: pxPerMm, screen: screenNow(view) };
   try {
-    view.localStorage.setItem(KEY, JSON.stringify({ px_per_mm: pxPerMm, screen: screenNow(view) }));
+    view.localStorage.setItem(KEY, JSON.stringify(held));
   } catch {
     // A browser without storage measures again after a reload.
   }

@@ -1,5 +1,7 @@
 /** Stimuli as sound: read as they are, played without clicks, never by themselves. */
 
+import { BEGINS_MS, keepAwake } from "./awake.js";
+
 /** Time constant of a voice's rise and fall, s; after ten of them it is silent (-87 dB). */
 export const RISE_S = 0.002;
 /** How much of a loop's end is blended into its beginning, s, so that its seam is not felt. */
@@ -79,9 +81,14 @@ export function swell(gain, to, at) {
 
 /** Stimuli that this device plays. */
 export class BrowserSounds {
-  /** @param {(slot: string) => Promise<ArrayBuffer>} fetched gives the WAV of a slot */
-  constructor(fetched) {
+  /**
+   * @param {(slot: string) => Promise<ArrayBuffer>} fetched gives the WAV of a slot
+   * @param {(silent: boolean) => void} [told] whether nothing is heard, although something is to be
+   */
+  constructor(fetched, told = () => {}) {
     this.fetched = fetched;
+    this.told = told;
+    this.silent = false;
     this.sounds = new Map();
     this.contexts = new Map();
     this.voices = new Set();
@@ -104,6 +111,9 @@ export class BrowserSounds {
       } catch {
         made = new AudioContext({ latencyHint: "interactive" });
       }
+      keepAwake(made);
+      // A call or another program may take the sound away: what was not heard to its end was not played.
+      made.addEventListener("statechange", () => (made.state === "running" ? this._tell(false) : this.hush()));
       this.contexts.set(rate, made);
     }
     return this.contexts.get(rate);
@@ -122,29 +132,47 @@ export class BrowserSounds {
 
   /**
    * Play a slot. A loop sounds while it is let in by `let`; once through, `ended` is awaited.
-   * @returns {{let: (on: boolean) => void, stop: () => void, ended: Promise<boolean>}}
+   *
+   * What is over is over by the sound's clock, which stands still until the device has begun.
+   * @returns {{let: (on: boolean) => void, stop: () => void, ended: Promise<boolean>, audible: () => boolean}}
    */
   play(slot, { loop = false, seconds = null } = {}) {
     const sound = this.sounds.get(slot);
     const context = this.context(sound.rate);
-    context.resume();
-    const at = context.currentTime;
-    const voice = voiceOf(context, sound, { loop, at });
+    context.resume().catch(() => null);
+    const voice = voiceOf(context, sound, { loop });
     this.voices.add(voice);
     let finish;
     const ended = new Promise((resolve) => (finish = resolve));
     const stop = (whole = false) => {
       if (!this.voices.delete(voice)) return;
+      clearTimeout(waiting);
       swell(voice.gain, 0, context.currentTime);
       voice.source.stop(context.currentTime + 10 * RISE_S);
-      finish(whole && context.state === "running");
+      finish(whole);
     };
+    const waiting = setTimeout(() => {
+      if (context.state === "running") return;
+      this._tell(true);
+      if (!loop) stop();
+    }, BEGINS_MS);
     voice.halt = stop;
     if (!loop) {
-      swell(voice.gain, 1, at);
-      setTimeout(stop, 1000 * (seconds ?? voice.seconds), true);
+      swell(voice.gain, 1, context.currentTime);
+      const silence = Math.max(0, (seconds ?? 0) - voice.seconds);
+      voice.source.onended = () => setTimeout(stop, 1000 * silence, true);
     }
-    return { let: (on) => swell(voice.gain, on ? 1 : 0, context.currentTime), stop, ended };
+    return {
+      let: (on) => swell(voice.gain, on ? 1 : 0, context.currentTime),
+      stop: () => stop(),
+      ended,
+      audible: () => context.state === "running" && this.voices.has(voice),
+    };
+  }
+
+  _tell(silent) {
+    if (silent !== this.silent) this.told(silent);
+    this.silent = silent;
   }
 
   /** Return how long a slot is, s. */
@@ -218,7 +246,8 @@ export class ServerSounds {
       if (ends && one.running) this.halt();
     };
     one.stop = stop;
-    return { let: lets, stop, ended: loop ? Promise.resolve(true) : once().then((played) => played && !one.over) };
+    const ended = loop ? Promise.resolve(true) : once().then((played) => played && !one.over);
+    return { let: lets, stop, ended, audible: () => true };
   }
 
   seconds() {

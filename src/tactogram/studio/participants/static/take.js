@@ -61,7 +61,10 @@ async function start() {
 }
 
 function soundsOf(playedBy) {
-  if (playedBy !== "server") return new BrowserSounds((slot) => insist(() => bytes(address("sound", slot)), toldAway("waiting")));
+  if (playedBy !== "server") {
+    const fetched = (slot) => insist(() => bytes(address("sound", slot)), toldAway("waiting"));
+    return new BrowserSounds(fetched, (silent) => tell(silent ? say(language(), "no_sound") : ""));
+  }
   const play = async (slot) => {
     try {
       await ask(`${base}/play`, { token: now.state.page.token, slot });
