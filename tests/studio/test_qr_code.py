@@ -1,0 +1,34 @@
+import re
+from urllib.parse import unquote
+
+import pytest
+
+from tactogram.studio.qr_code import svg_qr_code, terminal_qr_code
+
+segno = pytest.importorskip("segno")
+
+ADDRESS = "https://192.0.2.7:8123/join/abcdefghijklmnopqrstuv"
+
+
+def test_the_terminal_shows_the_modules_that_the_code_has():
+    drawn = terminal_qr_code(ADDRESS, 80)
+    lines = [re.fullmatch("\x1b\\[40;97m([█▀▄ ]+)\x1b\\[0m", line)[1] for line in drawn.splitlines()]
+    light = []
+    for line in lines:
+        light += [[c in "█▀" for c in line], [c in "█▄" for c in line]]
+    expected = [[not dark for dark in row] for row in segno.make_qr(ADDRESS, error="l").matrix_iter(border=4)]
+    assert light[: len(expected)] == expected
+
+
+def test_where_a_terminal_is_too_narrow_there_is_none():
+    width = len(terminal_qr_code(ADDRESS, 80).splitlines()[0]) - len("\x1b[40;97m\x1b[0m")
+    assert terminal_qr_code(ADDRESS, width)
+    assert terminal_qr_code(ADDRESS, width - 1) == ""
+
+
+def test_the_picture_is_dark_on_light_and_asks_no_other_host():
+    kind, _, data = svg_qr_code(ADDRESS).partition(",")
+    svg = unquote(data)
+    assert kind.startswith("data:image/svg+xml")
+    assert ("fill='#fff'" in svg, "stroke='#000'" in svg) == (True, True)
+    assert re.findall("https?://[^'\"]*", svg) == ["http://www.w3.org/2000/svg"]
