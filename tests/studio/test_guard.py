@@ -34,13 +34,24 @@ async def echo(scope, receive, send):
 
 
 def ask(
-    path="/", method="GET", *, headers=(), query="", pieces=(b"",), settings=LOCAL, app=echo, host="127.0.0.1"
+    path="/",
+    method="GET",
+    *,
+    headers=(),
+    query="",
+    pieces=(b"",),
+    settings=LOCAL,
+    app=echo,
+    host="127.0.0.1",
+    scheme="http",
+    every_s=0.0,
 ):
     """Return status, headers and body of an answer, asked without a server."""
     given = [("host", host)] if host is not None else []
     scope = {
         "type": "http",
         "method": method,
+        "scheme": scheme,
         "path": path,
         "query_string": query.encode(),
         "headers": [(name.encode(), value.encode()) for name, value in [*given, *headers]],
@@ -51,8 +62,7 @@ def ask(
     sent = []
 
     async def receive():
-        if not waiting:
-            await asyncio.sleep(3600)
+        await asyncio.sleep(every_s if waiting else 3600)
         return waiting.pop(0)
 
     async def send(message):
@@ -159,6 +169,25 @@ def test_a_token_in_the_address_becomes_a_cookie_and_leaves_the_address():
     assert ask("/make", headers=[("cookie", f"x=1; {COOKIE}={TOKEN}")], settings=FAR)[0] == 200
 
 
+def test_over_https_the_cookie_is_never_sent_without_and_one_that_came_without_counts_nothing():
+    headers = ask("/make", query=f"token={TOKEN}", settings=FAR, scheme="https")[1]
+    assert headers["set-cookie"] == f"__Host-{COOKIE}={TOKEN}; HttpOnly; Path=/; SameSite=Strict; Secure"
+    for name, status in ((f"__Host-{COOKIE}", 200), (COOKIE, 401)):
+        given = [("cookie", f"{name}={TOKEN}")]
+        assert ask("/make", headers=given, settings=FAR, scheme="https")[0] == status
+
+
+def test_over_https_a_page_of_this_host_that_came_without_is_another_site():
+    for origin, host, status in (
+        ("https://lab-pc", "lab-pc", 200),
+        ("https://lab-pc:8123", "lab-pc:8123", 200),
+        ("http://lab-pc", "lab-pc", 403),
+        ("http://lab-pc:8123", "lab-pc:8123", 403),
+    ):
+        asked = {"headers": [("origin", origin)], "host": host, "settings": FAR, "scheme": "https"}
+        assert ask("/take/x", "POST", **asked)[0] == status
+
+
 def test_a_token_s_address_leads_to_this_server_only():
     location = ask("//evil.example/é", query=f"token={TOKEN}", settings=FAR)[1]["location"]
     assert location == "/evil.example/%C3%A9"
@@ -228,6 +257,13 @@ def test_two_ways_to_say_a_length_are_refused():
 def test_a_sender_that_stalls_is_sent_away():
     status, _, body = ask("/take/x", "POST", pieces=(), settings=Guarding(body_seconds=0.01))
     assert (status, "stopped on its way" in json.loads(body)["error"]) == (408, True)
+
+
+def test_a_sender_that_drips_is_sent_away():
+    settings = Guarding(body_seconds=0.02, body_rate=1000)
+    assert ask("/take/x", "POST", pieces=[b"x"] * 1000, every_s=0.001, settings=settings)[0] == 408
+    # As many pieces, as slowly, but as much as is asked for.
+    assert ask("/take/x", "POST", pieces=[b"x" * 600] * 50, every_s=0.001, settings=settings)[2] == b"30000"
 
 
 @pytest.mark.parametrize(

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING
 
 from tactogram.cli.options import Add, Verbs, models_option
-from tactogram.cli.printing import Arguments
+from tactogram.cli.printing import Arguments, lines_of
+
+if TYPE_CHECKING:
+    from tactogram.studio.listening import Listening
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -22,28 +28,60 @@ def add_verbs(verbs: Verbs) -> None:
 
 
 def server_options(add: Add) -> None:
-    """Add where a server listens, and whether a browser opens."""
+    """Add where a server listens, how it is encrypted, and whether a browser opens."""
     add("--port", type=int, default=8123, help="0 takes a free one (default %(default)s)")
     add(
         "--host",
         default="127.0.0.1",
-        help="what to listen on; beyond this machine a token is drawn and printed (default %(default)s)",
+        help="what to listen on, 0.0.0.0 for all addresses; beyond this machine a token is drawn and printed "
+        "(default %(default)s)",
     )
+    add(
+        "--https",
+        action="store_true",
+        help="encrypt, with a certificate that is made and kept in the workspace; tablets need it for sound thread, "
+        "camera and clipboard",
+    )
+    add("--certificate", metavar="FILE", help="encrypt with a certificate of your own (PEM)")
+    add("--key", metavar="FILE", help="the certificate's key (PEM; default: in the same file)")
     add("--no-open", action="store_true", help="do not open a browser")
+
+
+def taken_port(a: Arguments) -> AbstractContextManager[Listening]:
+    """Return the port that `server_options` ask for, taken until the end of the ``with``."""
+    from tactogram.extras import imported
+
+    imported("nicegui", extra="studio", what="the studio")
+    from tactogram.studio.listening import listening
+
+    return listening(a.host, a.port, https=a.https, certificate=a.certificate, key=a.key)
+
+
+def shown_qr_code(address: str) -> str:
+    """Return a QR code to be added to what is printed: none where that goes elsewhere or has no room for it."""
+    from tactogram.studio.qr_code import terminal_qr_code
+
+    if not sys.stdout.isatty():
+        return ""
+    code = terminal_qr_code(address, shutil.get_terminal_size().columns)
+    return f"\n{code}" if code else ""
 
 
 def studio(a: Arguments) -> int:
     """Open the studio in the browser: make, touch, train, send, and studies with people."""
-    from tactogram.extras import imported
+    with taken_port(a) as port:
+        from tactogram.studio.server import Answering, serve
+        from tactogram.studio.studio import Studio
 
-    imported("nicegui", extra="studio", what="the studio")
-    from tactogram.studio.server import serve
-    from tactogram.studio.studio import Studio
+        def ready(answering: Answering) -> None:
+            told = {
+                "studio": answering.address,
+                "certificate, SHA-256": answering.certificate_sha256,
+            }
+            code = "" if port.loopback else shown_qr_code(answering.address)
+            sys.stdout.write(f"{lines_of(told)}{code}\n")
+            sys.stdout.flush()
+            sys.stderr.write("Ctrl-C ends it\n")
 
-    def ready(address: str) -> None:
-        sys.stdout.write(f"studio: {address}\n")
-        sys.stdout.flush()
-        sys.stderr.write("Ctrl-C ends it\n")
-
-    serve(Studio.at(a.folder), port=a.port, host=a.host, open_browser=not a.no_open, ready=ready)
+        serve(Studio.at(a.folder), port, open_browser=not a.no_open, ready=ready)
     return 0

@@ -6,7 +6,7 @@ from typing import Any
 
 from tactogram.cli.options import Add, Verbs
 from tactogram.cli.printing import Arguments, columns, lines_of, print_result
-from tactogram.cli.studio import server_options
+from tactogram.cli.studio import server_options, shown_qr_code, taken_port
 from tactogram.cli.study_sessions import add_session_verbs
 
 
@@ -98,35 +98,34 @@ def run(a: Arguments) -> int:
     """Serve a study to participants, and its progress to the experimenter, until Ctrl-C; run again it goes on."""
     import sys
 
-    from tactogram.extras import imported
-
-    imported("nicegui", extra="studio", what="the pages of a study")
     from tactogram.recipe import parse_changes
-    from tactogram.studio.studies.run import run_study
 
     def ready(facts: dict[str, Any]) -> None:
         told = {
             "experimenter": facts["experimenter"],
             "participants": facts["join"],
             **{f"participant {code}": address for code, address in facts["codes"].items()},
-            "participants, by number": facts["addresses"],
+            "participants, too": facts["addresses"],
+            "certificate, SHA-256": facts["certificate_sha256"],
         }
-        print_result(a, facts, lines_of(told))
+        print_result(a, facts, lines_of(told) + ("" if port.loopback else shown_qr_code(facts["join"])))
         sys.stdout.flush()
         sys.stderr.write("Ctrl-C ends it; run again it goes on\n")
 
-    run_study(
-        a.study,
-        a.out,
-        changes=parse_changes(a.set),
-        codes=[code.strip() for code in (a.participants or "").split(",") if code.strip()],
-        port=a.port,
-        host=a.host,
-        open_browser=not a.no_open,
-        device=a.device,
-        full_scale=a.full_scale,
-        ready=ready,
-    )
+    with taken_port(a) as port:
+        from tactogram.studio.studies.run import run_study
+
+        run_study(
+            a.study,
+            a.out,
+            port,
+            changes=parse_changes(a.set),
+            codes=[code.strip() for code in (a.participants or "").split(",") if code.strip()],
+            open_browser=not a.no_open,
+            device=a.device,
+            full_scale=a.full_scale,
+            ready=ready,
+        )
     sys.stderr.write("tactogram: the study's server ended; all answers are stored\n")
     return 0
 

@@ -16,12 +16,13 @@ from typing import Any
 from urllib.parse import quote
 
 from tactogram.studio.guard_rules import (
-    COOKIE,
     PARTICIPANTS,
     Guarding,
     Refusal,
     body_refusal,
+    cookie_name,
     header,
+    is_secure,
     is_token,
     needs_token,
     refusal,
@@ -137,12 +138,14 @@ class Guard:
         found = token_in_query(scope)
         if found is None or scope["method"] != "GET" or not is_token(found[0], self.settings):
             return False
-        cookie: SimpleCookie = SimpleCookie({COOKIE: found[0]})
-        for name, value in (("httponly", True), ("samesite", "Strict"), ("path", "/")):
-            cookie[COOKIE][name] = value
+        named = cookie_name(scope)
+        cookie: SimpleCookie = SimpleCookie({named: found[0]})
+        flags = {"httponly": True, "samesite": "Strict", "path": "/", "secure": is_secure(scope)}
+        for name, value in flags.items():
+            cookie[named][name] = value
         headers = [
             ("location", found[1]),
-            ("set-cookie", cookie[COOKIE].OutputString()),
+            ("set-cookie", cookie[named].OutputString()),
             ("content-length", "0"),
         ]
         await send(
@@ -158,15 +161,20 @@ class _Body:
     def __init__(self, scope: Scope, receive: Receive, settings: Guarding) -> None:
         self._scope, self._receive, self._settings = scope, receive, settings
         self._bytes, self._whole = 0, False
+        self._waited = 0.0
         self.refused: Refusal | None = None
 
     async def receive(self) -> Message:
         if self._whole:
             return await self._receive()
+        most, loop = self._settings.body_seconds, asyncio.get_running_loop()
+        in_all = most + self._bytes / self._settings.body_rate
+        begun = loop.time()
         try:
-            message = await asyncio.wait_for(self._receive(), self._settings.body_seconds)
+            message = await asyncio.wait_for(self._receive(), min(most, in_all - self._waited))
         except TimeoutError:
             return self._refuse(STALLED)
+        self._waited += loop.time() - begun
         if message["type"] == "http.request":
             self._bytes += len(message.get("body", b""))
             if self._bytes > self._settings.most_bytes(self._scope["path"]):

@@ -20,6 +20,7 @@ from tactogram.errors import ParameterError
 Scope = Mapping[str, Any]
 
 COOKIE = "tactogram_token"
+"""Over https with ``__Host-`` before it: browsers take such a cookie from no answer that came without (RFC 6265bis)."""
 METHODS = ("GET", "HEAD", "POST")
 LONGEST_PATH = 2048
 MOST_HEADER_BYTES = 32 * 1024
@@ -54,6 +55,8 @@ class Guarding:
         Most bytes of a message through a websocket.
     body_seconds : float
         For each piece of a body; a sender that stalls is sent away.
+    body_rate : float
+        Bytes per second; less than that on the whole, beyond the first ``body_seconds``, is stalling, too.
 
     Raises
     ------
@@ -72,6 +75,7 @@ class Guarding:
     body: int = MIB
     message: int = 4 * MIB
     body_seconds: float = 20.0
+    body_rate: float = float(KIB)
 
     def __post_init__(self) -> None:
         if not self.loopback and self.token is None:
@@ -155,19 +159,35 @@ def foreign_origin(scope: Scope) -> Refusal | None:
         if not (reads and follows):
             return refused
     origins = headers(scope, "origin")
-    if origins and not reads and not (len(origins) == 1 and is_own(origins[0], header(scope, "host") or "")):
-        return refused
+    if origins and not reads:
+        host, secure = header(scope, "host") or "", is_secure(scope)
+        if not (len(origins) == 1 and is_own(origins[0], host, secure=secure)):
+            return refused
     return None
 
 
-def is_own(origin: str, host: str) -> bool:
-    """Return whether an Origin header is that of the host that was asked."""
+def is_secure(scope: Scope) -> bool:
+    """Return whether a request came over https, or a websocket over wss."""
+    return scope.get("scheme") in ("https", "wss")
+
+
+def is_own(origin: str, host: str, *, secure: bool = False) -> bool:
+    """Return whether an Origin header is that of the host that was asked.
+
+    Parameters
+    ----------
+    origin, host : str
+        Headers.
+    secure : bool
+        Whether it was asked over https: a page of this host that came without is another site then. The other way round
+        a proxy stands between that speaks https to browsers and http to this server.
+    """
     try:
         parts = urlsplit(origin)
         port = parts.port
     except ValueError:
         return False
-    usual = {"http": 80, "https": 443}.get(parts.scheme)
+    usual = {"https": 443}.get(parts.scheme) if secure else {"http": 80, "https": 443}.get(parts.scheme)
     asked = _HOST.fullmatch(host)
     if usual is None or asked is None or not parts.hostname:
         return False
@@ -203,6 +223,11 @@ def needs_token(scope: Scope, settings: Guarding) -> bool:
     return not any(is_token(found, settings) for found in _cookies(scope))
 
 
+def cookie_name(scope: Scope) -> str:
+    """Return the name of the cookie that holds the token."""
+    return f"__Host-{COOKIE}" if is_secure(scope) else COOKIE
+
+
 def is_token(text: str, settings: Guarding) -> bool:
     """Return whether ``text`` is the token, in the same time whatever it is."""
     return hmac.compare_digest(text.encode(), (settings.token or "").encode()) and settings.token is not None
@@ -235,7 +260,7 @@ def _cookies(scope: Scope) -> list[str]:
     found = []
     for text in headers(scope, "cookie"):
         try:
-            cookie = SimpleCookie(text).get(COOKIE)
+            cookie = SimpleCookie(text).get(cookie_name(scope))
         except CookieError:
             continue
         if cookie is not None:

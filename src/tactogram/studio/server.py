@@ -6,26 +6,45 @@ import importlib
 import logging
 import os
 import secrets
-import socket
 import threading
 import webbrowser
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from tactogram.errors import DeviceError
 from tactogram.extras import imported
 from tactogram.studio.guard import Guard
 from tactogram.studio.guard_rules import Guarding
+from tactogram.studio.listening import Listening
 from tactogram.studio.studio import Studio
 
 STATIC = Path(__file__).parent / "static"
 PAGES = ("home", "make", "touch", "materials", "train", "send", "live", "studies", "reports")
 """Folders that have a ``page``, in the order of the navigation."""
-LOOPBACK = ("127.0.0.1", "::1", "localhost")
 
 
-def make_app(studio: Studio, *, host: str = "127.0.0.1", token: str | None = None) -> Guard:
+@dataclass(frozen=True)
+class Answering:
+    """What is told when a server answers.
+
+    Parameters
+    ----------
+    address : str
+        Of the page that is opened, token included.
+    roots : tuple of str
+        How the addresses that others are given begin; the best first.
+    certificate_sha256 : str, optional
+        The fingerprint of a certificate that was made here, to be compared with what the browser shows.
+    """
+
+    address: str
+    roots: tuple[str, ...]
+    certificate_sha256: str | None = None
+
+
+def make_app(
+    studio: Studio, *, token: str | None = None, names: tuple[str, ...] = (), https: bool = False
+) -> Guard:
     """Return the ASGI application of a studio, guarded.
 
     NiceGUI has one application for a process, so that this is called once in a process.
@@ -33,13 +52,14 @@ def make_app(studio: Studio, *, host: str = "127.0.0.1", token: str | None = Non
     Parameters
     ----------
     studio : Studio
-    host : str
-        That it listens on.
     token : str, optional
-        What a browser has to know where ``host`` is not loopback.
+        What a browser has to know; needed where it is reached from beyond this machine. None is loopback.
+    names : tuple of str
+        By which it is reached from there.
+    https : bool
+        Whether cookies are for encrypted connections only.
     """
-    state = studio.workspace.own / "state"
-    state.mkdir(parents=True, exist_ok=True)
+    state = _state(studio)
     os.environ["NICEGUI_STORAGE_PATH"] = str(state)  # read when nicegui is imported
     imported("nicegui", extra="studio", what="the studio")
     from fastapi import FastAPI
@@ -62,90 +82,85 @@ def make_app(studio: Studio, *, host: str = "127.0.0.1", token: str | None = Non
     ui.run_with(
         app,
         title="tactogram",
+        language="en-US",  # screen readers choose a voice by it
         favicon=STATIC / "icon.svg",
         storage_secret=_secret(state / "secret"),
-        session_middleware_kwargs={"same_site": "strict"},
+        session_middleware_kwargs=_session_cookie(https),
         show_welcome_message=False,
         reconnect_timeout=10.0,
     )
-    names = (socket.gethostname(), socket.getfqdn())
-    return Guard(app, Guarding(loopback=host in LOOPBACK, token=token, hosts=names))
+    return Guard(app, Guarding(loopback=token is None, token=token, hosts=names))
 
 
 def serve(
     studio: Studio,
+    listening: Listening,
     *,
-    port: int = 8123,
-    host: str = "127.0.0.1",
     open_browser: bool = True,
     path: str = "/",
-    ready: Callable[[str], None] = lambda address: None,
+    ready: Callable[[Answering], None] = lambda answering: None,
 ) -> None:
     """Serve a studio until it is interrupted.
 
     Parameters
     ----------
     studio : Studio
-    port : int
-        0 takes a free one.
-    host : str
+    listening : Listening
         Beyond loopback a token is drawn, without which nothing is answered but participants' own pages.
     open_browser : bool
     path : str
         That the browser opens.
     ready : callable
-        Called with the address, token included, when it answers.
+        Called when it answers.
 
     Raises
     ------
-    DeviceError
-        If the port is taken.
+    DataError
+        If there is no certificate, and none can be made.
     """
-    uvicorn = imported("uvicorn", extra="studio", what="the studio")
-    listener = _listener(host, port)
-    number = listener.getsockname()[1]
-    token = None if host in LOOPBACK else secrets.token_urlsafe(24)
-    app = make_app(studio, host=host, token=token)
-    address = f"http://{_named(host)}:{number}{path}" + (f"?token={token}" if token else "")
+    imported("uvicorn", extra="studio", what="the studio")
+    from tactogram.studio.connections import Server, more_files
 
-    class Server(uvicorn.Server):  # type: ignore[misc, name-defined]
-        async def startup(self, sockets: Sequence[socket.socket] | None = None) -> None:
-            await super().startup(sockets=sockets)
-            ready(address)
-            if open_browser:
-                threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+    listening = listening.secured(_state(studio))
+    certificate = listening.certificate
+    studio = replace(studio, roots=() if listening.loopback else listening.roots)
+    token = None if listening.loopback else secrets.token_urlsafe(24)
+    query = f"?token={token}" if token else ""
+    answering = Answering(
+        f"{listening.roots[0]}{path}{query}",
+        listening.roots,
+        certificate.sha256 if certificate is not None and certificate.own else None,
+    )
+
+    def answers() -> None:
+        ready(answering)
+        if open_browser:
+            here = f"{listening.here}{path}{query}"
+            threading.Thread(target=webbrowser.open, args=(here,), daemon=True).start()
 
     logging.getLogger("uvicorn.error").setLevel(logging.WARNING)
-    config = uvicorn.Config(
-        app,
-        log_level="warning",
-        access_log=False,  # tickets and the token stand in addresses
-        server_header=False,
-        http="h11",  # httptools takes headers without end
-        timeout_keep_alive=65,  # people think longer than 5 s
-        timeout_graceful_shutdown=2,
-    )
+    more_files()
     try:
-        with suppress(KeyboardInterrupt):  # the usual way to end it
-            Server(config).run(sockets=[listener])
+        Server(
+            make_app(studio, token=token, names=listening.names, https=listening.https),
+            listening.socket,
+            context=None if certificate is None else certificate.context(),
+            ready=answers,
+        ).serve_until_ended()
     finally:
         studio.sessions.close()
 
 
-def _listener(host: str, port: int) -> socket.socket:
-    try:
-        return socket.create_server((host, port), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
-    except OSError as error:
-        why = os.strerror(error.errno) if error.errno else str(error)
-        raise DeviceError(
-            f"port {port} of {host} cannot be listened on ({why}): give another --port, or 0 for a free one"
-        ) from None
+def _state(studio: Studio) -> Path:
+    state = studio.workspace.own / "state"
+    state.mkdir(parents=True, exist_ok=True)
+    return state
 
 
-def _named(host: str) -> str:
-    if host in ("0.0.0.0", "::"):
-        return socket.gethostname()
-    return f"[{host}]" if ":" in host else host
+def _session_cookie(https: bool) -> dict[str, object]:
+    """Return what Starlette's session middleware takes; of its own name where it is not to be sent unencrypted."""
+    named = {"session_cookie": "__Host-tactogram_session", "https_only": True} if https else {}
+    return {"same_site": "strict", **named}
 
 
 def _secret(path: Path) -> str:

@@ -26,6 +26,8 @@ class Studio:
         Studies that are being taken.
     alone : bool
         Whether one study is served, without the studio's other pages.
+    roots : tuple of str
+        How the addresses begin by which other machines reach it, the best first; none where only this one does.
     """
 
     workspace: Workspace
@@ -33,6 +35,7 @@ class Studio:
     first: FirstVoices
     sessions: Sessions
     alone: bool = False
+    roots: tuple[str, ...] = ()
 
     @classmethod
     def at(cls, folder: Path | str, *, alone: bool = False) -> Studio:

@@ -90,19 +90,6 @@ def test_why_the_first_surfaces_could_not_be_made_is_told(tmp_path):
     assert first.line == "the first surfaces could not be made: no space is left"
 
 
-def test_a_taken_port_is_told_in_a_line(server, tmp_path):
-    port = server.rpartition(":")[2]
-    done = subprocess.run(
-        [sys.executable, "-m", "tactogram.cli", "studio", "--port", port, "--no-open", "--folder", tmp_path],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 1
-    assert done.stderr.count("\n") == 1
-    assert f"port {port} of 127.0.0.1 cannot be listened on (Address already in use)" in done.stderr
-
-
 def test_an_unknown_page_is_told(server):
     with pytest.raises(urllib.error.HTTPError, match="404"):
         urllib.request.urlopen(f"{server}/nothing", timeout=10)

@@ -2,20 +2,20 @@
 
 import asyncio
 import contextlib
+import socket
 import subprocess
 import sys
 import threading
-import time
 from pathlib import Path
 
 import httpx
 import numpy as np
 import pytest
 import tomli_w
-import uvicorn
 
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal
+from tactogram.studio.connections import Server
 from tactogram.studio.guard import Guard
 from tactogram.studio.guard_rules import Guarding
 from tactogram.studio.participants.routes import make_participant_app
@@ -62,24 +62,24 @@ def write_study(folder, design="abx", **changes):
 
 
 @contextlib.contextmanager
-def served_here(app):
-    """Serve an application in a thread, and give its address."""
-    server = uvicorn.Server(uvicorn.Config(app, port=0, log_level="error", access_log=False, http="h11"))
-    thread = threading.Thread(target=server.run, daemon=True)
-    thread.start()
-    until = time.monotonic() + 20
-    while not server.started and time.monotonic() < until:
-        time.sleep(0.005)
-    yield f"{LOCAL}:{server.servers[0].sockets[0].getsockname()[1]}"
-    server.should_exit = True
-    thread.join(5)
+def served_here(app, limits=None, context=None):
+    """Serve an application in a thread, over TLS with a context, and give its address."""
+    started = threading.Event()
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        server = Server(app, listener, context=context, limits=limits, ready=started.set)
+        thread = threading.Thread(target=server.serve_until_ended, daemon=True)
+        thread.start()
+        assert started.wait(20)
+        yield f"{'http' if context is None else 'https'}://127.0.0.1:{listener.getsockname()[1]}"
+        server.should_exit = True
+        thread.join(5)
 
 
 @contextlib.contextmanager
-def serving(sessions, settings=SETTINGS):
+def serving(sessions, settings=SETTINGS, limits=None):
     """Give a browser's client to sessions that are served behind the guard."""
     with (
-        served_here(Guard(make_participant_app(sessions), settings)) as address,
+        served_here(Guard(make_participant_app(sessions), settings), limits) as address,
         httpx.Client(base_url=address, timeout=20) as client,
     ):
         yield client
@@ -171,6 +171,11 @@ def write_study_once_fixture():
 @pytest.fixture(name="serving", scope="session")
 def serving_fixture():
     return serving
+
+
+@pytest.fixture(name="served_here", scope="session")
+def served_here_fixture():
+    return served_here
 
 
 @pytest.fixture(name="process_over", scope="session")

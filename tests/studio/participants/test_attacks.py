@@ -5,12 +5,15 @@ import io
 import json
 import os
 import pickle
+import re
 import socket
+import ssl
 import struct
 import threading
 import time
 import zipfile
 import zlib
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -19,7 +22,11 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError, TactogramError
+from tactogram.studio.certificates import kept_certificate
+from tactogram.studio.connections import Limits
+from tactogram.studio.guard import Guard
 from tactogram.studio.guard_rules import COOKIE, Guarding
+from tactogram.studio.participants.routes import make_participant_app
 from tactogram.studio.participants.sessions import Sessions
 from tactogram.studio.participants.tickets import ticket_of
 from tactogram.studio.uploads import read_data_url, read_uploaded_image, read_uploaded_signal, save_upload
@@ -29,6 +36,8 @@ from tactogram.study.session_store import SessionStore
 JSON = {"content-type": "application/json"}
 MARKUP = "<script>alert('x')</script><img src=x onerror=alert(1)>\"'&{{7*7}}"
 TOKEN = "a-token-that-nobody-guesses"
+TABLET = "tablet.test"
+"""What the browser of these tests calls 127.0.0.2: a name that it trusts over https only."""
 
 
 @pytest.fixture(scope="module")
@@ -63,6 +72,22 @@ def raw(client, text, *, wait_s=5.0, then=b""):
         except TimeoutError:
             pass
         return found
+
+
+def connection_to(address):
+    parts = urlsplit(str(address))
+    return socket.create_connection((parts.hostname, parts.port), timeout=20)
+
+
+def hung_up(connection, *, after=b""):
+    """Return whether the server hung up, having waited for it as long as the connection does."""
+    try:
+        connection.sendall(after)
+        while connection.recv(65536):
+            pass
+    except ConnectionError:
+        pass
+    return True
 
 
 def status_of(answer):
@@ -456,6 +481,85 @@ def test_half_requests_do_not_block_others(under_attack):
         connection.close()
 
 
+def test_idle_connections_do_not_shut_people_out(under_attack, person, serving):
+    sessions, session, _, _ = under_attack
+    with serving(sessions, limits=Limits(connections=20)) as client, ExitStack() as held:
+        sitting = person(client, session.join_path)
+        idle = [held.enter_context(connection_to(client.base_url)) for _ in range(100)]
+        for connection in idle[::2]:
+            with suppress(OSError):  # closed already
+                connection.sendall(b"GET /take/x HTTP/1.1\r\nHost: 127.")
+        # Who sits here goes on, and who comes finds a place.
+        assert sitting.page()["token"] == "consent"
+        with httpx.Client(base_url=client.base_url, timeout=20) as other:
+            assert person(other, session.join_path).page()["token"] == "consent"
+        assert hung_up(idle[0])
+
+
+def test_heads_that_never_end_are_given_up(under_attack, serving):
+    sessions, session, _, _ = under_attack
+    with serving(sessions, limits=Limits(head_s=0.1)) as client, ExitStack() as held:
+        silent, half = (held.enter_context(connection_to(client.base_url)) for _ in range(2))
+        half.sendall(b"GET /take/x HT")
+        assert hung_up(silent)
+        assert hung_up(half)
+        # The second head on a connection drips: each byte comes soon, and the end never.
+        dripping = held.enter_context(connection_to(client.base_url))
+        dripping.sendall(f"GET {session.join_path} HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n".encode())
+        assert status_of(dripping.recv(65536)) == 200
+        dripping.settimeout(0.005)
+        for _ in range(4000):
+            with suppress(TimeoutError):
+                if hung_up(dripping, after=b"X"):
+                    break
+        else:
+            pytest.fail("a head that drips was waited for without end")
+
+
+def test_headers_without_end(under_attack):
+    _, _, client, _ = under_attack
+
+    def send(connection):
+        connection.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n")
+        for _ in range(20_000):
+            connection.sendall(b"X-A: " + b"y" * 8000 + b"\r\n")
+
+    with connection_to(client.base_url) as connection, pytest.raises(OSError, match="reset|Broken pipe"):
+        send(connection)
+
+
+def test_answers_that_nobody_takes_are_given_up(served_here):
+    told, done = [], threading.Event()
+
+    async def long(scope, receive, send):
+        if scope["type"] == "http":
+            told.append((await receive())["type"])
+            await send({"type": "http.response.start", "status": 200, "headers": []})
+            await send({"type": "http.response.body", "body": bytes(2**25), "more_body": True})
+            told.append((await receive())["type"])
+            done.set()
+
+    with served_here(long, Limits(write_s=0.1)) as address, connection_to(address) as connection:
+        connection.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+        assert done.wait(20)
+    assert told == ["http.request", "http.disconnect"]
+
+
+def test_what_is_no_tls_and_a_handshake_that_never_ends(under_attack, person, served_here, tmp_path):
+    sessions, session, _, _ = under_attack
+    app = Guard(make_participant_app(sessions), Guarding())
+    kept = kept_certificate(tmp_path / "https.pem", ["127.0.0.1"])
+    trusting = ssl.create_default_context(cafile=kept.file)
+    with served_here(app, Limits(handshake_s=0.1), kept.context()) as address, ExitStack() as held:
+        silent, plain, half = (held.enter_context(connection_to(address)) for _ in range(3))
+        plain.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+        half.sendall(b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03")
+        for connection in (silent, plain, half):
+            assert hung_up(connection)
+        with httpx.Client(base_url=address, timeout=20, verify=trusting) as client:
+            assert person(client, session.join_path).page()["token"] == "consent"
+
+
 def test_hanging_up_in_the_middle(under_attack):
     _, _, client, one = under_attack
     for path in ("answers", "play"):
@@ -601,7 +705,13 @@ def test_many_who_guess_do_not_keep_people_out(under_attack, person):
 
 
 @pytest.fixture(scope="module")
-def study_server(tmp_path_factory, write_study_once, served):
+def laboratory_s(tmp_path_factory):
+    """Give a certificate of a laboratory, for a name that the browser of these tests knows."""
+    return kept_certificate(tmp_path_factory.mktemp("certified") / "lab.pem", [TABLET, "127.0.0.2"])
+
+
+@pytest.fixture(scope="module")
+def study_server(tmp_path_factory, write_study_once, served, laboratory_s):
     """Give folder and addresses of `study run`, all of whose texts are markup, reached as if from another machine.
 
     127.0.0.2 is this machine, and none of the names that are let in without a token.
@@ -625,93 +735,105 @@ def study_server(tmp_path_factory, write_study_once, served):
     free = {"id": "free", "kind": "text", "text": MARKUP}
     study = write_study_once(folder, title=MARKUP, consent=MARKUP, before=[choice, line, free])
     verb = (
-        "study",
-        "run",
-        str(study),
-        "--out",
-        "session",
-        "--host",
-        "127.0.0.2",
-        "--port",
-        "0",
-        "--no-open",
-        "--json",
+        *("study", "run", str(study), "--out", "session", "--host", "127.0.0.2", "--port", "0"),
+        *("--certificate", str(laboratory_s.file), "--no-open", "--json"),
     )
     with served(*verb, folder=folder, prefix="{") as (_, rest):
         yield folder, json.loads("{" + rest)
 
 
-def test_missing_token_at_the_whole_server(study_server):
+@pytest.fixture
+def asking(study_server, laboratory_s):
+    """Give a client to the whole server that checks its certificate, without a cookie."""
+    base = study_server[1]["join"].partition("/join/")[0].replace(TABLET, "127.0.0.2")
+    trusting = ssl.create_default_context(cafile=laboratory_s.file)
+    with httpx.Client(base_url=base, timeout=20, verify=trusting) as client:
+        yield client
+
+
+def test_missing_token_at_the_whole_server(study_server, asking):
     _, facts = study_server
-    base, _, rest = facts["experimenter"].partition("/experiment")
-    path, _, token = f"/experiment{rest}".partition("?token=")
-    with httpx.Client(base_url=base, timeout=20) as client:
-        for place in (
-            path,
-            "/",
-            "/_nicegui_ws/socket.io/?EIO=4&transport=polling",
-            "/openapi.json",
-            f"{path}?token=x",
-        ):
-            assert client.get(place).status_code == 401
-        assert client.get(facts["join"]).status_code == 200
-        told = client.get(f"{path}?token={token}")
-        assert (told.status_code, told.headers["location"]) == (303, path)
-        assert {"HttpOnly", "SameSite=Strict"} <= set(told.headers["set-cookie"].split("; "))
-        assert client.get(path).status_code == 200
-
-
-def test_websocket_from_foreign_origin_at_the_whole_server(study_server):
-    _, facts = study_server
-    base, _, token = facts["experimenter"].partition("?token=")
-    with httpx.Client(base_url=base, timeout=20) as client:
-        asked = (
-            "GET /_nicegui_ws/socket.io/?EIO=4&transport=websocket HTTP/1.1\r\nHost: 127.0.0.2\r\n"
-            "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
-            "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n"
-        )
-        knows = f"Cookie: {COOKIE}={token}\r\n"
-        own, other = "Origin: http://127.0.0.2\r\n", "Origin: http://evil.example\r\n"
-        for more, status in ((knows + own, 101), (knows + other, 403), (own, 403)):
-            assert status_of(raw(client, f"{asked}{more}\r\n", wait_s=1)) == status
-
-
-def test_headers_without_end(study_server):
-    _, facts = study_server
-    address = urlsplit(facts["join"])
-
-    def send(connection):
-        connection.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.2\r\n")
-        for _ in range(20_000):
-            connection.sendall(b"X-A: " + b"y" * 8000 + b"\r\n")
-
-    with (
-        socket.create_connection((address.hostname, address.port), timeout=10) as connection,
-        pytest.raises(OSError, match="reset|Broken pipe"),
+    path, _, token = facts["experimenter"].partition(TABLET)[2].partition("/")[2].partition("?token=")
+    for place in (
+        f"/{path}",
+        "/",
+        "/_nicegui_ws/socket.io/?EIO=4&transport=polling",
+        "/openapi.json",
+        f"/{path}?token=x",
     ):
-        send(connection)
+        assert asking.get(place).status_code == 401
+    assert asking.get(f"/join/{facts['join'].rpartition('/')[2]}").status_code == 200
+    told = asking.get(f"/{path}?token={token}")
+    assert (told.status_code, told.headers["location"]) == (303, f"/{path}")
+    assert {"HttpOnly", "SameSite=Strict", "Secure"} <= set(told.headers["set-cookie"].split("; "))
+    shown = asking.get(f"/{path}")
+    assert shown.status_code == 200
+    # NiceGUI's own, too, is for this server and encrypted connections alone.
+    assert re.match("__Host-tactogram_session=.*; secure", shown.headers["set-cookie"])
 
 
-def test_xss_in_titles_questions_notes_and_answers(study_server, browser, person):
+def test_websocket_from_foreign_origin_at_the_whole_server(study_server, asking, laboratory_s):
+    token = study_server[1]["experimenter"].partition("?token=")[2]
+    asked = (
+        "GET /_nicegui_ws/socket.io/?EIO=4&transport=websocket HTTP/1.1\r\nHost: 127.0.0.2\r\n"
+        "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+        "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n"
+    )
+    knows = f"Cookie: __Host-{COOKIE}={token}\r\n"
+    own, other, plain = (
+        f"Origin: {site}\r\n" for site in ("https://127.0.0.2", "https://evil.example", "http://127.0.0.2")
+    )
+    trusting = ssl.create_default_context(cafile=laboratory_s.file)
+    for more, status in ((knows + own, 101), (knows + other, 403), (knows + plain, 403), (own, 403)):
+        with trusting.wrap_socket(connection_to(asking.base_url), server_hostname="127.0.0.2") as connection:
+            connection.sendall(f"{asked}{more}\r\n".encode())
+            assert status_of(connection.recv(4096)) == status
+
+
+WORKLET = """async () => {
+  const context = new OfflineAudioContext(1, 128, 48000);
+  await context.audioWorklet.addModule('/static/touch_worklet.js');
+  new AudioWorkletNode(context, 'tactogram-touch', {numberOfInputs: 0}).connect(context.destination);
+  return [isSecureContext, (await context.startRendering()).length];
+}"""
+
+
+def test_a_tablet_is_given_the_sound_thread_over_https(study_server, browser):
+    facts = study_server[1]
+    assert facts["join"].startswith(
+        f"https://{TABLET}:"
+    )  # the certificate's name, which is none of this machine's own
+    assert [urlsplit(one).hostname for one in facts["addresses"]] == ["127.0.0.2"]
+    context = browser.new_context(ignore_https_errors=True)
+    page = context.new_page()
+    page.goto(facts["join"])
+    assert page.evaluate(WORKLET) == [True, 128]
+    page.goto(facts["experimenter"])
+    page.get_by_role("img", name="QR code: Address to take part").wait_for()
+    link = page.get_by_role("link", name="Address to take part")
+    assert link.get_attribute("href") == facts["join"]
+    context.close()
+
+
+def test_xss_in_titles_questions_notes_and_answers(study_server, asking, browser, person):
     """Everything that somebody wrote is markup; every page shows it as text, and none of it runs."""
     folder, facts = study_server
     with SessionStore(folder / "session") as store:
         store.note(MARKUP)
     base, _, key = facts["join"].partition("/join/")
-    context = browser.new_context()
+    context = browser.new_context(ignore_https_errors=True)
     page = context.new_page()
     dialogs = []
     page.on("dialog", lambda dialog: (dialogs.append(dialog.message), dialog.dismiss()))
-    with httpx.Client(base_url=base, timeout=20) as client:
-        one = person(client, f"/join/{key}")
-        page.goto(facts["join"])
-        expect_text(page)
-        page.goto(f"{base}/take/{one.ticket}")
-        expect_text(page)
-        one.answer()
-        page.reload()
-        expect_text(page)
-        one.post("answers", token="before", answers={"hand": "r", "line": "3", "free": MARKUP})
+    one = person(asking, f"/join/{key}")
+    page.goto(facts["join"])
+    expect_text(page)
+    page.goto(f"{base}/take/{one.ticket}")
+    expect_text(page)
+    one.answer()
+    page.reload()
+    expect_text(page)
+    one.post("answers", token="before", answers={"hand": "r", "line": "3", "free": MARKUP})
     page.goto(facts["experimenter"])
     expect_text(page)
     assert "token" not in page.url

@@ -8,6 +8,8 @@ import pytest
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.jobs.study import begin_session, export_zip, simulate_session
+from tactogram.studio.participants.prepared import PreparedStimuli
+from tactogram.studio.server import Answering
 from tactogram.studio.studies import run as study_run
 from tactogram.studio.studies.experiment_view import (
     address_of,
@@ -19,6 +21,7 @@ from tactogram.studio.studies.experiment_view import (
     since_text,
     view_of,
 )
+from tactogram.studio.studies.joining import reached_at
 from tactogram.studio.studies.listed import (
     begun,
     copy_study,
@@ -185,36 +188,46 @@ def test_forms_are_read_in_a_line():
     )
 
 
-def test_a_study_that_cannot_be_served_is_refused_before_a_port_is_taken(tmp_path, monkeypatch):
+def test_a_study_that_cannot_be_served_is_refused_before_it_is_begun(tmp_path, monkeypatch):
     monkeypatch.setattr(study_run, "serve", lambda *_, **__: pytest.fail("served"))
     with pytest.raises(ParameterError, match="no such study"):
-        study_run.run_study("nothing", tmp_path / "session")
+        study_run.run_study("nothing", tmp_path / "session", None)
     with pytest.raises(ParameterError, match="a study needs --out"):
-        study_run.run_study("abx")
+        study_run.run_study("abx", None, None)
     with pytest.raises(DataError, match="no study was begun here"):
-        study_run.run_study(tmp_path)
+        study_run.run_study(tmp_path, None, None)
     with pytest.raises(ParameterError, match="never a name"):
-        study_run.run_study("abx", tmp_path / "session", codes=["Hanako"])
+        study_run.run_study("abx", tmp_path / "session", None, codes=["Hanako"])
     with pytest.raises(ParameterError, match="full scale"):
         study_run.run_study(
-            "abx", tmp_path / "session", changes={"played_by": "server", "display": "voice-coil"}
+            "abx", tmp_path / "session", None, changes={"played_by": "server", "display": "voice-coil"}
         )
     assert not (tmp_path / "session").exists()
 
 
-def test_a_session_goes_on_as_it_was_begun(session, monkeypatch):
-    served = []
-    monkeypatch.setattr(study_run, "serve", lambda studio, **options: served.append((studio, options)))
-    study_run.run_study(session.path.parent, codes=["p1", "P3"])
-    [(studio, options)] = served
-    studio.sessions.close()
-    assert options["path"] == "/experiment/pilot"
+def test_a_session_goes_on_as_it_was_begun_under_the_addresses_that_others_are_given(session, monkeypatch):
+    served, told = [], []
+    monkeypatch.setattr(study_run, "serve", lambda *given, **options: served.append((*given, options)))
+    monkeypatch.setattr(PreparedStimuli, "begin", lambda self: None)  # nobody feels them
+    study_run.run_study(session.path.parent, None, "port", codes=["p1", "P3"], ready=told.append)
+    [(studio, listening, options)] = served
+    assert (listening, options["path"]) == ("port", "/experiment/pilot")
     assert [one.code for one in session.participants()] == ["P1", "P2", "P3"]
+    roots = ("https://192.0.2.7:1", "https://192.0.2.8:1")
+    options["ready"](Answering(f"{roots[0]}/experiment/pilot?token=x", roots, "AA:BB"))
+    [facts] = told
+    join = studio.sessions.all()[0].join_path
+    assert (facts["join"], facts["addresses"]) == (f"{roots[0]}{join}", [f"{roots[1]}{join}"])
+    assert all(address.startswith(f"{roots[0]}/take/") for address in facts["codes"].values())
+    assert facts["certificate_sha256"] == "AA:BB"
+    studio.sessions.close()
     with pytest.raises(ParameterError, match="leave out --out and --set"):
-        study_run.run_study(session.path.parent, changes={"seed": 2})
+        study_run.run_study(session.path.parent, None, None, changes={"seed": 2})
 
 
-def test_addresses_of_this_machine_are_no_loopback():
-    assert all(
-        re.fullmatch(r"\d+(\.\d+){3}", one) and not one.startswith("127.") for one in study_run.addresses()
-    )
+def test_a_qr_code_leads_where_a_tablet_can_go():
+    numbers = ("https://192.0.2.7:1", "https://198.51.100.7:1")
+    assert reached_at("https://127.0.0.1:1", numbers) == numbers
+    assert reached_at(numbers[1], numbers) == numbers[::-1]
+    assert reached_at("https://lab.example", numbers) == (*numbers, "https://lab.example")
+    assert reached_at("http://[::1]:1", ()) == ("http://[::1]:1",)

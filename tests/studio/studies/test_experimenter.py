@@ -1,8 +1,11 @@
 import signal
 import zipfile
+from urllib.parse import unquote, urlsplit
 
 import pytest
 
+from tactogram.cli import main
+from tactogram.studio.qr_code import svg_qr_code
 from tactogram.study.session_store import SessionStore
 
 SETS = ("design.repeats=4", "practice.trials=1", 'grid.items=["tile"]')
@@ -21,7 +24,7 @@ def lab(tmp_path_factory):
 def running(served, lab, *more):
     changed = [word for value in SETS for word in ("--set", value)]
     return served(
-        "study", "run", "abx", "--out", "pilot", "--port", "0", "--no-open", *changed, *more,
+        "study", "run", "abx", "--out", "pilot", "--port", "0", "--https", "--no-open", *changed, *more,
         folder=lab, prefix="experimenter: ",
     )  # fmt: skip
 
@@ -43,7 +46,9 @@ def started(served, lab):
 @pytest.fixture
 def page(browser, watched, started):
     process, address = started
-    context = browser.new_context(viewport={"width": 1440, "height": 900}, accept_downloads=True)
+    context = browser.new_context(
+        viewport={"width": 1440, "height": 900}, accept_downloads=True, ignore_https_errors=True
+    )
     context.set_default_timeout(15_000)
     with watched(context, address) as opened:
         opened.goto(address)
@@ -72,6 +77,12 @@ def test_the_experimenter_follows_helps_stops_and_exports(page, lab):
         page.get_by_label("Code (empty: one is drawn)").fill("Hanako")
         page.get_by_role("button", name="Enrol").click()
         page.get_by_text("never a name").wait_for()
+
+        page.get_by_role("button", name="QR code K7").click()
+        shown = page.get_by_role("dialog").get_by_role("img", name="QR code: Address of the pages of K7")
+        assert unquote(shown.get_attribute("src")) == unquote(svg_qr_code(taken))
+        page.get_by_role("dialog").get_by_role("button", name="Close").click()
+        page.get_by_role("dialog").wait_for(state="detached")
 
         page.get_by_role("textbox", name="Note").fill("The fan was on")
         page.get_by_role("button", name="Write down").click()
@@ -136,8 +147,30 @@ def test_what_is_no_session_is_told(page):
     page.get_by_role("alert").filter(has_text="lies outside of the workspace").wait_for()
 
 
+def test_a_port_that_cannot_be_had_begins_no_study_and_leaves_nothing(page, lab, capsys, monkeypatch):
+    folder = lab / "elsewhere"
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    port = str(urlsplit(page.address).port)
+    for verb in (("study", "run", "abx", "--out", "new/pilot"), ("studio", "--folder", "new")):
+        for more, told in (
+            (("--port", port), f"port {port} of 127.0.0.1 cannot be listened on (Address already in use)"),
+            (
+                ("--host", "203.0.113.9"),
+                "of 203.0.113.9 cannot be listened on (Cannot assign requested address)",
+            ),
+            (("--certificate", "no.pem"), "no.pem: there is no such file; give the certificate as PEM"),
+            (("--key", "no.pem"), "--key belongs to --certificate; give both"),
+        ):
+            assert main([*verb, "--no-open", "--port", "0", *more]) == 1
+            said = capsys.readouterr()
+            assert (said.out, said.err.count("\n"), told in said.err) == ("", 1, True)
+    assert list(folder.iterdir()) == []
+
+
 # Last: it ends the server of the others.
 def test_ctrl_c_ends_it_in_a_line_and_run_again_it_goes_on(page, served, lab):
+    kept = (lab / "studio" / "state" / "https.pem").read_bytes()
     join = page.get_by_role("link", name="Address to take part").get_attribute("href").rpartition("/")[2]
     with SessionStore(lab / "pilot") as store:
         known = [one.code for one in store.participants()]
@@ -147,8 +180,9 @@ def test_ctrl_c_ends_it_in_a_line_and_run_again_it_goes_on(page, served, lab):
     said = (lab / "server.log").read_text().splitlines()
     assert said[-1] == "tactogram: the study's server ended; all answers are stored"
     assert not [line for line in said if "Traceback" in line or "Error" in line]
-    again = ("study", "run", "pilot", "--port", "0", "--no-open")
+    again = ("study", "run", "pilot", "--port", "0", "--https", "--no-open")
     with served(*again, folder=lab, prefix="experimenter: ") as (process, _):
         assert join in process.stdout.readline()
+    assert (lab / "studio" / "state" / "https.pem").read_bytes() == kept
     with SessionStore(lab / "pilot") as store:
         assert [one.code for one in store.participants()] == known

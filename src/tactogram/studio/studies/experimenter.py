@@ -25,6 +25,7 @@ from tactogram.studio.studies.experiment_view import (
     report_of,
     view_of,
 )
+from tactogram.studio.studies.joining import Joining
 from tactogram.studio.studio import Studio
 
 if TYPE_CHECKING:
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
 
 EVERY_S = 2.0
 """How often the page looks at the answers."""
-LOCAL = ("127.0.0.1", "localhost", "[::1]", "::1")
 
 
 def add(studio: Studio) -> None:
@@ -92,7 +92,7 @@ class Experiment:
                 self._people()
                 self._latest()
             with ui.column().classes("w-full gap-4"):
-                self._join()
+                self.joining = Joining(self.opened, self.server, self.studio.roots, self.look)
                 self._notes()
         self._results()
         await self.look()
@@ -103,7 +103,9 @@ class Experiment:
         view = await in_background(view_of, self.store)
         before, self.view = self.view, view
         self.summary.text = view.summary()
-        self.joining.set_visibility(not view.simulated)  # people and simulated participants are kept apart
+        self.joining.card.set_visibility(
+            not view.simulated
+        )  # people and simulated participants are kept apart
         self.ended.set_visibility(view.ended is not None)
         self.end.text = "Let it go on" if view.ended else "End the study"
         codes = [row.code for row in view.rows]
@@ -142,39 +144,6 @@ class Experiment:
             )
             for name, trouble in self.opened.troubles.items():
                 ui.label(f"{name} cannot be shown: {trouble}").classes("text-negative").props('role="alert"')
-
-    def _join(self) -> None:
-        address = f"{self.server}{self.opened.join_path}"
-        self.joining = ui.element("section").classes("card w-full stack")
-        with self.joining:
-            ui.label("Take part").classes("h2")
-            ui.label("Participants open this address, and begin or go on by their code.").classes(
-                "quiet small"
-            )
-            ui.link(address, address, new_tab=True).classes("break-all").props(
-                'aria-label="Address to take part"'
-            )
-            with ui.row():
-                ui.button("Copy", on_click=lambda: ui.clipboard.write(address)).props("outline dense")
-            if self.server.partition("://")[2].rpartition(":")[0] in LOCAL:
-                ui.label(
-                    "This address works on this machine alone. For tablets, begin with --host, and open this page by "
-                    "this machine's name or number."
-                ).classes("quiet small")
-            ui.separator()
-            languages = {"ja": "Japanese", "en": "English"}
-            self.code = ui.input("Code (empty: one is drawn)").props("dense maxlength=16").classes("w-full")
-            self.language = (
-                ui.select(
-                    {language: languages[language] for language in self.opened.study.languages},
-                    value=self.opened.study.languages[0],
-                    label="Language",
-                )
-                .props("dense")
-                .classes("w-full")
-            )
-            ui.button("Enrol", on_click=telling(self._enrol))
-            self.enrolled = ui.column().classes("w-full gap-1")
 
     def _people(self) -> None:
         with ui.element("section").classes("card w-full stack overflow-x-auto"):
@@ -249,15 +218,6 @@ class Experiment:
                 ui.label(
                     f"{note['at'][:16].replace('T', ' ')} UTC, {note['participant'] or 'the study'}: {note['text']}"
                 ).classes("small whitespace-pre-wrap")
-
-    async def _enrol(self) -> None:
-        participant = self.store.enrol((self.code.value or "").strip() or None, language=self.language.value)
-        address = f"{self.server}{self.opened.take_path(participant.code)}"
-        self.code.value = ""
-        with self.enrolled, ui.row().classes("items-center gap-2"):
-            ui.label(participant.code).classes("h2")
-            ui.link("open their pages", address, new_tab=True)
-        await self.look()
 
     async def _note(self) -> None:
         self.store.note(self.text.value or "", code=self.about.value or None)
@@ -342,8 +302,9 @@ class _Shown:
             self.since = _cell()
             self.device = _cell("small quiet")
             with ui.element("td"), ui.row().classes("gap-1 no-wrap items-center"):
-                address = f"{experiment.server}{experiment.opened.take_path(row.code)}"
+                address = experiment.joining.pages_here(row.code)
                 ui.link("pages", address, new_tab=True).props(f'aria-label="Pages of {row.code}"')
+                self._button("QR code", lambda: experiment.joining.show_qr_code(row.code))
                 self.stop = self._button("Abort", self._abort)
                 self._button("Withdraw", self._withdraw)
 
@@ -362,7 +323,8 @@ class _Shown:
 
     def _button(self, text: str, handler: Callable[[], Any]) -> ui.button:
         button = ui.button(text, on_click=telling(handler)).props("flat dense no-caps")
-        return button.props(f'aria-label="{text} {self.code}"') if text == "Withdraw" else button
+        # What has the same name in every row is named by its code; the third changes its name.
+        return button if text == "Abort" else button.props(f'aria-label="{text} {self.code}"')
 
     async def _abort(self) -> None:
         if self.stop.text == "Reopen":
@@ -388,7 +350,7 @@ def _cell(classes: str = "") -> ui.label:
 
 async def asked(question: str, yes: str) -> bool:
     """Ask before something that matters, and return whether it is wanted; away from the dialog is no."""
-    with ui.dialog() as dialog, ui.card().classes("max-w-lg"):
+    with ui.dialog().props('aria-label="Are you sure?"') as dialog, ui.card().classes("max-w-lg"):
         ui.label(question)
         with ui.row().classes("justify-end w-full"):
             ui.button("No", on_click=lambda: dialog.submit(False)).props("flat")

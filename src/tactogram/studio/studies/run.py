@@ -2,32 +2,28 @@
 
 from __future__ import annotations
 
-import socket
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from contextlib import closing
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit
 
 from tactogram.errors import ParameterError
+from tactogram.studio.listening import Listening
 from tactogram.studio.participants.playing import ServerDisplay
 from tactogram.studio.participants.sessions import Sessions
-from tactogram.studio.server import serve
+from tactogram.studio.server import Answering, serve
 from tactogram.studio.studies.experiment_view import address_of
 from tactogram.studio.studio import Studio
 from tactogram.study.session_store import SessionStore, checked_code
 
-EVERYWHERE = ("0.0.0.0", "::")
-
 
 def run_study(
     study: Path | str,
-    out: Path | str | None = None,
+    out: Path | str | None,
+    listening: Listening,
     *,
     changes: Mapping[str, Any] | None = None,
     codes: Sequence[str] = (),
-    port: int = 8123,
-    host: str = "127.0.0.1",
     open_browser: bool = True,
     device: str = "audio",
     full_scale: float | None = None,
@@ -41,12 +37,13 @@ def run_study(
         A TOML file, or the name of a shipped one; or the folder of a session, which goes on as it was begun.
     out : Path, optional
         The session's folder, where ``study`` is none.
+    listening : Listening
+        A port that was taken: where none can be had, no session is begun.
     changes : mapping, optional
         Values by dotted key.
     codes : sequence of str
         Participants to enrol; those that are there already are left as they are.
-    port, host, open_browser
-        See `tactogram.studio.server.serve`.
+    open_browser : bool
     device : str
         What a study with ``played_by = "server"`` plays on: ``audio``, ``audio:NAME``, or ``null``, which plays to
         nobody.
@@ -54,12 +51,13 @@ def run_study(
         What 1.0 of the device stands for, in the unit of the display's drive.
     ready : callable
         Called when it answers with ``experimenter`` (the page's address, with the token where one is needed), ``join``,
-        ``codes`` (the address of each), ``addresses`` (``join`` by this machine's numbers), ``session``, ``study``.
+        ``codes`` (the address of each), ``addresses`` (others that are ``join``, too), ``certificate_sha256`` (of one
+        that was made here), ``session``, ``study``.
 
     Raises
     ------
     TactogramError
-        In one line: what is wrong with study, folder, codes or port.
+        In one line: what is wrong with study, folder or codes.
     """
     for code in codes:
         checked_code(code)
@@ -77,23 +75,22 @@ def run_study(
         if code.casefold() not in known:
             opened.store.enrol(code)
 
-    def answers(address: str) -> None:
-        parts = urlsplit(address)
-        root = f"{parts.scheme}://{parts.netloc}"
-        reached = addresses() if host in EVERYWHERE else []
+    def answers(answering: Answering) -> None:
+        best, *others = answering.roots
         ready(
             {
-                "experimenter": address,
-                "join": f"{root}{opened.join_path}",
-                "codes": {code: f"{root}{opened.take_path(code)}" for code in codes},
-                "addresses": [f"{parts.scheme}://{one}:{parts.port}{opened.join_path}" for one in reached],
+                "experimenter": answering.address,
+                "join": f"{best}{opened.join_path}",
+                "codes": {code: f"{best}{opened.take_path(code)}" for code in codes},
+                "addresses": [f"{root}{opened.join_path}" for root in others],
+                "certificate_sha256": answering.certificate_sha256,
                 "session": str(folder),
                 "study": opened.study.name,
             }
         )
 
     path = address_of(folder.name)
-    serve(studio, port=port, host=host, open_browser=open_browser, path=path, ready=answers)
+    serve(studio, listening, open_browser=open_browser, path=path, ready=answers)
 
 
 def _begun(
@@ -114,22 +111,6 @@ def _begun(
     folder = Path(out).resolve()
     if folder.parent == folder:
         raise ParameterError(f"{out}: is no folder for a session")
-    anywhere = Sessions(device=display.device, full_scale=display.full_scale)
-    try:
+    with closing(Sessions(device=display.device, full_scale=display.full_scale)) as anywhere:
         anywhere.begin(study, folder, changes=changes)
-    finally:
-        anywhere.close()
     return folder
-
-
-def addresses() -> list[str]:
-    """Return the addresses of this machine that others may reach it by: IPv4, without loopback. Nothing is sent."""
-    found = set()
-    with suppress(OSError):
-        known = socket.getaddrinfo(socket.gethostname(), None, family=socket.AF_INET, type=socket.SOCK_STREAM)
-        found |= {str(entry[4][0]) for entry in known}
-    # Connecting a datagram socket sends nothing; the system says from where it would (RFC 5737's documentation net).
-    with suppress(OSError), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asked:
-        asked.connect(("192.0.2.1", 9))
-        found.add(str(asked.getsockname()[0]))
-    return sorted(address for address in found if not address.startswith(("127.", "0.")))
