@@ -6,7 +6,7 @@ down the intensity settles where p**n = 1/2: 70.7 % correct for 2 down, 79.4 % f
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Literal, Self
 
@@ -101,14 +101,17 @@ class Staircase(Design):
         tracks = {target.name: Track(self.start_db) for target in targets}
         # Drawn at once: the draws of a trial depend on its number alone.
         draws = generator(setting.seed, participant.number, "staircase").random((self.total(setting), 2))
-        for trial, one in enumerate(given, 1):
-            target, side = self._drawn(targets, tracks, draws, trial)
-            tracks[target.name] = self.after(tracks[target.name], correct=one.responses["which"] == side)
-        if all(self.ended(track) for track in tracks.values()):
+        going = [target for target in targets if not self.ended(tracks[target.name])]
+        for one, draw in zip(given, draws, strict=False):
+            target, side = _drawn(going, draw)
+            track = self.after(tracks[target.name], correct=one.responses["which"] == side)
+            tracks[target.name] = track
+            if self.ended(track):
+                going = [other for other in going if other is not target]
+        if not going:
             return None
-        trial = len(given) + 1
-        target, side = self._drawn(targets, tracks, draws, trial)
-        return self._page(setting, target, side, tracks[target.name], trial)
+        target, side = _drawn(going, draws[len(given)])
+        return self._page(setting, target, side, tracks[target.name], len(given) + 1)
 
     def ended(self, track: Track) -> bool:
         """Return whether a staircase is at its end."""
@@ -129,14 +132,6 @@ class Staircase(Design):
 
     def _targets(self, setting: Setting) -> list[Stimulus]:
         return [stimulus for stimulus in setting.stimuli if stimulus.name != self.standard]
-
-    def _drawn(
-        self, targets: Sequence[Stimulus], tracks: Mapping[str, Track], draws: np.ndarray, trial: int
-    ) -> tuple[Stimulus, str]:
-        """Return which staircase a trial belongs to and where its target is."""
-        going = [target for target in targets if not self.ended(tracks[target.name])]
-        which, side = draws[trial - 1]
-        return going[int(which * len(going))], "A" if side < 0.5 else "B"
 
     def _page(self, setting: Setting, target: Stimulus, side: str, track: Track, trial: int) -> Page:
         standard = next((s for s in setting.stimuli if s.name == self.standard), None)
@@ -165,3 +160,9 @@ class Staircase(Design):
             asked=(asked,),
             more={"staircase": target.name, "reversals": str(len(track.reversals))},
         )
+
+
+def _drawn(going: Sequence[Stimulus], draw: np.ndarray) -> tuple[Stimulus, str]:
+    """Return which staircase a trial belongs to, of those that have not ended, and where its target is."""
+    which, side = draw
+    return going[int(which * len(going))], "A" if side < 0.5 else "B"
