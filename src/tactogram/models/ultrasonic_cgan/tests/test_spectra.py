@@ -1,0 +1,75 @@
+import numpy as np
+import pytest
+
+from tactogram.errors import ParameterError
+from tactogram.model import Rated
+from tactogram.models.ultrasonic_cgan import Config
+from tactogram.models.ultrasonic_cgan.spectra import display_spectra, filled, sensor_side, sensor_spectra
+from tactogram.signal import Signal
+
+RATE, WORDS = 500.0, ("rough", "sticky")
+
+
+def test_a_measurement_gives_84_spectra_of_1000_bins():
+    """Sec. III-B: four gauges, 21 windows; 12 plates of ten measurements make 10,080."""
+    signal = Signal(
+        np.random.default_rng(0).standard_normal((4, 25_000)), 10_000.0, "V", ("a", "b", "c", "d")
+    )
+    found = sensor_spectra(signal, Config())
+    assert found.shape == (4, 21, 1000)
+    assert 4 * 21 * 10 * 12 == 10_080
+
+
+def test_spectra_are_those_of_a_plain_transform_of_the_middle_two_seconds(tiny, measurement):
+    signal = measurement(1, 0, 0, 0).signal
+    found = sensor_spectra(signal, tiny)
+    x = signal.samples[2, 125:1125].astype(float)
+    x = (x - x.mean()) / x.std()
+    for window in (0, 7, 20):
+        start = 25 * window  # 0.05 s
+        naive = np.abs(np.fft.rfft(x[start : start + 500])) / 250
+        np.testing.assert_allclose(found[2, window], naive[1:61], rtol=1e-4, atol=1e-6)
+
+
+def test_level_and_offset_of_a_sensor_do_not_matter_and_those_of_a_display_signal_do(
+    tiny, measurement, display
+):
+    signal = measurement(0, 0, 0, 0).signal
+    np.testing.assert_allclose(
+        sensor_spectra(signal.with_samples(0.01 * signal.samples + 5), tiny),
+        sensor_spectra(signal, tiny),
+        rtol=1e-2,
+    )
+    drive = display(9, 0, 0, level=0.02).signal
+    assert display_spectra(drive, tiny)[0, 0, 9] == pytest.approx(0.02, rel=1e-5)
+
+
+def test_windows_of_one_measurement_have_its_surface_and_its_raters(tiny, kind, data, rated):
+    side = sensor_side(data()[:6], tiny, kind.materials)
+    assert side.spectra.shape == (6 * 84, 60)
+    np.testing.assert_array_equal(side.item, np.repeat([0, 0, 1, 1, 2, 2], 84))
+    np.testing.assert_array_equal(side.place[:, 0], np.repeat(range(6), 84))
+    np.testing.assert_allclose(side.table[2], rated(0.1, 0.9, 2).scores, rtol=1e-6)
+    assert (side.raters == 4).all()
+
+
+def test_gaps_of_raters_are_their_items_mean(kind):
+    scores = np.array([[0.2, np.nan], [0.4, 0.6], [0.9, 0.8]])
+    got, gaps = filled(Rated(kind.words, ("a", "b", "c"), scores))
+    assert gaps == 1
+    np.testing.assert_allclose(got, [[0.2, 0.7], [0.4, 0.6], [0.9, 0.8]], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("signal", "message"),
+    [
+        (Signal(np.ones((1, 1000)), RATE, "V"), "must vary"),
+        (Signal(np.zeros((1, 400)), RATE, "V"), "must last 1 s or longer, got 0.8 s"),
+        (Signal(np.ones((1, 400)), 100.0, "V"), "above 120; got 100"),
+        (Signal(np.ones((1, 400)), 500.5, "V"), "whole number of Hz"),
+        (Signal(np.ones((1, 4000)), RATE, "V", domain="displacement"), "over time"),
+    ],
+)
+def test_sensor_signals_of_no_use_are_refused(tiny, signal, message):
+    with pytest.raises(ParameterError, match=message):
+        sensor_spectra(signal, tiny)
