@@ -5,15 +5,10 @@ import pytest
 
 from tactogram.cli import main
 from tactogram.errors import DataError, ParameterError
-from tactogram.jobs.study import (
-    begin_session,
-    effect_of,
-    log_played,
-    open_answers,
-    origin_folder,
-    simulate_study,
-    study_folder,
-)
+from tactogram.jobs.study import study_folder
+from tactogram.jobs.study_answers import open_answers
+from tactogram.jobs.study_sessions import begin_session, log_played, origin_folder
+from tactogram.jobs.study_simulated import effect_of, simulate_study
 from tactogram.jobs.study_stimuli import Stimuli, signal_sha256, stronger
 from tactogram.rendering.level import parse_level
 from tactogram.signal import Signal

@@ -5,8 +5,9 @@ from dataclasses import replace
 import pytest
 
 from tactogram.cli import main
-from tactogram.jobs.study import export_study, simulate_study
 from tactogram.jobs.study_analysis import analyse_study
+from tactogram.jobs.study_export import export_study
+from tactogram.jobs.study_simulated import simulate_study
 from tactogram.study.answers import Answers, read_answers, write_answers
 from tactogram.study.session_store import SessionStore
 

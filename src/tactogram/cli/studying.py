@@ -134,7 +134,7 @@ def simulate(a: Arguments) -> None:
     """Let simulated participants take a study, with an effect that is put in, or none."""
     import sys
 
-    from tactogram.jobs.study import simulate_study
+    from tactogram.jobs.study_simulated import simulate_study
     from tactogram.recipe import parse_changes
 
     def progress(done: int) -> None:
@@ -159,7 +159,7 @@ def simulate(a: Arguments) -> None:
 
 def export(a: Arguments) -> int:
     """Write the answers of a session as a tidy table or a BIDS folder."""
-    from tactogram.jobs.study import export_study
+    from tactogram.jobs.study_export import export_study
 
     facts = export_study(a.folder, table=a.out, bids=a.bids)
     print_result(a, facts, lines_of(facts))
@@ -168,7 +168,7 @@ def export(a: Arguments) -> int:
 
 def withdraw(a: Arguments) -> None:
     """Delete a participant and all that is kept of them; tables exported before are to be exported again."""
-    from tactogram.jobs.study import withdraw
+    from tactogram.jobs.study_sessions import withdraw
 
     facts = withdraw(a.folder, a.code)
     print_result(a, facts, _withdrawn_text(facts))

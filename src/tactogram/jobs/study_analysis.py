@@ -14,7 +14,7 @@ import numpy as np
 from tactogram.datasets.ratings import SEVEN_POINT, Scale
 from tactogram.datasets.ratings_table import read_table
 from tactogram.errors import DataError, ParameterError
-from tactogram.jobs.study import STUDY_SUFFIX, open_answers
+from tactogram.jobs.study_answers import open_answers, study_of
 from tactogram.jobs.study_report import Taken, write_study_report
 from tactogram.signal.io.files import written_beside
 from tactogram.study.analysis import MARGINS, Plan, analyse
@@ -24,7 +24,6 @@ from tactogram.study.answers import Answers, read_cells
 from tactogram.study.planned import ALPHA
 from tactogram.study.power import PowerTable, power_table
 from tactogram.study.practice import MARK
-from tactogram.study.session_store import SessionStore
 from tactogram.study.study_file import Study
 
 JSON_FILE, TEXT_FILE, REPORT_FILE = "analysis.json", "analysis.txt", "report.html"
@@ -128,24 +127,6 @@ def analyse_study(
     taken = Taken.of(Path(source), answers, study)
     write_study_report(folder / REPORT_FILE, analysis, taken, drawn, practice=practice)
     return result | {"out": str(out), "text": analysis.text()}
-
-
-def study_of(source: Path) -> Study | None:
-    """Return the study that answers are of: of a session folder, or of the file that stands beside a table.
-
-    `tactogram.jobs.study.export_study` writes that file. None where there is none.
-    """
-    if source.is_dir():
-        with SessionStore(source) as store:
-            return store.study
-    beside = source.with_suffix(STUDY_SUFFIX)
-    if not beside.is_file():
-        return None
-    try:
-        facts = json.loads(beside.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise DataError(f"{beside}: not a readable study: {error}; export the answers again") from error
-    return Study.of(facts, where=str(beside))
 
 
 def practice_of(answers: Answers) -> Answers:

@@ -15,7 +15,7 @@ import soundfile
 from PIL import Image as Pillow
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.jobs.study import begin_session
+from tactogram.jobs.study_sessions import begin_session
 from tactogram.jobs.study_stimuli import Stimuli
 from tactogram.studio.participants.allowance import Allowance
 from tactogram.studio.participants.playing import ServerDisplay

@@ -7,7 +7,9 @@ from pathlib import Path
 import pytest
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.jobs.study import begin_session, export_zip, simulate_session
+from tactogram.jobs.study_export import export_zip
+from tactogram.jobs.study_sessions import begin_session
+from tactogram.jobs.study_simulated import simulate_session
 from tactogram.studio.participants.prepared import PreparedStimuli
 from tactogram.studio.server import Answering
 from tactogram.studio.studies import run as study_run

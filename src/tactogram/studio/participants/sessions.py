@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import DataError, ParameterError, TactogramError
-from tactogram.jobs.study import begin_session, origin_folder, study_folder
+from tactogram.jobs.study import study_folder
+from tactogram.jobs.study_sessions import begin_session, origin_folder
 from tactogram.studio.participants.playing import ServerDisplay
 from tactogram.studio.participants.prepared import PreparedStimuli
 from tactogram.studio.participants.tickets import FILE as KEYS

@@ -11,7 +11,8 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, PlainTextResponse, Response
 
 from tactogram.errors import TactogramError
-from tactogram.jobs.study import export_zip, simulate_session
+from tactogram.jobs.study_export import export_zip
+from tactogram.jobs.study_simulated import simulate_session
 from tactogram.recipe import parse_changes
 from tactogram.studio.guard import REPORT
 from tactogram.studio.layout import busy, in_background, page, telling

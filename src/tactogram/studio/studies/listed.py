@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import DataError, ParameterError, TactogramError
-from tactogram.jobs.study import SIMULATED, check_study
+from tactogram.jobs.study import check_study
+from tactogram.jobs.study_simulated import SIMULATED
 from tactogram.signal.io.files import written_beside
 from tactogram.studio.studies.experiment_view import report_of
 from tactogram.studio.workspace import Workspace
@@ -43,7 +44,7 @@ class Listed:
     name : str
         Of a shipped one, or a file's path relative to the workspace.
     source : Path or str
-        As `tactogram.jobs.study.begin_session` takes it.
+        As `tactogram.jobs.study_sessions.begin_session` takes it.
     shipped : bool
     facts : mapping
         What `check_study` returned; empty where it is wrong.
