@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -92,18 +92,40 @@ class Shelf:
         facts : mapping
             JSON values.
         """
-        self.folder.mkdir(parents=True, exist_ok=True)
-        now = datetime.now(UTC)
-        while (self.folder / (identifier := f"{now:%Y%m%d-%H%M%S-%f}")).exists():
-            now += timedelta(microseconds=1)
-        part = self.folder / f".{identifier}.part"
-        part.mkdir()
-        try:
+
+        def write(part: Path) -> None:
             if isinstance(made, Image):
                 write_image(part / IMAGE, made)
             else:
                 write_signal(part / SIGNAL, made)
-            values = {"title": _titled(title), "kept_at": now.isoformat(timespec="seconds"), **facts}
+
+        return self._put(write, title, facts)
+
+    def keep_copy(self, made: Made) -> Made:
+        """Put a result of another shelf on this one; its samples or pixels stay as they are.
+
+        Raises
+        ------
+        DataError
+            If it is gone.
+        """
+        facts = {key: value for key, value in made.facts.items() if key != "kept_at"}
+        if not made.file.is_file():
+            raise DataError(f"{made.title}: is gone; make it again")
+        return self._put(lambda part: shutil.copy(made.file, part / made.file.name), made.title, facts)
+
+    def _put(self, write: Callable[[Path], object], title: str, facts: Mapping[str, Any]) -> Made:
+        """Make a folder that ``write`` fills, beside and renamed."""
+        values = {"title": _titled(title), "kept_at": "", **facts}
+        self.folder.mkdir(parents=True, exist_ok=True)
+        now = datetime.now(UTC)
+        while (self.folder / (identifier := f"{now:%Y%m%d-%H%M%S-%f}")).exists():
+            now += timedelta(microseconds=1)
+        values["kept_at"] = now.isoformat(timespec="seconds")
+        part = self.folder / f".{identifier}.part"
+        part.mkdir()
+        try:
+            write(part)
             (part / FACTS).write_text(json.dumps(values, ensure_ascii=False, indent=1), encoding="utf-8")
             part.rename(self.folder / identifier)
         except BaseException:

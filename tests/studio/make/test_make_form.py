@@ -22,7 +22,7 @@ from tactogram.studio.make.form import (
     suited,
     word_label,
 )
-from tactogram.studio.make.form_view import scale_text
+from tactogram.studio.make.words_view import scale_text
 
 MATERIALS = ("cork", "felt", "tile")
 SIGNALS = SignalKind(1000.0, "m/s^2", ("x", "y", "z"), MATERIALS, words=WORDS, scale=(1.0, 7.0))

@@ -135,7 +135,8 @@ def test_results_are_held_shown_kept_and_still_there_after_a_reload(desk):
     desk.show([first])
     desk.show([second])
     desk.put_beside(f"made:{first.id}")
-    kept = desk.keep(f"made:{second.id}")
+    kept = desk.shelf.keep_copy(second)
+    desk.note_kept(f"made:{second.id}", kept)
 
     again = Desk(desk.workspace, desk.shelf, desk.runs, json.loads(json.dumps(desk.held)))
 

@@ -11,17 +11,17 @@ from PIL import Image
 
 from tactogram.signal import Signal
 from tactogram.signal.perception import detection_threshold, sensation_level_db
-from tactogram.studio.signals.pictures import (
+from tactogram.studio.signals import traits as worked_out
+from tactogram.studio.signals.pictures import spectrogram_png, spectrum_options, waveform_options
+from tactogram.studio.signals.traits import (
     band_levels,
     envelope,
     peak_of,
     rms_of,
     scales_of,
     spectrogram_db,
-    spectrogram_png,
-    spectrum_options,
     threshold_note,
-    waveform_options,
+    traits_of,
 )
 
 RATE = 2000.0
@@ -57,7 +57,7 @@ def test_a_single_sample_is_not_lost_in_a_minute():
 def test_each_axis_has_its_row_on_the_same_scale():
     signal = Signal(np.stack([sine(50, 0.3).samples[0], sine(50, 0.02).samples[0]]), RATE, "N", ("a", "b"))
 
-    options = waveform_options(signal)
+    options = waveform_options(traits_of(signal))
 
     assert [axis["name"] for axis in options["yAxis"]] == ["a N", "b N"]
     assert {axis["max"] for axis in options["yAxis"]} == {0.5}
@@ -84,8 +84,17 @@ def test_the_spectrogram_is_of_all_axes_together():
     assert level.max() == pytest.approx(spectrogram_db(one)[2].max() + 10 * math.log10(2), abs=1e-6)
 
 
+def test_a_long_signal_is_transformed_in_pieces_to_the_same_levels(monkeypatch):
+    noise = np.random.default_rng(0).normal(size=(2, 4000))
+    signal = Signal(noise, RATE, "m/s^2", ("x", "y"))
+    whole = spectrogram_db(signal)[2]
+    monkeypatch.setattr(worked_out, "AT_ONCE", 500)
+
+    np.testing.assert_array_equal(spectrogram_db(signal)[2], whole)
+
+
 def test_a_shorter_signal_ends_where_it_ends_on_shared_scales():
-    short, long = sine(250, 0.5, seconds=1.0), sine(250, 0.5, seconds=2.0)
+    short, long = (traits_of(sine(250, 0.5, seconds=seconds)) for seconds in (1.0, 2.0))
 
     picture = Image.open(io.BytesIO(spectrogram_png(short, scales=scales_of([short, long]))))
 
@@ -96,7 +105,7 @@ def test_a_shorter_signal_ends_where_it_ends_on_shared_scales():
 
 
 def test_the_brightest_row_of_the_picture_is_the_tones():
-    picture = np.array(Image.open(io.BytesIO(spectrogram_png(sine(250, 0.5)))).convert("L"), float)
+    picture = np.array(Image.open(io.BytesIO(spectrogram_png(traits_of(sine(250, 0.5))))).convert("L"), float)
 
     row = picture[:, 300].argmax()
 
@@ -123,7 +132,9 @@ def test_bands_hold_all_the_power_of_a_noise():
 
 
 def test_the_threshold_is_drawn_in_the_signals_unit():
-    series = {one["name"]: one["data"] for one in spectrum_options(sine(250, 0.5, unit="m"))["series"]}
+    series = {
+        one["name"]: one["data"] for one in spectrum_options(traits_of(sine(250, 0.5, unit="m")))["series"]
+    }
 
     for frequency, value in series["detection threshold"]:
         assert value == pytest.approx(float(detection_threshold(frequency, "m")), rel=2e-3)
@@ -134,14 +145,14 @@ def test_the_threshold_is_drawn_in_the_signals_unit():
 def test_no_threshold_is_drawn_where_none_is_known(unit):
     signal = sine(250, 0.5, unit=unit)
 
-    assert [one["name"] for one in spectrum_options(signal)["series"]] == ["level"]
+    assert [one["name"] for one in spectrum_options(traits_of(signal))["series"]] == ["level"]
     assert threshold_note(signal).startswith("No detection threshold is known in")
 
 
 def test_over_displacement_nothing_is_said_of_the_threshold():
     signal = Signal(np.random.default_rng(0).normal(size=(1, 400)), 10.0, "m", domain="displacement")
 
-    options = spectrum_options(signal)
+    options = spectrum_options(traits_of(signal))
 
     assert [one["name"] for one in options["series"]] == ["level"]
     assert options["xAxis"]["name"] == "cycles per mm"
@@ -169,6 +180,6 @@ def test_level_is_about_the_mean_and_of_all_axes():
 def test_the_shortest_signals_can_be_drawn(n):
     signal = Signal(np.linspace(0, 1, n)[None], 1000.0, "m/s^2")
 
-    assert waveform_options(signal)["series"][0]["data"]
-    assert spectrogram_png(signal).startswith(b"\x89PNG")
-    assert spectrum_options(signal)["yAxis"]["min"] > 0
+    assert waveform_options(traits_of(signal))["series"][0]["data"]
+    assert spectrogram_png(traits_of(signal)).startswith(b"\x89PNG")
+    assert spectrum_options(traits_of(signal))["yAxis"]["min"] > 0

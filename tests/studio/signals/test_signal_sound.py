@@ -8,7 +8,7 @@ import soundfile
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 from tactogram.studio.signals.sound import (
     KNEE,
@@ -19,7 +19,6 @@ from tactogram.studio.signals.sound import (
     sound_bytes,
     sound_of,
 )
-from tactogram.studio.signals.view import Shown, key_of
 
 
 def read(wav):
@@ -105,23 +104,3 @@ def test_over_displacement_it_is_walked_through():
 def test_a_gain_that_is_none_is_refused(gain):
     with pytest.raises(ParameterError, match="gain must be > 0"):
         sound_of(tone(0.1), gain=gain)
-
-
-def test_the_key_follows_from_samples_and_what_they_mean():
-    signal = tone(0.1)
-
-    assert key_of(signal) == key_of(tone(0.1))
-    assert key_of(signal) != key_of(Signal(signal.samples, 1001.0, "m/s^2", ("a",)))
-    assert key_of(signal) != key_of(Signal(signal.samples, 1000.0, "N", ("a",)))
-
-
-def test_what_was_not_asked_for_longest_is_let_go():
-    shown = Shown(most=2 * tone(0.1).samples.nbytes)
-    first, second = (shown.put(tone(a)) for a in (0.1, 0.2))
-    shown.get(first)
-
-    third = shown.put(tone(0.3))
-
-    assert len(shown.get(first)) == len(shown.get(third)) == 1000
-    with pytest.raises(DataError, match="reload"):
-        shown.get(second)

@@ -205,23 +205,9 @@ class Desk:
         except (KeyError, TactogramError):
             return None
 
-    def keep(self, name: str) -> Made:
-        """Put a result on the shelf, and return it as it lies there.
-
-        Raises
-        ------
-        ParameterError
-            If it is gone.
-        """
-        made = self.find(name)
-        if made is None:
-            raise ParameterError("This result is gone: make it again.")
-        facts = {key: value for key, value in made.facts.items() if key != "kept_at"}
-        kept = self.shelf.keep(
-            made.image() if made.is_image else made.signal(), title=made.title, facts=facts
-        )
+    def note_kept(self, name: str, kept: Made) -> None:
+        """Note as what a result lies on the shelf."""
         self.held["kept"] = {**self.held.get("kept", {}), name: kept.id}
-        return kept
 
     def kept_as(self, name: str) -> str:
         """Return the id under which a result was kept; empty if it was not, or no longer is."""

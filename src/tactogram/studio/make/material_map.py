@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.signal import Signal
-from tactogram.studio.signals.pictures import band_levels
+from tactogram.studio.signals.traits import band_levels
 
 NEIGHBOURS = 3
 """How many materials a point is at most a mix of."""

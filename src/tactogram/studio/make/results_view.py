@@ -7,12 +7,9 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from tactogram.errors import DataError, TactogramError
-from tactogram.signal import Signal
 from tactogram.studio.layout import in_background, telling
 from tactogram.studio.shelf import Made
-from tactogram.studio.signals.pictures import peak_of, scales_of
-from tactogram.studio.signals.sound import common_gain
-from tactogram.studio.signals.view import signal_card
+from tactogram.studio.signals.view import Entry, signal_cards
 
 if TYPE_CHECKING:
     from tactogram.studio.make.page import MakePage
@@ -26,59 +23,39 @@ def draw_results(on: MakePage) -> None:
         with ui.element("section").classes("card").props('role="alert"'):
             ui.label("Nothing was made").classes("h2")
             ui.label(f"{on.failed[:1].upper()}{on.failed[1:].rstrip('.')}.")
-    present = on.desk.present()
+    desk = on.desk
+    present = desk.present()
     if present is None:
         if not on.failed:
             with ui.element("section").classes("card"):
                 ui.label("Nothing made yet").classes("h2")
                 ui.label("Press Make: what comes out is drawn and can be played here.").classes("quiet")
         return
-    name = str(on.desk.held.get("present"))
+    name = str(desk.held.get("present"))
     beside = [
-        (other, made)
-        for other, made in on.desk.beside()
-        if other != name and made.is_image == present.is_image
+        (other, made) for other, made in desk.beside() if other != name and made.is_image == present.is_image
     ]
     shown = [(name, present), *beside]
-    signals = {other: made.signal() for other, made in shown if not made.is_image}
     _compare_bar(on, name, present, beside)
-    alike = _alike(list(signals.values()))
-    gain = None
-    if on.desk.held.get("true_levels") and len(signals) > 1 and alike:
-        gain = common_gain([peak_of(signal) for signal in signals.values()])
-    scales = scales_of(list(signals.values())) if signals and alike else None
+    titles = [
+        f"{LETTERS[number]}: {made.title}" if len(shown) > 1 else made.title
+        for number, (_, made) in enumerate(shown)
+    ]
     with ui.element("div").classes("beside" if len(shown) > 1 else "alone"):
-        for number, (other, made) in enumerate(shown):
-            letter = LETTERS[number] if len(shown) > 1 else ""
-            title = f"{letter}: {made.title}" if letter else made.title
-            if made.is_image:
-                top = _image_card(made, other, title)
-            else:
-                others = (
-                    [signal for key, signal in signals.items() if key != other]
-                    if alike and scales is not None
-                    else []
-                )
-                top = signal_card(
-                    signals[other],
-                    title=title,
-                    simulated=bool(made.facts.get("simulated")),
-                    compare=others,
-                    scales=scales,
-                    gain=gain,
-                    key=str(number + 1),
-                )
+        if present.is_image:
+            tops = [
+                _image_card(made, other, title) for (other, made), title in zip(shown, titles, strict=True)
+            ]
+        else:
+            entries = [
+                Entry(made.file, title, bool(made.facts.get("simulated")), str(number))
+                for number, ((_, made), title) in enumerate(zip(shown, titles, strict=True), start=1)
+            ]
+            tops = signal_cards(entries, same_gain=bool(desk.held.get("true_levels")) and len(shown) > 1)
+        for number, ((other, made), top) in enumerate(zip(shown, tops, strict=True)):
             with top:
                 _actions(on, other, made, first=number == 0)
-    if signals and not alike:
-        ui.label(
-            "They differ in unit or in what they run over: each is drawn on a scale of its own."
-        ).classes("small quiet")
     _earlier(on, name)
-
-
-def _alike(signals: list[Signal]) -> bool:
-    return len({(signal.unit, signal.domain) for signal in signals}) <= 1
 
 
 def _compare_bar(on: MakePage, name: str, present: Made, beside: list[tuple[str, Made]]) -> None:
@@ -122,7 +99,7 @@ async def _nearest(on: MakePage, present: Made, button: ui.button) -> None:
     button.text = "Searching"
     try:
         choice = on.desk.runs.choice(str(present.facts.get("run", "")))
-        how, found = await in_background(on.desk.runs.nearest, choice, present.signal())
+        how, found = await in_background(lambda: on.desk.runs.nearest(choice, present.signal()))
         if not found:
             raise DataError("There is no recording to compare with.")
         for title, signal, simulated in found[:2]:
@@ -132,7 +109,7 @@ async def _nearest(on: MakePage, present: Made, button: ui.button) -> None:
                 "simulated": simulated,
                 "found": how,
             }
-            held = on.desk.made.keep(signal, title=title, facts=facts)
+            held = await in_background(on.desk.made.keep, signal, title=title, facts=facts)
             on.desk.put_beside(f"made:{held.id}")
         ui.notify(f"Found {how}.")
     finally:
@@ -145,8 +122,9 @@ def _actions(on: MakePage, name: str, made: Made, *, first: bool) -> None:
     """Draw what can be done with a result, in the row at its top."""
     desk = on.desk
 
-    def keep() -> None:
-        kept = desk.keep(name)
+    async def keep() -> None:
+        kept = await in_background(desk.shelf.keep_copy, made)
+        desk.note_kept(name, kept)
         ui.notify(f"Kept: {kept.title}.", type="positive")
         on.results.refresh()
 
@@ -195,7 +173,7 @@ def _taken_for(on: MakePage, made: Made) -> None:
             classifier = on.desk.runs.classifier_for(choice)
             if classifier is None:
                 return
-            found = await in_background(on.desk.runs.taken_for, classifier, made.signal())
+            found = await in_background(lambda: on.desk.runs.taken_for(classifier, made.signal()))
             unlike = ", but unlike all it knows" if found["none_of_these"] else ""
             text = f"Taken for {found['material']} ({found['probability']:.0%}{unlike}) by {classifier.name}"
         except TactogramError as error:

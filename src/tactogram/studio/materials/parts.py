@@ -23,6 +23,7 @@ from tactogram.studio.materials.recordings import (
 )
 from tactogram.studio.signals.pictures import spectrogram_png
 from tactogram.studio.signals.sound import sound_bytes
+from tactogram.studio.signals.traits import traits_of
 from tactogram.studio.studio import Studio
 from tactogram.studio.train.trainings import Trainings
 
@@ -66,7 +67,8 @@ def add_routes(desk: MaterialsDesk) -> None:
     @app.get("/materials/spectrogram")
     def spectrogram(set: str, id: str, stream: str = "") -> Response:
         def make() -> bytes:
-            return spectrogram_png(glance(desk.stores.get(set), id, stream), width=240, height=56)
+            traits = traits_of(glance(desk.stores.get(set), id, stream))
+            return spectrogram_png(traits, width=240, height=56)
 
         return answered(make, "image/png")
 

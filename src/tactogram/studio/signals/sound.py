@@ -95,7 +95,7 @@ def common_gain(peaks: list[float]) -> float:
     Parameters
     ----------
     peaks : list of float
-        As of `tactogram.studio.signals.pictures.peak_of`; several axes add up to at most the root of their number.
+        As of `tactogram.studio.signals.traits.peak_of`; several axes add up to at most the root of their number.
     """
     peak = max(peaks, default=0.0)
     return min(NORMAL_PEAK / peak, MOST_GAIN) if peak > 0 else 1.0

@@ -5,75 +5,24 @@ Pictures and sounds are fetched by the browser under ``/signals/KEY/…``, where
 
 from __future__ import annotations
 
-import hashlib
 import math
-import threading
-from collections import OrderedDict
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
-from tactogram.errors import DataError, TactogramError
-from tactogram.signal import Signal
+from tactogram.errors import TactogramError
+from tactogram.studio.layout import in_background, telling
 from tactogram.studio.signals.pictures import (
-    Scales,
-    peak_of,
-    rms_of,
-    scales_of,
     spectrogram_png,
     spectrum_options,
-    threshold_note,
-    unit_of,
     waveform_height,
     waveform_options,
 )
-from tactogram.studio.signals.sound import NORMAL_PEAK, WALKED_MM_S, sound_of
+from tactogram.studio.signals.shown import SHOWN, Held, Source
+from tactogram.studio.signals.sound import NORMAL_PEAK, WALKED_MM_S, common_gain, sound_of
+from tactogram.studio.signals.traits import Scales, Traits, scales_of, unit_of
 
-MOST_BYTES = 256 * 2**20
-"""Of samples that are held for the browser to fetch."""
 HEAD = '<link rel="stylesheet" href="/static/signals.css"><script type="module" src="/static/player.js"></script>'
-
-
-@dataclass
-class Shown:
-    """Signals that pages show at present, by key; the ones that were not asked for longest go first."""
-
-    most: int = MOST_BYTES
-    _held: OrderedDict[str, Signal] = field(default_factory=OrderedDict)
-    _lock: threading.Lock = field(default_factory=threading.Lock)
-
-    def put(self, signal: Signal) -> str:
-        """Hold a signal, and return its key."""
-        key = key_of(signal)
-        with self._lock:
-            self._held[key] = signal
-            self._held.move_to_end(key)
-            while len(self._held) > 1 and sum(one.samples.nbytes for one in self._held.values()) > self.most:
-                self._held.popitem(last=False)
-        return key
-
-    def get(self, key: str) -> Signal:
-        """Return a signal by its key.
-
-        Raises
-        ------
-        DataError
-            If it is no longer held.
-        """
-        with self._lock:
-            if key not in self._held:
-                raise DataError("this signal is no longer held: reload the page")
-            self._held.move_to_end(key)
-            return self._held[key]
-
-
-SHOWN = Shown()
-
-
-def key_of(signal: Signal) -> str:
-    """Return 24 hexadecimal digits that follow from the samples and what they mean."""
-    said = f"{signal.rate!r} {signal.unit} {signal.axes!r} {signal.domain}"
-    return hashlib.sha256(said.encode() + signal.samples.tobytes()).hexdigest()[:24]
 
 
 def add_routes() -> None:
@@ -87,7 +36,7 @@ def add_routes() -> None:
     @app.get("/signals/{key}/sound.wav")
     def sound(key: str, gain: float | None = None) -> Response:
         try:
-            made = sound_of(SHOWN.get(key), gain=gain)
+            made = sound_of(SHOWN.get(key).signal, gain=gain)
         except TactogramError as error:
             return Response(str(error), status_code=404, media_type="text/plain")
         said = {
@@ -100,12 +49,12 @@ def add_routes() -> None:
     @app.get("/signals/{key}/spectrogram.png")
     def spectrogram(key: str, peak: float, extent: float, top_db: float, top_hz: float) -> Response:
         try:
-            signal = SHOWN.get(key)
+            traits = SHOWN.get(key).traits
         except TactogramError as error:
             return Response(str(error), status_code=404, media_type="text/plain")
         if not (extent > 0 and top_hz > 0 and math.isfinite(extent + top_hz + top_db + peak)):
             return Response("extent and top_hz must be > 0", status_code=400, media_type="text/plain")
-        png = spectrogram_png(signal, scales=Scales(peak, extent, top_db, top_hz))
+        png = spectrogram_png(traits, scales=Scales(peak, extent, top_db, top_hz))
         return Response(png, media_type="image/png", headers=KEPT)
 
 
@@ -113,34 +62,45 @@ KEPT = {"Cache-Control": "private, max-age=3600"}
 """What follows from the samples alone may be kept by the browser."""
 
 
-def signal_card(
-    signal: Signal,
-    *,
-    title: str,
-    simulated: bool = False,
-    compare: Sequence[Signal] = (),
-    scales: Scales | None = None,
-    gain: float | None = None,
-    key: str = "",
-    small: bool = False,
-) -> Any:
-    """Draw a signal, and return the row at its top that further buttons go into.
+@dataclass(frozen=True)
+class Entry:
+    """A signal that stands beside others.
 
     Parameters
     ----------
-    signal : Signal
+    source : Signal or Path
+        A file is read as soon as the card stands, and once; it is not written anew.
     title : str
         What people call it.
     simulated : bool
         Whether it, or what it was learned from, is simulated: then it says so.
-    compare : sequence of Signal
-        What stands beside it: all are drawn on the same scales.
-    scales : Scales, optional
-        By default of the signal and ``compare``, see `scales_of`: to be made in a thread where they are long.
-    gain : float, optional
-        Full scales per unit at which it is played; by default a level of its own.
     key : str
         Of the keyboard that plays it, ``1`` to ``9``; several of a page are changed between while playing.
+    """
+
+    source: Source
+    title: str
+    simulated: bool = False
+    key: str = ""
+
+
+def signal_card(source: Source, *, title: str, simulated: bool = False, small: bool = False) -> Any:
+    """Draw a signal, and return the row at its top that further buttons go into; see `signal_cards`."""
+    [top] = signal_cards([Entry(source, title, simulated)], small=small)
+    return top
+
+
+def signal_cards(entries: Sequence[Entry], *, same_gain: bool = False, small: bool = False) -> list[Any]:
+    """Draw signals that stand beside each other, and return the rows at their tops that further buttons go into.
+
+    The cards stand at once; their pictures, on the same scales, come as soon as a thread has worked them out. Signals
+    of several units, or over time and displacement, are each on scales of their own, and it says so.
+
+    Parameters
+    ----------
+    entries : sequence of Entry
+    same_gain : bool
+        Whether they are played at one gain, so that they keep their strengths; by default each at a level of its own.
     small : bool
         Whether the spectrum is left out.
     """
@@ -148,56 +108,122 @@ def signal_card(
 
     load_player()
     add_routes()
-    held = SHOWN.put(signal)
-    scales = scales or scales_of([signal, *compare])
-    with ui.element("section").classes("card signal").props(f'role="group" aria-label="{_quoted(title)}"'):
+    frames = [_frame(entry) for entry in entries]
+    known = [SHOWN.known(entry.source) for entry in entries]
+    places = [place for _, place in frames]
+    if all(held is not None for held in known):
+        _fill(entries, [held for held in known if held], places, same_gain=same_gain, small=small)
+    else:
+        for place in places:
+            with place:
+                ui.label("Drawing").classes("small quiet drawing")
+
+        async def fill() -> None:
+            await _fill_later(entries, places, same_gain=same_gain, small=small)
+
+        ui.timer(0, telling(fill), once=True)
+    return [top for top, _ in frames]
+
+
+def _frame(entry: Entry) -> tuple[Any, Any]:
+    """Draw the card as it stands at once, and return the row at its top and the place of its pictures."""
+    from nicegui import ui
+
+    with (
+        ui.element("section")
+        .classes("card signal")
+        .props(f'role="group" aria-label="{_quoted(entry.title)}"')
+    ):
         with ui.row().classes("w-full items-center gap-2") as top:
-            ui.label(title).classes("h2")
-            if simulated:
+            ui.label(entry.title).classes("h2")
+            if entry.simulated:
                 ui.label("simulated").classes("simulated")
-        ui.label(level_text(signal)).classes("small level")
-        ui.label(threshold_note(signal)).classes("small quiet")
-        play_button(held, title=title, gain=gain, key=key, unit=unit_of(signal), domain=signal.domain)
-        described = f"Waveform of {title}: {level_text(signal)}"
-        _chart(waveform_options(signal, scales=scales), waveform_height(signal), described)
-        _spectrogram(held, scales, over_time=signal.domain == "time", title=title)
-        if not small:
-            described = f"Spectrum of {title} in third octaves. {threshold_note(signal)}"
-            _chart(spectrum_options(signal, others=compare), 200, described)
-    return top
+        place = ui.element("div").classes("pictures")
+    return top, place
 
 
-def level_text(signal: Signal) -> str:
+async def _fill_later(
+    entries: Sequence[Entry], places: Sequence[Any], *, same_gain: bool, small: bool
+) -> None:
+    """Fill cards once their signals are worked out; nothing, if the page was left or drawn anew meanwhile."""
+    from nicegui import ui
+
+    try:
+        held = [await in_background(SHOWN.work_out, entry.source) for entry in entries]
+    except Exception as error:
+        for place in places:
+            if not place.is_deleted:
+                place.clear()
+                with place:
+                    ui.label(f"It cannot be shown: {error}").props('role="alert"')
+        if not isinstance(error, TactogramError | OSError):
+            raise
+        return
+    if not any(place.is_deleted for place in places):
+        _fill(entries, held, places, same_gain=same_gain, small=small)
+
+
+def _fill(
+    entries: Sequence[Entry], held: Sequence[Held], places: Sequence[Any], *, same_gain: bool, small: bool
+) -> None:
+    """Draw what is known of signals into their places."""
+    from nicegui import ui
+
+    alike = len({(one.traits.unit, one.traits.domain) for one in held}) <= 1
+    scales = scales_of([one.traits for one in held]) if alike else None
+    gain = common_gain([one.traits.peak for one in held]) if same_gain and alike else None
+    for entry, one, place in zip(entries, held, places, strict=True):
+        others = [other.traits for other in held if other is not one] if alike else []
+        place.clear()
+        with place:
+            _pictures(entry, one, scales or scales_of([one.traits]), gain, None if small else others)
+            if not alike:
+                ui.label("Another unit, or over something else: drawn on scales of its own.").classes(
+                    "small quiet"
+                )
+
+
+def _pictures(
+    entry: Entry, held: Held, scales: Scales, gain: float | None, beside: Sequence[Traits] | None
+) -> None:
+    from nicegui import ui
+
+    traits, title = held.traits, entry.title
+    ui.label(level_text(traits)).classes("small level")
+    ui.label(traits.note).classes("small quiet")
+    play_button(held, title=title, gain=gain, key=entry.key)
+    described = f"Waveform of {title}: {level_text(traits)}"
+    _chart(waveform_options(traits, scales=scales), waveform_height(traits), described)
+    _spectrogram(held.key, scales, over_time=traits.domain == "time", title=title)
+    if beside is not None:
+        described = f"Spectrum of {title} in third octaves. {traits.note}"
+        _chart(spectrum_options(traits, others=beside), 200, described)
+
+
+def level_text(traits: Traits) -> str:
     """Return how strong and how long a signal is, in words."""
-    unit = unit_of(signal)
-    per = "Hz" if signal.domain == "time" else "per mm"
-    extent = f"{signal.extent:.3g} {'s' if signal.domain == 'time' else 'mm'}"
-    axes = f"axes {', '.join(signal.axes)}" if len(signal.axes) > 1 else f"axis {signal.axes[0]}"
+    unit = unit_of(traits)
+    per = "Hz" if traits.domain == "time" else "per mm"
+    extent = f"{traits.extent:.3g} {'s' if traits.domain == 'time' else 'mm'}"
+    axes = f"axes {', '.join(traits.axes)}" if len(traits.axes) > 1 else f"axis {traits.axes[0]}"
     return (
-        f"{rms_of(signal):.3g} {unit} rms · {peak_of(signal):.3g} {unit} peak · "
-        f"{extent} at {signal.rate:,.6g} {per} · {axes}"
+        f"{traits.rms:.3g} {unit} rms · {traits.peak:.3g} {unit} peak · "
+        f"{extent} at {traits.rate:,.6g} {per} · {axes}"
     )
 
 
-def play_button(
-    held: str,
-    *,
-    title: str,
-    gain: float | None = None,
-    key: str = "",
-    unit: str = "",
-    domain: str = "time",
-) -> None:
+def play_button(held: Held, *, title: str, gain: float | None = None, key: str = "") -> None:
     """Draw the button that plays a held signal, and where its level is told."""
     from nicegui import ui
 
-    address = f"/signals/{held}/sound.wav" + ("" if gain is None else f"?gain={gain:.6g}")
+    unit = unit_of(held.traits)
+    address = f"/signals/{held.key}/sound.wav" + ("" if gain is None else f"?gain={gain:.6g}")
     how = (
         f"level of its own: peaks at {NORMAL_PEAK:g} of full scale"
         if gain is None
         else f"{gain:.3g} of full scale per {unit}, as the others"
     )
-    if domain != "time":
+    if held.traits.domain != "time":
         how += f", walked through at {WALKED_MM_S:g} mm/s"
     with ui.row().classes("items-center gap-2 no-wrap"):
         button = ui.element("button").classes("player")

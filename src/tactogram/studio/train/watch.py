@@ -11,7 +11,7 @@ from PIL import Image as Pillow
 
 from tactogram.errors import ParameterError
 from tactogram.models import available
-from tactogram.signal.io import read_image, read_image_metadata, read_metadata, read_signal
+from tactogram.signal.io import read_image, read_image_metadata, read_metadata
 from tactogram.studio.layout import busy, in_background, page, telling
 from tactogram.studio.signals.view import add_routes, signal_card
 from tactogram.studio.train.log import checkpoint_step, curves, metrics, thinned
@@ -254,7 +254,7 @@ class _Watch:
             known = read_metadata(file)
             when = "at the end" if known.get("step") is None else f"at step {known['step']}"
             title = f"{known.get('of', file.stem)} {when}"
-            signal_card(read_signal(file), title=title, simulated=bool(known.get("simulated")), small=True)
+            signal_card(file, title=title, simulated=bool(known.get("simulated")), small=True)
 
     @ui.refreshable_method
     def more(self) -> None:
@@ -333,7 +333,7 @@ class _Watch:
         self.made.refresh()
 
     async def _ask_delete(self) -> None:
-        with ui.dialog() as dialog, ui.card():
+        with ui.dialog().props('aria-label="Delete this run?"') as dialog, ui.card():
             ui.label(f"Delete {self.name} with its weights, samples and report? This cannot be undone.")
             with ui.row():
                 ui.button("Delete it", color="negative", on_click=lambda: dialog.submit(True))

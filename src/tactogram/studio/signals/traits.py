@@ -1,0 +1,267 @@
+"""What of a signal its pictures are made of: levels, envelope, spectrogram and bands, worked out once.
+
+Everything here is a pure function of a signal, and takes long for minutes of it: pages call `traits_of` in a thread.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal as dsp
+
+from tactogram.signal import Signal
+from tactogram.signal.perception import FELT_HZ, sensation_level_db
+from tactogram.signal.signal import Domain
+
+WIDTH = 600
+"""Pixels of a waveform that the envelope is made for."""
+WITH_THRESHOLD = ("m", "m/s", "m/s^2")
+BANDS_PER_DECADE = 10
+"""Third octaves, base ten (IEC 61260-1)."""
+UNITS = {"m/s^2": "m/s²", "1": "(ratio)"}
+AT_ONCE = 2**20
+"""Samples that are transformed at once: what a long signal takes of the memory stays small."""
+
+
+@dataclass(frozen=True, eq=False)
+class Traits:
+    """What pictures and words of a signal are made of; small, however long it is.
+
+    Parameters
+    ----------
+    rate : float, Hz or samples per mm
+    unit : str
+    domain : {"time", "displacement"}
+    axes : tuple of str
+    extent : float, s or mm
+    rms, peak : float, in the unit
+        See `rms_of` and `peak_of`.
+    note : str
+        See `threshold_note`.
+    curves : tuple of (int64 array, float32 array)
+        Of each axis about its mean, see `envelope`.
+    frequency : float64 array, shape (frequency,), Hz or cycles per mm
+    level : float32 array, shape (frequency, time), dB re 1 unit
+        See `spectrogram_db`.
+    bands : tuple of (float64 array, float64 array)
+        See `band_levels`.
+    """
+
+    rate: float
+    unit: str
+    domain: Domain
+    axes: tuple[str, ...]
+    extent: float
+    rms: float
+    peak: float
+    note: str
+    curves: tuple[tuple[NDArray[np.int64], NDArray[np.float32]], ...]
+    frequency: NDArray[np.float64]
+    level: NDArray[np.float32]
+    bands: tuple[NDArray[np.float64], NDArray[np.float64]]
+
+    @property
+    def top_hz(self) -> float:
+        """Where its spectrogram ends: Hz, or cycles per mm."""
+        return _top_hz(self)
+
+
+def traits_of(signal: Signal) -> Traits:
+    """Return what pictures and words of a signal are made of."""
+    x = centred(signal)
+    frequency, _, level = spectrogram_db(signal)
+    return Traits(
+        signal.rate,
+        signal.unit,
+        signal.domain,
+        signal.axes,
+        signal.extent,
+        rms_of(signal),
+        peak_of(signal),
+        threshold_note(signal),
+        tuple(envelope(axis.astype(np.float32), WIDTH) for axis in x),
+        frequency,
+        level.astype(np.float32),
+        band_levels(signal),
+    )
+
+
+@dataclass(frozen=True)
+class Scales:
+    """What the pictures of signals that stand side by side have in common.
+
+    Parameters
+    ----------
+    peak : float
+        Largest deviation from an axis' mean, in the unit.
+    extent : float
+        Of the longest, s or mm.
+    top_db : float
+        Brightest level of the spectrograms, dB re 1 unit.
+    top_hz : float
+        Where the spectrograms end: Hz, or cycles per mm.
+    """
+
+    peak: float
+    extent: float
+    top_db: float
+    top_hz: float
+
+
+def scales_of(held: Sequence[Traits]) -> Scales:
+    """Return the scales on which all of ``held`` fit, at least one."""
+    return Scales(
+        peak=max(traits.peak for traits in held) or 1.0,
+        extent=max(traits.extent for traits in held),
+        top_db=max(float(traits.level.max()) for traits in held),
+        top_hz=max(traits.top_hz for traits in held),
+    )
+
+
+def rms_of(signal: Signal) -> float:
+    """Return the root of the mean square about the mean, all axes together: that of the DFT321 of them."""
+    return float(np.sqrt(centred(signal).var(axis=1).sum()))
+
+
+def peak_of(signal: Signal) -> float:
+    """Return the largest deviation from its mean of any axis."""
+    return float(np.abs(centred(signal)).max())
+
+
+def unit_of(signal: Signal | Traits) -> str:
+    """Return the unit as people write it."""
+    return UNITS.get(signal.unit, signal.unit)
+
+
+def threshold_note(signal: Signal) -> str:
+    """Return in a sentence how far above the detection threshold the signal is, or why that cannot be said."""
+    if signal.domain != "time":
+        return "Over displacement it is felt only at a speed: no threshold is drawn."
+    if signal.unit not in WITH_THRESHOLD:
+        return f"No detection threshold is known in {unit_of(signal)}: none is drawn."
+    level = sensation_level_db(signal)
+    if not math.isfinite(level):
+        return f"Nothing in {FELT_HZ[0]:g} to {FELT_HZ[1]:g} Hz: it cannot be felt."
+    return f"{abs(level):.0f} dB {'above' if level >= 0 else 'below'} the detection threshold (good to some 10 dB)."
+
+
+def envelope(samples: NDArray[np.float32], width: int) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+    """Return where in ``samples`` the least and the greatest of each of ``width`` pixels stand, and these values.
+
+    Parameters
+    ----------
+    samples : float32 array, shape (time,)
+    width : int
+        Pixels.
+
+    Returns
+    -------
+    place : int64 array, shape (point,)
+        Rising.
+    value : float32 array, shape (point,)
+        Every sample where there are no more than two for a pixel.
+    """
+    n = len(samples)
+    if n <= 2 * width:
+        return np.arange(n), samples
+    edges = (np.arange(width) * n) // width
+    spans = [slice(a, b) for a, b in zip(edges, [*edges[1:], n], strict=True)]
+    places = np.array(
+        sorted({s.start + int(f(samples[s])) for s in spans for f in (np.argmin, np.argmax)}), np.int64
+    )
+    return places, samples[places]
+
+
+def spectrogram_db(
+    signal: Signal,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return the level over time and frequency, power of all axes added up.
+
+    A sine of amplitude a on a bin stands as 20 log10(a) dB in its middle; Hann, about 32 ms (or mm), three quarters
+    overlap, about the mean of each axis.
+
+    Parameters
+    ----------
+    signal : Signal
+
+    Returns
+    -------
+    frequency : float64 array, shape (frequency,), Hz or cycles per mm
+        To 1 kHz or half the rate; over displacement to half the rate.
+    time : float64 array, shape (time,), s or mm
+        Middle of each column.
+    level : float64 array, shape (frequency, time), dB re 1 unit
+        At least -200.
+    """
+    x = centred(signal)
+    width = min(len(signal), max(64, 2 ** round(math.log2(max(2.0, signal.rate * _window_of(signal))))))
+    if width < 2:
+        x, width = np.pad(x, ((0, 0), (0, 1))), 2
+    hop = max(1, width // 4)
+    window = dsp.get_window("hann", width) if width > 3 else np.ones(width)
+    pad = width // 2
+    x = np.pad(x, ((0, 0), (pad, pad + hop)), mode="symmetric")  # a cut to silence would be a click
+    starts = np.arange(0, x.shape[1] - width + 1, hop)
+    starts = starts[starts <= len(signal)]
+    frequency = np.asarray(np.fft.rfftfreq(width, 1 / signal.rate), np.float64)
+    kept = frequency <= _top_hz(signal) * (1 + 1e-9)
+    frames = np.lib.stride_tricks.sliding_window_view(x, width, axis=1)[:, ::hop]
+    power = np.empty((int(kept.sum()), len(starts)))
+    some = max(1, AT_ONCE // (width * len(x)))
+    for first in range(0, len(starts), some):
+        last = min(first + some, len(starts))
+        spectra = np.fft.rfft(frames[:, first:last] * window, axis=2)  # axis, time, frequency
+        power[:, first:last] = (np.abs(spectra[..., : len(power)]) ** 2).sum(0).T
+    power *= (2 / window.sum()) ** 2
+    power[0] /= 4  # what does not swing has no second half
+    return frequency[kept], starts / signal.rate, 10 * np.log10(np.maximum(power, 1e-20))
+
+
+def band_levels(signal: Signal) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return in third octaves the peak amplitude of the sine that has a band's power, all axes added up.
+
+    A noise is felt by its power in a band, and a threshold is that of a sine: so both are on one scale.
+
+    Returns
+    -------
+    frequency : float64 array, shape (band,)
+        Middles within `FELT_HZ`, below half the rate, each band at least one bin wide; in cycles per mm over
+        displacement, from one in the whole length.
+    amplitude : float64 array, shape (band,), in the signal's unit
+    """
+    x = centred(signal)
+    n = len(signal)
+    power = (np.abs(np.fft.rfft(x, axis=1)) ** 2).sum(0) / n**2
+    power[1 : (n + 1) // 2] *= 2
+    step = signal.rate / n
+    edges = (np.arange(len(power) + 1) - 0.5) * step
+    total = np.concatenate([[0.0], np.cumsum(power)])
+    ratio = 10 ** (0.5 / BANDS_PER_DECADE)
+    narrowest = step / (ratio - 1 / ratio)
+    low, high = FELT_HZ if signal.domain == "time" else (narrowest, signal.rate / 2)
+    first = math.ceil(BANDS_PER_DECADE * math.log10(max(low * 0.99, narrowest)) - 1e-9)
+    last = math.floor(BANDS_PER_DECADE * math.log10(min(high * 1.01, signal.rate / 2 / ratio)) + 1e-9)
+    middle = 10 ** (np.arange(first, last + 1) / BANDS_PER_DECADE)
+    held = np.interp(middle * ratio, edges, total) - np.interp(middle / ratio, edges, total)
+    return middle, np.sqrt(2 * np.maximum(held, 0))
+
+
+def centred(signal: Signal) -> NDArray[np.float64]:
+    """Return the samples about the mean of each axis, float64, shape (axis, time)."""
+    x = signal.samples.astype(np.float64)
+    x -= x.mean(axis=1, keepdims=True)
+    return x
+
+
+def _top_hz(signal: Signal | Traits) -> float:
+    half = signal.rate / 2
+    return min(half, FELT_HZ[1]) if signal.domain == "time" else half
+
+
+def _window_of(signal: Signal) -> float:
+    """Return how much a column of the spectrogram spans: 32 ms; over displacement a sixteenth of it."""
+    return 0.032 if signal.domain == "time" else signal.extent / 16
