@@ -78,7 +78,7 @@ class Config(BaseModel):
     """``autoregressive``: an autoregressive model per material is fitted first; the networks see what it does
     not foresee (Atal & Remde 1982), and its filter colours what they make. Ours."""
     order: int | None = Field(default=None, ge=0, le=200)
-    """Of that model; None takes AIC's."""
+    """Of that model; None takes AIC's. Ours."""
     noise_bands: int = Field(default=0, ge=0, le=8)
     """Bands of noise whose gains over time the generator gives, beside a waveform, as in DDSP (Engel et al.
     2020); 0 gives the waveform of the paper, within -1 to 1. Ours."""
@@ -91,9 +91,9 @@ class Config(BaseModel):
     statistics: float = Field(default=0.0, ge=0, allow_inf_nan=False)
     """Weight, in the generator's loss, of the energy distance between texture statistics. Ours."""
     adversarial: float = Field(default=1.0, ge=0, allow_inf_nan=False)
-    """Weight of the critic's verdict in the generator's loss. 1 in the paper."""
+    """Weight of the critic's verdict in the generator's loss. Table IV, "WGAN-GP", has none, which is 1."""
     generator_learning_rate: float | None = Field(default=None, gt=0, allow_inf_nan=False)
-    """None: that of the critic."""
+    """None: that of the critic, as in Table IV, which has one. Ours."""
     schedule: Literal["constant", "cosine"] = "constant"
     """Of both learning rates; ``cosine`` falls to 0 over the training (Loshchilov & Hutter 2017). Ours."""
     moving_average: float = Field(default=0.0, ge=0, lt=1)

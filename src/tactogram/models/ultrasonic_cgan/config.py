@@ -74,7 +74,7 @@ class Config(BaseModel):
     rate_low: Share = 0.4
     """Lowest correct rate of the discriminator at which the generator is taken. Sec. IV-C, "between 40% and 60%"."""
     rate_high: Share = 0.6
-    """Highest."""
+    """Highest. Sec. IV-C, likewise."""
     smooth: int = Field(default=100, gt=0)
     """Iterations that the correct rate is averaged over, the one in question last. Ours: one batch is 128 answers,
     whose share has a standard deviation of 4.4 points by chance alone."""
