@@ -58,6 +58,6 @@ class Config(BaseModel):
     choose_every: int | None = Field(default=None, gt=0)
     """Steps between judgements on the validation part; None: once per epoch. Neshov et al., Sec. 3.2."""
     choose_by: Choice = "lpips"
-    """What weights are chosen by. Neshov et al., Sec. 3.2: LPIPS; ``row_statistics`` where it has no weights at hand."""
+    """What weights are chosen by. Neshov et al., Sec. 3.2: LPIPS; ``row_statistics`` where it lacks weights."""
     lpips_weights: str = ""
     """File of AlexNet's weights; empty looks into torch's cache."""
