@@ -41,7 +41,7 @@ def add_verbs(verbs: Verbs) -> None:
         help="simulated people who score, in sets with ratings (default: the paper's)",
     )
     add("--workers", type=int, help="processes (default: all cores)")
-    for name, function in (("info", data_info), ("check", data_check)):
+    for name, function in (("info", data_info), ("check", data_check), ("compact", data_compact)):
         verbs.add(name, function)("path", metavar="DIR")
     add = verbs.add("add", data_add)
     add("path", metavar="DIR")
@@ -183,6 +183,16 @@ def data_check(a: Arguments) -> int:
     facts = check_store(a.path)
     print_result(a, facts, lines_of(facts))
     return 0 if facts["ok"] else 1
+
+
+def data_compact(a: Arguments) -> None:
+    """Write many small shards of a store, one per take of a session, anew as few large ones."""
+    from tactogram.jobs.data import compact_store
+    from tactogram.jobs.progress import shown
+
+    with shown() as progress:
+        facts = compact_store(a.path, progress=progress)
+    print_result(a, facts, lines_of(facts))
 
 
 def data_add(a: Arguments) -> None:

@@ -12,6 +12,10 @@ from tactogram.datasets.layout import StoredFile, file_hash
 from tactogram.errors import DataError
 
 
+class GoneError(DataError):
+    """A file that ``dataset.json`` named is not there: removed by hand, or written anew (`compacting`)."""
+
+
 def plain_parquet(path: Path, columns: pa.Schema) -> pq.ParquetWriter:
     """Return a writer whose column chunks are one plain page each."""
     return pq.ParquetWriter(
@@ -42,13 +46,17 @@ def opened(path: Path, stored: StoredFile) -> pq.ParquetFile:
 
     Raises
     ------
+    GoneError
+        If it is not there.
     DataError
-        If it is not there, not as long as ``stored`` says, or not Parquet.
+        If it is not as long as ``stored`` says, or not Parquet.
     """
     try:
         size = path.stat().st_size
         if size != stored.bytes:
             raise DataError(f"{path}: must be {stored.bytes} bytes, got {size}; import the data again")
         return pq.ParquetFile(path)
+    except FileNotFoundError as error:
+        raise GoneError(f"{path}: not readable: {error}; import the data again") from error
     except (OSError, pa.ArrowException) as error:
         raise DataError(f"{path}: not readable: {error}; import the data again") from error

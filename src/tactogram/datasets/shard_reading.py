@@ -13,7 +13,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from tactogram.datasets.layout import INFO_COLUMNS, StoredFile, StreamFacts, axis_column, row_info
-from tactogram.datasets.parquet import opened
+from tactogram.datasets.parquet import GoneError, opened
 from tactogram.datasets.recording import RecordingInfo
 from tactogram.errors import DataError
 
@@ -85,11 +85,16 @@ class Shard:
 
         Raises
         ------
+        GoneError
+            If the file is not there any more.
         DataError
-            If the file is shorter than it was.
+            If it is shorter than it was.
         """
         place = int(self._places[column][row]) + 4 * start
-        samples = np.fromfile(self.path, "<f4", count=stop - start, offset=place)
+        try:
+            samples = np.fromfile(self.path, "<f4", count=stop - start, offset=place)
+        except FileNotFoundError as error:
+            raise GoneError(f"{self.path}: not readable: {error}; import the data again") from error
         if len(samples) != stop - start:
             raise DataError(f"{self.path} is cut short; import the data again")
         return samples.astype(np.float32, copy=False)

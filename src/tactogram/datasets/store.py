@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
+from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields
-from functools import cached_property
-from itertools import accumulate
+from functools import cached_property, wraps
+from itertools import islice
 from pathlib import Path
-from typing import overload
+from typing import Concatenate, ParamSpec, TypeVar, overload
 
 import numpy as np
 
@@ -20,14 +20,19 @@ from tactogram.datasets.layout import (
     file_hash,
     store_hash,
 )
+from tactogram.datasets.parquet import GoneError
 from tactogram.datasets.photographs import Photograph, image_key
+from tactogram.datasets.places import Places, places_of
 from tactogram.datasets.ratings import Ratings
 from tactogram.datasets.ratings_io import read_ratings
 from tactogram.datasets.recording import Recording, RecordingInfo, content_id
 from tactogram.datasets.shard_reading import Shard
 from tactogram.datasets.stored_photographs import StoredPhotographs
-from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal import Image, Signal
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 def open_store(path: Path | str) -> Store:
@@ -41,6 +46,21 @@ def open_store(path: Path | str) -> Store:
     return Store(Path(path))
 
 
+def _following(read: Callable[Concatenate[Store, P], T]) -> Callable[Concatenate[Store, P], T]:
+    """Let a method of a store read once more where the shards were written anew while it was open (`compacting`)."""
+
+    @wraps(read)
+    def again(self: Store, /, *args: P.args, **kwargs: P.kwargs) -> T:
+        try:
+            return read(self, *args, **kwargs)
+        except GoneError:
+            if not self._follow():
+                raise
+            return read(self, *args, **kwargs)
+
+    return again
+
+
 class Store:
     """Recordings on disk. Made by `create_store` or an import, opened by `open_store`.
 
@@ -51,21 +71,30 @@ class Store:
         What ``dataset.json`` says: name, licence, shards, duplicates met, files skipped.
     index : sequence of RecordingInfo
         What is known of each recording, read lazily, in the order they were put in.
+
+    Parameters
+    ----------
+    path : Path
+    facts : Facts, optional
+        Instead of what ``dataset.json`` says: what it is about to say (`compacting`).
+
+    Notes
+    -----
+    It holds what it held when it was opened, even if its shards are written anew meanwhile.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, facts: Facts | None = None) -> None:
         self.path = path
-        self.facts = Facts.load(path)
+        self.facts = Facts.load(path) if facts is None else facts
         self.index: Sequence[RecordingInfo] = _Index(self)
-        self._ends = list(accumulate(shard.rows for shard in self.facts.shards))
-        self._shards: dict[int, Shard] = {}
         self._photographs = StoredPhotographs(path, self.facts.images)
         try:
-            self._ids = np.load(path / self.facts.ids, mmap_mode="r", allow_pickle=False)
-        except (OSError, ValueError) as error:
-            raise DataError(
-                f"{path / self.facts.ids}: not readable: {error}; import the data again"
-            ) from error
+            self._places = places_of(path, self.facts)
+        except GoneError:
+            # dataset.json was replaced since it was read, and then the list of ids removed.
+            self.facts = Facts.load(path)
+            self._places = places_of(path, self.facts)
+        self._count = self.facts.rows
 
     def __reduce__(self) -> tuple[Callable[[Path | str], Store], tuple[Path]]:
         """Pickle as the path: another process opens it for itself."""
@@ -73,11 +102,11 @@ class Store:
 
     def __len__(self) -> int:
         """Return the number of recordings."""
-        return self.facts.rows
+        return self._count
 
     def __contains__(self, id: object) -> bool:
         """Say whether a recording of this id is in it."""
-        return isinstance(id, str) and self._find(id) is not None
+        return isinstance(id, str) and self._places.find(id) is not None
 
     @property
     def name(self) -> str:
@@ -104,32 +133,41 @@ class Store:
         """Unit, domain and axes of each stream."""
         return self.facts.streams
 
+    @property
+    def _ids(self) -> np.ndarray:
+        return self._places.ids
+
     @cached_property
     def ratings(self) -> Ratings | None:
         """What people said of its items; None where nothing was rated."""
         stored = self.facts.ratings
         return None if stored is None else read_ratings(self.path / stored.file)
 
+    @_following
     def info(self, id: str) -> RecordingInfo:
         """Return what is known of one recording."""
         shard, row = self._locate(id)
         return shard.infos[row]
 
+    @_following
     def streams_of(self, id: str) -> tuple[str, ...]:
         """Return the names of the streams that one recording has."""
         shard, row = self._locate(id)
         return tuple(name for name in self.streams if shard.has(name, row))
 
+    @_following
     def length(self, id: str, stream: str) -> int:
         """Return the number of samples per axis."""
         shard, row = self._stream(id, stream)
         return int(shard.lengths[stream][row])
 
+    @_following
     def rate(self, id: str, stream: str) -> float:
         """Return the rate in Hz, or samples per mm for a stream over displacement."""
         shard, row = self._stream(id, stream)
         return float(shard.rates[stream][row])
 
+    @_following
     def signal(self, id: str, stream: str, *, start: int = 0, stop: int | None = None) -> Signal:
         """Return samples ``start`` to ``stop`` (as in a slice) of one stream; nothing else is read.
 
@@ -158,12 +196,14 @@ class Store:
         values = {f.name: getattr(info, f.name) for f in fields(RecordingInfo)}
         return Recording(streams=streams, image=self.image(id), **values)
 
+    @_following
     def image(self, id: str) -> Image | None:
         """Return the photograph of one recording, or None."""
         shard, row = self._locate(id)
         key = shard.images[row]
         return None if key is None else self.photograph(key)
 
+    @_following
     def image_id(self, id: str) -> str | None:
         """Return the key of the photograph of one recording: the same key, the same picture."""
         shard, row = self._locate(id)
@@ -186,14 +226,16 @@ class Store:
         return self.photographs_by_material.get(material, ())
 
     @cached_property
+    @_following
     def photographs_by_material(self) -> Mapping[str, tuple[str, ...]]:
         """The keys of all photographs of each material that has any, sorted: its own and those of its recordings."""
         keys: dict[str, set[str]] = {material: set(held) for material, held in self.facts.photographs.items()}
-        for number in range(len(self.facts.shards)):
-            shard = self._shard(number)
-            for info, key in zip(shard.infos, shard.images, strict=True):
-                if info.material is not None and key is not None:
-                    keys.setdefault(info.material, set()).add(key)
+        places = self._places
+        shards = (self._shard(places, number) for number in range(len(places.shards)))
+        rows = (row for shard in shards for row in zip(shard.infos, shard.images, strict=True))
+        for info, key in islice(rows, len(self)):
+            if info.material is not None and key is not None:
+                keys.setdefault(info.material, set()).add(key)
         return {material: tuple(sorted(held)) for material, held in sorted(keys.items())}
 
     def holds(self, recording: Recording, photograph: Photograph | None = None) -> bool:
@@ -201,28 +243,19 @@ class Store:
 
         ``photograph`` stands for ``recording.image`` where that is None.
         """
-        place = self._place(recording.id)
+        place = self._places.rank(recording.id)
         if recording.image is not None:
             key: str | None = image_key(recording.image)
         else:
             key = None if photograph is None else photograph.key
         return place is not None and bool(self._ids["facts"][place] == facts_hash(recording, key))
 
-    def _place(self, id: str) -> int | None:
-        """Return where ``id`` stands in the sorted list."""
-        key = id.encode(errors="replace")
-        place = bisect_left(range(len(self._ids)), key, key=lambda i: self._ids["id"][i])
-        return place if place < len(self._ids) and self._ids["id"][place] == key else None
-
-    def _find(self, id: str) -> tuple[int, int] | None:
-        place = self._place(id)
-        return None if place is None else (int(self._ids["shard"][place]), int(self._ids["row"][place]))
-
     def _locate(self, id: str) -> tuple[Shard, int]:
-        place = self._find(id)
-        if place is None:
+        places = self._places
+        found = places.find(id)
+        if found is None:
             raise ParameterError(f"recording must be one of the {len(self)} in {self.path}, got {id!r}")
-        return self._shard(place[0]), place[1]
+        return self._shard(places, found[0]), found[1]
 
     def _stream(self, id: str, stream: str) -> tuple[Shard, int]:
         shard, row = self._locate(id)
@@ -232,11 +265,28 @@ class Store:
             )
         return shard, row
 
-    def _shard(self, number: int) -> Shard:
-        if number not in self._shards:
-            stored = self.facts.shards[number]
-            self._shards[number] = Shard(self.path / stored.file, stored, self.streams)
-        return self._shards[number]
+    @_following
+    def _info_at(self, place: int) -> RecordingInfo:
+        places = self._places
+        number = bisect_right(places.ends, place)
+        return self._shard(places, number).infos[place - places.begins[number]]
+
+    def _shard(self, places: Places, number: int) -> Shard:
+        if number not in places.opened:
+            stored = places.shards[number]
+            places.opened[number] = Shard(self.path / stored.file, stored, self.streams)
+        return places.opened[number]
+
+    def _follow(self) -> bool:
+        """Go on with the shards that ``dataset.json`` names now; False if those are the ones that were known.
+
+        Recordings stay in their order, and further ones come behind them: what is behind is none of this store's.
+        """
+        facts, count = Facts.load(self.path), len(self)
+        if facts.shards == self._places.shards or facts.rows < count:
+            return False
+        self._places = places_of(self.path, facts).first(count)
+        return True
 
 
 class _Index(Sequence[RecordingInfo]):
@@ -257,14 +307,11 @@ class _Index(Sequence[RecordingInfo]):
             return [self[i] for i in range(*place.indices(len(self)))]
         if not -len(self) <= place < len(self):
             raise IndexError(f"index must be below {len(self)}, got {place}")
-        place %= len(self)
-        number = bisect_right(self._store._ends, place)
-        before = self._store._ends[number - 1] if number else 0
-        return self._store._shard(number).infos[place - before]
+        return self._store._info_at(place % len(self))
 
     def __iter__(self) -> Iterator[RecordingInfo]:
-        for number in range(len(self._store.facts.shards)):
-            yield from self._store._shard(number).infos
+        for place in range(len(self)):
+            yield self._store._info_at(place)
 
 
 def problems(store: Store, *, progress: Callable[[int, int], None] | None = None) -> list[str]:

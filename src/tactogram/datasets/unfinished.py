@@ -6,11 +6,20 @@ import os
 import re
 import shutil
 import socket
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Literal
 
 import psutil
 
 from tactogram.datasets.layout import FACTS, Facts
+from tactogram.errors import DataError
+
+Purpose = Literal["adding", "compacting"]
+REPLACED_S = 2.0
+"""How long somebody who adds waits for shards to be replaced by those written anew, s: a matter of milliseconds."""
 
 
 def part_folder(path: Path) -> Path:
@@ -37,9 +46,11 @@ def clear_unfinished(path: Path) -> list[str]:
     ``shard-*.parquet`` then finds what the store holds. Those of a process that still runs are left alone.
     """
     removed = []
-    for noted in sorted(path.glob(f"adding-{_host()}-*.txt")):
-        process = noted.stem.rpartition("-")[2]
-        if process.isdigit() and int(process) != os.getpid() and psutil.pid_exists(int(process)):
+    for noted in sorted(path.glob(f"*-{_host()}-*.txt")):
+        kind, process = noted.stem.partition("-")[0], noted.stem.rpartition("-")[2]
+        if kind not in ("adding", "compacting", "replacing") or not process.isdigit():
+            continue
+        if int(process) != os.getpid() and psutil.pid_exists(int(process)):
             continue
         facts = Facts.load(path)
         named = {stored.file for stored in (*facts.shards, *facts.images)} | {facts.ids, FACTS}
@@ -50,6 +61,56 @@ def clear_unfinished(path: Path) -> list[str]:
                 removed.append(name)
         noted.unlink()
     return removed
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[None]:
+    """Replace ``dataset.json`` by one that names other files of the same content, while nobody adds.
+
+    Each side says what it is about before it looks at the other: those who add note their files and then wait for
+    whoever replaces (`await_replaced`); whoever replaces marks it and then gives way to those who add.
+
+    Raises
+    ------
+    DataError
+        If somebody is adding.
+    """
+    mark = path / f"replacing-{_host()}-{os.getpid()}.txt"
+    mark.touch()
+    try:
+        if busy := _at_work(path, "adding"):
+            raise DataError(
+                f"{path}: something is being added to it ({busy}); nothing was changed, repeat it when that is done"
+            )
+        yield
+    finally:
+        mark.unlink(missing_ok=True)
+
+
+def await_replaced(path: Path) -> None:
+    """Return when nobody replaces the shards of ``path`` any more.
+
+    Raises
+    ------
+    DataError
+        If that lasts longer than `REPLACED_S`.
+    """
+    until = time.monotonic() + REPLACED_S
+    while mark := _at_work(path, "replacing"):
+        if time.monotonic() > until:
+            raise DataError(
+                f"{path}: its shards are being replaced ({mark}); repeat it, or remove that file if no process is at it"
+            )
+        time.sleep(0.01)
+
+
+def _at_work(path: Path, kind: str) -> str | None:
+    """Return the note of a process that is, as far as can be seen from here, at work on a store."""
+    for noted in sorted(path.glob(f"{kind}-*.txt")):
+        host, _, process = noted.stem.removeprefix(f"{kind}-").rpartition("-")
+        if host != _host() or not process.isdigit() or psutil.pid_exists(int(process)):
+            return noted.name
+    return None
 
 
 def to_disk(*paths: Path) -> None:
@@ -76,11 +137,14 @@ class NewFiles:
     durable : bool
         Whether what is written shall outlast a pulled plug. Into a store, each name is then on the disk before
         its file is begun (`clear_unfinished`).
+    purpose : {"adding", "compacting"}
     """
 
-    def __init__(self, folder: Path, *, adding: bool, durable: bool = False) -> None:
+    def __init__(
+        self, folder: Path, *, adding: bool, durable: bool = False, purpose: Purpose = "adding"
+    ) -> None:
         self.folder, self.adding, self.durable = folder, adding, durable
-        self._noted = folder / f"adding-{_host()}-{os.getpid()}.txt"
+        self._noted = folder / f"{purpose}-{_host()}-{os.getpid()}.txt"
         self._written: list[Path] = []
 
     def parquet(self, kind: str, number: int) -> Path:
@@ -98,11 +162,12 @@ class NewFiles:
 
     def note(self, *paths: Path) -> None:
         """Have ``paths`` removed after a kill, where ``dataset.json`` does not name them by then."""
-        if self.durable and self.adding:
+        if self.adding:
             with self._noted.open("a", encoding="utf-8") as file:
                 file.writelines(f"{path.name}\n" for path in paths)
-                file.flush()
-                os.fsync(file.fileno())
+                if self.durable:
+                    file.flush()
+                    os.fsync(file.fileno())
 
     def to_disk(self) -> None:
         """Return when all of them, and their folder, are on the disk."""

@@ -19,7 +19,7 @@ from tactogram.datasets.recording import Recording, content_id
 from tactogram.datasets.shard_writing import ShardWriter
 from tactogram.datasets.store import Store
 from tactogram.datasets.stored_photographs import PhotographWriter
-from tactogram.datasets.unfinished import NewFiles, to_disk
+from tactogram.datasets.unfinished import NewFiles, await_replaced, to_disk
 from tactogram.errors import DataError
 from tactogram.signal import Image
 
@@ -181,6 +181,8 @@ class StoreWriter:
             ratings=rated,
             ratings_sha256=rated_hash,
         )
+        if self._store is not None:
+            await_replaced(self.folder)
         if self._store is not None and Facts.load(self.folder) != self.facts:
             raise DataError(f"{self.folder} was changed by another process; open it again and repeat")
         part = self.folder / f"{FACTS}.part-{os.getpid()}"

@@ -18,6 +18,7 @@ from tactogram.datasets import (
     materials_without_recordings,
     open_store,
 )
+from tactogram.datasets.compacting import compact
 from tactogram.datasets.importing import import_dataset, importers
 from tactogram.datasets.store import problems
 from tactogram.errors import ParameterError
@@ -120,6 +121,20 @@ def check_store(path: Path | str, *, progress: Progress = silent) -> dict[str, A
         "ok": not found,
         "problems": found,
     }
+
+
+def compact_store(path: Path | str, *, progress: Progress = silent) -> dict[str, Any]:
+    """Write the small shards of a store anew, as few large ones; see `tactogram.datasets.compacting`.
+
+    Returns
+    -------
+    dict
+        ``path``, ``recordings``, ``sha256`` (it stays as it was), ``shards_before``, ``shards``, ``bytes_before``,
+        ``bytes`` (of the shards), ``rewritten`` (old shards that went into new ones) and ``cleared`` (files that a
+        killed process had left).
+    """
+    found = compact(path, progress=lambda done, total: progress("checking", done, total))
+    return {"path": str(path), "sha256": open_store(path).sha256, **asdict(found)}
 
 
 def add_signal(
