@@ -4,7 +4,8 @@ import pytest
 from tactogram.errors import ParameterError
 from tactogram.statistics.clustered import pooled_share
 from tactogram.statistics.equivalence import paired_equivalence
-from tactogram.study.power import DESIGNS, _within, clustered_ps, power_table
+from tactogram.study.power import DESIGNS, power_table
+from tactogram.study.power_kinds import _within, clustered_ps
 
 
 def test_many_studies_at_once_give_the_p_of_each():

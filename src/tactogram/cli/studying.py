@@ -212,6 +212,7 @@ def power(a: Arguments) -> None:
         person_sd=a.person_sd,
         trial_sd=a.trial_sd,
         margin=a.margin,
+        items=a.items,
         simulations=a.simulations,
         seed=a.seed,
     )
@@ -271,13 +272,18 @@ def _analyse_options(add: Add) -> None:
 
 
 def _power_options(add: Add) -> None:
-    add("design", help="two_area, realism, rating, evoked, abx, staircase, magnitude or pairwise")
+    add(
+        "design",
+        help="two_area, realism, rating, evoked, abx, staircase, magnitude or pairwise; or a study, by name or file, "
+        "whose margin and trials are taken",
+    )
     add("--participants", metavar="N,N,…", help="sizes of the study")
     add("--trials", metavar="N,N,…", help="trials of each participant")
     add("--effect", type=float, help="the truth that power is of")
     add("--person-sd", type=float, help="spread of people's own effects")
     add("--trial-sd", type=float, help="spread of single answers; of staircases the slope per dB")
     add("--margin", type=float, help="what counts as equal")
+    add("--items", type=int, help="that are compared in pairs")
     add(
         "--simulations",
         type=int,

@@ -54,7 +54,7 @@ STUDIES: Mapping[str, Taken] = {
     "image-words": Taken({"shift": {"1000": 1.0}}, {"grid.count": 3}),
     "magnitude": Taken({"exponent": 0.8}, {}),
     "two-area": Taken({"d_prime": 1.5, "shift": {"generated": -10.0}}, {"design.repeats": 1}),
-    "preference": Taken({"shift": {"carpet": 1.5}}, {}),
+    "preference": Taken({"shift": {"carpet": 1.5}}, {"design.comparisons": 30}),
     "threshold": Taken(
         {"threshold_db": -25.0, "shift": {"tile": 8.0}}, {"design.reversals": 6, "design.most_trials": 40}
     ),
