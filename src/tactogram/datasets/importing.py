@@ -80,10 +80,8 @@ def import_dataset(
     DataError
         Naming the file that cannot be read, or if ``out`` holds something else.
     """
-    known = importers()
-    if set_name not in known:
-        raise ParameterError(f"data set must be one of {', '.join(known)}, got {set_name!r}")
-    importer, path, out = known[set_name], Path(path), Path(out)
+    path, out = Path(path), Path(out)
+    importer = _importer(set_name)
     if not path.is_dir():
         raise DataError(f"{path} must be a folder that holds the data set")
     options = _options(importer, options or {})
@@ -102,45 +100,17 @@ def import_dataset(
         take = _Comparison(open_store(out), path)
     else:
         take = new_store(out, name=set_name, licence=importer.LICENCE, source=importer.TITLE, simulated=False)
-    skipped: list[dict[str, str]] = []
-
-    def bad(source: str, reason: str) -> None:
-        if not skip_bad:
-            raise DataError(f"{reason}; --skip-bad leaves it out")
-        skipped.append({"source": source, "reason": reason})
-
-    photographs: dict[Path, Photograph | None] = {}
+    intake = _Intake(take, skip_bad=skip_bad)
     with closing(readings), take:
         for item, result in readings:
-            if isinstance(result, str):
-                bad(item.name, result)
-                continue
-            if item.image is not None and item.image not in photographs:
-                photographs[item.image] = None
-                try:
-                    photographs[item.image] = read_photograph(item.image, width_mm=item.image_width_mm)
-                except DataError as error:
-                    bad(str(item.image), str(error))
-            for recording in result:
-                try:
-                    take.add(recording, photographs[item.image] if item.image is not None else None)
-                except _DifferentError:
-                    raise
-                except TactogramError as error:
-                    bad(item.name, str(error))
+            intake.item(item, result)
         for done, picture in enumerate(pictures, len(items) + 1):
-            try:
-                photograph = read_photograph(picture.path, width_mm=picture.width_mm)
-                take.add_photograph(photograph, picture.material, source=picture.name)
-            except _DifferentError:
-                raise
-            except TactogramError as error:
-                bad(picture.name, str(error))
+            intake.picture(picture)
             shown(done, total)
         if rated is not None and (there := take.items & set(rated.items)):
             take.ratings = rated.select(items=sorted(there))
         if isinstance(take, StoreWriter):
-            take.skipped.extend(skipped)
+            take.skipped.extend(intake.skipped)
             take.publish(out)
         else:
             take.finish()
@@ -157,9 +127,66 @@ def import_dataset(
         "simulated": store.simulated,
         "licence": store.licence,
         "duplicates": take.duplicates,
-        "skipped": skipped,
+        "skipped": intake.skipped,
         "stale_parts": [str(part) for part in stale],
     }
+
+
+class _Intake:
+    """Hands on what was read; what cannot be used stops the import or, with ``skip_bad``, is listed."""
+
+    def __init__(self, take: _Comparison | StoreWriter, *, skip_bad: bool) -> None:
+        self.take, self.skip_bad = take, skip_bad
+        self.skipped: list[dict[str, str]] = []
+        self._photographs: dict[Path, Photograph | None] = {}
+
+    def item(self, item: Item, result: list[Recording] | str) -> None:
+        """Hand on the recordings of an item, or say in a line why there are none."""
+        if isinstance(result, str):
+            self._bad(item.name, result)
+            return
+        photograph = self._photograph(item)
+        for recording in result:
+            try:
+                self.take.add(recording, photograph)
+            except _DifferentError:
+                raise
+            except TactogramError as error:
+                self._bad(item.name, str(error))
+
+    def picture(self, picture: Picture) -> None:
+        """Hand on a photograph of a material."""
+        try:
+            photograph = read_photograph(picture.path, width_mm=picture.width_mm)
+            self.take.add_photograph(photograph, picture.material, source=picture.name)
+        except _DifferentError:
+            raise
+        except TactogramError as error:
+            self._bad(picture.name, str(error))
+
+    def _photograph(self, item: Item) -> Photograph | None:
+        """Return the photograph of an item, opened once however many items share it."""
+        if item.image is None:
+            return None
+        if item.image not in self._photographs:
+            self._photographs[item.image] = None
+            try:
+                self._photographs[item.image] = read_photograph(item.image, width_mm=item.image_width_mm)
+            except DataError as error:
+                self._bad(str(item.image), str(error))
+        return self._photographs[item.image]
+
+    def _bad(self, source: str, reason: str) -> None:
+        if not self.skip_bad:
+            raise DataError(f"{reason}; --skip-bad leaves it out")
+        self.skipped.append({"source": source, "reason": reason})
+
+
+def _importer(set_name: str) -> Importer:
+    known = importers()
+    if set_name not in known:
+        raise ParameterError(f"data set must be one of {', '.join(known)}, got {set_name!r}")
+    return known[set_name]
 
 
 def _photographs(importer: Importer, path: Path, options: Mapping[str, Any]) -> list[Picture]:

@@ -62,9 +62,6 @@ NINE_MATERIALS = (
 """One material of each group, as in the visual-tactile GAN (Sec. 4.1), which follows TactGAN. It names no versions: of
 "Solid Rubber Plate" and "Fine Foam" there are two each, of which the first is taken here."""
 
-WHERE_NINE = {"material": "|".join(NINE_MATERIALS)}
-"""The same as a choice of recordings (``--where``)."""
-
 _SOUND = re.compile(r"(G\d+)(.+)_Sound_Movement_([A-Za-z]*)(\d+)\.(?:flac|wav)", re.IGNORECASE)
 _AXIS = re.compile(r"(G\d+)(.+)_Movement_([XYZ])_([A-Za-z]*)(\d+)\.txt", re.IGNORECASE)
 _IMAGE = re.compile(r"(G\d+)(.+?)_Image(?:_\d+)?_([A-Za-z]*)(\d+)", re.IGNORECASE)

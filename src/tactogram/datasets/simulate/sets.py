@@ -225,6 +225,11 @@ def make(task: Task) -> Recording:
             rate=task.rate,
             set_name=task.set_name,
         )
+    return _stroked(task, facts)
+
+
+def _stroked(task: Task, facts: SimulatedSet) -> Recording:
+    """Return what an accelerometer on the contactor feels, and what else is known of the stroke."""
     surface, contactor = facts.surfaces[task.surface], CONTACTORS[task.contactor]
     source = f"{task.set_name}/{surface.name}-{contactor.name}-{task.speed_mm_s:g}/{task.take}"
     rng = np.random.default_rng(np.random.SeedSequence([task.seed, zlib.crc32(source.encode())]))
