@@ -467,6 +467,51 @@ def test_target_sound_and_sizes_are_what_was_asked_for(person):
     assert found["numbers"] == ["12", "3.5", "7", "-1"]
 
 
+DEVICES = """async () => {
+  const { BrowserSounds } = await import("/participants/static/sound.js");
+  const { measured, keepMeasured } = await import("/participants/static/millimetres.js");
+  const frames = 4800;
+  const wav = new DataView(new ArrayBuffer(44 + 4 * frames));
+  const head = { 0: 0x52494646, 8: 0x57415645, 12: 0x666d7420, 36: 0x64617461 };
+  for (const [at, tag] of Object.entries(head)) wav.setUint32(Number(at), tag);
+  const numbers = { 4: wav.byteLength - 8, 16: 16, 24: 48000, 40: 4 * frames };
+  for (const [at, value] of Object.entries(numbers)) wav.setUint32(Number(at), value, true);
+  for (const [at, value] of [[20, 3], [22, 1], [32, 4], [34, 32]]) wav.setUint16(at, value, true);
+  const told = [];
+  const sounds = new BrowserSounds(async () => wav.buffer, (silent) => told.push(silent));
+  await sounds.load(["A"]);
+  const context = sounds.context(48000);
+  await context.resume();
+  const found = { told, whole: await sounds.play("A").ended };
+  const cut = sounds.play("A");
+  await context.suspend();
+  found.cut = await cut.ended;
+
+  const soon = setTimeout;
+  globalThis.setTimeout = (done, ms, ...rest) => soon(done, ms / 100, ...rest);
+  sounds.contexts.set(48000, new OfflineAudioContext(1, 48000, 48000)); // suspended, and not to be resumed
+  const never = sounds.play("A");
+  found.audible = never.audible();
+  found.never = await never.ended;
+
+  const lost = () => { throw new Error("kept nowhere"); };
+  const screen = { width: 834, height: 1194 };
+  const view = { localStorage: { getItem: lost, setItem: lost }, screen, devicePixelRatio: 2 };
+  found.mm = [measured(view)];
+  keepMeasured(5.2, view);
+  found.mm.push(measured(view), measured({ ...view, devicePixelRatio: 1 }));
+  return found;
+}"""
+
+
+def test_what_a_device_did_not_play_to_its_end_was_not_played(person):
+    """A call takes the sound away; a device never begins. And a browser keeps nothing: the card's measure stays."""
+    found = person("abx").evaluate(DEVICES)
+    assert (found["whole"], found["cut"], found["never"], found["audible"]) == (True, False, False, False)
+    assert found["told"] == [True]
+    assert found["mm"] == [None, 5.2, None]
+
+
 def test_every_text_is_there_in_both_languages():
     from tactogram.studio import participants
 

@@ -1,3 +1,4 @@
+import re
 from pathlib import Path
 
 import pytest
@@ -68,6 +69,10 @@ def test_what_a_study_could_show_is_reckoned_and_nonsense_is_told(studies):
 def test_a_study_file_is_added_and_one_that_is_wrong_is_refused(studies, workspace):
     tab = studies
     text = shipped_studies()["preference"].read_bytes()
+    assert tab.get_attribute("html", "lang") == "en-US"
+    assert tab.get_by_role("button", name=re.compile("^$")).count() == 0
+    with tab.expect_file_chooser():
+        tab.get_by_role("button", name="Choose a file: Add a study file (TOML)").click()
     upload = tab.locator("input[type=file]")
     upload.set_input_files(
         {"name": "mine.toml", "mimeType": "application/toml", "buffer": b"[design]\nkind = 'x'\n"}

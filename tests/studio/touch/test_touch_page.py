@@ -459,6 +459,33 @@ def test_without_a_sound_thread_the_pages_own_makes_the_samples(tab):
     tab.get_by_text("the page's thread").wait_for()
 
 
+@pytest.mark.parametrize("shown", [0.03, 0.0])
+def test_latency_holds_what_the_browser_says_of_its_output(quiet, shown):
+    """A block that is made at 2.00 s of the context, 10.00 s of the page, and heard 30 ms later.
+
+    The time stamps hold the delay (Chromium), or are both 30 ms earlier and leave it out (Firefox).
+    """
+    said = {"heard": 2 - 0.03, "at": 10 - 0.03 + shown, "now": 10, "currentTime": 2, "outputLatency": 0.03}
+    left = quiet.evaluate(
+        "said => import('/static/touch_sound.js').then(({leaves}) => leaves(2, said))", said
+    )
+    assert left == pytest.approx(10.03)
+
+
+def test_where_no_sound_begins_it_is_said(touch):
+    """As in Firefox on a machine without a sound output: the context never runs."""
+    touch.evaluate("""() => {
+      const context = window.tactogramTouch.sound.context;
+      context.resume = () => new Promise(() => {});
+      context.suspend();
+      document.getElementById("touch-mute").click();
+      document.getElementById("touch-mute").click();
+      const now = performance.now.bind(performance);
+      performance.now = () => now() + 3100;
+    }""")
+    touch.get_by_text("The browser has not begun the sound").wait_for()
+
+
 def test_keys_stroke_the_surface(touch):
     touch.focus("#touch-pad")
     touch.keyboard.down("ArrowRight")
