@@ -7,13 +7,14 @@ Here one that nobody waits for is closed instead.
 from __future__ import annotations
 
 import asyncio
+import functools
 import ssl
 from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from socket import socket
-from typing import Any
+from typing import Any, Protocol
 
 import h11
 import uvicorn
@@ -67,12 +68,45 @@ class _Deadline:
             self._handle = None
 
 
+class Held(Protocol):
+    """What a place is given to."""
+
+    sender: str
+    since: float
+
+    @property
+    def waits(self) -> bool:
+        """Whether nothing is being answered on it."""
+
+    @property
+    def asked(self) -> bool:
+        """Whether anything was asked on it."""
+
+    def abort(self) -> None:
+        """Hang up at once."""
+
+
+@dataclass(eq=False)
+class Arriving:
+    """A connection before its handshake is over."""
+
+    sender: str
+    since: float
+    task: asyncio.Task[None]
+    waits: bool = True
+    asked: bool = False
+
+    def abort(self) -> None:
+        """Hang up at once."""
+        self.task.cancel()
+
+
 class Connection(H11Protocol):
     """A connection that ends by itself where its other side is too slow."""
 
-    def __init__(self, *args: Any, limits: Limits, among: set[Connection], **kwargs: Any) -> None:
+    def __init__(self, *args: Any, sender: str, limits: Limits, among: set[Held], **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        self.limits, self.among = limits, among
+        self.sender, self.among = sender, among
         self.since = self.loop.time()
         self._head = _Deadline(self.loop, limits.head_s, self.abort)
         self._write = _Deadline(self.loop, limits.write_s, self.abort)
@@ -88,12 +122,10 @@ class Connection(H11Protocol):
         return self.cycle is not None
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Begin, in the place of another where there are too many."""
+        """Begin."""
         super().connection_made(transport)
         self.among.add(self)
         self._head.begin()
-        if len(self.among) > self.limits.connections:
-            gives_way(self.among).abort()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """End."""
@@ -139,17 +171,19 @@ class Connection(H11Protocol):
         self._write.end()
 
 
-def gives_way(connections: set[Connection]) -> Connection:
-    """Return the connection that is closed first where there are too many.
+def gives_way(held: set[Held]) -> list[Held]:
+    """Return the connections that are closed where there are too many.
 
-    One that waits before one that is answered, from the sender with the most that wait, one on which nothing was asked
-    yet, the one that has waited longest. Where all are being answered it is the newest.
+    They are of the sender with the most that wait for something to be asked: first those on which nothing was asked
+    yet, then those that have waited longest. An eighth of them, so that of many that come at once not each is weighed
+    against all. Where all are being answered it is the newest.
     """
-    waiting = [one for one in connections if one.waits]
+    waiting = [one for one in held if one.waits]
     if not waiting:
-        return max(connections, key=lambda one: one.since)
-    of = Counter(_sender(one) for one in waiting)
-    return min(waiting, key=lambda one: (-of[_sender(one)], one.asked, one.since))
+        return [max(held, key=lambda one: one.since)]
+    ((sender, count),) = Counter(one.sender for one in waiting).most_common(1)
+    theirs = sorted((one for one in waiting if one.sender == sender), key=lambda one: (one.asked, one.since))
+    return theirs[: max(1, count // 8)]
 
 
 class Server(uvicorn.Server):
@@ -179,6 +213,7 @@ class Server(uvicorn.Server):
     ) -> None:
         self.listener, self.context, self.ready = listener, context, ready
         self.limits = limits or Limits()
+        self._held: set[Held] = set()
         config = uvicorn.Config(
             app,
             log_level="warning",
@@ -197,40 +232,81 @@ class Server(uvicorn.Server):
             self.run(sockets=[self.listener])
 
     async def startup(self, sockets: Sequence[socket] | None = None) -> None:
-        """Begin to listen, with a time limit for TLS, which uvicorn has none for."""
+        """Begin to take connections."""
         await super().startup(sockets=[])
-        among: set[Connection] = set()
+        self.listener.setblocking(False)
+        self.listener.listen(self.config.backlog)
+        self._accepting = asyncio.get_running_loop().create_task(self._accept())
+        self.ready()
 
+    async def shutdown(self, sockets: list[socket] | None = None) -> None:
+        """End."""
+        self._accepting.cancel()
+        for one in list(self._held):
+            if isinstance(one, Arriving):
+                one.abort()
+        await super().shutdown(sockets)
+
+    async def _accept(self) -> None:
+        """Give each that comes a place. asyncio's own servers do not say who is still shaking hands."""
+        loop = asyncio.get_running_loop()
+        while True:
+            try:
+                accepted, address = await loop.sock_accept(self.listener)
+            except OSError:  # gone again, or no file is left
+                await asyncio.sleep(0.05)
+                continue
+            if len(self._held) >= self.limits.connections:
+                for one in gives_way(self._held):
+                    one.abort()
+            sender = str(address[0])
+            task = loop.create_task(self._connect(accepted, sender))
+            arriving = Arriving(sender, loop.time(), task)
+            self._held.add(arriving)
+            task.add_done_callback(functools.partial(self._arrived, arriving))
+            await asyncio.sleep(0)  # others have their turn, however many come
+
+    async def _connect(self, accepted: socket, sender: str) -> None:
         def connection() -> Connection:
             return Connection(
-                self.config, self.server_state, self.lifespan.state, limits=self.limits, among=among
+                self.config,
+                self.server_state,
+                self.lifespan.state,
+                sender=sender,
+                limits=self.limits,
+                among=self._held,
             )
 
         handshake_s = None if self.context is None else self.limits.handshake_s
-        server = await asyncio.get_running_loop().create_server(
-            connection,
-            sock=self.listener,
-            backlog=self.config.backlog,
-            ssl=self.context,
-            ssl_handshake_timeout=handshake_s,
-            ssl_shutdown_timeout=handshake_s,  # until then asyncio goes on taking what comes
-        )
-        self.servers.append(server)
-        self.ready()
+        with suppress(OSError):  # no handshake, or none in time
+            await asyncio.get_running_loop().connect_accepted_socket(
+                connection,
+                accepted,
+                ssl=self.context,
+                ssl_handshake_timeout=handshake_s,
+                ssl_shutdown_timeout=handshake_s,  # until then asyncio goes on taking what comes
+            )
+
+    def _arrived(self, arriving: Arriving, task: asyncio.Task[None]) -> None:
+        self._held.discard(arriving)
 
 
-def more_files() -> None:
-    """Let this process have more files open, where the system allows it: macOS gives 256, which 50 tablets use up."""
+def limits_here() -> Limits:
+    """Return the limits, and let this process have the files open that they take, where the system allows it.
+
+    macOS gives 256, which 50 tablets use up. Where no more can be had, half of them are for connections.
+    """
+    limits = Limits()
     try:
         import resource
     except ImportError:  # Windows, which has no such limit
-        return
+        return limits
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     most = MOST_FILES if hard == resource.RLIM_INFINITY else min(MOST_FILES, hard)
     if soft != resource.RLIM_INFINITY and soft < most:
         with suppress(ValueError, OSError):
             resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
-
-
-def _sender(connection: Connection) -> str:
-    return connection.client[0] if connection.client else ""
+    soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if soft == resource.RLIM_INFINITY:
+        return limits
+    return replace(limits, connections=min(limits.connections, soft // 2))

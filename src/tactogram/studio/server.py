@@ -119,7 +119,7 @@ def serve(
         If there is no certificate, and none can be made.
     """
     imported("uvicorn", extra="studio", what="the studio")
-    from tactogram.studio.connections import Server, more_files
+    from tactogram.studio.connections import Server, limits_here
 
     listening = listening.secured(_state(studio))
     certificate = listening.certificate
@@ -139,12 +139,12 @@ def serve(
             threading.Thread(target=webbrowser.open, args=(here,), daemon=True).start()
 
     logging.getLogger("uvicorn.error").setLevel(logging.WARNING)
-    more_files()
     try:
         Server(
             make_app(studio, token=token, names=listening.names, https=listening.https),
             listening.socket,
             context=None if certificate is None else certificate.context(),
+            limits=limits_here(),
             ready=answers,
         ).serve_until_ended()
     finally:

@@ -545,19 +545,21 @@ def test_answers_that_nobody_takes_are_given_up(served_here):
     assert told == ["http.request", "http.disconnect"]
 
 
-def test_what_is_no_tls_and_a_handshake_that_never_ends(under_attack, person, served_here, tmp_path):
+@pytest.mark.parametrize("limits", [Limits(handshake_s=0.1), Limits(connections=4)])
+def test_what_is_no_tls_and_handshakes_that_never_end(under_attack, person, served_here, tmp_path, limits):
     sessions, session, _, _ = under_attack
     app = Guard(make_participant_app(sessions), Guarding())
     kept = kept_certificate(tmp_path / "https.pem", ["127.0.0.1"])
     trusting = ssl.create_default_context(cafile=kept.file)
-    with served_here(app, Limits(handshake_s=0.1), kept.context()) as address, ExitStack() as held:
-        silent, plain, half = (held.enter_context(connection_to(address)) for _ in range(3))
-        plain.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
-        half.sendall(b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03")
-        for connection in (silent, plain, half):
-            assert hung_up(connection)
+    with served_here(app, limits, kept.context()) as address, ExitStack() as held:
+        silent, plain, half, *more = (held.enter_context(connection_to(address)) for _ in range(40))
+        with suppress(OSError):  # closed already
+            plain.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+            half.sendall(b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03")
         with httpx.Client(base_url=address, timeout=20, verify=trusting) as client:
             assert person(client, session.join_path).page()["token"] == "consent"
+        for connection in (silent, plain, half, *more[:30]):
+            assert hung_up(connection)
 
 
 def test_hanging_up_in_the_middle(under_attack):
