@@ -6,6 +6,10 @@ import numpy as np
 import pytest
 from PIL import Image as Pillow
 
+from tactogram.datasets import Ratings, Recording, create_store
+from tactogram.datasets.words import WORDS
+from tactogram.signal import Signal
+from tactogram.studio.make.form import word_label
 from tactogram.studio.workspace import Workspace
 
 
@@ -22,6 +26,39 @@ def photo_run(workspace):
         out=workspace / "runs/by-photo",
     )
     return workspace
+
+
+@pytest.fixture(scope="module")
+def words_run(workspace):
+    """Add a run that goes by the ten words: of noise and scores that were drawn, a second's training at most."""
+    from tactogram.jobs.training import train
+
+    rng = np.random.default_rng(0)
+    plates = [
+        Recording(
+            streams={"strain": Signal(rng.normal(size=(4, 720)), 600.0, "V", tuple("abcd"))},
+            material=f"plate{plate}",
+            source=f"plate{plate}/{number}",
+            simulated=True,
+        )
+        for plate in range(2)
+        for number in range(4)
+    ]
+    drives = [
+        Recording(
+            streams={"drive": Signal(rng.normal(size=(1, 400)), 400.0, "1", ("drive",))},
+            labels={"item": f"drive{number}"},
+            source=f"drive{number}",
+            simulated=True,
+        )
+        for number in range(4)
+    ]
+    items = ["plate0", "plate1", *(f"drive{number}" for number in range(4))]
+    rows = [(rater, item, word) for item in items for rater in ("r1", "r2") for word in WORDS]
+    ratings = Ratings(*zip(*rows, strict=True), rng.integers(1, 8, len(rows)).astype(float))
+    store = workspace / "data/by-words"
+    create_store(store, plates + drives, name="drawn", licence="-", simulated=True, ratings=ratings)
+    train("ultrasonic_cgan", store, recipe="tiny", split="all", out=workspace / "runs/by-words")
 
 
 def make(tab):
@@ -46,8 +83,7 @@ def test_mix_make_hear_keep_compare_undo_and_reload(tab, workspace):
 
     make(tab)
     card = tab.locator(".signal").first
-    card.wait_for()
-    assert "m/s² rms" in card.inner_text()
+    card.get_by_text("m/s² rms").wait_for()
     assert "detection threshold" in card.inner_text()
     assert card.locator(".simulated").count() == 1
     assert tab.locator(".signal canvas").count() >= 2
@@ -143,6 +179,31 @@ def test_a_photograph_is_dropped_cropped_and_made_of(tab, photo_run, tmp_path):
     summary = tab.get_by_text("The same on the command line")
     summary.click()
     assert f"--image studio/photos/{part.name}" in tab.locator("pre").inner_text()
+
+
+@pytest.mark.usefixtures("words_run")
+def test_ten_words_are_ticked_scored_and_made_of(tab):
+    tab.goto("/make?run=runs/by-words")
+    tab.locator("[data-word]").nth(9).wait_for()
+    labels = tab.locator(".sliders.words .q-checkbox").all_inner_texts()
+    assert labels == [" ".join(word_label(word).split()) for word in WORDS]
+    shares = tab.locator(".sliders .share")
+    assert shares.all_inner_texts() == ["mean"] * 10
+
+    tab.locator("[data-word=rough] [tabindex]").press("PageUp")
+    tab.get_by_role("checkbox", name="sticky").click()
+    rough, sticky = (list(WORDS).index(word) for word in ("rough", "sticky"))
+    tab.wait_for_function(
+        "() => [...document.querySelectorAll('.share')].filter((s) => s.innerText !== 'mean').length === 2"
+    )
+    assert (shares.nth(rough).inner_text(), shares.nth(sticky).inner_text()) == ("5.0", "4.0")
+
+    make(tab)
+    card = tab.locator(".signal").first
+    card.get_by_text("(ratio) rms").wait_for()
+    assert card.locator(".simulated").count() == 1
+    tab.get_by_text("The same on the command line").click()
+    assert "--words rough=5,sticky=4 --rest mean" in tab.locator("pre").inner_text()
 
 
 def test_bad_input_is_told_and_the_page_goes_on(tab):
