@@ -20,6 +20,7 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.evaluation.image_quality import ImageQuality
 from tactogram.evaluation.image_spread import ImageSpread
 from tactogram.evaluation.label_following import Following, following
+from tactogram.experiments._jobs import Jobs
 from tactogram.models.tactile_image_cgan.images import as_floats, square
 from tactogram.signal import Image
 from tactogram.training.run import write_text
@@ -34,7 +35,7 @@ REAL = 96
 Array = NDArray[np.float64]
 
 
-def store_of(jobs: Any, folder: Path, set_name: str, given: str = "") -> Store:
+def store_of(jobs: Jobs, folder: Path, set_name: str, given: str = "") -> Store:
     """Return the store at ``given``, or a simulated set, made once in ``folder``."""
     if given:
         return open_store(given)
@@ -75,7 +76,7 @@ def plates_of(store: Store) -> Plates:
     return Plates(names, store.ratings.words, means)
 
 
-def image_run(jobs: Any, folder: Path, images: Store, *, weight: int, seed: int, recipe: str) -> Path:
+def image_run(jobs: Jobs, folder: Path, images: Store, *, weight: int, seed: int, recipe: str) -> Path:
     """Return the folder of an image generator of one weight, trained on all images."""
     run = folder / "runs" / f"weight-{weight}-{seed}"
     jobs.train(
@@ -90,7 +91,7 @@ def image_run(jobs: Any, folder: Path, images: Store, *, weight: int, seed: int,
     return run
 
 
-def rater_run(jobs: Any, folder: Path, images: Store, given: str = "") -> Path:
+def rater_run(jobs: Jobs, folder: Path, images: Store, given: str = "") -> Path:
     """Return the folder of a rater of images, trained on seven tenths of them; the rest says how far it errs."""
     if given:
         return Path(given)
@@ -101,7 +102,7 @@ def rater_run(jobs: Any, folder: Path, images: Store, given: str = "") -> Path:
 
 
 def judge(
-    jobs: Any,
+    jobs: Jobs,
     folder: Path,
     run: Path,
     rater: Path,
@@ -155,7 +156,7 @@ def draws_of(loaded: Any, plates: Plates, *, draws: int = DRAWS) -> list[list[Im
     return [[loaded.model.generate({"words": words}, seed=seed) for seed in range(draws)] for words in asked]
 
 
-def scores_of(jobs: Any, judging: Any, given: Any, words: Sequence[str]) -> Array:
+def scores_of(jobs: Jobs, judging: Any, given: Any, words: Sequence[str]) -> Array:
     """Return what a rater model says, 0 to 1, shape (word,)."""
     said = jobs.score(judging, given)
     low, high = said["scale"]
@@ -177,7 +178,7 @@ def as_tensor(made: Sequence[Image]) -> torch.Tensor:
     )
 
 
-def of_real_images(jobs: Any, images: Store, rater: Path) -> Following | None:
+def of_real_images(jobs: Jobs, images: Store, rater: Path) -> Following | None:
     """Return how far the rater follows the ratings of real images that it did not see: what it can tell at best."""
     judging = jobs.load_run(rater)
     held = Split.load(judging.run.folder / "split.json").photographs

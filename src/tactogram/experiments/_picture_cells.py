@@ -12,6 +12,7 @@ from scipy.stats import ttest_rel
 
 from tactogram.datasets import Store, open_store
 from tactogram.errors import DataError
+from tactogram.experiments._jobs import Jobs
 from tactogram.recipe import Prepare
 from tactogram.training.run import write_text
 
@@ -33,7 +34,7 @@ PHOTOGRAPHS = 9
 """Of each simulated surface: non-overlapping places."""
 
 
-def data_of(jobs: Any, folder: Path, data: str) -> Store:
+def data_of(jobs: Jobs, folder: Path, data: str) -> Store:
     """Return the store at ``data``, or simulated surfaces, made once."""
     if data:
         return open_store(data)
@@ -55,7 +56,7 @@ def axis_of(store: Store) -> dict[str, Any]:
 
 
 def cell(
-    jobs: Any,
+    jobs: Jobs,
     folder: Path,
     store: Store,
     name: str,

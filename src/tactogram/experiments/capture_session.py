@@ -31,6 +31,7 @@ from tactogram.datasets.simulate.sets import make, tasks
 from tactogram.datasets.store import problems
 from tactogram.errors import DataError
 from tactogram.evaluation.report import save_figure
+from tactogram.experiments._jobs import Jobs
 
 KNOWN = ("carpet2", "sponge-g", "stonetile1", "whitetile2", "woodtile2")
 UNKNOWN = ("carpet1", "stonetile3")
@@ -54,7 +55,7 @@ EACH_S = 4.0
 """How long each surface is stroked while the classifier listens."""
 
 
-def run(jobs: Any, folder: Path, *, paper: bool) -> dict[str, Any]:
+def run(jobs: Jobs, folder: Path, *, paper: bool) -> dict[str, Any]:
     """Return what was accepted, what the logs say of it, and how well and fast the classifier answers."""
     trained_on = _store(folder / "data", KNOWN, takes=range(7), seconds=20.0 if paper else 8.0)
     device = _store(folder / "device", (*KNOWN, *UNKNOWN), takes=range(7, 9), seconds=8.0)
@@ -101,7 +102,7 @@ def _store(path: Path, materials: Sequence[str], *, takes: range, seconds: float
     return path
 
 
-def _session(jobs: Any, folder: Path, plan: Path, device: Path) -> dict[str, Any]:
+def _session(jobs: Jobs, folder: Path, plan: Path, device: Path) -> dict[str, Any]:
     """Record the plan, killed in the middle of a take, and hold every take against the raw logs."""
     store = folder / "recorded"
     noted = folder / "killed.json"
@@ -164,7 +165,7 @@ def _killed(plan: Path, device: str, store: Path) -> float:
     raise DataError(f"{store}: the session ended before it could be killed")
 
 
-def _heard(jobs: Any, folder: Path, classifier: Path, device: Path) -> dict[str, Any]:
+def _heard(jobs: Jobs, folder: Path, classifier: Path, device: Path) -> dict[str, Any]:
     """Return how well and how fast the classifier names what the device strokes."""
     order = [name for pair in zip(KNOWN, (*UNKNOWN, "", "", ""), strict=True) for name in pair if name]
     found: list[Guess] = []

@@ -25,6 +25,7 @@ from tactogram.evaluation.cross_modal import ALPHA, CrossModal, compare_cross_mo
 from tactogram.evaluation.cross_modal_figures import overall_figure, per_word_figure
 from tactogram.evaluation.report import save_figure
 from tactogram.experiments._image_cells import WEIGHTS, draws_of, image_run, plates_of, store_of
+from tactogram.experiments._jobs import Jobs
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal
 from tactogram.training.run import write_text
@@ -43,7 +44,7 @@ PUBLISHED_WORDS = (3, 8, ("rugged", "uneven"))
 
 
 def run(
-    jobs: Any,
+    jobs: Jobs,
     folder: Path,
     *,
     paper: bool,
@@ -132,7 +133,7 @@ def run(
     return result | {"text": _text(result, found)}
 
 
-def _signals(jobs: Any, folder: Path, felt: Store, given: Path | None, *, recipe: str, seed: int) -> Any:
+def _signals(jobs: Jobs, folder: Path, felt: Store, given: Path | None, *, recipe: str, seed: int) -> Any:
     """Return what the run ``given`` makes of each plate, or one of group D that is trained here."""
     run = given or folder / "runs" / f"signals-{seed}"
     if given is None:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from tactogram.datasets import Store, open_store
 from tactogram.errors import DataError, ParameterError, UnitError
 from tactogram.evaluation.report import save_figure
+from tactogram.experiments._jobs import Jobs
 from tactogram.models import ModelFacts, available, find
 from tactogram.rendering.catalogue import open_display, shipped
 from tactogram.rendering.display import Display
@@ -51,7 +52,7 @@ SPEED_MM_S = 50.0
 
 
 def run(
-    jobs: Any,
+    jobs: Jobs,
     folder: Path,
     *,
     paper: bool,
@@ -150,7 +151,7 @@ def _chosen(models: str) -> list[str]:
 
 
 def _texture(
-    jobs: Any, folder: Path, facts: ModelFacts, run_folder: str | None, recipe: str
+    jobs: Jobs, folder: Path, facts: ModelFacts, run_folder: str | None, recipe: str
 ) -> tuple[Signal, bool]:
     """Return a texture that a model made, and whether it learned from simulated data."""
     store = _store(jobs, folder, facts)
@@ -169,7 +170,7 @@ def _texture(
     return made, bool(loaded.simulated)
 
 
-def _store(jobs: Any, folder: Path, facts: ModelFacts) -> Store:
+def _store(jobs: Jobs, folder: Path, facts: ModelFacts) -> Store:
     name, options = OWN_DATA.get(facts.name, DATA[facts.needs[0]])
     place = folder / name
     try:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import ParameterError
+from tactogram.experiments._jobs import Jobs
 from tactogram.rendering.files import FORMATS, check_file, read_haptic, to_one_axis, write_haptic
 from tactogram.rendering.files.conversion import losses
 from tactogram.signal import Signal
@@ -29,7 +30,7 @@ FIGURES = {
 SIGNAL_FORMATS: dict[str, dict[str, Any]] = {"wav": {}, "wav PCM_16": {"subtype": "PCM_16"}, "csv": {}}
 
 
-def run(jobs: Any, folder: Path, *, paper: bool, data: str = "") -> dict[str, Any]:
+def run(jobs: Jobs, folder: Path, *, paper: bool, data: str = "") -> dict[str, Any]:
     """Return figures of each format: the median over effects, the 10th and the 90th percentile.
 
     Parameters

@@ -21,6 +21,7 @@ from sklearn.preprocessing import StandardScaler
 
 from tactogram.datasets.phac2 import Adjectives, read_phac2
 from tactogram.errors import DataError, ParameterError
+from tactogram.experiments._jobs import Jobs
 from tactogram.models.rater import Config
 from tactogram.models.rater.regression import fit_regression
 
@@ -32,7 +33,7 @@ REFERENCE = 0.80
 Floats = NDArray[np.float64]
 
 
-def run(jobs: Any, folder: Path, *, paper: bool, data: str = "", seeds: int = 0) -> dict[str, Any]:
+def run(jobs: Jobs, folder: Path, *, paper: bool, data: str = "", seeds: int = 0) -> dict[str, Any]:
     """Return the area under the ROC curve of each adjective over held-out objects, mean and sd over drawings.
 
     An object's score is the mean over its ten trials. Scores of all folds are put in order together.

@@ -11,11 +11,12 @@ from typing import Any
 
 from tactogram.datasets import open_store
 from tactogram.errors import DataError, ParameterError
+from tactogram.experiments._jobs import Jobs
 
 FOLDS, REPEATS = 10, 5
 
 
-def run(jobs: Any, folder: Path, *, paper: bool, data: str = "") -> dict[str, Any]:
+def run(jobs: Jobs, folder: Path, *, paper: bool, data: str = "") -> dict[str, Any]:
     """Return the errors of each rating; ``paper`` draws the folds five times, else twice.
 
     Parameters

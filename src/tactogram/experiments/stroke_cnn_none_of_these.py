@@ -12,11 +12,12 @@ from typing import Any
 
 from tactogram.datasets import open_store
 from tactogram.errors import DataError
+from tactogram.experiments._jobs import Jobs
 
 HELD_OUT_AT_ONCE = 3
 
 
-def run(jobs: Any, folder: Path, *, paper: bool) -> dict[str, Any]:
+def run(jobs: Jobs, folder: Path, *, paper: bool) -> dict[str, Any]:
     """Return, over the turns, how many known recordings pass, unknown ones are refused, and the AUROC."""
     data = folder / "data"
     try:

@@ -14,6 +14,7 @@ from typing import Any
 
 from tactogram.datasets import open_store
 from tactogram.errors import DataError
+from tactogram.experiments._jobs import Jobs
 
 PUBLISHED = {"100": 89.0, "200": 88.0, "400": 93.2, "mixed": 88.9}
 """Table II, classification accuracy in %, windows. The printed rows P, R, V, X, Y, Z of Table I are corrupt."""
@@ -22,7 +23,7 @@ BENCH_FOLDS = 2
 BENCH = {"config.window": 200, "config.batch_size": 32, "config.steps": 300}
 
 
-def run(jobs: Any, folder: Path, *, paper: bool) -> dict[str, Any]:
+def run(jobs: Jobs, folder: Path, *, paper: bool) -> dict[str, Any]:
     """Return accuracy per speed and mixed, in %, mean and spread over folds; makes the data when it is not there."""
     data = folder / "data"
     try:

@@ -8,14 +8,17 @@ strokes that the model was not trained on, once from 0 to 1 as printed and once 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from tactogram.datasets import open_store
-from tactogram.errors import DataError
+from tactogram.errors import DataError, ParameterError
 from tactogram.evaluation.measures import log_spectral_distance
 from tactogram.evaluation.report import save_figure
 from tactogram.evaluation.spectrogram_figures import spectrograms_figure
+from tactogram.experiments._jobs import Jobs
+from tactogram.signal import Image, Signal
 
 FIGURES = {
     "figure-7": ("artificial-grass", "carpet", "tile"),
@@ -25,7 +28,7 @@ FIGURES = {
 """Three textures each. Which three Figure 7 shows is not said in the text, only that Tile is one of them."""
 
 
-def run(jobs: Any, folder: Path, *, paper: bool, model: str = "stroke_gan") -> dict[str, Any]:
+def run(jobs: Jobs, folder: Path, *, paper: bool, model: str = "stroke_gan") -> dict[str, Any]:
     """Return where the figures are, and for each texture how far generated strokes are from recorded ones."""
     data = folder / "data"
     try:
@@ -37,12 +40,7 @@ def run(jobs: Any, folder: Path, *, paper: bool, model: str = "stroke_gan") -> d
     out = folder / model
     jobs.train(model, data, recipe=recipe, out=out, resume=(out / "recipe.toml").exists())
     real = {name: jobs.recorded(out, name) for names in FIGURES.values() for name in names}
-    made = {
-        name: list(
-            jobs.generate(out, {"material": name}, seconds=real[name][0].seconds, count=len(real[name]))
-        )
-        for name in real
-    }
+    made = {name: _signals(jobs, out, name, recorded) for name, recorded in real.items()}
     files: dict[str, str] = {}
     for figure, names in FIGURES.items():
         groups = {name: {"recorded": real[name][0], "generated": made[name][0]} for name in names}
@@ -79,3 +77,13 @@ def _text(model: str, rows: dict[str, dict[str, float]], files: dict[str, str]) 
         for name, row in rows.items()
     ]
     return "\n".join([*lines, *(f"{name}: {file}" for name, file in files.items())])
+
+
+def _signals(jobs: Jobs, run: Path, material: str, recorded: Sequence[Signal]) -> list[Signal]:
+    """Return as many generated signals as there are recorded ones, as long as the first of those."""
+    signals = []
+    for made in jobs.generate(run, {"material": material}, seconds=recorded[0].seconds, count=len(recorded)):
+        if isinstance(made, Image):
+            raise ParameterError(f"{run.name} gives images; choose a model that gives signals")
+        signals.append(made)
+    return signals

@@ -18,6 +18,7 @@ from typing import Any
 from tactogram.datasets import open_store
 from tactogram.errors import DataError
 from tactogram.evaluation.mixing import EndsAlikeError
+from tactogram.experiments._jobs import Jobs
 
 END = "tile"
 ADDED_TO = "luncheon-mat-03"
@@ -52,7 +53,7 @@ STEPS = 11
 
 
 def run(
-    jobs: Any,
+    jobs: Jobs,
     folder: Path,
     *,
     paper: bool,

@@ -29,6 +29,7 @@ from tactogram.experiments._image_cells import (
     real_images,
     store_of,
 )
+from tactogram.experiments._jobs import Jobs
 
 TRIALS = 2
 """Noises that the figure shows. Fig. 4, "Images from two trials are shown"."""
@@ -43,7 +44,7 @@ PUBLISHED = {
 
 
 def run(
-    jobs: Any,
+    jobs: Jobs,
     folder: Path,
     *,
     paper: bool,
@@ -136,7 +137,7 @@ def _weights(text: str) -> list[int]:
     return found
 
 
-def _row(jobs: Any, folder: Path, weight: int, plates: Plates, letter: str) -> GeneratedRow:
+def _row(jobs: Jobs, folder: Path, weight: int, plates: Plates, letter: str) -> GeneratedRow:
     loaded = jobs.load_run(folder / "runs" / f"weight-{weight}-0")
     made = draws_of(loaded, plates, draws=TRIALS)
     trials = [[row[trial] for row in made] for trial in range(TRIALS)]
@@ -147,7 +148,7 @@ def _row(jobs: Any, folder: Path, weight: int, plates: Plates, letter: str) -> G
     return GeneratedRow(f"({letter}) image weight {weight:,}", trials, losses)
 
 
-def _losses_of(jobs: Any, folder: Path, weight: int) -> dict[str, float]:
+def _losses_of(jobs: Jobs, folder: Path, weight: int) -> dict[str, float]:
     """Return the losses over the last half of a training: means, and how far the discriminator's swings."""
     lines = jobs.load_run(folder / "runs" / f"weight-{weight}-0").run.metrics()
     late = lines[len(lines) // 2 :]

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.evaluation.report import save_figure
+from tactogram.experiments._jobs import Jobs
 from tactogram.rendering.resonance_simulation import Drifting, Followed, SimulatedAdmittance, Touch, followed
 from tactogram.rendering.resonance_tracking import TrackingSettings
 from tactogram.rendering.transducer import PRESETS, Transducer
@@ -35,7 +36,7 @@ TOUCH = Touch(100, 200)
 Array = NDArray[np.float64]
 
 
-def run(jobs: Any, folder: Path, *, paper: bool, seeds: int = 20) -> dict[str, Any]:
+def run(jobs: Jobs, folder: Path, *, paper: bool, seeds: int = 20) -> dict[str, Any]:
     """Return what arrives at each Q, and how each way of tracking follows the drift; figures are in ``folder``.
 
     Parameters

@@ -27,6 +27,7 @@ from tactogram.evaluation.rating_figures import word_map_figure
 from tactogram.evaluation.ratings import distances_to_targets, one_rater_error, split_half_error
 from tactogram.evaluation.report import Picture, Section, Table, Text, save_figure, write_report
 from tactogram.evaluation.reproduction import NEAREST, STRAIGHT
+from tactogram.experiments._jobs import Jobs
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
 from tactogram.training.run import write_text
@@ -46,7 +47,7 @@ KNOWS_NEAREST = (
 
 
 def run(
-    jobs: Any,
+    jobs: Jobs,
     folder: Path,
     *,
     paper: bool,
@@ -156,7 +157,7 @@ def _chosen(groups: str) -> list[str]:
     return [name for name in GROUPS if name in names]
 
 
-def _data(jobs: Any, folder: Path, data: str) -> Store:
+def _data(jobs: Jobs, folder: Path, data: str) -> Store:
     """Return the store at ``data``, or the simulated study, made once."""
     if data:
         return open_store(data)
@@ -169,7 +170,7 @@ def _data(jobs: Any, folder: Path, data: str) -> Store:
 
 
 def _group(
-    jobs: Any,
+    jobs: Jobs,
     folder: Path,
     store: Store,
     name: str,
@@ -193,7 +194,7 @@ def _group(
 
 
 def _tables(
-    jobs: Any,
+    jobs: Jobs,
     folder: Path,
     store: Store,
     signals: Mapping[str, Signal],
@@ -215,7 +216,7 @@ def _tables(
     return tables
 
 
-def _rater(jobs: Any, folder: Path, store: Store) -> tuple[Path, dict[str, Any]]:
+def _rater(jobs: Jobs, folder: Path, store: Store) -> tuple[Path, dict[str, Any]]:
     """Return a rater model of all display signals, and its own error on signals kept apart."""
     out = folder / "runs" / "rater"
     changes = {"prepare.stream": "drive"}
@@ -250,7 +251,7 @@ def _write_signals(folder: Path, signals: Mapping[str, Signal]) -> Path:
 
 
 def _spread(
-    jobs: Any, made: Mapping[str, list[Any]], rater: Path, targets: Mapping[str, Any]
+    jobs: Jobs, made: Mapping[str, list[Any]], rater: Path, targets: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Return each group's error as the rater model tells it, mean and sd over trainings."""
     found = {}

@@ -9,6 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from tactogram.experiments._jobs import Jobs
 from tactogram.experiments._picture_cells import cell, data_of, shown, spread, text_of
 
 PUBLISHED = {
@@ -34,7 +35,7 @@ COARSE = ((1, 1), (1, 3), (3, 1), (3, 3))
 """What the bench recipe trains."""
 
 
-def run(jobs: Any, folder: Path, *, paper: bool, data: str = "", trainings: int = 3) -> dict[str, Any]:
+def run(jobs: Jobs, folder: Path, *, paper: bool, data: str = "", trainings: int = 3) -> dict[str, Any]:
     """Return every cell's figures, and which cell the validation part chooses.
 
     Parameters

@@ -9,6 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from tactogram.experiments._jobs import Jobs
 from tactogram.experiments._picture_cells import against, cell, data_of, run_of, shown, spread, text_of
 
 PROPOSED = "proposed"
@@ -36,7 +37,7 @@ PUBLISHED = {
 """LPIPS and FID, mean and sd of 10 runs: nine materials of LMT-108, acceleration."""
 
 
-def run(jobs: Any, folder: Path, *, paper: bool, data: str = "", trainings: int = 3) -> dict[str, Any]:
+def run(jobs: Jobs, folder: Path, *, paper: bool, data: str = "", trainings: int = 3) -> dict[str, Any]:
     """Return every method's figures and how they stand to the proposed model's.
 
     Parameters

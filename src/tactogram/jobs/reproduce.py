@@ -12,6 +12,7 @@ from typing import Any
 
 from tactogram import experiments as package
 from tactogram.errors import ParameterError
+from tactogram.experiments._jobs import Jobs
 from tactogram.jobs.capture import capture
 from tactogram.jobs.crossval import crossval
 from tactogram.jobs.data import import_store
@@ -31,8 +32,8 @@ from tactogram.jobs.training import load_run, train
 from tactogram.training.run import write_text
 
 
-class Jobs:
-    """The jobs that an experiment may call, handed down to it: experiments stand below jobs."""
+class AllJobs:
+    """Every job that an experiment may call: a `tactogram.experiments._jobs.Jobs`."""
 
     def __init__(self, progress: Progress) -> None:
         self.simulate = partial(simulate_to_store, progress=progress)
@@ -96,6 +97,7 @@ def reproduce(
             )
     folder = Path(out) if out else Path("runs") / name
     folder.mkdir(parents=True, exist_ok=True)
-    result: dict[str, Any] = run(Jobs(progress), folder, paper=recipe == "paper", **(options or {}))
+    jobs: Jobs = AllJobs(progress)
+    result: dict[str, Any] = run(jobs, folder, paper=recipe == "paper", **(options or {}))
     write_text(folder / "result.json", json.dumps(result, indent=1) + "\n")
     return result
