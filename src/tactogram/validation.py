@@ -23,6 +23,9 @@ def validated(kind: type[M], values: Mapping[str, Any], *, where: str) -> M:
             known = ", ".join(sorted(_keys_at(kind, first["loc"][:-1])))
             raise ParameterError(f"{where}: unknown key {key!r}; known here: {known}") from None
         message = first["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
+        if isinstance(first["input"], Mapping | BaseModel):
+            # Of a whole table the message says what is wrong; its values would fill a page.
+            raise ParameterError(": ".join(part for part in (where, key, message) if part)) from None
         raise ParameterError(f"{where}: {key}: {message}, got {first['input']!r}") from None
 
 

@@ -195,6 +195,7 @@ def analyse(a: Arguments) -> None:
         alpha=a.alpha,
         practice=a.practice,
         figures=not a.no_figures,
+        language=a.language,
     )
     text = result.pop("text")
     print_result(a, result, f"{text}\nwritten: {', '.join(result['files'])} in {result['out']}")
@@ -269,6 +270,12 @@ def _analyse_options(add: Add) -> None:
     add("--draws", type=int, default=2000, help="of the bootstraps (default %(default)s)")
     add("--seed", type=int, default=0, help="of the bootstraps (default %(default)s)")
     add("--no-figures", action="store_true", help="write no PNG")
+    add(
+        "--language",
+        choices=("en", "ja"),
+        default="en",
+        help="of the names of items and conditions in the report, where the study gives names (default %(default)s)",
+    )
 
 
 def _power_options(add: Add) -> None:

@@ -68,6 +68,7 @@ def _facts(study: Study) -> dict[str, Any]:
         "practice": study.practice.trials if study.practice else 0,
         "margins": study.planned.values,
         "alpha": study.planned.alpha,
+        "unused_names": list(study.unused_names),
         "order": study.order,
         "seed": study.seed,
         "languages": list(study.languages),

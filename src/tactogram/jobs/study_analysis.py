@@ -21,11 +21,13 @@ from tactogram.study.analysis import MARGINS, Plan, analyse
 from tactogram.study.analysis.finding import finite, table_lines
 from tactogram.study.analysis.words import Targets
 from tactogram.study.answers import Answers, read_cells
+from tactogram.study.naming import named_answers, named_section
 from tactogram.study.planned import ALPHA
 from tactogram.study.planned import MARGINS as MARGINS_OF
 from tactogram.study.power import DESIGNS, ENOUGH, TRIED, PowerTable, power_table
 from tactogram.study.practice import MARK
 from tactogram.study.study_file import Study, shipped_studies
+from tactogram.study.wording import Language
 
 JSON_FILE, TEXT_FILE, REPORT_FILE = "analysis.json", "analysis.txt", "report.html"
 
@@ -47,6 +49,7 @@ def analyse_study(
     alpha: float | None = None,
     practice: bool = False,
     figures: bool = True,
+    language: Language = "en",
 ) -> dict[str, Any]:
     """Analyse a session folder or a table of answers, and write a report, JSON, text and figures.
 
@@ -79,6 +82,9 @@ def analyse_study(
     practice : bool
         Whether the practice trials are analysed, in the place of those that count.
     figures : bool
+    language : {"en", "ja"}
+        Of the names of items and conditions in the report, where the study's file gives names; ``analysis.json`` and
+        ``analysis.txt`` keep the keys. Figures keep them, too, where the names are not of letters that they have.
 
     Returns
     -------
@@ -109,11 +115,14 @@ def analyse_study(
         "targets": None if targets is None else str(targets),
     }
     drawn = {}
+    names = {} if study is None else study.names_in(language)
     if figures:
         from tactogram.study.figures import figures_of
 
+        drawable = names if all(name.isascii() for name in names.values()) else {}
         for section in analysis.sections:
-            drawn.update(figures_of(section, answers.where(design=section.design)))
+            own = named_answers(answers.where(design=section.design), drawable)
+            drawn.update(figures_of(named_section(section, drawable), own))
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
     result["files"] = [JSON_FILE, TEXT_FILE, REPORT_FILE, *(f"{name}.png" for name in drawn)]
@@ -126,7 +135,8 @@ def analyse_study(
         with written_beside(folder / f"{name}.png") as part:
             figure.savefig(part, format="png", dpi=130)
     taken = Taken.of(Path(source), answers, study)
-    write_study_report(folder / REPORT_FILE, analysis, taken, drawn, practice=practice)
+    named = replace(analysis, sections=tuple(named_section(one, names) for one in analysis.sections))
+    write_study_report(folder / REPORT_FILE, named, taken, drawn, practice=practice)
     return result | {"out": str(out), "text": analysis.text()}
 
 

@@ -262,7 +262,9 @@ def _design(taken: Taken) -> list[Block]:
         ("SHA-256 of the consent", consent_sha256(study)),
     ]
     text = study.description.en or study.description.ja
-    return [*([Text(text)] if text else []), Table(("", ""), facts)]
+    names = [(key, name.en, name.ja) for key, name in study.called.items()]
+    called = [Table(("key", "en", "ja"), names, folded=f"What is called how ({len(names)})")] if names else []
+    return [*([Text(text)] if text else []), Table(("", ""), facts), *called]
 
 
 def _participants(taken: Taken, analysis: Analysis) -> list[Block]:

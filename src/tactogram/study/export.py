@@ -63,6 +63,10 @@ DESCRIPTIONS: Mapping[str, str] = {
 }
 
 
+CALLED = ("stimulus", "other", "condition", "other_condition", "staircase")
+"""Columns that hold keys, which a study may have names for."""
+
+
 def export_bids(store: SessionStore, out: Path) -> Path:
     """Write a BIDS data set into a new folder, complete or not at all, and return it.
 
@@ -179,8 +183,11 @@ def _sidecar(study: Study, names: Sequence[str]) -> dict[str, Any]:
         "TaskDescription": study.title.en or study.title.ja,
         "Instructions": study.design.instructions.en or study.design.instructions.ja,
     }
+    called = {key: name.en or name.ja for key, name in study.called.items()}
     for name in names:
         facts[name] = {"Description": _column(name)}
+        if called and name in CALLED:
+            facts[name]["Levels"] = called
     facts["rt_ms"]["Units"] = "ms"
     return facts
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
@@ -136,14 +138,21 @@ class Grid(BaseModel):
                 raise ValueError(f"by_condition.{condition}: {key}: {first['msg']}") from None
         return self
 
-    def stimuli(self) -> tuple[Stimulus, ...]:
-        """Return them, items first."""
-        items = self.items or tuple(self.numbered.format(n) for n in range(1, self.count + 1))
+    def stimuli(self, names: Mapping[str, Wording] = MappingProxyType({})) -> tuple[Stimulus, ...]:
+        """Return them, items first; ``names`` are what their texts call items and conditions, by key."""
+        items = self.items or self.numbered_items
         return tuple(
-            self._one(item, condition) for item, condition in itertools.product(items, self.conditions)
+            self._one(item, condition, names) for item, condition in itertools.product(items, self.conditions)
         )
 
-    def _one(self, item: str, condition: str) -> Stimulus:
+    @property
+    def numbered_items(self) -> tuple[str, ...]:
+        """The items that ``numbered`` makes, none without it."""
+        return tuple(self.numbered.format(n) for n in range(1, self.count + 1)) if self.numbered else ()
+
+    def _one(
+        self, item: str, condition: str, names: Mapping[str, Wording] = MappingProxyType({})
+    ) -> Stimulus:
         # A condition with its own source of signals or pictures replaces that of all.
         own = self.by_condition.get(condition, {})
         values = self.source.model_dump(exclude_defaults=True)
@@ -151,7 +160,10 @@ class Grid(BaseModel):
             if any(kind in own for kind in kinds):
                 values = {key: value for key, value in values.items() if key not in kinds}
         values |= own
-        filled = {key: _filled(value, item, condition) for key, value in values.items()}
+        filled = {key: _filled(value, item, condition) for key, value in values.items() if key != "text"}
+        if "text" in values:
+            called = {"item": names.get(item, item), "condition": names.get(condition, condition)}
+            filled["text"] = Wording.model_validate(values["text"]).filled(**called)
         name = f"{item}/{condition}" if condition else item
         return Stimulus(name=name, item=item, condition=condition, **filled)
 

@@ -68,6 +68,9 @@ class Study(BaseModel):
     stimuli: tuple[Stimulus, ...] = ()
     grid: Grid | None = None
     """Stimuli by item and condition, in addition to those that are listed."""
+    names: dict[str, Wording] | None = None
+    """What items, conditions and stimuli are called on pages and in reports, by their keys, which stand in every row.
+    The key ``grid.numbered`` stands for all of the grid's items, with ``{number}`` in its text."""
 
     @field_validator("before", "after")
     @classmethod
@@ -88,6 +91,7 @@ class Study(BaseModel):
             for language in self.languages:
                 if wording and not wording.in_language(language):
                     raise ValueError(f"{place} lacks the language {language}; give {place}.{language}")
+        self._check_names()
         self.design.check(self.setting)
         if self.practice is not None:
             self.practice.check(self.design, self.setting)
@@ -143,12 +147,52 @@ class Study(BaseModel):
     @cached_property
     def all_stimuli(self) -> tuple[Stimulus, ...]:
         """Those listed and those of the grid."""
-        return (*self.stimuli, *(self.grid.stimuli() if self.grid else ()))
+        return (*self.stimuli, *(self.grid.stimuli(self.called) if self.grid else ()))
 
     @cached_property
     def setting(self) -> Setting:
         """What its design needs to know."""
-        return Setting(self.name, self.seed, self.order, self.all_stimuli)
+        return Setting(self.name, self.seed, self.order, self.all_stimuli, self.called)
+
+    @cached_property
+    def called(self) -> dict[str, Wording]:
+        """What is called otherwise than its key, by key; numbered items one by one."""
+        given = dict(self.names or {})
+        if self.grid and self.grid.numbered in given:
+            pattern = given.pop(self.grid.numbered)
+            numbered = {
+                item: pattern.filled(number=str(number))
+                for number, item in enumerate(self.grid.numbered_items, 1)
+            }
+            given = {**numbered, **given}
+        return given
+
+    def names_in(self, language: Language) -> dict[str, str]:
+        """Return what is called otherwise than its key in a language, by key."""
+        return {key: text for key, name in self.called.items() if (text := name.in_language(language))}
+
+    @property
+    def unused_names(self) -> tuple[str, ...]:
+        """Keys of ``names`` that no item, condition or stimulus has: left over, or misspelt."""
+        return tuple(key for key in self.called if key not in self._keys)
+
+    @property
+    def _keys(self) -> set[str]:
+        return {text for one in self.made_stimuli for text in (one.item, one.condition, one.name) if text}
+
+    def _check_names(self) -> None:
+        """Refuse two of a name.
+
+        Raises
+        ------
+        ValueError
+        """
+        known = self._keys
+        for language in LANGUAGES:
+            names = self.names_in(language)
+            shown = Counter(names.get(key, key) for key in known)
+            if twice := [text for text, count in shown.items() if count > 1]:
+                raise ValueError(f"names: two are called {twice[0]!r} in {language}; names must differ")
 
     @property
     def made_stimuli(self) -> tuple[Stimulus, ...]:

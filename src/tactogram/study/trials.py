@@ -50,12 +50,15 @@ class Setting:
     seed : int
     order : Rule
     stimuli : tuple of Stimulus
+    names : mapping from str to Wording
+        What items and conditions are called, where not by their keys.
     """
 
     name: str
     seed: int
     order: Rule
     stimuli: tuple[Stimulus, ...]
+    names: Mapping[str, Wording] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -31,11 +31,12 @@ class Wording(BaseModel):
     def __bool__(self) -> bool:
         return bool(self.ja or self.en)
 
-    def filled(self, **values: str) -> Wording:
-        """Return it with ``{name}`` replaced by a value."""
+    def filled(self, **values: str | Wording) -> Wording:
+        """Return it with ``{name}`` replaced by a value, in each language by its own."""
         ja, en = self.ja, self.en
         for name, value in values.items():
-            ja, en = ja.replace(f"{{{name}}}", value), en.replace(f"{{{name}}}", value)
+            own = value if isinstance(value, Wording) else Wording(ja=value, en=value)
+            ja, en = ja.replace(f"{{{name}}}", own.ja), en.replace(f"{{{name}}}", own.en)
         return Wording(ja=ja, en=en)
 
 

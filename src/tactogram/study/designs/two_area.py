@@ -92,7 +92,9 @@ class TwoArea(Design):
             repeat=repeat,
             total=len(trials),
             presented=(Presented("A", a), Presented("B", b)),
-            text=self.instructions if step == 0 else self.reference.filled(item=a.item),
+            text=self.instructions
+            if step == 0
+            else self.reference.filled(item=setting.names.get(a.item, a.item)),
             asked=(self._which(asked_for, against, side),)
             if step == 0
             else (self._real("A", a, b), self._real("B", b, a)),

@@ -1,0 +1,48 @@
+import numpy as np
+import pytest
+from scipy import special
+
+from tactogram.statistics.clustered import pooled_share
+from tactogram.statistics.multiplicity import holm
+from tactogram.study.bradley_terry import bradley_terry, strengths_by_participant
+from tactogram.study.power_preferences import _holm_below, shown_and_equal, simulated_preferences
+
+
+def test_of_two_items_the_error_is_that_of_a_share_by_participant():
+    rng = np.random.default_rng(0)
+    won = rng.binomial(8, 0.6, 15)
+    tables = np.zeros((15, 2, 2))
+    tables[:, 0, 1], tables[:, 1, 0] = won, 8 - won
+    strengths, covariance = strengths_by_participant(tables, prior_sd=1e3)
+    answers = np.concatenate([[1.0] * k + [0.0] * (8 - k) for k in won])
+    share = pooled_share(answers, np.repeat(np.arange(15), 8).tolist())
+    gap = strengths[0] - strengths[1]
+    error = np.sqrt(covariance[0, 0] + covariance[1, 1] - 2 * covariance[0, 1])
+    assert special.expit(gap) == pytest.approx(share.share, rel=1e-4)
+    assert gap / error == pytest.approx(share.statistic, rel=0.04)
+
+
+def test_many_studies_are_each_as_alone():
+    tables = np.random.default_rng(1).integers(0, 4, (3, 6, 4, 4)) * (1 - np.eye(4))
+    strengths, covariance = strengths_by_participant(tables)
+    for k, one in enumerate(tables):
+        alone, error = strengths_by_participant(one)
+        assert strengths[k] == pytest.approx(alone)
+        assert covariance[k] == pytest.approx(error)
+        assert alone == pytest.approx(bradley_terry(one.sum(0)))
+
+
+def test_the_error_is_the_spread_of_the_estimates():
+    rng = np.random.default_rng(2)
+    options = {"items": 4, "effect": 0.8, "person_sd": 0.5, "studies": 300, "rng": rng}
+    [(gaps, errors)] = list(simulated_preferences(20, 30, **options))
+    assert gaps[:, 0].std() == pytest.approx(np.sqrt((errors[:, 0] ** 2).mean()), rel=0.12)
+    assert gaps[:, 3].mean() == pytest.approx(0.0, abs=0.06)
+    shown, equal = shown_and_equal(gaps, errors, people=20, margin=0.5, alpha=0.05)
+    assert not (shown & equal).any()
+    assert shown[:, :3].mean() > 0.5 > shown[:, 3:].mean()
+
+
+def test_holm_of_many_studies_is_that_of_each():
+    ps = np.random.default_rng(3).random((20, 6)) ** 4
+    assert (_holm_below(ps, 0.05) == (np.array([holm(row) for row in ps]) < 0.05)).all()
