@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-import re
 import shutil
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +15,9 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_image, read_signal, write_image, write_signal
 from tactogram.signal.io.files import written_beside
+from tactogram.studio.dated_folders import DatedFolders
 
 SIGNAL, IMAGE, FACTS = "signal.npz", "image.png", "facts.json"
-ID = re.compile(r"[0-9]{8}-[0-9]{6}-[0-9]{6}")
 LONGEST_TITLE = 120
 
 
@@ -114,36 +114,27 @@ class Shelf:
             raise DataError(f"{made.title}: is gone; make it again")
         return self._put(lambda part: shutil.copy(made.file, part / made.file.name), made.title, facts)
 
+    @property
+    def _folders(self) -> DatedFolders:
+        return DatedFolders(self.folder)
+
     def _put(self, write: Callable[[Path], object], title: str, facts: Mapping[str, Any]) -> Made:
-        """Make a folder that ``write`` fills, beside and renamed."""
-        values = {"title": _titled(title), "kept_at": "", **facts}
-        self.folder.mkdir(parents=True, exist_ok=True)
-        now = datetime.now(UTC)
-        while (self.folder / (identifier := f"{now:%Y%m%d-%H%M%S-%f}")).exists():
-            now += timedelta(microseconds=1)
-        values["kept_at"] = now.isoformat(timespec="seconds")
-        part = self.folder / f".{identifier}.part"
-        part.mkdir()
-        try:
+        """Make a folder that ``write`` fills."""
+        kept_at = datetime.now(UTC).isoformat(timespec="seconds")
+        values = {"title": _titled(title), "kept_at": kept_at, **facts}
+
+        def write_all(part: Path) -> None:
             write(part)
             (part / FACTS).write_text(json.dumps(values, ensure_ascii=False, indent=1), encoding="utf-8")
-            part.rename(self.folder / identifier)
-        except BaseException:
-            shutil.rmtree(part, ignore_errors=True)
-            raise
-        return self.get(identifier)
+
+        return self.get(self._folders.add(write_all))
 
     def all(self) -> list[Made]:
         """Return what is kept, newest first; what cannot be read is left out."""
-        if not self.folder.is_dir():
-            return []
         found = []
-        for path in sorted(self.folder.iterdir(), reverse=True):
-            if ID.fullmatch(path.name):
-                try:
-                    found.append(self.get(path.name))
-                except DataError:
-                    continue
+        for name in self._folders.names():
+            with suppress(DataError):
+                found.append(self.get(name))
         return found
 
     def get(self, identifier: str) -> Made:
@@ -154,8 +145,8 @@ class Shelf:
         DataError
             If there is none.
         """
-        folder = self.folder / identifier
-        if not ID.fullmatch(identifier) or not (folder / FACTS).is_file():
+        folder = self._folders.find(identifier)
+        if folder is None or not (folder / FACTS).is_file():
             raise DataError(f"no kept result {identifier[:40]!r}; it was removed, or never there")
         try:
             facts = json.loads((folder / FACTS).read_text(encoding="utf-8"))
@@ -173,10 +164,7 @@ class Shelf:
 
     def remove(self, identifier: str) -> None:
         """Delete one."""
-        made = self.get(identifier)
-        gone = self.folder / f".{identifier}.gone"
-        made.folder.rename(gone)
-        shutil.rmtree(gone, ignore_errors=True)
+        self._folders.remove(self.get(identifier).id)
 
 
 def _titled(title: str) -> str:

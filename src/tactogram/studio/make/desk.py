@@ -136,7 +136,7 @@ class Desk:
 
     def put(self, asked: Asked, choice: Choice, number: int, made: Signal | Image) -> Made:
         """Hold a result so that it outlives the page, and return it."""
-        title = asked.text + (f" ({number})" if asked.count > 1 else "")
+        title = f"{asked.text}, seed {asked.seed}" + (f" ({number})" if asked.count > 1 else "")
         facts = {
             "what": "made",
             "run": choice.name,
@@ -208,6 +208,19 @@ class Desk:
     def note_kept(self, name: str, kept: Made) -> None:
         """Note as what a result lies on the shelf."""
         self.held["kept"] = {**self.held.get("kept", {}), name: kept.id}
+
+    def rename(self, name: str, title: str) -> None:
+        """Give a result another title, where it lies on the shelf and here.
+
+        Raises
+        ------
+        ParameterError
+            If the title is empty.
+        """
+        for each in (name, f"kept:{self.kept_as(name)}"):
+            where, _, id = each.partition(":")
+            if self.find(each) is not None:
+                (self.made if where == "made" else self.shelf).rename(id, title)
 
     def kept_as(self, name: str) -> str:
         """Return the id under which a result was kept; empty if it was not, or no longer is."""

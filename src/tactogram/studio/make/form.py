@@ -20,7 +20,7 @@ LONGEST_S = 60.0
 """Longest that this page shows; the verb makes up to an hour."""
 LARGEST_WEIGHT = 1.0
 DRAWN = ("latent",)
-"""Conditions that the seed draws: this page has no field for them."""
+"""Conditions without a field: the seed draws them, whatever the other values are."""
 FIELDS: Mapping[str, str] = {
     "material": "materials",
     "image": "photo",

@@ -109,7 +109,7 @@ def _numbers(on: MakePage) -> None:
     ]
     notes = [f"Left empty: the model's own {', '.join(empty)}."] if empty else []
     if form.own_seed:
-        notes.append("The seed draws the model's latent input, too.")
+        notes.append("The same seed under other values is the same noise: what differs is what was changed.")
     if notes:
         ui.label(" ".join(notes)).classes("small quiet")
 

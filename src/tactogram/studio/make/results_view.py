@@ -9,6 +9,7 @@ from nicegui import ui
 from tactogram.errors import DataError, TactogramError
 from tactogram.studio.layout import in_background, telling
 from tactogram.studio.shelf import Made
+from tactogram.studio.shelf_view import ask_title
 from tactogram.studio.signals.view import Entry, signal_cards
 
 if TYPE_CHECKING:
@@ -128,6 +129,12 @@ def _actions(on: MakePage, name: str, made: Made, *, first: bool) -> None:
         ui.notify(f"Kept: {kept.title}.", type="positive")
         on.results.refresh()
 
+    async def rename() -> None:
+        title = await ask_title(made.title)
+        if title is not None:
+            desk.rename(name, title)
+            on.results.refresh()
+
     def away() -> None:
         desk.take_away(name)
         on.results.refresh()
@@ -144,6 +151,9 @@ def _actions(on: MakePage, name: str, made: Made, *, first: bool) -> None:
     if kept:
         ui.label("Kept").classes("small quiet")
         ui.link("Send", f"/send?of=kept:{kept}").classes("small")
+        ui.button("Rename", on_click=telling(rename)).props(
+            f'no-caps dense flat aria-label="Rename {_plain(made)}"'
+        )
     else:
         ui.button("Keep", on_click=telling(keep)).props(
             f'no-caps dense outline aria-label="Keep {_plain(made)}"'
@@ -218,6 +228,4 @@ def _earlier(on: MakePage, name: str) -> None:
                 with ui.element("li"):
                     button = ui.button(made.title, on_click=telling(lambda made=made: look(made)))
                     button.props("no-caps flat dense align=left")
-                    ui.label(f"{made.facts.get('model', '')}, seed {made.facts.get('seed', '')}").classes(
-                        "small quiet"
-                    )
+                    ui.label(str(made.facts.get("model", ""))).classes("small quiet")

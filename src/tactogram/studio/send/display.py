@@ -1,24 +1,22 @@
-"""A signal to a display: what for, how strong, the report as a picture and in words, the drive, and playing it."""
+"""A signal to a display: what for, how strong, the report as a picture and in words, and the drive."""
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
 from nicegui import ui
 
-from tactogram.errors import ParameterError, TactogramError
-from tactogram.jobs.playback import CAREFUL, NULL, outputs
+from tactogram.errors import TactogramError
 from tactogram.jobs.render import levels_of, list_displays
 from tactogram.rendering.catalogue import open_display
 from tactogram.rendering.friction_calibration import read_calibrations
 from tactogram.signal import Signal
-from tactogram.signal.io import read_signal
 from tactogram.studio.layout import busy, in_background, telling
-from tactogram.studio.send.played_log import played_lately
-from tactogram.studio.send.sending import Chosen, DriveOrder, Sending, Sent
+from tactogram.studio.send.cards import SignalFields, command_line, form_beside_result, last_sent, there
+from tactogram.studio.send.device import DeviceCard
+from tactogram.studio.send.sending import Chosen, DriveOrder, Sending
 from tactogram.studio.send.speaker import Speaker
 from tactogram.studio.send.wording import LEVELS, NEEDS, level_text, warnings_of
 
@@ -26,6 +24,17 @@ from tactogram.studio.send.wording import LEVELS, NEEDS, level_text, warnings_of
 @lru_cache(maxsize=64)
 def _levels(name: str) -> tuple[str, ...]:
     return tuple(levels_of(open_display(name)))
+
+
+def _ways(axes: tuple[str, ...]) -> dict[str, str]:
+    """Return how several axes become those of a display."""
+    return {
+        "": "as the display says",
+        "dft321": "their energy as one (DFT321)",
+        "mean": "their mean",
+        "channels": "an axis per channel",
+        **{axis: f"axis {axis} alone" for axis in axes},
+    }
 
 
 class DisplayCards:
@@ -48,26 +57,14 @@ class DisplayCards:
         kept: dict[str, Any],
         chosen: Callable[[], Chosen | None],
     ) -> None:
-        self.sending, self.speaker, self.kept, self.chosen = sending, speaker, kept, chosen
-        self.sent: Sent | None = None
-        self._outputs: list[dict[str, Any]] = []
-        self._axes: tuple[str, ...] = ()
-        self._over_time = True
-        if kept.get("drive"):
-            try:
-                self.sent = sending.get(str(kept["drive"]))
-            except TactogramError:
-                kept.pop("drive")
-        with ui.element("div").classes("grid-2 mt-4"):
-            with ui.column().classes("items-stretch gap-4"):
-                self._form()
-            with ui.column().classes("items-stretch gap-4").props('aria-live="polite"'):
-                self._result()
+        self.sending, self.kept, self.chosen = sending, kept, chosen
+        self.sent = last_sent(sending, kept, "drive", DriveOrder)
+        self._device = DeviceCard(sending, speaker, kept)
+        form_beside_result(self._form, self._result)
 
     def signal_chosen(self, signal: Signal) -> None:
         """Ask for what this signal needs."""
-        self._axes, self._over_time = signal.axes, signal.domain == "time"
-        self._signal_fields.refresh()
+        self._signal.signal_chosen(signal)
 
     # -- what is asked for -------------------------------------------------------------------------------
 
@@ -84,7 +81,7 @@ class DisplayCards:
                 on_change=self._display_chosen,
             ).classes("w-full")
             self._display_fields()
-            self._signal_fields()
+            self._signal = SignalFields(_ways, speed_mm_s=self.kept.get("speed", 100.0))
             with ui.expansion("Change values of the display").classes("w-full"):
                 self._changes = ui.textarea(
                     "KEY=VALUE, one a line", value=self.kept.get("changes", "")
@@ -149,35 +146,16 @@ class DisplayCards:
             people = [found.person for found in read_calibrations(path)]
             self._person = ui.select(people, label="Whose", value=people[0]).classes("w-full")
 
-    @ui.refreshable_method
-    def _signal_fields(self) -> None:
-        ways = {"": "as the display says"}
-        if len(self._axes) > 1:
-            ways |= {
-                "dft321": "their energy as one (DFT321)",
-                "mean": "their mean",
-                "channels": "an axis per channel",
-            }
-            ways |= {axis: f"axis {axis} alone" for axis in self._axes}
-        self._how = ui.select(ways, label="Axes", value="").classes("w-full")
-        self._how.set_visibility(len(self._axes) > 1)
-        self._speed = ui.number("Speed of the finger, mm/s", value=self.kept.get("speed", 100.0)).classes(
-            "w-full"
-        )
-        self._speed.set_visibility(not self._over_time)
-
     def _order(self) -> DriveOrder:
-        chosen = self.chosen()
-        if chosen is None:
-            raise ParameterError("choose what to send first")
+        chosen = there(self.chosen())
         kind, value = str(self._level.value), self._value.value if self._value is not None else None
         calibrated = self._person is not None
         return DriveOrder(
             chosen.of,
             str(self._display.value),
             level_text(kind, value),
-            str(self._how.value or ""),
-            None if self._over_time else float(self._speed.value or 0),
+            self._signal.how,
+            self._signal.speed_mm_s,
             str(self._calibration.value) if calibrated else "",
             str(self._person.value) if self._person is not None else "",
             tuple(line.strip() for line in (self._changes.value or "").splitlines() if line.strip()),
@@ -195,7 +173,7 @@ class DisplayCards:
             display=order.display,
             level=kind,
             changes=self._changes.value,
-            speed=self._speed.value,
+            speed=order.speed_mm_s or self.kept.get("speed", 100.0),
         )
         if self._value is not None:
             self.kept[f"value_{kind}"] = self._value.value
@@ -243,141 +221,4 @@ class DisplayCards:
                     )
                 ui.link("Report (JSON)", f"/send/result/{sent.id}/drive.report.json").props("download")
             command_line(sent.found["commands"])
-        self._play_card(sent, display.unit)
-
-    def _play_card(self, sent: Sent, unit: str) -> None:
-        with ui.element("section").classes("card w-full").props('aria-label="Play on a device"'):
-            ui.label("Play on a device").classes("h2")
-            ui.label(
-                "It begins at a quarter of the drive, with a fade; turn it up while it plays. Never stronger than the "
-                "drive above."
-            ).classes("small quiet")
-            self._devices(unit)
-
-    @ui.refreshable_method
-    def _devices(self, unit: str) -> None:
-        if not self._outputs:
-            with ui.row().classes("items-center"):
-                ui.spinner(size="sm")
-                ui.label("looking for outputs").classes("quiet small")
-            ui.timer(0.05, self._look, once=True)
-            return
-        there = {
-            o["device"]: o["title"]
-            for o in self._outputs
-            if o["missing"] is None and not o["device"].startswith("digilent")
-        }
-        if there:
-            held = self.kept.get("output", NULL)
-            self._output = ui.select(
-                there, label="Output", value=held if held in there else next(iter(there))
-            ).classes("w-full")
-            self._strength = ui.slider(min=0, max=1, step=0.01, value=CAREFUL).props(
-                'label aria-label="Strength: share of the drive"'
-            )
-            self._strength.on_value_change(self._turned)
-            ui.label().bind_text_from(
-                self._strength, "value", lambda share: f"Strength: {100 * share:.0f} % of the drive"
-            ).classes("small")
-            with ui.row().classes("items-end gap-4"):
-                self._loop = ui.number("Loop for, s (empty: once)", min=0).classes("w-64")
-                self._full_scale = ui.number("V at the card's full scale", min=0).classes("w-64")
-                self._full_scale.set_visibility(unit == "V")
-            with ui.row().classes("items-center gap-2 mt-2"):
-                self._play_button = ui.button("Play", icon="play_arrow", on_click=self._play)
-                self._stop_button = ui.button("Stop", icon="stop", color="negative", on_click=self._stop)
-                self._told = ui.label().props('role="status"')
-            ui.timer(0.2, self._tell)
-        for output in self._outputs:
-            if output["missing"] is not None:
-                ui.label(f"{output['title']}: {output['missing']}").classes("small quiet")
-            elif output["device"].startswith("digilent"):
-                # It plays out of its own buffer, which this page could not fade out.
-                ui.label(f"{output['title']}: play the drive on it by the command below.").classes(
-                    "small quiet"
-                )
-        if self.sent is not None:
-            command_line(self._play_commands(self.sent))
-        self._log()
-
-    def _play_commands(self, sent: Sent) -> list[str]:
-        display = sent.order.display if isinstance(sent.order, DriveOrder) else ""
-        devices = [o["device"] for o in self._outputs if o["missing"] is None]
-        return [
-            shlex.join(
-                ["tactogram", "play", "drive.npz", "--display", display, "--device", device]
-                + ([] if device.startswith("digilent") else ["--strength", f"{CAREFUL:g}"])
-            )
-            for device in devices
-        ]
-
-    async def _look(self) -> None:
-        self._outputs = await in_background(outputs)
-        self._devices.refresh()
-
-    @telling
-    async def _play(self) -> None:
-        sent = self.sent
-        if sent is None or not isinstance(sent.order, DriveOrder):
-            return
-        device = str(self._output.value)
-        drive = await in_background(read_signal, sent.folder / "drive.npz")
-        display = open_display(self.sending.display_file(sent.order.display))
-        self.speaker.play(
-            drive,
-            display,
-            title=sent.title,
-            device=device,
-            strength=float(self._strength.value),
-            loop_s=self._loop.value or None,
-            full_scale=self._full_scale.value or None,
-        )
-        self.kept["output"] = device
-        self._tell()
-
-    @telling
-    async def _stop(self) -> None:
-        await in_background(self.speaker.stop)
-        self._tell()
-
-    def _turned(self) -> None:
-        playing = self.speaker.playing
-        if playing is not None and self.speaker.busy:
-            playing.strength = float(self._strength.value)
-
-    def _tell(self) -> None:
-        playing, busy_now = self.speaker.playing, self.speaker.busy
-        self._play_button.set_enabled(not busy_now)
-        self._stop_button.set_enabled(busy_now)
-        if playing is None:
-            text = ""
-        elif busy_now:
-            text = f"{self.speaker.title}: {playing.seconds:.1f} of {playing.total_s:.1f} s"
-        elif playing.state == "failed":
-            text = str(playing.error)
-        else:
-            text = f"{self.speaker.title}: {playing.state} after {playing.seconds:.1f} s"
-        if text != self._told.text:
-            self._told.text = text
-            if not busy_now:
-                self._log.refresh()
-
-    @ui.refreshable_method
-    def _log(self) -> None:
-        lines = played_lately(self.speaker.folder)
-        if not lines:
-            return
-        with ui.expansion("What was played lately").classes("w-full"):
-            for line in lines:
-                ui.label(
-                    f"{line['time'][:19].replace('T', ' ')}: {line['title']} on {line['device']} at "
-                    f"{100 * line['strength']:.0f} %, {line['seconds']:.1f} s, {line['state']}, "
-                    f"drive {line['sha256'][:12]}"
-                ).classes("small quiet")
-
-
-def command_line(commands: list[str]) -> None:
-    """Show how the command line does the same."""
-    with ui.expansion("The same on the command line").classes("w-full"):
-        for command in commands:
-            ui.label(command).classes("told")
+        self._device.draw(sent, display.unit)

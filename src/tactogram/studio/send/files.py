@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from nicegui import ui
 
-from tactogram.errors import ParameterError, TactogramError
+from tactogram.errors import ParameterError
 from tactogram.rendering.files.conversion import read_haptic
 from tactogram.rendering.files.envelope import envelope_of
 from tactogram.rendering.files.formats import FORMATS
@@ -16,7 +16,7 @@ from tactogram.rendering.files.reduction import to_one_axis
 from tactogram.signal import Signal
 from tactogram.signal.displacement import played
 from tactogram.studio.layout import busy, in_background, telling
-from tactogram.studio.send.display import command_line
+from tactogram.studio.send.cards import SignalFields, command_line, form_beside_result, last_sent, there
 from tactogram.studio.send.losses import losses_table
 from tactogram.studio.send.sending import Chosen, FileOrder, Sending, Sent
 from tactogram.studio.send.wording import HOLDS, LOSSES
@@ -26,30 +26,23 @@ POINTS = 500
 COLOURS = ("#0b5d66", "#b3541e", "#5b3f8c", "#3d6b1f", "#8c2f52", "#44546a", "#8a6d00")
 
 
+def _ways(axes: tuple[str, ...]) -> dict[str, str]:
+    """Return how several axes become the one of a file."""
+    return {"": "three as one (DFT321), others their mean", **{a: f"axis {a} alone" for a in axes}}
+
+
 class FileCards:
     """The cards of the tab; parameters as of `DisplayCards`."""
 
     def __init__(self, sending: Sending, kept: dict[str, Any], chosen: Callable[[], Chosen | None]) -> None:
         self.sending, self.kept, self.chosen = sending, kept, chosen
-        self._axes: tuple[str, ...] = ()
-        self._over_time = True
-        self.sent: Sent | None = None
+        self.sent = last_sent(sending, kept, "files", FileOrder)
         self._curves: dict[str, tuple[list[float], list[float]]] = {}
-        if kept.get("files"):
-            try:
-                self.sent = sending.get(str(kept["files"]))
-            except TactogramError:
-                kept.pop("files")
-        with ui.element("div").classes("grid-2 mt-4"):
-            with ui.column().classes("items-stretch gap-4"):
-                self._form()
-            with ui.column().classes("items-stretch gap-4").props('aria-live="polite"'):
-                self._result()
+        form_beside_result(self._form, self._result)
 
     def signal_chosen(self, signal: Signal) -> None:
         """Ask for what this signal needs."""
-        self._axes, self._over_time = signal.axes, signal.domain == "time"
-        self._signal_fields.refresh()
+        self._signal.signal_chosen(signal)
 
     def _form(self) -> None:
         with ui.element("section").classes("card w-full").props('aria-label="File format"'):
@@ -60,7 +53,7 @@ class FileCards:
                 names, label="Format", value=self.kept.get("format", ""), on_change=self._told_format
             ).classes("w-full")
             self._holds = ui.label().classes("small quiet")
-            self._signal_fields()
+            self._signal = SignalFields(_ways)
             self._full_scale = ui.number("1 in the file is (empty: the peak)", min=0).classes("w-full")
             self._button = ui.button("Write and check", icon="description", on_click=self._write)
         self._told_format()
@@ -69,25 +62,14 @@ class FileCards:
         kind = FORMATS.get(str(self._format.value))
         self._holds.text = "" if kind is None else f"It {HOLDS[kind.holds]}."
 
-    @ui.refreshable_method
-    def _signal_fields(self) -> None:
-        ways = {"": "three as one (DFT321), others their mean"} | {a: f"axis {a} alone" for a in self._axes}
-        self._axis = ui.select(ways, label="Axes", value="").classes("w-full")
-        self._axis.set_visibility(len(self._axes) > 1)
-        self._speed = ui.number("Speed of the finger, mm/s", value=100.0).classes("w-full")
-        self._speed.set_visibility(not self._over_time)
-
     @telling
     async def _write(self) -> None:
-        chosen = self.chosen()
-        if chosen is None:
-            raise ParameterError("choose what to send first")
         order = FileOrder(
-            chosen.of,
+            there(self.chosen()).of,
             str(self._format.value or ""),
-            str(self._axis.value or ""),
+            self._signal.how,
             self._full_scale.value or None,
-            None if self._over_time else float(self._speed.value or 0),
+            self._signal.speed_mm_s,
         )
         with busy("writing and reading back", button=self._button):
             self.sent = await in_background(self.sending.file, order)

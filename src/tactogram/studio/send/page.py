@@ -16,6 +16,7 @@ from tactogram.studio.send.display import DisplayCards
 from tactogram.studio.send.files import FileCards
 from tactogram.studio.send.sending import Chosen, Sending
 from tactogram.studio.send.speaker import Speaker
+from tactogram.studio.shelf_view import ask_removal, ask_title
 from tactogram.studio.signals.view import add_routes, signal_card
 from tactogram.studio.studio import Studio
 from tactogram.studio.uploads import read_uploaded_signal, safe_name
@@ -199,4 +200,29 @@ class SendPage:
                 ui.label("Choose a kept result, a file or a recording.").classes("quiet")
             return
         with ui.element("div").props('aria-label="The signal" role="region"').classes("w-full"):
-            signal_card(self.signal, title=self.chosen.title, simulated=self.chosen.simulated, small=True)
+            top = signal_card(
+                self.signal, title=self.chosen.title, simulated=self.chosen.simulated, small=True
+            )
+            if self.chosen.of.startswith("kept:"):
+                with top:
+                    ui.element("div").classes("grow")
+                    ui.button("Rename", on_click=self._rename).props("flat dense")
+                    ui.button("Delete", on_click=self._remove).props("flat dense color=negative")
+
+    @telling
+    async def _rename(self) -> None:
+        chosen = self.chosen
+        title = None if chosen is None else await ask_title(chosen.title)
+        if chosen is not None and title is not None:
+            self.studio.shelf.rename(chosen.of.removeprefix("kept:"), title)
+            self._listed.refresh()
+            await self._take(chosen.of)
+
+    @telling
+    async def _remove(self) -> None:
+        chosen = self.chosen
+        if chosen is not None and await ask_removal(chosen.title):
+            self.studio.shelf.remove(chosen.of.removeprefix("kept:"))
+            self.chosen, self.kept["of"] = None, ""
+            self._listed.refresh()
+            self._signal.refresh()

@@ -9,11 +9,9 @@ from __future__ import annotations
 import json
 import re
 import shlex
-import shutil
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
-from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +24,7 @@ from tactogram.rendering.catalogue import shipped
 from tactogram.rendering.files.formats import FORMATS
 from tactogram.signal import Signal
 from tactogram.signal.io import READABLE, read_metadata, read_signal, write_signal
+from tactogram.studio.dated_folders import DatedFolders
 from tactogram.studio.send.losses import file_name, zip_files
 from tactogram.studio.shelf import Shelf
 from tactogram.studio.workspace import Workspace
@@ -33,7 +32,6 @@ from tactogram.studio.workspace import Workspace
 KEPT = 40
 """How many results are kept; the oldest go."""
 MOST_LISTED = 1000
-ID = re.compile(r"[0-9]{8}-[0-9]{6}-[0-9]{6}")
 DRIVES = (".wav", ".csv", ".npz")
 ORDER, FOUND, ZIP = "order.json", "found.json", "all-formats.zip"
 
@@ -127,6 +125,7 @@ class Sending:
     def __init__(self, workspace: Workspace, shelf: Shelf) -> None:
         self.workspace, self.shelf = workspace, shelf
         self.folder = workspace.own / "sent"
+        self._folders = DatedFolders(self.folder)
 
     # -- what can be sent --------------------------------------------------------------------------------
 
@@ -323,16 +322,15 @@ class Sending:
         DataError
             If there is none.
         """
-        folder = self.folder / identifier
+        folder = self._folders.find(identifier)
+        gone = DataError(f"no result {identifier[:40]!r}: it was replaced by newer ones; make it again")
+        if folder is None:
+            raise gone
         try:
-            if not ID.fullmatch(identifier):
-                raise ValueError("no id")  # noqa: TRY301 - told as what it is below
             values = json.loads((folder / ORDER).read_text(encoding="utf-8"))
             found = json.loads((folder / FOUND).read_text(encoding="utf-8"))
         except (OSError, ValueError):
-            raise DataError(
-                f"no result {identifier[:40]!r}: it was replaced by newer ones; make it again"
-            ) from None
+            raise gone from None
         title, kind = values.pop("title"), values.pop("kind")
         order: DriveOrder | FileOrder
         if kind == "drive":
@@ -348,26 +346,18 @@ class Sending:
         make: Callable[[Path], dict[str, Any]],
         commands: list[str],
     ) -> Sent:
-        self.folder.mkdir(parents=True, exist_ok=True)
-        now = datetime.now(UTC)
-        while (self.folder / (identifier := f"{now:%Y%m%d-%H%M%S-%f}")).exists():
-            now += timedelta(microseconds=1)
-        part = self.folder / f".{identifier}.part"
-        part.mkdir()
-        try:
-            found = make(part)
-            found |= {"commands": commands, "simulated": chosen.simulated}
-            kind = "drive" if isinstance(order, DriveOrder) else "file"
-            values = {"kind": kind, "title": chosen.title, **asdict(order)}
+        kind = "drive" if isinstance(order, DriveOrder) else "file"
+        values = {"kind": kind, "title": chosen.title, **asdict(order)}
+
+        def write(part: Path) -> None:
+            found = make(part) | {"commands": commands, "simulated": chosen.simulated}
             (part / ORDER).write_text(json.dumps(values, ensure_ascii=False), encoding="utf-8")
             (part / FOUND).write_text(json.dumps(found, ensure_ascii=False), encoding="utf-8")
-            part.rename(self.folder / identifier)
-        except BaseException:
-            shutil.rmtree(part, ignore_errors=True)
-            raise
-        for old in sorted(p for p in self.folder.iterdir() if ID.fullmatch(p.name))[:-KEPT]:
-            shutil.rmtree(old, ignore_errors=True)
-        return self.get(identifier)
+
+        made = self._folders.add(write)
+        for old in self._folders.names()[KEPT:]:
+            self._folders.remove(old)
+        return self.get(made)
 
     # -- the same on the command line --------------------------------------------------------------------
 
