@@ -100,16 +100,10 @@ def judged(
     by_ratings = (
         loaded.facts.task == "prediction" or loaded.facts.learns_from == "both" or makes_images(loaded)
     )
-    if unknown and by_ratings:
-        raise ParameterError(f"{loaded.run.name}: --unknown is for models that name materials; leave it away")
-    if data is not None and by_ratings and loaded.facts.task != "prediction":
-        raise ParameterError(
-            f"{loaded.run.name}: {loaded.facts.name} is judged on the ratings of its own data; leave --data away"
-        )
-    if rater is not None and (not by_ratings or loaded.facts.task == "prediction"):
-        raise ParameterError(
-            f"{loaded.run.name}: --rater judges generators that go by words; {loaded.facts.name} is none"
-        )
+    if by_ratings:
+        _check_rated(loaded, data=data, unknown=unknown, rater=rater)
+    elif rater is not None:
+        raise _no_words(loaded)
     if loaded.facts.task == "prediction":
         return judged_predictor(loaded, data=data)
     if loaded.facts.learns_from == "both":
@@ -118,6 +112,34 @@ def judged(
         return judged_images(loaded, rater=rater)
     if data is None and not unknown and (protocol := _splits_within(loaded)):
         return _judged_within(loaded, protocol, progress)
+    return _judged_on_recordings(loaded, data, unknown, judging, progress)
+
+
+def _check_rated(
+    loaded: LoadedRun, *, data: Path | str | None, unknown: bool, rater: Path | str | None
+) -> None:
+    """Refuse what makes no sense of a model that goes by ratings."""
+    predicts = loaded.facts.task == "prediction"
+    if unknown:
+        raise ParameterError(f"{loaded.run.name}: --unknown is for models that name materials; leave it away")
+    if data is not None and not predicts:
+        raise ParameterError(
+            f"{loaded.run.name}: {loaded.facts.name} is judged on the ratings of its own data; leave --data away"
+        )
+    if rater is not None and predicts:
+        raise _no_words(loaded)
+
+
+def _no_words(loaded: LoadedRun) -> ParameterError:
+    return ParameterError(
+        f"{loaded.run.name}: --rater judges generators that go by words; {loaded.facts.name} is none"
+    )
+
+
+def _judged_on_recordings(
+    loaded: LoadedRun, data: Path | str | None, unknown: bool, judging: Judging | None, progress: Progress
+) -> tuple[dict[str, Any], list[Section]]:
+    """Return the figures and sections of a classifier, or a generator, beside recordings that it did not learn from."""
     examples, described = _what(loaded, data, unknown)
     store = examples.store
     figures: dict[str, Any] = {

@@ -13,7 +13,7 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -61,6 +61,17 @@ class BandLevels:
         """Return by how much the medians are moved, rms over materials, axes and bands, dB."""
         moved = (self.recorded - self.generated)[..., len(LEVELS) // 2]
         return float(20 / math.log(10) * np.sqrt(np.mean(moved**2))) if moved.size else 0.0
+
+    def measure(self, materials: Iterable[tuple[Sequence[NDArray[Any]], Sequence[NDArray[Any]]]]) -> None:
+        """Measure what is to be matched.
+
+        Parameters
+        ----------
+        materials : iterable of pairs of sequences of arrays, shape (axis, time)
+            Of each material: recorded signals, and generated ones. Taken one material at a time.
+        """
+        tables = [(self.quantiles(recorded), self.quantiles(made)) for recorded, made in materials]
+        self.recorded, self.generated = (np.array(table) for table in zip(*tables, strict=True))
 
     def quantiles(self, signals: Sequence[NDArray[Any]]) -> Array:
         """Return quantiles of the logarithm of band envelopes: float64, (axis, band, quantile).

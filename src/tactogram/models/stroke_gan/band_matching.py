@@ -15,13 +15,17 @@ RECORDINGS = 16
 """Recordings of a material, at most, that the bands are matched to."""
 
 
+Generate = Callable[[int, Condition, int, int], NDArray[np.floating]]
+"""From the place of a material, a condition, a length in samples and a seed to (axis, time)."""
+
+
 def match_bands(
     levels: BandLevels,
     examples: Sequence[Example],
     materials: Sequence[str],
     *,
     longest: int,
-    generate: Callable[[int, Condition, int, int], NDArray[np.floating]],
+    generate: Generate,
 ) -> None:
     """Measure ``levels`` of recordings, and of a signal generated for the condition of each.
 
@@ -33,18 +37,25 @@ def match_bands(
     materials : sequence of str
     longest : int
         Samples of a recording, from its beginning, that are measured.
-    generate : callable
-        From the place of a material, a condition, a length in samples and a seed to (axis, time).
+    generate : Generate
     """
-    tables: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
-    for place, name in enumerate(materials):
-        every = [e for e in examples if e.material == name]
-        every = [e for e in every if len(e.signal) > 2 * levels.reach] or every
-        recorded, made = [], []
-        for number, example in enumerate(every[:: -(-len(every) // RECORDINGS)]):
-            x = example.signal.samples[:, :longest]
-            length = max(x.shape[1], 2 * levels.reach + 1)
-            recorded.append(np.pad(x, ((0, 0), (0, length - x.shape[1])), mode="wrap"))
-            made.append(generate(place, example.condition, length, child_seed(0, "match", place, number)))
-        tables.append((levels.quantiles(recorded), levels.quantiles(made)))
-    levels.recorded, levels.generated = (np.array(table) for table in zip(*tables, strict=True))
+    levels.measure(
+        _beside(
+            levels, [e for e in examples if e.material == name], place, longest=longest, generate=generate
+        )
+        for place, name in enumerate(materials)
+    )
+
+
+def _beside(
+    levels: BandLevels, examples: Sequence[Example], place: int, *, longest: int, generate: Generate
+) -> tuple[list[NDArray[np.floating]], list[NDArray[np.floating]]]:
+    """Return recordings of a material, and a signal generated beside each, all longer than the filters."""
+    examples = [e for e in examples if len(e.signal) > 2 * levels.reach] or examples
+    recorded, made = [], []
+    for number, example in enumerate(examples[:: -(-len(examples) // RECORDINGS)]):
+        x = example.signal.samples[:, :longest]
+        length = max(x.shape[1], 2 * levels.reach + 1)
+        recorded.append(np.pad(x, ((0, 0), (0, length - x.shape[1])), mode="wrap"))
+        made.append(generate(place, example.condition, length, child_seed(0, "match", place, number)))
+    return recorded, made

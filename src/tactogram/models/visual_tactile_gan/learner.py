@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import torch
 import torch.nn.functional as F
+from numpy.typing import NDArray
 from torch import Tensor
 
 from tactogram.errors import ParameterError
@@ -138,25 +139,28 @@ class VisualTactileLearner:
 
     def _match(self, examples: Sequence[Example], levels: BandLevels) -> dict[str, float]:
         """Measure the bands of recordings, and of signals of their photographs, by label."""
-        tables = []
-        for place, (name, every) in enumerate(self.kind.by_material(examples).items()):
-            shortest = 2 * levels.reach + 1
-            some = [e for e in every if len(e.signal) >= shortest][:MATCHED]
-            if not some:
-                raise ParameterError(
-                    f"match_bands needs recordings of {name} of at least {shortest / self.kind.rate:.3g} s"
-                )
-            made = []
-            for number, example in enumerate(some):
-                photographs = example.photographs
-                condition = {"image": photographs[number % len(photographs)], "material": name}
-                seconds = len(example.signal) / self.kind.rate
-                made.append(
-                    self._unmatched(condition, seconds, seed=child_seed(0, "match", place, number)).samples
-                )
-            tables.append((levels.quantiles([e.signal.samples for e in some]), levels.quantiles(made)))
-        levels.recorded, levels.generated = (np.array(table) for table in zip(*tables, strict=True))
+        materials = self.kind.by_material(examples).items()
+        levels.measure(self._beside(levels, place, *held) for place, held in enumerate(materials))
         return {"band_correction_db": levels.correction_db()}
+
+    def _beside(
+        self, levels: BandLevels, place: int, name: str, examples: Sequence[Example]
+    ) -> tuple[list[NDArray[np.float32]], list[NDArray[np.float32]]]:
+        """Return recordings of a material, (axis, time), and a signal beside each of one of its photographs."""
+        shortest = 2 * levels.reach + 1
+        some = [e for e in examples if len(e.signal) >= shortest][:MATCHED]
+        if not some:
+            raise ParameterError(
+                f"match_bands needs recordings of {name} of at least {shortest / self.kind.rate:.3g} s"
+            )
+        made = []
+        for number, example in enumerate(some):
+            photographs = example.photographs
+            condition = {"image": photographs[number % len(photographs)], "material": name}
+            seconds = len(example.signal) / self.kind.rate
+            seed = child_seed(0, "match", place, number)
+            made.append(self._unmatched(condition, seconds, seed=seed).samples)
+        return [e.signal.samples for e in some], made
 
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
         return self.training.validate(examples, self.make)
