@@ -94,6 +94,8 @@ async function begin(on) {
     await sound.begin();
   }
   sound.wanted = open = on;
+  // Who began by keys goes on by keys: on the pad.
+  if (document.activeElement === $("begin")) $("pad").focus();
   $("begin").hidden = true;
   $("mute").setAttribute("aria-pressed", String(on));
   $("mute").textContent = on ? "Sound is on" : "Sound is off";
