@@ -7,7 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tactogram.errors import DeviceError, MissingExtraError, ParameterError, UnitError
+from tactogram.rendering.admittance import MeasuredAdmittance, Probes
 from tactogram.rendering.digilent import AnalogDiscovery, Generator, am_data, generator
+from tactogram.rendering.digilent_scope import DigilentRecorder, ScopeInputs
 from tactogram.rendering.electrovibration import Settings as ElectrovibrationSettings
 from tactogram.rendering.ultrasonic import Settings, modulated
 from tactogram.signal import Signal
@@ -116,6 +118,39 @@ class SimulatedDwf:
 
     def close(self):
         self.closed = True
+
+
+class SimulatedInput:
+    range = 50.0
+
+    def __init__(self, scope, place):
+        self.scope, self.place = scope, place
+
+    def get_data(self, first, count):
+        carrier = self.scope.generator.nodes[0]
+        t = np.arange(count) / self.scope.frequency
+        size = carrier.amplitude * (1 + self.scope.generator.nodes[2].offset / 100)
+        return size * (1.0, 0.02)[self.place] * np.sin(2 * np.pi * carrier.frequency * t)
+
+
+class SimulatedScope:
+    """Inputs that see the generator itself, and a fiftieth of it over the shunt."""
+
+    buffer_size_max = 8192
+
+    def __init__(self, generator):
+        self.generator, self.frequency, self.polls = generator, 0.0, 0
+        self.channels = [SimulatedInput(self, place) for place in range(2)]
+
+    def setup_channel(self, channel, *, range, **values):
+        self.channels[channel].range = range
+
+    def setup_acquisition(self, *, sample_rate=None, **values):
+        self.frequency, self.polls = sample_rate or self.frequency, 0
+
+    def read_status(self, *, read_data):
+        self.polls += 1
+        return Status.DONE if self.polls > 2 else Status.RUNNING
 
 
 WANTED = Generator(carrier_hz=28_200, peak_v=1.1)
@@ -309,3 +344,44 @@ def test_without_the_driver_its_name_is_said():
     pytest.importorskip("dwfpy")
     with pytest.raises(DeviceError, match="WaveForms"):
         AnalogDiscovery(WANTED).__enter__()
+
+
+def test_a_held_carrier_has_the_amplitude_asked_for_and_stops_by_itself():
+    module = SimulatedDwf()
+    with opened(module) as device:
+        channel = module.channels[0]
+        device.hold(0.25, longest_s=30.0)
+        assert channel.output(0.0) == pytest.approx(0.25)
+        assert (channel.running, channel.run_length) == (True, 30.0)
+        device.retune(28_300.0)
+        assert channel.nodes[0].frequency == 28_300.0
+        assert channel.output(0.0) == pytest.approx(0.25)
+        with pytest.raises(ParameterError, match="0 to 1.1 V, got 1.2"):
+            device.hold(1.2, longest_s=1.0)
+        with pytest.raises(ParameterError, match="number of seconds > 0"):
+            device.hold(0.1, longest_s=0.0)
+    assert channel.nodes[0].amplitude == 0
+    assert not channel.running
+
+
+def test_its_own_inputs_measure_what_the_generator_sends():
+    module = SimulatedDwf()
+    module.analog_input = SimulatedScope(module.channels[0])
+    with opened(module) as device:
+        device.hold(0.5, longest_s=30.0)
+        recorder = DigilentRecorder(
+            *device.opened_device, ScopeInputs(), name=device.name, sleep=lambda s: None, clock=lambda: 0.0
+        )
+        measure = MeasuredAdmittance(device, recorder, Probes(amps_per_volt=0.1, volts_per_volt=10))
+        assert measure(28_210.0) == pytest.approx(0.02 * 0.1 / 10, rel=1e-6)
+        assert recorder.full_scale == (25.0, 2.5)
+        assert len(recorder.take(1.0, after_s=0.0)[0]) == 8192
+        now = iter([0.0, 1.0, 9.0, 10.0])
+        slow = DigilentRecorder(
+            *device.opened_device, ScopeInputs(), name="d", sleep=lambda s: None, clock=lambda: next(now)
+        )
+        module.analog_input.read_status = lambda read_data: Status.RUNNING
+        with pytest.raises(DeviceError, match="inputs gave nothing"):
+            slow.take(0.01, after_s=0.0)
+        with pytest.raises(DeviceError, match="has no input 3"):
+            DigilentRecorder(*device.opened_device, ScopeInputs(current=3), name="d")

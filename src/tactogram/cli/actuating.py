@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 from tactogram.cli.options import Verbs
 from tactogram.cli.printing import Arguments, columns, lines_of, print_result
 
@@ -20,6 +22,44 @@ def add_verbs(verbs: Verbs) -> None:
 
     add = verbs.add("transducer", transducer)
     add("sweep", metavar="SWEEP.csv", help="columns frequency_hz, conductance_s, susceptance_s")
+
+    add = verbs.add("track", track)
+    add("--display", required=True, metavar="NAME|FILE", help="ultrasonic, output = 'envelope'")
+    add(
+        "--generator",
+        default="simulated",
+        metavar="DEVICE",
+        help="digilent[:SERIAL], or simulated: a bench of its own (default %(default)s)",
+    )
+    add(
+        "--source",
+        default="scope",
+        metavar="ADDRESS",
+        help="of voltage and current: the generator's own inputs (default %(default)s), or ni:Dev1/ai0:1?rate=250000",
+    )
+    add("--axes", nargs=2, metavar=("VOLTAGE", "CURRENT"), help="of the source (default: its first two)")
+    add("--amps-per-volt", type=float, metavar="A_V", help="1 over the shunt's resistance in ohm")
+    add("--volts-per-volt", type=float, default=1.0, metavar="V_V", help="of the voltage's probe (default 1)")
+    add(
+        "--skew",
+        type=float,
+        default=0.0,
+        metavar="S",
+        help="by how much the current is taken later than the voltage",
+    )
+    add("--share", type=float, default=0.25, help="of the largest voltage (default %(default)g)")
+    add("--steps", type=int, default=100, help="after the lock (default %(default)s)")
+    add("--every", type=float, default=0.0, metavar="S", help="seconds from step to step")
+    add("--channel", type=int, default=1, help="of the generator (default %(default)s)")
+    add("--seed", type=int, default=0, help="of the simulated bench")
+    add("--out", metavar="F.csv", help="log of everything measured")
+    add(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="e.g. method=dither_conductance, timing.settle_s=0.1, scope.rate=200000, bench.drift_hz_per_s=1",
+    )
 
     add = verbs.add("play", play)
     add("file", metavar="DRIVE", help="as `render` wrote it for the display")
@@ -73,6 +113,42 @@ def transducer(a: Arguments) -> None:
 
     result = transducer(a.sweep)
     print_result(a, result, lines_of(result))
+
+
+def track(a: Arguments) -> None:
+    """Keep a carrier at a transducer's resonance, by its measured voltage and current."""
+    from tactogram.jobs.resonance import TrackSettings, track
+    from tactogram.recipe import parse_changes
+
+    settings = TrackSettings(
+        generator=a.generator,
+        source=a.source,
+        steps=a.steps,
+        every_s=a.every,
+        share=a.share,
+        channel=a.channel,
+        seed=a.seed,
+    )
+    terminal = sys.stderr.isatty()
+    result = track(
+        a.display,
+        settings,
+        amps_per_volt=a.amps_per_volt,
+        volts_per_volt=a.volts_per_volt,
+        skew_s=a.skew,
+        axes=tuple(a.axes) if a.axes else None,
+        changes=parse_changes(a.set),
+        out=a.out,
+        status=_told if terminal else None,
+    )
+    if terminal:
+        sys.stderr.write("\n")
+    print_result(a, result, lines_of(result))
+
+
+def _told(line: str) -> None:
+    sys.stderr.write(f"\r{line:78}")
+    sys.stderr.flush()
 
 
 def play(a: Arguments) -> None:

@@ -261,6 +261,45 @@ class AnalogDiscovery:
         finally:
             self._silence()
 
+    def hold(self, amplitude_v: float, *, longest_s: float) -> None:
+        """Begin to send the carrier alone, of one amplitude; it goes on until `close`, at most for ``longest_s``.
+
+        Parameters
+        ----------
+        amplitude_v : float
+            At the generator, 0 to peak; at most ``peak_v``.
+        longest_s : float
+            After that the device stops by itself.
+
+        Raises
+        ------
+        ParameterError
+            If either is out of range: 0 s would be for ever to the device.
+        DeviceError
+            If the device went away.
+        """
+        self._opened()
+        if not 0 <= amplitude_v <= self.wanted.peak_v:
+            raise ParameterError(f"an amplitude is 0 to {self.wanted.peak_v:g} V, got {amplitude_v:g}")
+        if not (math.isfinite(longest_s) and longest_s > 0):
+            raise ParameterError(f"a carrier is held for a number of seconds > 0, got {longest_s:g}")
+        data = float(am_data(np.array([amplitude_v]), self.wanted.peak_v)[0])
+        try:
+            with device_errors(self.name, library="dwfpy"):
+                self._channel.setup_am(function="dc", amplitude=100.0, offset=100 * data, enabled=True)
+                self._channel.run_length = longest_s
+                self._carrier(on=True)
+                self._channel.configure(start=True)
+        except BaseException:
+            self._silence()
+            raise
+
+    @property
+    def opened_device(self) -> tuple[Any, Any]:
+        """The device as dwfpy opened it, and dwfpy: for its inputs (`tactogram.rendering.digilent_scope`)."""
+        self._opened()
+        return self._device, self._module
+
     def retune(self, carrier_hz: float) -> None:
         """Move the carrier, as resonance tracking asks; its amplitude and the envelope go on.
 

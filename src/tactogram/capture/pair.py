@@ -1,0 +1,89 @@
+"""Two axes of a source, from a moment on: what somebody needs who changes something and then measures what it did."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from time import monotonic
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.capture.source import Source
+from tactogram.errors import DeviceError, ParameterError
+
+Array = NDArray[np.float64]
+
+STALLED_S = 2.0
+WAITED_S = 0.005
+
+
+class PairRecorder:
+    """Takes two axes of an entered source; what waited before is thrown away.
+
+    Parameters
+    ----------
+    source : Source
+        In V.
+    axes : tuple of str, optional
+        Names of the two; by default its first two.
+    full_scale : tuple of float
+        Largest magnitudes of the two, V.
+    clock : callable
+        As ``time.monotonic``; in tests.
+
+    Raises
+    ------
+    ParameterError
+        If the source is not in V, does not say its rate, or has no such axes.
+    """
+
+    def __init__(
+        self,
+        source: Source,
+        axes: tuple[str, str] | None = None,
+        *,
+        full_scale: tuple[float, float] = (np.inf, np.inf),
+        clock: Callable[[], float] = monotonic,
+    ) -> None:
+        if source.unit != "V" or source.rate is None:
+            raise ParameterError(
+                f"{source.name}: voltage and current are measured in V at a known rate, got {source.unit} at "
+                f"{source.rate}"
+            )
+        names = axes or source.axes[:2]
+        if len(names) != 2 or names[0] == names[1] or not set(names) <= set(source.axes):
+            raise ParameterError(
+                f"{source.name}: needs two of its axes, voltage and current; it has {', '.join(source.axes)}"
+            )
+        self.name, self.rate, self.full_scale = source.name, float(source.rate), full_scale
+        self._rows = [source.axes.index(name) for name in names]
+        self._source, self._clock = source, clock
+
+    def take(self, seconds: float, *, after_s: float) -> tuple[Array, Array]:
+        """Return both axes, V, float64, shape (time,) each; NaN where samples were lost.
+
+        The time before is counted in samples and not slept: what a driver still holds back is older than it seems.
+
+        Raises
+        ------
+        DeviceError
+            If nothing comes for `STALLED_S`, or the source went away or ended.
+        """
+        # A quick source always has some samples more: a short block is the end of what waited.
+        while (waited := self._source.read(0.0)) is not None and len(waited) > WAITED_S * self.rate:
+            pass
+        skip, count = round(after_s * self.rate), round(seconds * self.rate)
+        got = np.zeros((2, 0))
+        heard = self._clock()
+        while got.shape[1] < count:
+            block = self._source.read(0.1)
+            if block is None:
+                if self._clock() - heard > STALLED_S:
+                    raise DeviceError(f"{self.name}: gave no samples for {STALLED_S:g} s")
+                continue
+            heard = self._clock()
+            samples = np.asarray(block.samples[self._rows], np.float64)
+            left = max(0, skip - samples.shape[1])
+            got = np.concatenate([got, samples[:, skip - left :]], axis=1)
+            skip = left
+        return got[0, :count], got[1, :count]

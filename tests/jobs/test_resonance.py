@@ -1,0 +1,95 @@
+"""The verb `track`: generator, converter and tracker together, on a simulated bench and on a stand-in for a device."""
+
+import json
+
+import numpy as np
+import pytest
+
+from tactogram.cli import main
+from tactogram.errors import ParameterError
+from tactogram.jobs import resonance
+from tactogram.jobs.actuators import transducer
+from tactogram.jobs.resonance import TrackSettings, track
+from tactogram.rendering.resonance_bench import BenchSettings, SimulatedBench
+from tactogram.rendering.resonance_tracking import TrackingError
+from tactogram.rendering.transducer import Transducer
+
+
+def test_a_drifting_resonance_is_followed_and_logged(tmp_path, capsys):
+    log = tmp_path / "track.csv"
+    arguments = ["track", "--display", "ultrasonic-envelope", "--steps", "30", "--out", str(log), "--json"]
+    assert main([*arguments, "--set", "bench.drift_hz_per_s=3", "--set", "bench.skew_s=4e-6"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["simulated"], found["locks"], found["steps"]) == (True, 1, 30)
+    # 112 measurements of 71 ms, one of them after the last move, at 3 Hz per s.
+    assert found["carrier_hz"] == pytest.approx(28_200 + 3 * 112 * 0.071, abs=1.0)
+    assert found["settings"]["q"] == pytest.approx(300, rel=0.03)
+    assert log.read_text().count("\n") == 1 + found["measured"]
+    assert transducer(log)["resonance_hz"] == pytest.approx(28_210, abs=15)
+
+
+class Device(SimulatedBench):
+    """A generator whose inputs see a simulated transducer, opened and closed as a real one is."""
+
+    opened_device = ("device", "module")
+
+    def __init__(self, transducer):
+        super().__init__(BenchSettings(), transducer=transducer, rng=np.random.default_rng(0))
+        self.held, self.closed = [], False
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        self.closed = True
+
+    def hold(self, amplitude_v, *, longest_s):
+        self.held.append((amplitude_v, longest_s))
+
+
+@pytest.mark.parametrize("resonance_hz", [28_200.0, 45_000.0])
+def test_a_device_is_held_at_a_share_and_left_silent_whatever_happens(resonance_hz, tmp_path, monkeypatch):
+    device, wanted = Device(Transducer(resonance_hz=resonance_hz, q=100, r1_ohm=300.0)), []
+    monkeypatch.setattr(resonance, "DigilentRecorder", lambda *opened, name: device)
+    settings = TrackSettings(generator="digilent:7", steps=5, share=0.5)
+
+    def follow():
+        return track(
+            "ultrasonic-envelope",
+            settings,
+            amps_per_volt=0.1,
+            out=tmp_path / "log.csv",
+            opened=lambda one: wanted.append(one) or device,
+        )
+
+    if resonance_hz < 30_000:
+        found = follow()
+        assert (found["simulated"], found["steps"]) == (False, 5)
+        assert found["carrier_hz"] == pytest.approx(28_200, abs=5)
+    else:
+        with pytest.raises(TrackingError, match="no lock"):
+            follow()
+    assert (wanted[0].serial, wanted[0].peak_v) == ("7", pytest.approx(1.1))
+    [(volts, longest_s)] = device.held
+    assert volts == pytest.approx(0.55)
+    assert 10 < longest_s < 120
+    assert device.closed
+    assert (tmp_path / "log.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("settings", "options", "says"),
+    [
+        ({"generator": "voice"}, {}, "generator must be digilent"),
+        ({"source": "ni:Dev1/ai0:1"}, {}, "has its own converter"),
+        ({"share": 1.5}, {}, "share must be"),
+        ({"steps": 0}, {}, "steps must be"),
+        ({"generator": "digilent"}, {}, "--amps-per-volt must be known"),
+        ({}, {"display": "ultrasonic"}, "must make the carrier"),
+        ({}, {"changes": {"velocity.x": 1}}, "must be a key of tracking"),
+        ({}, {"changes": {"bench.rate": 20_000}}, "takes 20000 samples/s"),
+    ],
+)
+def test_what_does_not_fit_is_refused_in_one_line(settings, options, says):
+    with pytest.raises(ParameterError, match=says):
+        track(**({"display": "ultrasonic-envelope"} | options), settings=TrackSettings(**settings))
