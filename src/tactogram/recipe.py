@@ -47,7 +47,13 @@ class Prepare(BaseModel):
         return band
 
     def stream_of(self, names: Sequence[str]) -> str:
-        """Return which of ``names`` is prepared."""
+        """Return which of ``names`` is prepared.
+
+        Raises
+        ------
+        ParameterError
+            If the one that the recipe names is not among them.
+        """
         if self.stream is None:
             return "acceleration" if "acceleration" in names else names[0]
         if self.stream not in names:
@@ -131,7 +137,13 @@ class Recipe(BaseModel):
 
 
 def parse_changes(assignments: Sequence[str], *, option: str = "--set") -> dict[str, Any]:
-    """Return ``["prepare.rate=2000", …]`` as values by dotted key; a value is read as TOML, else as text."""
+    """Return ``["prepare.rate=2000", …]`` as values by dotted key; a value is read as TOML, else as text.
+
+    Raises
+    ------
+    ParameterError
+        If one is no assignment.
+    """
     changes = {}
     for text in assignments:
         key, sign, value = text.partition("=")

@@ -17,6 +17,11 @@ def label_of(info: RecordingInfo, label: Label) -> str | None:
 
     ``"material+contactor"`` gives the 30 classes of Saga et al. (Table I): ``"carpet1-pen"``; a recording
     without a contactor is of its material's class.
+
+    Raises
+    ------
+    ParameterError
+        If ``label`` is none of these.
     """
     if callable(label):
         return label(info)

@@ -77,7 +77,13 @@ class Recording(RecordingInfo):
             object.__setattr__(self, "id", content_id(self.streams))
 
     def stream(self, name: str) -> Signal:
-        """Return one stream."""
+        """Return one stream.
+
+        Raises
+        ------
+        ParameterError
+            If there is none of this name.
+        """
         if name not in self.streams:
             raise ParameterError(f"stream must be one of {', '.join(self.streams)}, got {name!r}")
         return self.streams[name]

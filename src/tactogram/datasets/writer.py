@@ -152,7 +152,13 @@ class StoreWriter:
         return frozenset({*self._items, *self.photographs, *(item for item in there if item)})
 
     def finish(self) -> Facts:
-        """Close all files and write ``dataset.json``, which makes the folder a store."""
+        """Close all files and write ``dataset.json``, which makes the folder a store.
+
+        Raises
+        ------
+        DataError
+            If there is nothing to write, something was rated that is not there, or the store was changed meanwhile.
+        """
         self._shards.close()
         self._pictures.close()
         if not self._shards.shards and not self.photographs:
@@ -201,7 +207,13 @@ class StoreWriter:
         return facts
 
     def publish(self, path: Path) -> Facts:
-        """Finish, and give the folder its name."""
+        """Finish, and give the folder its name.
+
+        Raises
+        ------
+        DataError
+            As `finish`; or if ``path`` cannot be made.
+        """
         facts = self.finish()
         self._done = False
         try:

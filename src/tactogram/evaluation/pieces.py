@@ -88,6 +88,11 @@ def plan_pieces(
         Of one rate; at least one signal each. Only materials of ``test`` count.
     longest_s : float, s
     most : int
+
+    Raises
+    ------
+    ParameterError
+        If ``longest_s`` or ``most`` is no positive number.
     """
     if not (longest_s > 0 and most >= 1):
         raise ParameterError(f"longest_s must be > 0 and most >= 1, got {longest_s:g} and {most}")

@@ -26,6 +26,11 @@ def classify(run: Path | str | LoadedRun, signal: Signal) -> dict[str, Any]:
     dict
         ``material`` (the likeliest), ``probability``, ``probabilities`` by material (likeliest first), and
         ``none_of_these``: whether it is unlike all the classifier knows (see `tactogram.jobs.search`).
+
+    Raises
+    ------
+    ParameterError
+        If the run is no classifier, or the signal is not what it can be prepared from.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     if not isinstance(loaded.model, Classifier):

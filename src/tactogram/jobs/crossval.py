@@ -78,6 +78,11 @@ def crossval(
     dict
         ``window_accuracy``, ``recording_accuracy`` and what `ClassificationResult.as_dict` gives, with the
         split, recipe and data that they are of, and ``per_fold``.
+
+    Raises
+    ------
+    ParameterError
+        If the model is no classifier of windows, or there are too few recordings for the folds.
     """
     if only_folds is not None and only_folds < 1:
         raise ParameterError(f"--only-folds must be at least 1, got {only_folds}")

@@ -61,6 +61,11 @@ def generate_from_words(
     -------
     dict
         ``files`` (as of `generate_files`), and ``scores``: what scores.json holds, per number.
+
+    Raises
+    ------
+    ParameterError
+        If runs, words, recording, length or raters do not go together.
     """
     loaded, judges = _loaded(runs), _loaded(raters)
     asked = ask(loaded, words, rest=rest, like=like)

@@ -175,6 +175,11 @@ def live(
         or None if it cannot be told), ``latency`` (``p50_ms``, ``p99_ms``, ``max_ms``: from the arrival of a window's
         last sample to its probabilities), ``window_s``, ``hop_s``, ``context_s``, ``threshold``, ``calibrated_on``,
         ``source`` (its facts), ``simulated``, ``interrupted``.
+
+    Raises
+    ------
+    ParameterError
+        If the run is no classifier, or windows and hop make no sense.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     listener = Listener(loaded, window_s=window)

@@ -118,6 +118,11 @@ def judged_by_words(
     dict and list of Section
         ``data``, ``rater`` (which run), ``failed`` (surfaces without a signal, and why) and what
         `tactogram.jobs.rating_judging.judge_reproduction` gives, of ``sensor``, ``nearest`` and the run.
+
+    Raises
+    ------
+    ParameterError
+        If there is no rater, or it scores on another scale than that of the surfaces.
     """
     if rater is None:
         raise ParameterError(

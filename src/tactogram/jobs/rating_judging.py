@@ -95,7 +95,13 @@ def judged_predictor(
 
 
 def predicted_ratings(run: Path | str | LoadedRun, given: Mapping[str, Signal | Image]) -> Ratings:
-    """Return what a rater model says of ``given``, as ratings of one rater who is called `MODEL`."""
+    """Return what a rater model says of ``given``, as ratings of one rater who is called `MODEL`.
+
+    Raises
+    ------
+    ParameterError
+        If the run is no predictor of scores.
+    """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     if not isinstance(loaded.model, Predictor) or loaded.any_kind.scale is None:
         raise ParameterError(f"{loaded.run.name}: {loaded.facts.name} is not a predictor of scores")

@@ -104,6 +104,11 @@ def render(
     -------
     dict
         ``file``, ``report_file``, ``report`` (see `Report`), and ``figure``.
+
+    Raises
+    ------
+    ParameterError
+        If ``out`` is no signal file or the signal itself, or ``person`` has no calibration beside it.
     """
     out = Path(out)
     if out.suffix.lower() not in WRITABLE:
@@ -217,6 +222,11 @@ def write_identified(
         In which it is read, Hz; by default that of the sweep.
     axis : str, optional
         Of the recordings, where they have several.
+
+    Raises
+    ------
+    ParameterError
+        If ``out`` is no CSV, the sweep does not say its band, or a recording has several axes and none is named.
     """
     if Path(out).suffix.lower() != ".csv":
         raise ParameterError(f"{out}: a response is written as .csv")

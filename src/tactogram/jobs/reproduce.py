@@ -83,6 +83,11 @@ def reproduce(
     -------
     dict
         The experiment's figures, and ``text``: its table, published beside ours.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such experiment or recipe, or it does not leave open what ``options`` name.
     """
     if name not in experiments():
         raise ParameterError(f"experiment must be one of {', '.join(experiments())}, got {name!r}")

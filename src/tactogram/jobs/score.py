@@ -27,6 +27,11 @@ def score(run: Path | str | LoadedRun, given: Signal | Image) -> dict[str, Any]:
         ``scores`` (by word, on the raters' scale), ``scale`` (lowest and highest), ``predicted_by`` (which model, and
         that its raters were simulated where they were), ``novelty`` (share of features beyond what was trained on; the
         scores deserve the less trust the larger it is; None where the model has no such figure) and ``simulated``.
+
+    Raises
+    ------
+    ParameterError
+        If the run is no predictor of scores.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     if not isinstance(loaded.model, Predictor):

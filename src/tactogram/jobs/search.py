@@ -134,6 +134,11 @@ def build_index(embedder: Embedder, known: Sequence[Example], kept_apart: Sequen
     kept_apart : sequence of Example
         Recordings of known materials that ``embedder`` was not trained on. Where there are none, each known
         recording is held against the others, which is optimistic.
+
+    Raises
+    ------
+    ParameterError
+        If ``known`` is empty.
     """
     if not known:
         raise ParameterError("an index needs at least one recording, got none")
@@ -182,6 +187,11 @@ def search(
     dict
         ``nearest`` (``id``, ``material``, ``distance``), ``materials`` (each once, by its nearest recording),
         ``none_of_these`` (bool), ``distance`` and ``threshold`` (cosine, 0..2).
+
+    Raises
+    ------
+    ParameterError
+        If ``count`` is below 1.
     """
     if count < 1:
         raise ParameterError(f"count must be at least 1, got {count}")

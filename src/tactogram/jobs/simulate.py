@@ -51,6 +51,11 @@ def simulate_to_store(
     dict
         ``store``, ``recordings``, ``photographs``, ``materials``, ``sha256``, ``simulated`` (true), and for a set with
         ratings ``ratings`` (how many scores), ``raters`` and ``items``.
+
+    Raises
+    ------
+    ParameterError
+        For an unknown set or a number that makes no sense, as `simulate` does.
     """
     if workers is not None and workers < 1:
         raise ParameterError(f"workers must be at least 1, got {workers}")

@@ -71,7 +71,7 @@ def periodic_signal(
 
 
 def random_phases(count: int, *, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Return ``count`` phases drawn evenly from 0 to 2 pi, radians."""
+    """Return phases drawn evenly from 0 to 2 pi, radians, shape (count,)."""
     return rng.uniform(0, 2 * np.pi, count)
 
 

@@ -111,7 +111,13 @@ def extend(
 
 
 def repeat(signal: Signal, times: int) -> Signal:
-    """Return ``signal`` end to end ``times`` times, with the jumps that makes: Saga et al. 2020, Sec. IV-A."""
+    """Return ``signal`` end to end ``times`` times, with the jumps that makes: Saga et al. 2020, Sec. III-B.
+
+    Raises
+    ------
+    ParameterError
+        If ``times`` is below 1.
+    """
     if times < 1:
         raise ParameterError(f"times must be >= 1, got {times}")
     return signal.with_samples(np.tile(signal.samples, (1, times)))

@@ -48,7 +48,17 @@ LARGEST_REFLECTION = 1 - 1e-12
 
 
 def polynomial_of_reflection(reflection: ArrayLike) -> Array:
-    """Return the polynomial of given reflection coefficients (the step-up recursion; Kay 1988, Ch. 6)."""
+    """Return the polynomial of given reflection coefficients (the step-up recursion; Kay 1988, Ch. 6).
+
+    Parameters
+    ----------
+    reflection : float array, shape (order,)
+
+    Returns
+    -------
+    float64 array, shape (order + 1,)
+        In powers of the delay, beginning with 1.
+    """
     polynomial = np.ones(1)
     for k in np.asarray(reflection, np.float64):
         padded = np.append(polynomial, 0.0)
@@ -58,6 +68,16 @@ def polynomial_of_reflection(reflection: ArrayLike) -> Array:
 
 def reflection_of_polynomial(polynomial: ArrayLike) -> Array:
     """Return the reflection coefficients of a polynomial (the step-down recursion; Kay 1988, Ch. 6).
+
+    Parameters
+    ----------
+    polynomial : float array, shape (order + 1,)
+        In powers of the delay, beginning with 1.
+
+    Returns
+    -------
+    float64 array, shape (order,)
+        Each within -1 to 1.
 
     Raises
     ------
@@ -81,6 +101,8 @@ def reflection_of_polynomial(polynomial: ArrayLike) -> Array:
 
 def line_spectrum_of_reflection(reflection: ArrayLike) -> Array:
     """Return the line spectral frequencies (rad/sample, ascending) of given reflection coefficients.
+
+    Both float, shape (order,).
 
     Raises
     ------

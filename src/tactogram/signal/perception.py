@@ -78,6 +78,11 @@ def spqi_threshold_db(frequency: ArrayLike) -> NDArray[np.float64]:
     ----------
     frequency : float array, any shape, Hz
         At least 0.
+
+    Raises
+    ------
+    ParameterError
+        If a frequency is below 0.
     """
     f = np.asarray(frequency, dtype=np.float64)
     if not np.all(f >= 0):

@@ -105,7 +105,13 @@ class Synthesizer:
 
 
 def synthesise(model: AutoregressiveModel, seconds: float, *, seed: int | np.random.Generator) -> Signal:
-    """Return ``seconds`` (at least one sample) of a texture."""
+    """Return ``seconds`` (at least one sample) of a texture.
+
+    Raises
+    ------
+    ParameterError
+        If ``seconds`` is not above 0.
+    """
     if not (seconds > 0 and np.isfinite(seconds)):
         raise ParameterError(f"seconds must be > 0, got {seconds}")
     return Synthesizer(model, seed=seed).next(max(1, round(seconds * model.rate)))

@@ -173,7 +173,13 @@ class Run:
         return facts
 
     def kind(self) -> Kind:
-        """Return what every signal, or every image, of the run has in common."""
+        """Return what every signal, or every image, of the run has in common.
+
+        Raises
+        ------
+        RunError
+            If ``model.json`` lacks something.
+        """
         try:
             facts: dict[str, Any] = {
                 k: tuple(v) if isinstance(v, list) else v for k, v in self.facts()["kind"].items()
@@ -183,7 +189,13 @@ class Run:
             raise RunError(f"{self.folder / 'model.json'}: kind lacks or misspells {error}") from error
 
     def read_json(self, name: str) -> dict[str, Any]:
-        """Return one of the run's JSON files."""
+        """Return one of the run's JSON files.
+
+        Raises
+        ------
+        RunError
+            If it is not there, not readable, or no object.
+        """
         try:
             values = json.loads((self.folder / name).read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:

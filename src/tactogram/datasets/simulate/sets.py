@@ -146,7 +146,13 @@ def tasks(
     speeds_mm_s: Sequence[float] | None = None,
     own_images: bool = True,
 ) -> list[Task]:
-    """Return the recordings that `simulate` yields, not yet made; with ``own_images`` each has its surface's."""
+    """Return the recordings that `simulate` yields, not yet made; with ``own_images`` each has its surface's.
+
+    Raises
+    ------
+    ParameterError
+        As `simulate`.
+    """
     facts = _set(set_name)
     takes = facts.per_class if per_class is None else per_class
     length = facts.seconds if seconds is None else seconds

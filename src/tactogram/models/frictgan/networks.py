@@ -146,7 +146,7 @@ class Up(nn.ConvTranspose2d):
 
 
 def match(x: Tensor, size: Size, by: str) -> Tensor:
-    """Return a map brought to ``size``: its middle (``crop``), or means over areas (``pool``)."""
+    """Return a map (…, row, column) brought to ``size``: its middle (``crop``), or means over areas (``pool``)."""
     if by == "pool":
         return F.adaptive_avg_pool2d(x, size)
     top, left = ((have - want) // 2 for have, want in zip(x.shape[2:], size, strict=True))

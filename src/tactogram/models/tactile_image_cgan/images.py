@@ -65,7 +65,7 @@ class LabelledImages:
 
 
 def as_floats(pixels: Pixels) -> NDArray[np.float32]:
-    """Return 0 to 255 as -1 to 1, which is what tanh gives (Sec. II-C)."""
+    """Return 0 to 255 as -1 to 1, of the same shape, which is what tanh gives (Sec. II-C)."""
     return pixels.astype(np.float32) / 127.5 - 1
 
 

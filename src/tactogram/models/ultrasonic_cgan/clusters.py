@@ -29,9 +29,9 @@ def tree_of(means: NDArray[np.float64], method: str) -> NDArray[np.float64]:
 
 
 def clusters_of(tree: NDArray[np.float64], count: int, *, items: int) -> NDArray[np.int64]:
-    """Return the cluster of each item, from 0, where the tree is cut into exactly ``count``.
+    """Return the cluster of each item, from 0, shape (item,), where the tree is cut into exactly ``count``.
 
-    Numbered in the order in which they first occur.
+    Numbered in the order in which they first occur. ``tree`` is that of `tree_of`, shape (item - 1, 4).
 
     Raises
     ------

@@ -63,13 +63,13 @@ def figures_of(
 
 
 def clamped(made: NDArray[np.float64]) -> tuple[float, float]:
-    """Return the share of the bins that are below 0, and their share of the sum of all magnitudes."""
+    """Return the share of the bins, any shape, that are below 0, and their share of the sum of magnitudes."""
     total = float(np.abs(made).sum())
     below = float(-np.minimum(made, 0).sum())
     return float((made < 0).mean()), below / total if total else 0.0
 
 
 def distance(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
-    """Return the Euclidean distance of two spectra over the mean of their norms: 0 the same, 2 opposite."""
+    """Return the Euclidean distance of two spectra, (bin,), over the mean of their norms: 0 the same, 2 opposite."""
     size = (float(np.linalg.norm(a)) + float(np.linalg.norm(b))) / 2
     return float(np.linalg.norm(a - b)) / size if size else 0.0

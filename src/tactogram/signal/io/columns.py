@@ -108,7 +108,13 @@ def choose(
 def in_units(
     numbers: NDArray[np.float64], chosen: Columns, path: Path
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-    """Return samples (axis, time) in ``chosen.unit`` and stamps in s, from ``numbers`` (row, used column)."""
+    """Return samples (axis, time) in ``chosen.unit`` and stamps in s, from ``numbers`` (row, used column).
+
+    Raises
+    ------
+    DataError
+        If the time column has no unit and its steps do not tell which.
+    """
     samples = numbers[:, : len(chosen.places)].T
     if any(factor != 1 for factor in chosen.factors):
         samples = samples * np.array(chosen.factors)[:, None]

@@ -116,7 +116,7 @@ def read_image_metadata(path: Path | str) -> dict[str, Any]:
 def decode_image(
     data: bytes, *, name: str, mm_per_pixel: float | None = None, width_mm: float | None = None
 ) -> Image:
-    """Return the photograph in ``data``, as `read_image` does; ``name`` is what errors call it."""
+    """Return the photograph in ``data``, as `read_image` does and with its errors; ``name`` is what they call it."""
     if mm_per_pixel is not None and width_mm is not None:
         raise ParameterError("give mm_per_pixel or width_mm, got both")
     if width_mm is not None and not 0 < width_mm < np.inf:
@@ -134,7 +134,13 @@ def decode_image(
 
 
 def picture_size(data: bytes, *, name: str) -> tuple[int, int]:
-    """Return rows and columns of the upright picture in ``data``; a JPEG is not unpacked for it."""
+    """Return rows and columns of the upright picture in ``data``; a JPEG is not unpacked for it.
+
+    Raises
+    ------
+    DataError
+        If it is not a picture.
+    """
     try:
         with _opened(data, name) as picture:
             columns, rows = picture.size
