@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import logging
-import os
 import secrets
 import threading
 import webbrowser
@@ -60,16 +59,17 @@ def make_app(
         Whether cookies are for encrypted connections only.
     """
     state = _state(studio)
-    os.environ["NICEGUI_STORAGE_PATH"] = str(state)  # read when nicegui is imported
     imported("nicegui", extra="studio", what="the studio")
     from fastapi import FastAPI
     from fastapi.staticfiles import StaticFiles
     from nicegui import app as pages_app
     from nicegui import ui
+    from nicegui.storage import Storage
 
     from tactogram.studio.layout import told
     from tactogram.studio.participants.routes import participant_router
 
+    Storage.path = state  # NiceGUI's own variable is read at its import: by then it may be too late
     app = FastAPI(title="tactogram", docs_url=None, redoc_url=None, openapi_url=None)
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
     app.include_router(participant_router(studio.sessions))

@@ -1,11 +1,9 @@
 import json
 import signal
-import subprocess
 import sys
-import tempfile
+import time
 import urllib.error
 import urllib.request
-from pathlib import Path
 
 import pytest
 
@@ -95,16 +93,14 @@ def test_an_unknown_page_is_told(server):
         urllib.request.urlopen(f"{server}/nothing", timeout=10)
 
 
-def test_what_a_page_holds_lies_in_the_workspace_and_not_where_the_command_was_typed():
-    code = (
-        "import os, sys; from tactogram.studio.server import make_app; from tactogram.studio.studio import Studio; "
-        "make_app(Studio.at(sys.argv[1], alone=True)); from nicegui import core; print(core.app.storage.path)"
-    )
-    with tempfile.TemporaryDirectory() as folder:
-        done = subprocess.run(
-            [sys.executable, "-c", code, folder], capture_output=True, text=True, check=True, cwd=folder
-        )
-        assert Path(done.stdout.strip()) == Path(folder).resolve() / "studio" / "state"
+def test_what_pages_hold_lies_in_the_workspaces_own_folder(tab, empty):
+    tab.goto("/train")  # it keeps what its form holds
+    tab.get_by_role("heading", level=1, name="Train").wait_for()
+    end = time.monotonic() + 20
+    while not list((empty / "studio/state").glob("storage-user-*.json")):  # it is written a moment later
+        assert time.monotonic() < end
+        time.sleep(0.05)
+    assert not list(empty.glob(".nicegui"))
 
 
 def test_it_ends_when_it_is_interrupted(running):  # the last: the others need it
