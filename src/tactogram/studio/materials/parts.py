@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 from urllib.parse import urlencode
 
-from fastapi import Response
+from fastapi import Header, Response
 from nicegui import app, ui
 
 from tactogram.datasets import RecordingInfo, Store
@@ -21,6 +21,7 @@ from tactogram.studio.materials.recordings import (
     thumbnail,
     trace_svg,
 )
+from tactogram.studio.signals.byte_ranges import answer_of
 from tactogram.studio.signals.pictures import spectrogram_png
 from tactogram.studio.signals.sound import sound_bytes
 from tactogram.studio.signals.traits import traits_of
@@ -50,9 +51,9 @@ def address(page: str, **query: Any) -> str:
 def add_routes(desk: MaterialsDesk) -> None:
     """Register small pictures and sounds of recordings."""
 
-    def answered(make: Callable[[], bytes], kind: str) -> Response:
+    def answered(make: Callable[[], bytes], kind: str, asked: str | None = None) -> Response:
         try:
-            return Response(make(), media_type=kind, headers=KEPT)
+            return answer_of(make(), asked, kind=kind, headers=KEPT)
         except (TactogramError, OSError) as error:
             return Response(str(error), status_code=404, media_type="text/plain")
 
@@ -73,13 +74,13 @@ def add_routes(desk: MaterialsDesk) -> None:
         return answered(make, "image/png")
 
     @app.get("/materials/sound")
-    def sound(set: str, id: str, stream: str = "") -> Response:
+    def sound(set: str, id: str, stream: str = "", range: Annotated[str | None, Header()] = None) -> Response:
         def make() -> bytes:
             store = desk.stores.get(set)
             name = stream_of(store, id, stream)
             return sound_bytes(store.signal(id, name))
 
-        return answered(make, "audio/wav")
+        return answered(make, "audio/wav", range)
 
 
 def draw_recording(
