@@ -60,9 +60,9 @@ def test_two_processes_never_train_one_run(unfinished):
 
 
 def test_what_a_run_has_said_is_not_said_again(run, capsys):
-    assert (
-        main(["train", "--resume", str(run.folder), "stroke_cnn", "--split", "all", "--set", "seed=1"]) == 1
-    )
+    with pytest.raises(SystemExit) as stopped:
+        main(["train", "--resume", str(run.folder), "stroke_cnn", "--split", "all", "--set", "seed=1"])
+    assert stopped.value.code == 2
     assert "leave MODEL, --set, --split away" in capsys.readouterr().err
 
 
