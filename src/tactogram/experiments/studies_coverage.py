@@ -178,7 +178,7 @@ def summary_of(said: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     n = len(said)
     known = [one for one in said if one["covers"] is not None]
     errors = np.array([one["estimate"] - one["put_in"] for one in known])
-    others = sum(one["others"] for one in said)
+    others, judged = sum(one["others"] for one in said), sum(bool(one["verdict"]) for one in said)
     return {
         "studies": n,
         "put_in": float(np.mean([one["put_in"] for one in known])) if known else None,
@@ -186,8 +186,8 @@ def summary_of(said: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         "bias_se": float(errors.std(ddof=1) / np.sqrt(n)) if len(known) > 1 else None,
         "sd": float(errors.std(ddof=1)) if len(known) > 1 else None,
         "covered": _counted(sum(one["covers"] for one in known), len(known)),
-        "shown": _counted(sum(one["verdict"] == SHOWN for one in said), n),
-        "equivalent": _counted(sum(one["verdict"] == EQUIVALENT for one in said), n),
+        "shown": _counted(sum(one["verdict"] == SHOWN for one in said), judged),
+        "equivalent": _counted(sum(one["verdict"] == EQUIVALENT for one in said), judged),
         "others": others,
         **{key: _counted(sum(one[key] for one in said), others) for key in OTHERS[1:]},
         "any_other_shown": _counted(
@@ -228,7 +228,7 @@ def _cells(name: str, kind: str, one: Mapping[str, Any]) -> Iterator[Any]:
     yield "-" if one["bias_se"] is None else f"{one['bias']:+.3f} ± {one['bias_se']:.3f}"
     yield _covered(one["covered"])
     for key in ("shown", "equivalent"):
-        yield f"{one[key]['share']:.3f}"
+        yield "-" if one[key] is None else f"{one[key]['share']:.3f}"
     yield _covered(one["others_covered"])
     for key in ("others_shown", "any_other_shown"):
         yield "-" if one[key] is None else f"{one[key]['share']:.3f}"

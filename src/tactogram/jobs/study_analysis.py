@@ -84,7 +84,7 @@ def analyse_study(
     figures : bool
     language : {"en", "ja"}
         Of the names of items and conditions in the report, where the study's file gives names; ``analysis.json`` and
-        ``analysis.txt`` keep the keys. Figures keep them, too, where the names are not of letters that they have.
+        ``analysis.txt`` keep the keys. Figures have Latin letters alone: English names, or keys.
 
     Returns
     -------
@@ -119,7 +119,8 @@ def analyse_study(
     if figures:
         from tactogram.study.figures import figures_of
 
-        drawable = names if all(name.isascii() for name in names.values()) else {}
+        drawable = names if study is None or _drawn(names) else study.names_in("en")
+        drawable = drawable if _drawn(drawable) else {}
         for section in analysis.sections:
             own = named_answers(answers.where(design=section.design), drawable)
             drawn.update(figures_of(named_section(section, drawable), own))
@@ -161,6 +162,11 @@ def _plan(
         return Plan(dict(margins or {}), alpha=ALPHA if alpha is None else alpha, **options)
     planned = study.planned
     return Plan.of(planned, margins, alpha=planned.alpha if alpha is None else alpha, **options)
+
+
+def _drawn(names: Mapping[str, str]) -> bool:
+    """Return whether figures have the letters of all names."""
+    return all(name.isascii() for name in names.values())
 
 
 def study_power(design: Path | str, **options: Any) -> dict[str, Any]:

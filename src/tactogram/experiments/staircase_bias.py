@@ -1,0 +1,136 @@
+"""How far thresholds of staircases are from the truth, by length and by how flat the function is: simulated observers.
+
+Each takes one staircase of the shipped study `threshold` with so many reversals. Held against the truth: the fit that
+decides (`estimate_threshold`), the mean of reversals, and maximum likelihood read at 75 %.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr, ndtri
+
+from tactogram.errors import DataError
+from tactogram.study.designs.staircase import Staircase, Track
+from tactogram.study.psychometric import fit_psychometric, reversal_threshold
+from tactogram.study.simulated import SimulatedEffect
+from tactogram.study.study_file import Study
+from tactogram.study.threshold import SETTLED_3_DOWN, estimate_threshold
+from tactogram.training.run import write_text
+
+Numbers = NDArray[np.float64]
+SPREADS_DB = (1.0, 2.0, 4.0, 8.0)
+"""Sd of the cumulative normal; the simulated participants of studies have 4."""
+LENGTHS: Mapping[int, int] = {6: 40, 8: 80, 12: 120, 16: 160}
+"""Reversals, and the most trials."""
+PLACE_DB, PLACE_SD_DB = -20.0, 3.0
+AT_75 = 0.75
+HEADINGS = (
+    "spread, dB",
+    "reversals",
+    "trials",
+    "fit: bias",
+    "sd",
+    "covers",
+    "reversals: bias",
+    "sd",
+    "ML at 75 %: bias",
+    "sd",
+)
+NOTES = (
+    "Simulated observers. bias in dB, ± its standard error: positive is too high. covers: share of the fits'",
+    "intervals of 95 % that hold the truth. Fit and reversals are held against the level of .794 correct.",
+)
+
+
+def run(jobs: Any, folder: Path, *, paper: bool, observers: int = 500, seed: int = 0) -> dict[str, Any]:
+    """Return bias and spread for each length and slope.
+
+    Parameters
+    ----------
+    jobs, folder, paper
+        As of every experiment; both recipes are one.
+    observers : int
+        Simulated, for each row.
+    seed : int
+    """
+    shipped = Study.load("threshold").design
+    rows = []
+    for spread in SPREADS_DB:
+        for reversals, most in LENGTHS.items():
+            values = {**shipped.model_dump(), "reversals": reversals, "most_trials": most}
+            rng = np.random.default_rng([seed, int(10 * spread), reversals])
+            rows.append(_row(Staircase(**values), spread, observers, rng))
+    lines = [
+        "| " + " | ".join(cells) + " |" for cells in (HEADINGS, ["---"] * len(HEADINGS), *map(_cells, rows))
+    ]
+    text = "\n".join([*lines, "", *NOTES])
+    write_text(folder / "staircase_bias.md", text + "\n")
+    return {"simulated": True, "observers": observers, "seed": seed, "rows": rows, "text": text}
+
+
+def _row(design: Staircase, spread: float, observers: int, rng: np.random.Generator) -> dict[str, Any]:
+    errors: dict[str, list[float]] = {"fit": [], "reversals": [], "ml": []}
+    trials, covered = [], []
+    lapse = SimulatedEffect().lapse
+    for _ in range(observers):
+        place = PLACE_DB + PLACE_SD_DB * rng.standard_normal()
+        x, right, turned = staircase_of(design, place, spread, lapse, rng)
+        trials.append(len(x))
+        settled, at_75 = (place + spread * ndtri((p - 0.5) / (0.5 - lapse)) for p in (SETTLED_3_DOWN, AT_75))
+        if (mean := reversal_threshold(x, turned.tolist())) is not None:
+            errors["reversals"].append(mean - settled)
+        try:
+            found = estimate_threshold(x, right)
+            most_likely = fit_psychometric(x, right, rng=rng, shape="logistic", target=AT_75, draws=0)
+        except DataError:
+            continue
+        errors["fit"].append(found.threshold - settled)
+        errors["ml"].append(most_likely.threshold - at_75)
+        covered.append(found.low <= settled <= found.high)
+    return {
+        "spread_db": spread,
+        "reversals": design.reversals,
+        "trials": float(np.mean(trials)),
+        "covered": float(np.mean(covered)),
+        **{name: _bias(values) for name, values in errors.items()},
+    }
+
+
+def staircase_of(
+    design: Staircase, place: float, spread: float, lapse: float, rng: np.random.Generator
+) -> tuple[Numbers, Numbers, NDArray[np.bool_]]:
+    """Return intensities, answers (1 right) and reversals of a simulated observer, each of shape (trial,)."""
+    track = Track(design.start_db)
+    x, right, turned = [], [], []
+    while not design.ended(track):
+        sure = ndtr((track.intensity - place) / spread)
+        correct = bool(rng.random() < 0.5 + (0.5 - lapse) * sure)
+        after = design.after(track, correct=correct)
+        x.append(track.intensity)
+        right.append(float(correct))
+        turned.append(len(after.reversals) > len(track.reversals))
+        track = after
+    return np.array(x), np.array(right), np.array(turned)
+
+
+def _bias(errors: Sequence[float]) -> dict[str, float]:
+    sd = float(np.std(errors, ddof=1))
+    return {
+        "bias": float(np.mean(errors)),
+        "se": sd / float(np.sqrt(len(errors))),
+        "sd": sd,
+        "n": len(errors),
+    }
+
+
+def _cells(row: Mapping[str, Any]) -> list[str]:
+    def bias(name: str) -> list[str]:
+        return [f"{row[name]['bias']:+.2f} ± {row[name]['se']:.2f}", f"{row[name]['sd']:.1f}"]
+
+    start = [f"{row['spread_db']:g}", str(row["reversals"]), f"{row['trials']:.0f}"]
+    return [*start, *bias("fit"), f"{row['covered']:.3f}", *bias("reversals"), *bias("ml")]
