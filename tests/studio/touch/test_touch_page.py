@@ -472,6 +472,25 @@ def test_latency_holds_what_the_browser_says_of_its_output(quiet, shown):
     assert left == pytest.approx(10.03)
 
 
+@pytest.mark.parametrize(("device", "played"), [(48_000, 48_000), (44_100, 44_100), (24_000, 48_000)])
+def test_sound_is_made_at_the_devices_rate_unless_blocks_would_be_too_long(quiet, device, played):
+    found = quiet.evaluate(
+        """async (device) => {
+          const { contextOf } = await import('/static/touch_sound.js');
+          const own = AudioContext;
+          globalThis.AudioContext = class {
+            constructor({ sampleRate = device }) { this.sampleRate = sampleRate; }
+            close() {}
+          };
+          const { sampleRate } = contextOf();
+          globalThis.AudioContext = own;
+          return sampleRate;
+        }""",
+        device,
+    )
+    assert found == played
+
+
 def test_where_no_sound_begins_it_is_said(touch):
     """As in Firefox on a machine without a sound output: the context never runs."""
     touch.evaluate("""() => {

@@ -5,13 +5,16 @@ import { keepAwake } from "/participants/static/awake.js";
 import { Player, QUANTUM } from "./touch_player.js";
 
 const KEPT = 400;
+/** A block must not last more than 5 ms; headsets with a microphone have 16 or 24 kHz. */
+const LEAST_HZ = QUANTUM / 0.005;
+const USUAL_HZ = 48_000;
 
 /** Sound that is told messages (see `touch_player.js`) and reports back. */
 export class Sound {
   /** @param {(report: Record<string, any>) => void} report */
   constructor(report) {
     this._report = report;
-    this.context = new AudioContext({ latencyHint: "interactive" });
+    this.context = contextOf();
     /** Whether it is to be heard. */
     this.wanted = false;
     keepAwake(this.context, () => this.wanted);
@@ -106,6 +109,14 @@ export class Sound {
     script.connect(this.analyser);
     this._send = (message) => player.hear(message, this.context.currentTime);
   }
+}
+
+/** Return a context at the device's rate, or at one that the textures can be played at. */
+export function contextOf() {
+  const own = new AudioContext({ latencyHint: "interactive" });
+  if (own.sampleRate >= LEAST_HZ) return own;
+  own.close();
+  return new AudioContext({ latencyHint: "interactive", sampleRate: USUAL_HZ });
 }
 
 const clocks = ({ contextTime, performanceTime }) => ({ heard: contextTime, at: performanceTime / 1e3 });

@@ -124,4 +124,4 @@ def reached_at(server: str, roots: tuple[str, ...]) -> tuple[str, ...]:
 def _drawn(address: str, what: str) -> None:
     image = ui.element("img").classes("qr")
     image.props.update(src=svg_qr_code(address), alt=f"QR code: {what}")
-    ui.link(address, address, new_tab=True).classes("break-all").props(f'aria-label="{what}"')
+    ui.link(address, address, new_tab=True).classes("break-all").props(f'aria-label="{what}: {address}"')
