@@ -11,6 +11,7 @@ from tactogram.studio.certificates import LEFT, VALID, given_certificate, kept_c
 
 x509 = pytest.importorskip("cryptography.x509")
 hashes = pytest.importorskip("cryptography.hazmat.primitives.hashes")
+ed25519 = pytest.importorskip("cryptography.hazmat.primitives.asymmetric.ed25519")
 serialization = pytest.importorskip("cryptography.hazmat.primitives.serialization")
 
 NOW = datetime(2026, 3, 1, tzinfo=UTC)
@@ -120,6 +121,11 @@ def test_one_for_all_names_of_a_domain_holds_for_this_machine_s(pair, monkeypatc
     assert given_certificate(*pair).names == ("lab-pc.lab.example", "touch.example")
 
 
+def of_another_kind(pem):
+    pem, form = serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8
+    return ed25519.Ed25519PrivateKey.generate().private_bytes(pem, form, serialization.NoEncryption())
+
+
 def locked(pem):
     key = serialization.load_pem_private_key(pem, None)
     pem, form = serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8
@@ -133,6 +139,7 @@ def locked(pem):
         (1, lambda pem: None, "key.pem: there is no such file; give the key as PEM"),
         (0, lambda pem: b"\x30\x82\x01", "certificate.pem: holds no certificate as PEM"),
         (1, lambda pem: b"nonsense", "key.pem: holds no private key as PEM"),
+        (1, of_another_kind, "key.pem: is not the key of"),
         (1, locked, "key.pem: is locked by a password; give a key without one"),
     ],
 )
@@ -149,7 +156,7 @@ def test_files_that_cannot_be_used_are_told_in_a_line(pair, which, written, told
 
 def test_files_that_do_not_belong_together_and_one_that_ran_out_are_told(pair, tmp_path):
     other = kept_certificate(tmp_path / "other.pem", NAMES).file
-    with pytest.raises(DataError, match=r"certificate.pem: does not belong to .*other.pem"):
+    with pytest.raises(DataError, match=r"other.pem: is not the key of .*certificate.pem; give"):
         given_certificate(pair[0], other)
     with pytest.raises(DataError, match="cannot be read: Is a directory"):
         given_certificate(tmp_path, pair[1])

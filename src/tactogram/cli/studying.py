@@ -105,7 +105,7 @@ def run(a: Arguments) -> int:
             "experimenter": facts["experimenter"],
             "participants": facts["join"],
             **{f"participant {code}": address for code, address in facts["codes"].items()},
-            "participants, too": facts["addresses"],
+            "participants, by another": facts["addresses"],
             "certificate, SHA-256": facts["certificate_sha256"],
         }
         print_result(a, facts, lines_of(told) + ("" if port.loopback else shown_qr_code(facts["join"])))

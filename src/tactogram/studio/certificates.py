@@ -62,7 +62,7 @@ class Certificate:
         Raises
         ------
         DataError
-            If certificate and key do not belong together, or are too weak for TLS.
+            If it is too weak for TLS.
         """
         context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
         context.minimum_version = ssl.TLSVersion.TLSv1_2
@@ -70,13 +70,8 @@ class Certificate:
         try:
             context.load_cert_chain(self.file, self.key, password="")
         except ssl.SSLError as error:
-            if error.reason == "KEY_VALUES_MISMATCH":
-                why = (
-                    f"does not belong to {self.key}: give the certificate and the key that were made together"
-                )
-            else:
-                why = f"cannot be used for TLS ({(error.reason or str(error)).lower().replace('_', ' ')})"
-            raise DataError(f"{self.file}: {why}") from None
+            why = (error.reason or str(error)).lower().replace("_", " ")
+            raise DataError(f"{self.file}: cannot be used for TLS ({why}); make another") from None
         return context
 
 
@@ -102,11 +97,13 @@ def given_certificate(file: Path, key: Path, *, now: datetime | None = None) -> 
     parsed = _parsed(file, _read(file, "certificate"))
     secret = _read(key, "key")
     try:
-        load_pem_private_key(secret, password=None)
+        opened = load_pem_private_key(secret, password=None)
     except TypeError:
         raise DataError(f"{key}: is locked by a password; give a key without one") from None
     except Exception as error:  # of several kinds, by what is wrong in it
-        raise DataError(f"{key}: holds no private key as PEM; give the key of {file}") from error
+        raise DataError(f"{key}: holds no private key as PEM; give the key of {file} by --key") from error
+    if opened.public_key() != parsed.public_key():
+        raise DataError(f"{key}: is not the key of {file}; give the two that were made together")
     now = now or datetime.now(UTC)
     if not parsed.not_valid_before_utc <= now <= parsed.not_valid_after_utc:
         since, until = parsed.not_valid_before_utc, parsed.not_valid_after_utc
