@@ -40,6 +40,19 @@ def test_where_people_differ_the_test_of_all_answers_errs_and_that_by_participan
     assert alike["printed_type_1"] < 0.08
 
 
+def test_a_table_says_how_many_people_equivalence_takes():
+    options = {"participants": [20], "trials": [30], "simulations": 100}
+    few = power_table("pairwise", margin=0.4, **options)
+    [row] = few.rows
+    assert row["equivalence"] < 0.05
+    assert row["all_equivalent"] <= row["equivalence"]
+    assert few.equivalence_from[30] >= 60
+    assert power_table("abx", margin=0.2, **options).equivalence_from[30] <= 10
+    assert power_table("abx", margin=0.005, **options).equivalence_from == {30: None}
+    with pytest.raises(ParameterError, match="items are those of pairwise"):
+        power_table("abx", items=3)
+
+
 def test_a_table_is_the_same_for_the_same_seed():
     one, two = (power_table("realism", simulations=100, seed=3).as_dict() for _ in range(2))
     assert one == two

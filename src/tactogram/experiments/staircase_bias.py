@@ -74,7 +74,7 @@ def run(jobs: Any, folder: Path, *, paper: bool, observers: int = 500, seed: int
 
 
 def _row(design: Staircase, spread: float, observers: int, rng: np.random.Generator) -> dict[str, Any]:
-    errors: dict[str, list[float]] = {"fit": [], "reversals": [], "ml": []}
+    errors: dict[str, list[float]] = {"fit": [], "mean_of_reversals": [], "ml_at_75": []}
     trials, covered = [], []
     lapse = SimulatedEffect().lapse
     for _ in range(observers):
@@ -83,14 +83,14 @@ def _row(design: Staircase, spread: float, observers: int, rng: np.random.Genera
         trials.append(len(x))
         settled, at_75 = (place + spread * ndtri((p - 0.5) / (0.5 - lapse)) for p in (SETTLED_3_DOWN, AT_75))
         if (mean := reversal_threshold(x, turned.tolist())) is not None:
-            errors["reversals"].append(mean - settled)
+            errors["mean_of_reversals"].append(mean - settled)
         try:
             found = estimate_threshold(x, right)
             most_likely = fit_psychometric(x, right, rng=rng, shape="logistic", target=AT_75, draws=0)
         except DataError:
             continue
         errors["fit"].append(found.threshold - settled)
-        errors["ml"].append(most_likely.threshold - at_75)
+        errors["ml_at_75"].append(most_likely.threshold - at_75)
         covered.append(found.low <= settled <= found.high)
     return {
         "spread_db": spread,
@@ -133,4 +133,4 @@ def _cells(row: Mapping[str, Any]) -> list[str]:
         return [f"{row[name]['bias']:+.2f} ± {row[name]['se']:.2f}", f"{row[name]['sd']:.1f}"]
 
     start = [f"{row['spread_db']:g}", str(row["reversals"]), f"{row['trials']:.0f}"]
-    return [*start, *bias("fit"), f"{row['covered']:.3f}", *bias("reversals"), *bias("ml")]
+    return [*start, *bias("fit"), f"{row['covered']:.3f}", *bias("mean_of_reversals"), *bias("ml_at_75")]

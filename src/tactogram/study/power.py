@@ -19,8 +19,8 @@ from tactogram.study.power_kinds import Assumed, equivalence_of, row_of
 MOST_TRIALS = 10_000
 ENOUGH = 0.8
 """Share of studies that are to show equivalence, where the number of participants is looked for that reaches it."""
-TRIED = (6, 8, 10, 15, 20, 30, 40, 60, 80, 120, 160, 240, 320, 480, 640)
-TRIED_SIMULATIONS = 400
+TRIED = (6, 8, 10, 15, 20, 30, 40, 60, 80, 120, 160, 240)
+TRIED_SIMULATIONS = 200
 
 GEE, EXACT = "GEE by participant", "exact binomial of all answers"
 DESIGNS: Mapping[str, Assumed] = {
@@ -158,11 +158,12 @@ def _enough(assumed: Assumed, alpha: float, seed: int) -> dict[int, int | None]:
     found: dict[int, int | None] = {}
     for trials in assumed.trials:
         rng = np.random.default_rng([seed, trials])
-        found[trials] = None
-        for people in TRIED:
-            if equivalence_of(rng, people, trials, assumed, TRIED_SIMULATIONS, alpha) >= ENOUGH:
-                found[trials] = people
-                break
+        low, high = 0, len(TRIED)
+        while low < high:  # more people show more: halved until one is left
+            middle = (low + high) // 2
+            shown = equivalence_of(rng, TRIED[middle], trials, assumed, TRIED_SIMULATIONS, alpha)
+            low, high = (low, middle) if shown >= ENOUGH else (middle + 1, high)
+        found[trials] = TRIED[low] if low < len(TRIED) else None
     return found
 
 

@@ -17,7 +17,7 @@ from tactogram.study.answers import Answers
 from tactogram.study.psychometric import PsychometricFit, fit_psychometric, reversal_threshold
 from tactogram.study.threshold import SETTLED_3_DOWN, Threshold, estimate_threshold, settled_share
 
-ENOUGH_REVERSALS = 8
+ENOUGH_REVERSALS = 12
 """With fewer the bias exceeds 0.3 dB where the function is as flat as four steps (docs/studies.md)."""
 FITTED = "logistic fits of each participant, Student's t"
 
