@@ -235,7 +235,7 @@ def test_a_damaged_shard_stops_it_and_nothing_changes(taken):
 
 
 def test_the_verb_prints_sizes_before_and_after(taken, capsys):
-    store, _ = taken()
+    store, _ = taken(2)
     assert main(["data", "compact", str(store.path)]) == 0
     out = capsys.readouterr().out
     assert "shards_before" in out

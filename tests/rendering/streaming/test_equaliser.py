@@ -86,7 +86,7 @@ def test_what_lies_outside_of_the_band_is_not_driven():
     assert (20 * np.log10(outside / inside) < [-60, -30, -30, -60]).all()
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(
     resonance=st.floats(40, 600),
     q=st.floats(0.7, 8),

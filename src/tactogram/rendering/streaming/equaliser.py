@@ -69,16 +69,16 @@ class EqualiserDesign:
     def response(self, frequency: Array) -> NDArray[np.complex128]:
         """Return what it does at ``frequency`` in Hz, complex128, of the same shape."""
         z = 2 * np.pi * np.asarray(frequency, np.float64) / self.rate
-        _, h = dsp.freqz(self.taps, worN=z)
+        _, h = dsp.freqz(self.taps, worN=z.ravel())
         if len(self.edges):
-            h = h * dsp.freqz_sos(self.edges, worN=z)[1]
-        return np.asarray(h, np.complex128)
+            h = h * dsp.freqz_sos(self.edges, worN=z.ravel())[1]
+        return np.asarray(h, np.complex128).reshape(z.shape)
 
-    def delay_samples(self, frequency: float) -> float:
-        """Return the group delay at ``frequency`` in Hz, samples; below 0 where it leads."""
-        low, high = self.response(np.array([0.995, 1.005]) * frequency)
-        turn = 2 * np.pi * 0.01 * frequency / self.rate
-        return float(-np.angle(high / low) / turn)
+    def delay_samples(self, frequency: Array) -> Array:
+        """Return the group delay at ``frequency`` in Hz, samples, of the same shape; below 0 where it leads."""
+        low, high = self.response(np.multiply.outer([0.995, 1.005], frequency))
+        turn = 2 * np.pi * 0.01 * np.asarray(frequency) / self.rate
+        return np.asarray(-np.angle(high / low) / turn)
 
     @cached_property
     def checked_hz(self) -> Array:
@@ -98,14 +98,14 @@ class EqualiserDesign:
         f, errors = self.checked_hz, self.errors_db
         worst = int(np.abs(errors).argmax())
         reference = min(max(REFERENCE_HZ, f[0]), f[-1])
-        delays = [self.delay_samples(float(at)) for at in f[::6]]
+        delay, *delays = self.delay_samples(np.array([reference, *f[::6]])).tolist()
         size = np.abs(self.response(f))
         return {
             "taps": len(self.taps),
             "edge_sections": len(self.edges),
             "band": [self.band[0], min(self.band[1], self.rate / 2)],
-            "delay_samples": self.delay_samples(reference),
-            "delay_ms": 1e3 * self.delay_samples(reference) / self.rate,
+            "delay_samples": delay,
+            "delay_ms": 1e3 * delay / self.rate,
             "reference_hz": reference,
             "delay_most_samples": max(delays),
             "raised_db": float(20 * np.log10(size.max() / size.min())),
@@ -149,9 +149,9 @@ def equaliser(
     if len(edges):  # what the edges take inside is given back, so that both together are what is wanted
         gain = gain / np.abs(dsp.freqz_sos(edges, worN=2 * np.pi * inside / rate)[1])
     most = max(SHORTEST_TAPS, min(MOST_TAPS, int(LONGEST_S * rate)))
-    count = SHORTEST_TAPS
+    impulse, count = _impulse(gain), SHORTEST_TAPS
     while True:
-        made = EqualiserDesign(rate, (low, high), least_phase(gain, count), edges, wanted, checked or band)
+        made = EqualiserDesign(rate, (low, high), _cut(impulse, count), edges, wanted, checked or band)
         if count >= most or float(np.abs(made.errors_db).max()) <= WITHIN_DB:
             return made
         count = min(2 * count, most)
@@ -187,16 +187,24 @@ def least_phase(gain: Array, taps: int) -> Array:
     By the folded cepstrum (Oppenheim & Schafer, Discrete-Time Signal Processing, 3rd ed., Sec. 13.5.2); the end is
     faded out by a quarter of a cosine.
     """
+    return _cut(_impulse(gain), taps)
+
+
+def _impulse(gain: Array) -> Array:
     floor = gain.max() * 10 ** (-DEEPEST_DB / 20)
     cepstrum = np.fft.irfft(np.log(np.maximum(gain, floor)))
     half = len(cepstrum) // 2
     cepstrum[1:half] *= 2
     cepstrum[half + 1 :] = 0
-    impulse: Array = np.fft.irfft(np.exp(np.fft.rfft(cepstrum)))[:taps]
+    return np.asarray(np.fft.irfft(np.exp(np.fft.rfft(cepstrum))))
+
+
+def _cut(impulse: Array, taps: int) -> Array:
+    kept = impulse[:taps].copy()
     fade = taps // 4
     if fade:
-        impulse[-fade:] *= np.cos(np.pi / 2 * np.arange(fade) / fade)
-    return impulse
+        kept[-fade:] *= np.cos(np.pi / 2 * np.arange(fade) / fade)
+    return kept
 
 
 def _edges(rate: float, low: float, high: float) -> Array:
