@@ -189,7 +189,7 @@ def _mixed(hits: Any, people: tuple[str, ...], textures: tuple[str, ...]) -> lis
             verdict=shown or "not shown",
             n=len(hits),
             participants=len(set(people)),
-            note="of a typical participant and texture",
+            note="of a typical participant and texture; too wide where they hardly differ (docs/studies.md)",
         )
     ]
 
