@@ -20,7 +20,7 @@ CONDITIONS: Mapping[str, str] = {
     "vibration": "a Signal to go by",
     "speed_mm_s": "stroking speed, mm/s",
     "force_n": "normal force, N",
-    "latent": "float array, shape (dimension,): the model's own random input, to fix or walk through",
+    "latent": "float array, shape (dimension,): the model's own random input, to walk through; else the seed draws it",
 }
 """The closed list of condition names. Command line and studio build their forms from it."""
 

@@ -85,3 +85,16 @@ def test_the_newest_comes_first(shelf, signal):
         shelf.keep(signal, title=title, facts={})
 
     assert [made.title for made in shelf.all()] == list("edcba")
+
+
+def test_a_result_of_another_shelf_is_kept_to_the_bit_with_its_facts(shelf, signal, tmp_path):
+    made = Shelf(tmp_path / "made").keep(signal, title="cork", facts={"seed": 3})
+
+    kept = shelf.keep_copy(made)
+
+    assert (kept.title, kept.facts["seed"]) == ("cork", 3)
+    assert kept.file.read_bytes() == made.file.read_bytes()
+    made.file.unlink()
+    with pytest.raises(DataError, match="cork: is gone; make it again"):
+        shelf.keep_copy(made)
+    assert len(shelf.all()) == 1

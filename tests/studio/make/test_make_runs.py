@@ -148,6 +148,8 @@ def test_results_are_held_shown_kept_and_still_there_after_a_reload(desk):
     assert kept.facts["simulated"] is True
     assert kept.facts["condition"]["weights"] == desk.asked.weights
     assert np.array_equal(kept.signal().samples, made.samples)
+    again.rename(f"made:{second.id}", "my cork")  # here, and where it is kept
+    assert [again.present().title, again.shelf.get(kept.id).title] == ["my cork"] * 2
     desk.shelf.remove(kept.id)
     assert again.kept_as(f"made:{second.id}") == ""
 

@@ -146,27 +146,27 @@ def _actions(on: MakePage, name: str, made: Made, *, first: bool) -> None:
         desk.put_beside(before)
         on.results.refresh()
 
-    ui.element("div").classes("grow")
     kept = name.removeprefix("kept:") if name.startswith("kept:") else desk.kept_as(name)
-    if kept:
-        ui.label("Kept").classes("small quiet")
-        ui.link("Send", f"/send?of=kept:{kept}").classes("small")
-        ui.button("Rename", on_click=telling(rename)).props(
-            f'no-caps dense flat aria-label="Rename {_plain(made)}"'
-        )
-    else:
-        ui.button("Keep", on_click=telling(keep)).props(
-            f'no-caps dense outline aria-label="Keep {_plain(made)}"'
-        )
-    if not first:
-        ui.button("First", on_click=telling(promote)).props(
-            f'no-caps dense flat aria-label="First: {_plain(made)}"'
-        )
-        ui.button(icon="close", on_click=telling(away)).props(
-            f'dense flat aria-label="Take away {_plain(made)}"'
-        )
-    elif made.facts.get("what") == "made" and not made.is_image:
+    if first and made.facts.get("what") == "made" and not made.is_image:
         _taken_for(on, made)
+    with ui.element("div").classes("done"):
+        if kept:
+            ui.label("Kept").classes("small quiet")
+            ui.link("Send", f"/send?of=kept:{kept}").classes("small")
+            ui.button("Rename", on_click=telling(rename)).props(
+                f'no-caps dense flat aria-label="Rename {_plain(made)}"'
+            )
+        else:
+            ui.button("Keep", on_click=telling(keep)).props(
+                f'no-caps dense outline aria-label="Keep {_plain(made)}"'
+            )
+        if not first:
+            ui.button("Put first", on_click=telling(promote)).props(
+                f'no-caps dense flat aria-label="Put first: {_plain(made)}"'
+            )
+            ui.button(icon="close", on_click=telling(away)).props(
+                f'dense flat aria-label="Take away {_plain(made)}"'
+            )
 
 
 def _plain(made: Made) -> str:

@@ -112,6 +112,7 @@ class DisplayCards:
         ui.label(f"{display.rate:g} Hz, {', '.join(display.channels)}, in {unit}{band}").classes(
             "small quiet"
         )
+        ui.label("How strong").classes("font-bold mt-2")
         held = str(self.kept.get("level", "peak"))
         self._level = ui.radio(
             {kind: LEVELS[kind] for kind in kinds},

@@ -54,7 +54,9 @@ class FileCards:
             ).classes("w-full")
             self._holds = ui.label().classes("small quiet")
             self._signal = SignalFields(_ways)
-            self._full_scale = ui.number("1 in the file is (empty: the peak)", min=0).classes("w-full")
+            self._full_scale = ui.number(
+                "What 1 in the file stands for, in the signal's unit (empty: its peak)", min=0
+            ).classes("w-full")
             self._button = ui.button("Write and check", icon="description", on_click=self._write)
         self._told_format()
 
@@ -91,7 +93,9 @@ class FileCards:
                     ui.label("simulated signal").classes("simulated")
             self._downloads(sent, files)
             _loss_table(files)
-            ui.label("Course of the strength: the signal, and what each file gives").classes("font-bold")
+            ui.label(
+                "Course of the strength, in the signal's unit: the signal, and what each file gives"
+            ).classes("font-bold mt-2")
             self._chart()
             command_line(sent.found["commands"])
             ui.timer(0.05, self._draw, once=True)

@@ -204,8 +204,7 @@ class SendPage:
                 self.signal, title=self.chosen.title, simulated=self.chosen.simulated, small=True
             )
             if self.chosen.of.startswith("kept:"):
-                with top:
-                    ui.element("div").classes("grow")
+                with top, ui.element("div").classes("done"):
                     ui.button("Rename", on_click=self._rename).props("flat dense")
                     ui.button("Delete", on_click=self._remove).props("flat dense color=negative")
 

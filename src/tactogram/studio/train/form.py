@@ -12,7 +12,7 @@ from tactogram.errors import ParameterError, TactogramError
 from tactogram.models import ModelFacts, available
 from tactogram.studio.layout import busy, in_background, telling
 from tactogram.studio.train.config_form import Setting, assignments, settings_of, shown
-from tactogram.studio.train.order import BYS, SPLITS, Order, told
+from tactogram.studio.train.order import BYS, SPLIT_TEXTS, SPLITS, Order, told
 from tactogram.studio.train.parts import TrainDesk
 from tactogram.studio.train.trainings import command_line, free_name
 
@@ -72,6 +72,7 @@ class _Form:
                 .bind_value(self.values, "split")
                 .on_value_change(self._changed)
             )
+            ui.label().classes("small quiet").bind_text_from(self.values, "split", SPLIT_TEXTS.__getitem__)
             last = ui.number("How many of each material", min=1, precision=0)
             last.bind_value(self.values, "last").on_value_change(self._changed)
             last.bind_visibility_from(split, "value", value="last")

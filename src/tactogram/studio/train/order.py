@@ -17,11 +17,19 @@ from tactogram.recipe import parse_changes
 
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,79}")
 SPLITS = {
-    "": "a fifth kept apart for testing, a tenth for validation",
-    "last": "the last recordings of each material kept apart for testing",
-    "all": "nothing kept apart: no evaluation on its own data",
+    "": "a part kept apart, drawn",
+    "last": "the last of each material kept apart",
+    "all": "nothing kept apart",
 }
-"""What each way of splitting does."""
+"""Ways of splitting."""
+SPLIT_TEXTS = {
+    "": "A fifth of the recordings of each material is kept for testing, a tenth for validation: each needs at least "
+    "three. With fewer, choose another split.",
+    "last": "The last recordings of each material are kept for testing, and one before them for validation where there "
+    "are enough.",
+    "all": "All is learned from: it cannot be evaluated on its own data.",
+}
+"""What each does, and asks of the data."""
 BYS = {
     "recording": "recording",
     "session": "session: none on two sides",
