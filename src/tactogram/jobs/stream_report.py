@@ -33,7 +33,8 @@ def latency_lines(facts: Mapping[str, Any]) -> list[str]:
     added = f"textures answer {facts['texture_delay_ms']:.1f} ms later"
     if "equaliser" in (found := facts.get("display", {})):
         filtered = found["equaliser"]
-        added += f", the equaliser {filtered['delay_ms']:.1f} ms at {filtered['reference_hz']:g} Hz"
+        what = "the equaliser" if filtered["on"] else "the edges of the display's band"
+        added += f", {what} {filtered['delay_ms']:.1f} ms at {filtered['reference_hz']:g} Hz"
     return [
         *rows,
         f"blocks of {latency['block_ms']:g} ms; {added}; not in the table",
