@@ -1,6 +1,7 @@
 """From a photograph to a signal through the jobs: train, judge, generate; surfaces that were never touched too."""
 
 import json
+from functools import partial
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from tactogram.errors import LeakError, ParameterError
 from tactogram.jobs.evaluate import evaluate
 from tactogram.jobs.generate import generate_files
 from tactogram.jobs.judges import Judging
-from tactogram.jobs.pictures import judge_pictures
+from tactogram.jobs.pictures import judge_pictures, judged_pictures
 from tactogram.jobs.resuming import plan_of
 from tactogram.jobs.training import train
 from tactogram.signal import Image, Signal
@@ -144,7 +145,8 @@ def test_what_cannot_be_asked_says_so(run, looks, tmp_path):
     assert json.loads((run.folder / "data.json").read_text())["photographs"]["train"] == 32
 
 
-def test_pictures_are_judged_beside_signals_and_the_loss_is_divided(looks, tmp_path):
+def test_pictures_are_judged_beside_signals_and_the_loss_is_divided(looks, tmp_path, monkeypatch):
+    monkeypatch.setattr("tactogram.jobs.evaluate.judged_pictures", partial(judged_pictures, most=16))
     longer = {"config.pairs.hop": 16, "config.pairs.frames": 32}  # half a second
     sight = train(
         "visual_tactile_gan", looks, recipe="tiny", changes=longer, out=tmp_path / "run", accelerator="cpu"
@@ -182,6 +184,6 @@ def test_crops_of_the_recordings_trained_on_have_no_floor(looks, tmp_path):
         out=tmp_path / "run",
         accelerator="cpu",
     )
-    losses = evaluate(sight.folder, judging=HASTY)["pictures"]["inversion"]
+    losses = judge_pictures(sight.folder, most=16)["inversion"]
     assert losses
     assert {loss["floor"] for loss in losses.values()} == {None}
