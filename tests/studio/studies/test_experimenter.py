@@ -8,6 +8,8 @@ from tactogram.cli import main
 from tactogram.studio.qr_code import svg_qr_code
 from tactogram.study.session_store import SessionStore
 
+LISTENING = ("--host", "127.0.0.2", "--port", "0", "--https", "--no-open")
+"""As if from another machine: no name of this one alone."""
 SETS = ("design.repeats=4", "practice.trials=1", 'grid.items=["tile"]')
 UNNAMED = """() => [...document.querySelectorAll('button, a, input, textarea, select')].filter(e => {
     if (e.closest('[aria-hidden=true]') || e.type === 'hidden' || !e.offsetParent) return false;
@@ -24,7 +26,7 @@ def lab(tmp_path_factory):
 def running(served, lab, *more):
     changed = [word for value in SETS for word in ("--set", value)]
     return served(
-        "study", "run", "abx", "--out", "pilot", "--port", "0", "--https", "--no-open", *changed, *more,
+        "study", "run", "abx", "--out", "pilot", *LISTENING, *changed, *more,
         folder=lab, prefix="experimenter: ",
     )  # fmt: skip
 
@@ -154,7 +156,10 @@ def test_a_port_that_cannot_be_had_begins_no_study_and_leaves_nothing(page, lab,
     port = str(urlsplit(page.address).port)
     for verb in (("study", "run", "abx", "--out", "new/pilot"), ("studio", "--folder", "new")):
         for more, told in (
-            (("--port", port), f"port {port} of 127.0.0.1 cannot be listened on (Address already in use)"),
+            (
+                ("--host", "127.0.0.2", "--port", port),
+                f"port {port} of 127.0.0.2 cannot be listened on (Address already in use)",
+            ),
             (
                 ("--host", "203.0.113.9"),
                 "of 203.0.113.9 cannot be listened on (Cannot assign requested address)",
@@ -180,7 +185,7 @@ def test_ctrl_c_ends_it_in_a_line_and_run_again_it_goes_on(page, served, lab):
     said = (lab / "server.log").read_text().splitlines()
     assert said[-1] == "tactogram: the study's server ended; all answers are stored"
     assert not [line for line in said if "Traceback" in line or "Error" in line]
-    again = ("study", "run", "pilot", "--port", "0", "--https", "--no-open")
+    again = ("study", "run", "pilot", *LISTENING)
     with served(*again, folder=lab, prefix="experimenter: ") as (process, _):
         assert join in process.stdout.readline()
     assert (lab / "studio" / "state" / "https.pem").read_bytes() == kept

@@ -305,7 +305,8 @@ class _Shown:
             with ui.element("td"), ui.row().classes("gap-1 no-wrap items-center"):
                 address = experiment.joining.pages_here(row.code)
                 ui.link("pages", address, new_tab=True).props(f'aria-label="Pages of {row.code}"')
-                self._button("QR code", lambda: experiment.joining.show_qr_code(row.code))
+                if not experiment.joining.alone:
+                    self._button("QR code", lambda: experiment.joining.show_qr_code(row.code))
                 self.stop = self._button("Abort", self._abort)
                 self._button("Withdraw", self._withdraw)
 

@@ -57,6 +57,11 @@ class Joining:
             ui.separator()
             self._form()
 
+    @property
+    def alone(self) -> bool:
+        """Whether the addresses lead nowhere on another device, so that a QR code of them would be of no use."""
+        return urlsplit(self.root).hostname in LOOPBACK
+
     def pages_here(self, code: str) -> str:
         """Return the address of a participant's pages for the experimenter's browser."""
         return f"{self.server}{self.opened.take_path(code)}"
@@ -65,7 +70,9 @@ class Joining:
         """Show the address of a participant's pages as a QR code."""
         with ui.dialog(value=True) as dialog, ui.card().classes("items-center"):
             ui.label(f"Pages of {code}").classes("h2")
-            _drawn(f"{self.root}{self.opened.take_path(code)}", f"Address of the pages of {code}")
+            address, what = f"{self.root}{self.opened.take_path(code)}", f"Address of the pages of {code}"
+            _drawn(address, what)
+            _linked(address, what)
             ui.label("It leads to this participant's pages, and to no others.").classes("quiet small")
             ui.button("Close", on_click=dialog.close).props("flat")
         dialog.on("hide", dialog.delete)
@@ -74,9 +81,11 @@ class Joining:
         self.address.clear()
         address = f"{self.root}{self.opened.join_path}"
         with self.address:
-            _drawn(address, "Address to take part")
+            if not self.alone:
+                _drawn(address, "Address to take part")
+            _linked(address, "Address to take part")
             ui.button("Copy", on_click=lambda: ui.clipboard.write(address)).props("outline dense")
-            if urlsplit(self.root).hostname in LOOPBACK:
+            if self.alone:
                 ui.label(
                     "This address works on this machine alone. For tablets, begin with --host 0.0.0.0 --https."
                 ).classes("quiet small")
@@ -124,4 +133,7 @@ def reached_at(server: str, roots: tuple[str, ...]) -> tuple[str, ...]:
 def _drawn(address: str, what: str) -> None:
     image = ui.element("img").classes("qr")
     image.props.update(src=svg_qr_code(address), alt=f"QR code: {what}")
+
+
+def _linked(address: str, what: str) -> None:
     ui.link(address, address, new_tab=True).classes("break-all").props(f'aria-label="{what}: {address}"')
