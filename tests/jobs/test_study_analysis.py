@@ -87,6 +87,14 @@ def test_a_power_table_is_printed(capsys):
     assert "whole numbers" in capsys.readouterr().err
 
 
+def test_a_studys_own_margin_and_trials_are_taken_for_its_power():
+    found = study_power("preference", participants=[6], simulations=100)
+    assert (found["design"], found["assumed"]["margin"], found["assumed"]["items"]) == ("pairwise", 0.7, 6)
+    assert [row["trials"] for row in found["rows"]] == [60]
+    assert "to show equivalence within ±0.7 in 80% of studies" in found["text"]
+    assert study_power("abx", participants=[6], margin=0.2, simulations=100)["assumed"]["margin"] == 0.2
+
+
 def test_margins_are_read_once_each():
     assert margins_of(["which=0.1", "realism=5"]) == {"which": 0.1, "realism": 5.0}
     assert study_power("evoked", participants=[10], simulations=100)["rows"][0]["exact_equivalence"] == 0.0

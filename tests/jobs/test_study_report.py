@@ -47,6 +47,8 @@ def test_the_report_holds_design_people_tests_margins_figures_notes_and_caveats(
         "As printed: what the publication did",
         "SHA-256 of the consent",
         "1 trials",
+        "punched plastic sheet",  # its name: the key has hyphens
+        "穴あきプラスチックシート",  # beside the key, of what is called how
         "Enrolled: 6 finished",
         "The fan was on &lt;loud&gt;",
         "What is not shown is not shown to be absent",

@@ -10,6 +10,7 @@ from tactogram.study.export import export_bids
 from tactogram.study.importing import Mapped, import_answers
 from tactogram.study.session_store import SessionStore
 from tactogram.study.simulated import SimulatedEffect, simulate
+from tactogram.study.study_file import Study
 
 
 @pytest.fixture(scope="module")
@@ -45,6 +46,18 @@ def test_a_bids_folder_keeps_the_rules_and_holds_every_answer(taken, bids):
     assert len(list(bids.glob("sub-*/ses-1/beh/*_events.tsv"))) == 2
     assert json.loads((bids / "dataset_description.json").read_text())["Simulated"] is True
     assert "0 participants and 2 simulated participants" in (bids / "README").read_text()
+
+
+def test_names_are_levels_of_the_columns_that_hold_keys(tmp_path):
+    study = Study.load("threshold", changes={"design.most_trials": 2, "practice.trials": 1})
+    with SessionStore(tmp_path / "session", study) as store:
+        simulate(store, 1)
+        folder = export_bids(store, tmp_path / "bids")
+    [sidecar] = folder.glob("sub-*/ses-1/beh/*_beh.json")
+    facts = json.loads(sidecar.read_text(encoding="utf-8"))
+    assert facts["stimulus"]["Levels"] == {"carpet": "carpet", "tile": "tile"}
+    assert "Levels" not in facts["question"]
+    assert problems(folder) == []
 
 
 def spoil_description(folder):
