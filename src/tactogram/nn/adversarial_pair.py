@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from copy import deepcopy
 from typing import Any
 
@@ -11,6 +11,7 @@ import torch
 from torch import Tensor, nn
 
 from tactogram.features.photo_pairs import WeakPairs
+from tactogram.nn.bare_and_fixed import bare, fixed
 from tactogram.nn.photo_translation import row_statistics_distance
 
 JUDGED = 256
@@ -65,7 +66,7 @@ class AdversarialPair:
     @property
     def bare_generator(self) -> nn.Module:
         """The generator without Fabric around it."""
-        network: nn.Module = getattr(self.generator, "module", self.generator)
+        network: nn.Module = bare(self.generator)
         return network
 
     def train(self, done: float) -> None:
@@ -89,14 +90,9 @@ class AdversarialPair:
         self.backward(loss)
         self.optimisers[which].step()
 
-    @contextmanager
-    def fixed_discriminator(self) -> Iterator[None]:
+    def fixed_discriminator(self) -> AbstractContextManager[None]:
         """Leave the gradients of the discriminator's weights away: the generator's loss needs none."""
-        self.discriminator.requires_grad_(False)
-        try:
-            yield
-        finally:
-            self.discriminator.requires_grad_(True)
+        return fixed(self.discriminator)
 
     # -- choice of weights ---------------------------------------------------------------------------------
 
@@ -134,7 +130,7 @@ class AdversarialPair:
         """Return weights and what the choice of them stands at; the optimisers are in `optimiser_state`."""
         return {
             "generator": self.bare_generator.state_dict(),
-            "discriminator": getattr(self.discriminator, "module", self.discriminator).state_dict(),
+            "discriminator": bare(self.discriminator).state_dict(),
             "chosen_by": self.chosen,
             "best": None if self.best == float("inf") else self.best,
             "best_weights": dict(self.best_weights),

@@ -20,6 +20,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from torch import Tensor, nn
 
 from tactogram.features.photo_pairs import WeakPairs, rng_of, shuffled
+from tactogram.nn.bare_and_fixed import bare
 from tactogram.nn.photo_augmentation import erased, mixed, moved
 from tactogram.nn.photo_translation import photo_crops, photos_of
 from tactogram.nn.trunks import Trunk, TrunkName
@@ -106,7 +107,7 @@ class PredictorTraining:
     @property
     def bare(self) -> LabelPredictor:
         """The network without Fabric around it."""
-        network: LabelPredictor = getattr(self.network, "module", self.network)
+        network: LabelPredictor = bare(self.network)
         return network
 
     def setup(self, fabric: Any) -> None:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 import torch
 import torch.nn.functional as F
-from torch import Tensor, nn
+from torch import Tensor
 
 from tactogram.errors import ParameterError
 from tactogram.features.registered_pairs import FrictionBatch, Part, RegisteredPairs, scaled
@@ -20,6 +19,7 @@ from tactogram.models.frictgan.config import Config
 from tactogram.models.frictgan.journey import journey, spliced
 from tactogram.models.frictgan.judging import judge, summary
 from tactogram.models.frictgan.networks import Critic, Generator
+from tactogram.nn.bare_and_fixed import bare, fixed
 from tactogram.signal import Image, Signal
 from tactogram.signal.displacement import played
 from tactogram.signal.resampling import resample
@@ -146,7 +146,7 @@ class FrictGANLearner:
         distance = (made - real).abs().mean()
         loss, figures = self.config.l1 * distance, {"l1": distance.detach()}
         if self.config.adversarial:
-            with _fixed(self.critic):
+            with fixed(self.critic):
                 score = self.critic(photo, made).float()
             verdict = -score.mean() if self.config.loss == "wasserstein" else _cross_entropy(score, 1.0)
             loss = loss + self.config.adversarial * verdict
@@ -220,7 +220,7 @@ class FrictGANLearner:
 
     @torch.inference_mode()
     def _magnitude(self, photo: Tensor, noise: Tensor) -> Tensor:
-        network = _bare(self.generator).eval()
+        network = bare(self.generator).eval()
         made: Tensor = network(photo.to(self.device), noise.to(self.device) if self.config.noise else None)
         return self._outside(made)
 
@@ -368,18 +368,3 @@ def build(
 
 def _cross_entropy(scores: Tensor, target: float) -> Tensor:
     return F.binary_cross_entropy_with_logits(scores, torch.full_like(scores, target))
-
-
-def _bare(network: Any) -> Any:
-    """Return a network without Fabric around it."""
-    return getattr(network, "module", network)
-
-
-@contextmanager
-def _fixed(network: nn.Module) -> Iterator[None]:
-    """Leave the gradients of the weights of ``network`` away."""
-    network.requires_grad_(False)
-    try:
-        yield
-    finally:
-        network.requires_grad_(True)

@@ -14,6 +14,7 @@ from tactogram.models.residue_fusion_gan.config import Config
 from tactogram.models.residue_fusion_gan.networks import discriminator, generator
 from tactogram.nn.adversarial_loss import feature_matching_loss
 from tactogram.nn.adversarial_pair import AdversarialPair
+from tactogram.nn.bare_and_fixed import bare
 from tactogram.nn.gradient_penalty import gradient_penalty
 from tactogram.nn.label_predictor import PredictorTraining
 from tactogram.nn.perceptual_loss import PerceptualLoss
@@ -105,9 +106,9 @@ class ResidueFusionLearner:
         real = self.gan.discriminator(torch.cat((photo, picture), 1))[-1].mean()
         fake = self.gan.discriminator(torch.cat((photo, made), 1))[-1].mean()
         with self.gan.autocast():  # Fabric's wrapper lets no gradient be taken but by its own backward
-            bare = getattr(self.gan.discriminator, "module", self.gan.discriminator)
+            critic = bare(self.gan.discriminator)
             penalty = gradient_penalty(
-                lambda x: bare(torch.cat((photo, x), 1))[-1].float().mean((1, 2, 3)), picture, made.float()
+                lambda x: critic(torch.cat((photo, x), 1))[-1].float().mean((1, 2, 3)), picture, made.float()
             )
         self.gan.descend_discriminator(fake - real + self.config.penalty * penalty)
         return {"wasserstein": real - fake, "penalty": penalty}

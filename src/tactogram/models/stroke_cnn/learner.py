@@ -16,6 +16,7 @@ from tactogram.evaluation.classification import pooled
 from tactogram.model import Example, SignalKind, Stage
 from tactogram.models.stroke_cnn.config import Config
 from tactogram.models.stroke_cnn.networks import StrokeCNN
+from tactogram.nn.bare_and_fixed import bare
 from tactogram.signal import Signal
 from tactogram.training.seeds import child_rng, torch_seeded
 
@@ -163,7 +164,7 @@ class StrokeCNNLearner:
     @property
     def _alone(self) -> Any:
         """The network without Fabric around it: one process may judge while the others wait."""
-        return getattr(self.network, "module", self.network)
+        return bare(self.network)
 
     @torch.inference_mode()
     def _judge(self, network: Callable[[Tensor], Tensor], signal: Signal) -> Tensor:

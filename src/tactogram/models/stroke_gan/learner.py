@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from torch import Tensor, nn
+from torch import Tensor
 
 from tactogram.errors import ParameterError
 from tactogram.model import Condition, Example, SignalKind, Stage, check_condition, material_weights
@@ -24,6 +24,7 @@ from tactogram.models.stroke_gan.networks import Discriminator, Generator
 from tactogram.models.stroke_gan.pieces import Pieces, drawn, given_latent
 from tactogram.models.stroke_gan.texture_statistics import energy_distance, spread_within, statistics
 from tactogram.nn import MovingAverage, gradient_penalty
+from tactogram.nn.bare_and_fixed import bare, fixed
 from tactogram.signal import Signal
 from tactogram.signal.band_levels import BandLevels
 from tactogram.signal.joining import extend
@@ -134,7 +135,7 @@ class StrokeGANLearner:
             part = slice(update % self.config.critic_updates * size, None)
             figures |= self._update_generator(real[part][:size], label[part][:size])
         if self.average:
-            self.average.update(_bare(self.generator))
+            self.average.update(bare(self.generator))
         return {name: value.item() for name, value in figures.items()}
 
     def _update_discriminator(self, real: Tensor, label: Tensor) -> dict[str, Tensor]:
@@ -146,8 +147,8 @@ class StrokeGANLearner:
         scores = self.discriminator(torch.cat((real, made)), label.repeat(2, 1)).float()
         wasserstein = scores[: len(real)].mean() - scores[len(real) :].mean()
         with self.autocast():  # Fabric's wrapper lets no gradient be taken but by its own backward
-            bare = _bare(self.discriminator)
-            penalty = gradient_penalty(lambda x: bare(x, label).float(), real, made)
+            critic = bare(self.discriminator)
+            penalty = gradient_penalty(lambda x: critic(x, label).float(), real, made)
         self._descend(1, self.config.penalty * penalty - wasserstein)
         return {"wasserstein": wasserstein, "penalty": penalty}
 
@@ -157,7 +158,7 @@ class StrokeGANLearner:
         loss = torch.zeros((), device=self.device)
         made = self._make(label)
         if config.adversarial:
-            with _fixed(self.discriminator):
+            with fixed(self.discriminator):
                 figures["generator_loss"] = -self.discriminator(made, label).float().mean()
             loss = loss + config.adversarial * figures["generator_loss"]
         if config.statistics:
@@ -229,8 +230,8 @@ class StrokeGANLearner:
         crops = Crops(examples, self.config, self.domain.lead).draw(0, max(len(examples), 16), seed=0)
         x, label = (torch.from_numpy(part).to(self.device) for part in self._prepared(crops))
         with torch_seeded(0, "validate"):
-            real = _bare(self.discriminator)(x, label).mean()
-            made = _bare(self.discriminator)(self._make(label), label).mean()
+            real = bare(self.discriminator)(x, label).mean()
+            made = bare(self.discriminator)(self._make(label), label).mean()
         return {"wasserstein_unseen": (real - made).item()}
 
     def state(self) -> dict[str, Any]:
@@ -308,7 +309,7 @@ class StrokeGANLearner:
     ) -> NDArray[np.float32]:
         """Return pieces ``first`` to ``first + count``, float32, (piece, axis, time); each has its own seeds."""
         latents, white = drawn(first, count, self.config, axes=len(self.kind.axes), given=given, seed=seed)
-        network = self.average.network if self.average else _bare(self.generator)
+        network = self.average.network if self.average else bare(self.generator)
         labels = label.expand(count, -1).to(self.device)
         made = network(latents.to(self.device), labels, self._bands(white))
         result: NDArray[np.float32] = made.float().cpu().numpy()
@@ -320,18 +321,3 @@ def build(
 ) -> StrokeGANLearner:
     """Return an untrained model for signals of ``kind``."""
     return StrokeGANLearner(config, kind, seed=seed, device=device)
-
-
-def _bare(network: Any) -> Any:
-    """Return a network without Fabric around it: one process may use it while the others wait."""
-    return getattr(network, "module", network)
-
-
-@contextmanager
-def _fixed(network: nn.Module) -> Iterator[None]:
-    """Leave the gradients of the weights of ``network`` away."""
-    network.requires_grad_(False)
-    try:
-        yield
-    finally:
-        network.requires_grad_(True)
