@@ -90,7 +90,7 @@ function showHead() {
       tools.append(make("button", { type: "button", class: "small", lang: one, "aria-pressed": String(one === state.language), text: NAMES[one], onclick: press }));
     }
   }
-  const can = document.documentElement.requestFullscreen && !document.fullscreenElement;
+  const can = document.fullscreenEnabled && !document.fullscreenElement;
   if (now.started && can && !ended()) tools.append(make("button", { type: "button", class: "small", text: say(language(), "full_screen"), onclick: fullScreen }));
   head.replaceChildren(...parts, tools);
 }
@@ -136,7 +136,7 @@ function showWelcome() {
   const code = make("div", { class: "code-block" }, make("span", { class: "quiet", text: say(l, "code") }), make("strong", { class: "code", text: now.state.code }), make("p", { text: say(l, "note_code") }), make("p", { class: "quiet", text: say(l, "no_names") }));
   const possible = now.state.played_by === "server" || BrowserSounds.possible;
   const more = [code, ...(possible ? [] : [make("p", { class: "feedback wrong", text: say(l, "no_audio") })])];
-  const label = document.documentElement.requestFullscreen ? "start" : "start_plain";
+  const label = document.fullscreenEnabled ? "start" : "start_plain";
   showMoment(stage, { title: say(l, first ? "welcome" : "welcome_back"), text: document.title, go: say(l, label), press: go, more });
 }
 
