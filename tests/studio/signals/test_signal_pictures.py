@@ -61,7 +61,7 @@ def test_each_axis_has_its_row_on_the_same_scale():
 
     assert [axis["name"] for axis in options["yAxis"]] == ["a N", "b N"]
     assert {axis["max"] for axis in options["yAxis"]} == {0.5}
-    assert max(v for _, v in options["series"][0]["data"]) == pytest.approx(0.3, rel=1e-3)
+    assert max(options["dataset"][0]["source"]["v"]) == pytest.approx(0.3, rel=1e-3)
 
 
 def test_a_sine_stands_at_its_frequency_and_its_level():
@@ -180,6 +180,6 @@ def test_level_is_about_the_mean_and_of_all_axes():
 def test_the_shortest_signals_can_be_drawn(n):
     signal = Signal(np.linspace(0, 1, n)[None], 1000.0, "m/s^2")
 
-    assert waveform_options(traits_of(signal))["series"][0]["data"]
+    assert waveform_options(traits_of(signal))["dataset"][0]["source"]["v"]
     assert spectrogram_png(traits_of(signal)).startswith(b"\x89PNG")
     assert spectrum_options(traits_of(signal))["yAxis"]["min"] > 0

@@ -37,7 +37,7 @@ def waveform_options(traits: Traits, *, scales: Scales | None = None) -> dict[st
     rows = len(traits.axes)
     top = _nice(scales.peak)
     ticks = {"fontSize": 11, "color": "#51606e"}
-    grids, x_axes, y_axes, series = [], [], [], []
+    grids, x_axes, y_axes, series, data = [], [], [], [], []
     for row, (name, (place, value)) in enumerate(zip(traits.axes, traits.curves, strict=True)):
         grids.append({"left": 64, "right": 12, "top": 8 + 84 * row, "height": 66})
         x_axes.append(
@@ -70,12 +70,15 @@ def waveform_options(traits: Traits, *, scales: Scales | None = None) -> dict[st
                 "splitLine": {"lineStyle": {"color": "#e6ebef"}},
             }
         )
-        points = [[_digits(p / traits.rate), _digits(v)] for p, v in zip(place, value, strict=True)]
+        # Two lists, not a list for each point: the server watches every list that it shows for changes.
+        columns = {"t": [_digits(p / traits.rate) for p in place], "v": [_digits(v) for v in value]}
+        data.append({"source": columns})
         series.append(
             {
                 "type": "line",
                 "name": name,
-                "data": points,
+                "datasetIndex": row,
+                "encode": {"x": "t", "y": "v"},
                 "xAxisIndex": row,
                 "yAxisIndex": row,
                 "showSymbol": False,
@@ -84,7 +87,14 @@ def waveform_options(traits: Traits, *, scales: Scales | None = None) -> dict[st
                 "animation": False,
             }
         )
-    return {"animation": False, "grid": grids, "xAxis": x_axes, "yAxis": y_axes, "series": series}
+    return {
+        "animation": False,
+        "grid": grids,
+        "xAxis": x_axes,
+        "yAxis": y_axes,
+        "dataset": data,
+        "series": series,
+    }
 
 
 def waveform_height(traits: Traits) -> int:
