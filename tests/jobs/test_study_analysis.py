@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from tactogram.cli import main
-from tactogram.jobs.study_analysis import analyse_study, margins_of, study_power, targets_of
+from tactogram.jobs.study_analysis import analyse_study, margins_of, targets_of
+from tactogram.jobs.study_power import study_power
 
 
 @pytest.fixture

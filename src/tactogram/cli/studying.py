@@ -203,7 +203,7 @@ def analyse(a: Arguments) -> None:
 
 def power(a: Arguments) -> None:
     """Say what a study of some size can show, before it is run: exactly, and with simulated participants."""
-    from tactogram.jobs.study_analysis import study_power
+    from tactogram.jobs.study_power import study_power
 
     result = study_power(
         a.design,

@@ -1,4 +1,4 @@
-"""Studies analysed as JSON, text and figures; and what a study of some size could show."""
+"""Studies analysed as JSON, text, figures and a report."""
 
 from __future__ import annotations
 
@@ -18,15 +18,12 @@ from tactogram.jobs.study_answers import open_answers, study_of
 from tactogram.jobs.study_report import Taken, write_study_report
 from tactogram.signal.io.files import written_beside
 from tactogram.study.analysis import MARGINS, Plan, analyse
-from tactogram.study.analysis.finding import finite, table_lines
 from tactogram.study.analysis.words import Targets
 from tactogram.study.answers import Answers, read_cells
 from tactogram.study.naming import named_answers, named_section
 from tactogram.study.planned import ALPHA
-from tactogram.study.planned import MARGINS as MARGINS_OF
-from tactogram.study.power import DESIGNS, ENOUGH, TRIED, PowerTable, power_table
 from tactogram.study.practice import MARK
-from tactogram.study.study_file import Study, shipped_studies
+from tactogram.study.study_file import Study
 from tactogram.study.wording import Language
 
 JSON_FILE, TEXT_FILE, REPORT_FILE = "analysis.json", "analysis.txt", "report.html"
@@ -169,42 +166,6 @@ def _drawn(names: Mapping[str, str]) -> bool:
     return all(name.isascii() for name in names.values())
 
 
-def study_power(design: Path | str, **options: Any) -> dict[str, Any]:
-    """Return what a study can show, with a text.
-
-    Parameters
-    ----------
-    design : str or Path
-        One of `tactogram.study.power.DESIGNS`; or a study, shipped or a file, whose design, margin and numbers of
-        trials and items are taken where nothing else is given.
-    **options
-        Those of `power_table`.
-    """
-    name = str(design)
-    if name not in DESIGNS and (name in shipped_studies() or Path(name).is_file()):
-        study = Study.load(name)
-        name = study.design.model_dump()["kind"]
-        options = power_options(study) | {key: value for key, value in options.items() if value}
-    found = power_table(name, **options)
-    plain: dict[str, Any] = finite(found.as_dict())
-    return plain | {"text": _power_text(found)}
-
-
-def power_options(study: Study) -> dict[str, Any]:
-    """Return what a study's file says of the options of `power_table`: its margin, and its own number of trials."""
-    kind = study.design.model_dump()["kind"]
-    options: dict[str, Any] = {}
-    if margins := [study.planned.values[name] for name in MARGINS_OF[kind] if name in study.planned.values]:
-        options["margin"] = margins[0]
-    if kind in ("two_area", "abx", "pairwise"):
-        options["trials"] = (study.trials,)
-    if kind == "staircase":
-        options["trials"] = (study.design.model_dump()["most_trials"],)
-    if kind == "pairwise":
-        options["items"] = len(study.all_stimuli)
-    return options
-
-
 def margins_of(texts: Sequence[str]) -> dict[str, float]:
     """Return margins from ``QUESTION=VALUE``, as the command line gives them.
 
@@ -290,40 +251,3 @@ def _opened(
             f"{source}: has no rows of design {design!r}, but {', '.join(answers.unique('design'))}"
         )
     return kept
-
-
-def _power_text(found: PowerTable) -> str:
-    assumed = found.assumed
-    error = 2 * math.sqrt(0.05 * 0.95 / found.simulations)
-    lines = [
-        f"What a study of design {found.design} can show, by {found.simulations} studies of simulated participants per "
-        f"row (a share of .05 is known to ±{error:.3f}).",
-        f"Effect: {assumed.effect:g} {assumed.effect_text}; person_sd {assumed.person_sd:g}, "
-        f"trial_sd {assumed.trial_sd:g}, margin ±{assumed.margin:g}; a trial: {assumed.trials_text}.",
-        f"power, type_1, equivalence: {assumed.test}, the last where there is no difference.",
-    ]
-    if assumed.printed:
-        lines.append(f"printed_…: {assumed.printed}, which takes answers as independent.")
-    if assumed.kind in ("share", "votes"):
-        lines.append(
-            "exact_…: exact binomial if answers were independent; equivalence 0.000 where it is impossible."
-        )
-    if assumed.kind == "strengths":
-        lines.append(
-            "power: of a pair that differs; type_1: that any pair is shown where none differs; equivalence: of a pair, "
-            "all_equivalent: of all pairs at once."
-        )
-    return "\n".join([*lines, *_reached(found), "", *table_lines(found.rows)])
-
-
-def _reached(found: PowerTable) -> list[str]:
-    """Return how many participants it takes to show equivalence, in a sentence for each number of trials."""
-    margin = f"within ±{found.assumed.margin:g}"
-    return [
-        f"With {trials} trials each, equivalence {margin} is not shown in {ENOUGH:.0%} of studies even by {TRIED[-1]} "
-        "participants: take more trials or a wider margin."
-        if people is None
-        else f"With {trials} trials each it takes about {people} participants to show equivalence {margin} in "
-        f"{ENOUGH:.0%} of studies."
-        for trials, people in found.equivalence_from.items()
-    ]

@@ -37,7 +37,7 @@ def power() -> None:
 
         @telling
         async def reckon() -> None:
-            from tactogram.jobs.study_analysis import study_power
+            from tactogram.jobs.study_power import study_power
 
             with busy("taking studies by simulated participants", button=button):
                 found = await in_background(
