@@ -1,6 +1,6 @@
 """The tablet with strings of Saga et al.: how a vibration becomes a force on the finger, and tensions of strings.
 
-The publication presents three-axis accelerations on a tablet whose strings pull the finger pad (paper 000, Sec. IV),
+The publication presents three-axis accelerations on a tablet whose strings pull the finger pad (Saga et al., Sec. IV),
 and does not say how three axes become its drive. Here that is a choice of the display's ``axes``:
 
 - ``dft321`` (or ``mean``, or an axis's name): one vibration, rendered along ``along``, the direction of the stroke;

@@ -57,7 +57,7 @@ class SimulatedEffect(BaseModel):
 UNIT: Mapping[str, float] = {"vas": 10.0, "steps": 1.0, "number": 0.1}
 """What 1 stands for in ``between_sd`` and ``within_sd``: mm, steps, factors of 10."""
 AVERAGE_SHARE = 0.55
-"""Of a VAS: the paper's realism lay between 50 and 60 mm for most textures (000, Sec. IV-B)."""
+"""Of a VAS: the paper's realism lay between 50 and 60 mm for most textures (Saga et al., Sec. IV-B)."""
 
 
 class SimulatedParticipant:
