@@ -10,7 +10,8 @@ import pytest
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.study import session_store
-from tactogram.study.session_store import CODE, SessionStore, drawn_code
+from tactogram.study.session_people import CODE, drawn_code
+from tactogram.study.session_store import SessionStore
 from tactogram.study.simulated import SimulatedEffect, SimulatedParticipant, simulate, take
 
 HASH = "0" * 64

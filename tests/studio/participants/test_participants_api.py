@@ -22,7 +22,8 @@ from tactogram.studio.participants.playing import ServerDisplay
 from tactogram.studio.participants.sessions import Sessions
 from tactogram.studio.participants.tickets import join_key_of, keys_of, ticket_of
 from tactogram.study import session_store
-from tactogram.study.session_store import CODE, SessionStore
+from tactogram.study.session_people import CODE
+from tactogram.study.session_store import SessionStore
 
 
 def tokens(store, code):

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tactogram.errors import DataError
-from tactogram.study.session_store import DIGITS, LETTERS
+from tactogram.study.session_people import DIGITS, LETTERS
 
 FILE = "keys.json"
 TICKET_BYTES = 24

@@ -14,7 +14,8 @@ from tactogram.studio.participants.sessions import Sessions
 from tactogram.studio.server import Answering, serve
 from tactogram.studio.studies.experiment_view import address_of
 from tactogram.studio.studio import Studio
-from tactogram.study.session_store import SessionStore, checked_code
+from tactogram.study.session_people import checked_code
+from tactogram.study.session_store import SessionStore
 
 
 def run_study(

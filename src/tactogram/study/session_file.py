@@ -1,0 +1,191 @@
+"""The file of a session: SQLite, opened, switched to its log, written in transactions and compacted.
+
+Write-ahead log and ``synchronous=FULL``: what was written is on the disk, and what a kill or a power cut leaves behind
+opens with it.
+"""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from tactogram.errors import DataError, ParameterError
+from tactogram.study.session_tables import STEPS, TABLES, VERSION
+from tactogram.study.study_file import Study
+
+FILE = "answers.sqlite"
+TRIES = 40
+"""How often opening a file is tried that another process is making."""
+AGAIN = "close what else reads it, and compact it"
+WAIT_S = 30.0
+"""For another writer. A write takes some ms; only a vacuum takes longer."""
+
+
+class SessionFile:
+    """The file in which one study's session lies; safe for several threads and processes at once.
+
+    Parameters
+    ----------
+    folder : Path
+    study : Study, optional
+        Needed for a folder that is new; else it must be the one that was begun.
+
+    Raises
+    ------
+    DataError
+        If the folder holds another study, or a file that is no session store.
+    """
+
+    def __init__(self, folder: Path, study: Study | None = None) -> None:
+        self.path = folder / FILE
+        if study is None and not self.path.is_file():
+            raise DataError(f"{folder}: no study was begun here; run one, or say which folder holds it")
+        folder.mkdir(parents=True, exist_ok=True)
+        self._lock = threading.RLock()
+        try:
+            self._connection = sqlite3.connect(
+                self.path, timeout=WAIT_S, isolation_level=None, check_same_thread=False
+            )
+            self.study = self._begun(study)
+        except sqlite3.DatabaseError as error:
+            raise DataError(f"{self.path}: no readable session store: {error}") from error
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file; what was stored stays."""
+        with self._lock:
+            self._connection.close()
+
+    @property
+    def ended(self) -> str | None:
+        """When the experimenter ended the study, by the clock of then; None while it goes on."""
+        with self._lock:
+            row = self._connection.execute("SELECT ended FROM study").fetchone()
+        return None if row[0] is None else str(row[0])
+
+    def end(self) -> None:
+        """End the study: nobody joins, and who has not finished does not go on. What was answered stays."""
+        with self._writing() as rows:
+            rows.execute("UPDATE study SET ended = ? WHERE ended IS NULL", (now_utc(),))
+
+    def go_on(self) -> None:
+        """Let a study go on that was ended."""
+        with self._writing() as rows:
+            rows.execute("UPDATE study SET ended = NULL")
+
+    def compact(self) -> None:
+        """Write the file anew without what was deleted, and empty its log.
+
+        Raises
+        ------
+        DataError
+            If another process reads it all the while; what was deleted is deleted, and may stand in the log.
+        """
+        with self._lock:
+            try:
+                self._connection.execute("VACUUM")
+                busy = self._connection.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0]
+            except sqlite3.OperationalError as error:
+                raise DataError(f"{self.path}: deleted, but not written anew: {error}; {AGAIN}") from error
+            if busy:
+                raise DataError(f"{self.path}: deleted, but its log could not be emptied; {AGAIN}")
+
+    def _begun(self, study: Study | None) -> Study:
+        connection = self._connection
+        self._use_log()
+        connection.execute("PRAGMA synchronous=FULL")
+        connection.execute("PRAGMA secure_delete=ON")
+        connection.execute("PRAGMA foreign_keys=ON")
+        with self._writing() as rows:
+            version = rows.execute("PRAGMA user_version").fetchone()[0]
+            if not 0 <= version <= VERSION:
+                raise DataError(
+                    f"{self.path}: is of version {version}, this program knows versions up to {VERSION}; "
+                    "open it with the program that made it"
+                )
+            if version == 0:
+                if study is None:
+                    raise DataError(f"{self.path}: holds no study")
+                for table in TABLES:
+                    rows.execute(table)
+                rows.execute(
+                    "INSERT INTO study (id, facts, begun) VALUES (1,?,?)", (study.as_json(), now_utc())
+                )
+            else:
+                for older in range(version, VERSION):
+                    for step in STEPS[older]:
+                        rows.execute(step)
+            rows.execute(f"PRAGMA user_version = {VERSION}")
+            [facts] = rows.execute("SELECT facts FROM study").fetchone()
+        begun = Study.of(json.loads(facts), where=str(self.path))
+        if study is not None and study.sha256 != begun.sha256:
+            raise DataError(
+                f"{self.path.parent}: was begun with another {begun.name} than this {study.name} (they differ in "
+                f"{begun.differing(study)}); give another folder, or the file as it was"
+            )
+        return begun
+
+    def _use_log(self) -> None:
+        """Switch to the write-ahead log; another process may be doing the same to a new file."""
+        for attempt in range(TRIES):
+            try:
+                self._connection.execute("PRAGMA journal_mode=WAL")
+            except sqlite3.OperationalError:
+                if attempt == TRIES - 1:
+                    raise
+                time.sleep(0.05)
+            else:
+                return
+
+    @contextmanager
+    def _writing(self) -> Iterator[sqlite3.Connection]:
+        """Give the connection in a transaction that no other writer is in."""
+        with self._lock:
+            try:
+                self._connection.execute("BEGIN IMMEDIATE")
+                try:
+                    yield self._connection
+                except BaseException:
+                    # A full disk has rolled it back already.
+                    if self._connection.in_transaction:
+                        self._connection.execute("ROLLBACK")
+                    raise
+                self._connection.execute("COMMIT")
+            except sqlite3.OperationalError as error:
+                # A full disk, a file that went away, another writer that never ends.
+                if self._connection.in_transaction:
+                    self._connection.execute("ROLLBACK")
+                raise DataError(f"{self.path}: nothing was stored: {error}") from error
+
+    def _check_going(self) -> None:
+        if self.ended is not None:
+            raise ParameterError("the study was ended by the experimenter")
+
+
+def now_utc() -> str:
+    """Return the time as the store writes it; it orders nothing."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds")
+
+
+def add_device(rows: sqlite3.Connection, number: int, token: str, facts: Mapping[str, Any]) -> None:
+    """Write down what a device says of itself, within a transaction; nothing where it says nothing."""
+    if facts:
+        rows.execute(
+            "INSERT INTO device (participant, token, facts, at) VALUES (?,?,?,?)",
+            (number, token, json.dumps(facts, ensure_ascii=False), now_utc()),
+        )
