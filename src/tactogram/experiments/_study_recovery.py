@@ -166,7 +166,7 @@ def outcome_of(found: Mapping[str, Any], truth: float, nothing: float, kind: str
     return ABSENT if found["verdict"] == EQUIVALENT else UNDECIDED
 
 
-def expectedsteps(mean: float, sd: float, low: float, high: float) -> float:
+def expected_steps(mean: float, sd: float, low: float, high: float) -> float:
     """Return the mean of normal answers that are rounded to steps and held at the scale's ends."""
     steps = np.arange(low, high + 1)
     edges = np.concatenate(([-np.inf], steps[:-1] + 0.5, [np.inf]))
@@ -229,7 +229,7 @@ def steps(first: str, second: str = "") -> Truth:
                 said = 0.15 * typical(effect, seed, stimulus.item, word)
                 mean = low + (high - low) * (0.5 + said) + shift
                 key = stimulus.condition if second else stimulus.item
-                means.setdefault(key, []).append(expectedsteps(mean, sd, low, high))
+                means.setdefault(key, []).append(expected_steps(mean, sd, low, high))
         whole = {key: float(np.mean(values)) for key, values in means.items()}
         others = [whole[second]] if second else [value for key, value in whole.items() if key != first]
         return whole[first] - float(np.mean(others))

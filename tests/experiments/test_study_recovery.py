@@ -3,34 +3,10 @@
 import numpy as np
 import pytest
 
-from tactogram.experiments import _browser_recovery as recovery
+from tactogram.experiments import _study_recovery as recovery
 from tactogram.experiments.studies_in_browser import STUDIES
-from tactogram.study.simulated import SimulatedEffect, SimulatedParticipant
-from tactogram.study.sitting import next_page
+from tactogram.study.simulated import SimulatedEffect, simulated_answers
 from tactogram.study.study_file import Study
-from tactogram.study.trials import Given, Participant
-
-
-def taken(study, effect, *, people, seed=1):
-    """Return (item, condition, value) of every answer to a trial, without pages."""
-    rows = []
-    for number in range(1, people + 1):
-        who, given = Participant("S1", number, simulated=True), []
-        simulated = SimulatedParticipant(effect, (seed, number))
-        while (page := next_page(study, who, given)) is not None:
-            answers = page.accepted(simulated.answer(page))
-            given.append(Given(page.token, answers, page.more))
-            if page.token.startswith("trial"):
-                for asked in page.asked:
-                    text = answers[asked.key]
-                    rows.append(
-                        (
-                            asked.stimulus,
-                            asked.condition,
-                            asked.values.get(text) if asked.values else float(text),
-                        )
-                    )
-    return rows
 
 
 def test_every_study_is_looked_at():
@@ -40,16 +16,18 @@ def test_every_study_is_looked_at():
 @pytest.mark.parametrize(
     ("name", "changes", "group", "first", "second"),
     [
-        ("plate-words", {"grid.count": 2}, 0, "plate01", "plate02"),
-        ("evoked-words", {"grid.count": 2, "design.set_size": 2}, 0, "image001", "image002"),
-        ("image-words", {"grid.count": 1}, 1, "1", "1000"),
+        ("plate-words", {"grid.count": 2}, "stimulus", "plate01", "plate02"),
+        ("evoked-words", {"grid.count": 2, "design.set_size": 2}, "stimulus", "image001", "image002"),
+        ("image-words", {"grid.count": 1}, "condition", "1", "1000"),
     ],
 )
 def test_the_truth_is_that_of_many_simulated_answers(name, changes, group, first, second):
     study, of = Study.load(name, changes=changes), STUDIES[name]
     effect = SimulatedEffect(**of.effect, **of.people)
-    rows = taken(study, effect, people=300)
-    means = [np.mean([row[2] for row in rows if row[group] == key]) for key in (first, second)]
+    answers = simulated_answers(study, 120, effect=effect, seed=1).where(
+        lambda row: row.design != "questions"
+    )
+    means = [np.mean(answers.where(**{group: key}).numbers()) for key in (first, second)]
     truth = recovery.LOOKED[name][0].truth(effect, study, 1)
     assert abs(truth) > 0.3
     assert means[0] - means[1] == pytest.approx(truth, abs=0.1 if name != "evoked-words" else 0.04)
