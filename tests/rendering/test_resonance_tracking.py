@@ -91,6 +91,23 @@ def test_a_jump_is_lost_and_found_again():
     assert abs(result.errors_hz[-1]) < 2
 
 
+def test_a_jump_is_found_again_after_a_lock_that_was_no_number():
+    count, true = 0, preset("free")
+
+    def measure(frequency):
+        nonlocal count, true
+        count += 1
+        if count == 82:
+            true = true.shifted(400.0)
+            return complex("nan")
+        return true.admittance(frequency)
+
+    tracker = ResonanceTracker(measure)
+    tracker.lock()
+    [tracker.step() for _ in range(4)]
+    assert tracker.frequency_hz == pytest.approx(28_600, abs=2)
+
+
 def test_nothing_to_lock_on_is_said():
     with pytest.raises(TrackingError, match="no lock"):
         ResonanceTracker(lambda f: 2j * np.pi * f * 3.8e-9).lock()

@@ -95,6 +95,10 @@ def test_a_sweep_is_read_and_a_bad_line_named(tmp_path):
     f, y = read_sweep(good)
     assert f.tolist() == [28000, 28200]
     assert y[1] == 0.01 + 0.0007j
+    log = ("1,sweep", "2,lock", "3,lost", "4,sweep", "5,sweep", "6,lock", "7,track", "8,sweep")
+    lines = (f"{line},0.01,0.001" for line in log)
+    good.write_text("\n".join(["frequency_hz,state,conductance_s,susceptance_s", *lines]))
+    assert read_sweep(good)[0].tolist() == [4, 5]
     good.write_text("frequency_hz,conductance_s,susceptance_s\n28000,x,0.0007\n")
     with pytest.raises(DataError, match=r"sweep.csv, line 2: needs three numbers"):
         read_sweep(good)

@@ -6,6 +6,7 @@ import sys
 
 from tactogram.cli.options import Verbs
 from tactogram.cli.printing import Arguments, columns, lines_of, print_result
+from tactogram.cli.stopping import ended_as_by_ctrl_c
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -21,7 +22,11 @@ def add_verbs(verbs: Verbs) -> None:
     add("--confidence", type=float, default=0.95, help="of the intervals (default %(default)g)")
 
     add = verbs.add("transducer", transducer)
-    add("sweep", metavar="SWEEP.csv", help="columns frequency_hz, conductance_s, susceptance_s")
+    add(
+        "sweep",
+        metavar="SWEEP.csv",
+        help="columns frequency_hz, conductance_s, susceptance_s; or a log of `track`, of which its sweep is read",
+    )
 
     add = verbs.add("track", track)
     add("--display", required=True, metavar="NAME|FILE", help="ultrasonic, output = 'envelope'")
@@ -115,6 +120,7 @@ def transducer(a: Arguments) -> None:
     print_result(a, result, lines_of(result))
 
 
+@ended_as_by_ctrl_c()
 def track(a: Arguments) -> None:
     """Keep a carrier at a transducer's resonance, by its measured voltage and current."""
     from tactogram.jobs.resonance import TrackSettings, track
@@ -151,6 +157,7 @@ def _told(line: str) -> None:
     sys.stderr.flush()
 
 
+@ended_as_by_ctrl_c()
 def play(a: Arguments) -> None:
     """Play a rendered drive on a sound card, or an envelope on a generator that makes the carrier itself."""
     if a.device.partition(":")[0] in ("audio", "null"):

@@ -12,6 +12,19 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 @contextmanager
+def ended_as_by_ctrl_c() -> Iterator[None]:
+    """Let SIGTERM interrupt a verb as Ctrl-C does: an actuator is brought to rest on the way out."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+@contextmanager
 def asked_to_stop() -> Iterator[Callable[[], bool]]:
     """Give a function that says whether it was asked; outside of a process's main thread it never is."""
     if threading.current_thread() is not threading.main_thread():

@@ -6,6 +6,7 @@ import sys
 
 from tactogram.cli.options import Verbs, models_option, signal_arguments, signal_options
 from tactogram.cli.printing import Arguments, print_result
+from tactogram.cli.stopping import ended_as_by_ctrl_c
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -66,6 +67,7 @@ def add_verbs(verbs: Verbs) -> None:
     models_option(add)
 
 
+@ended_as_by_ctrl_c()
 def stream(a: Arguments) -> None:
     """Play textures that follow a finger, and measure how late they are."""
     from pathlib import Path

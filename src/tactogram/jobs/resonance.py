@@ -14,6 +14,7 @@ import numpy as np
 from tactogram.capture.addresses import open_source
 from tactogram.capture.pair import PairRecorder
 from tactogram.errors import ParameterError
+from tactogram.jobs.stream_settings import check_folder
 from tactogram.rendering import ultrasonic
 from tactogram.rendering.admittance import Carrier, MeasuredAdmittance, Probes, Recorder, Timing
 from tactogram.rendering.catalogue import open_display
@@ -72,6 +73,8 @@ class TrackSettings:
             raise ParameterError(
                 f"steps must be 1 to a million, every 0 to 3600 s, got {self.steps} and {self.every_s:g}"
             )
+        if self.seed < 0:
+            raise ParameterError(f"seed must be >= 0, got {self.seed}")
 
 
 def track(
@@ -124,6 +127,10 @@ def track(
         If there is no resonance, or a device fails; it is at 0 V then, and the log is written all the same.
     """
     settings = settings or TrackSettings()
+    if out is not None:
+        check_folder(Path(out))
+        if Path(out).suffix.lower() != ".csv":
+            raise ParameterError(f"{out}: a log's suffix must be .csv, got {Path(out).suffix!r}")
     known = open_display(display).settings
     if not isinstance(known, ultrasonic.Settings) or known.output != "envelope":
         raise ParameterError(

@@ -98,6 +98,11 @@ def check_files(out: Path | None, figure: Path | None) -> None:
     if figure is not None and figure.suffix.lower() != ".png":
         raise ParameterError(f"{figure}: a figure's suffix must be .png, got {figure.suffix}")
     for path in filter(None, (out, figure)):
-        there = next(folder for folder in path.absolute().parents if folder.exists())
-        if not there.is_dir() or not os.access(there, os.W_OK):
-            raise ParameterError(f"{path}: {there} is no folder that may be written to")
+        check_folder(path)
+
+
+def check_folder(path: Path) -> None:
+    """Refuse a path whose folder cannot be written to."""
+    there = next(folder for folder in path.absolute().parents if folder.exists())
+    if not there.is_dir() or not os.access(there, os.W_OK):
+        raise ParameterError(f"{path}: {there} is no folder that may be written to")

@@ -163,7 +163,8 @@ class ResonanceTracker:
         self.found = found
         self._frequency = self._kept(found.resonance_hz)
         value = complex(self._measure(self._frequency))
-        self._at_lock = max(value.real, 1 / found.r1_ohm / 2)
+        # In this order: where the measurement is no number, max returns the first.
+        self._at_lock = max(1 / found.r1_ohm / 2, value.real)
         self._before, self._weak, self._broken = math.nan, 0, 0
         return self._note("lock", self._frequency, value, self._frequency)
 

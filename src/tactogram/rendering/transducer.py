@@ -18,7 +18,10 @@ from __future__ import annotations
 
 import csv
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby, pairwise
+from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
@@ -210,6 +213,9 @@ def fitted(frequency: ArrayLike, admittance: ArrayLike) -> Transducer:
 def read_sweep(path: Path | str) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
     """Return frequencies in Hz and admittances in S of a CSV with columns frequency_hz, conductance_s, susceptance_s.
 
+    Of a log of tracking, which has a column ``state`` too, its last whole sweep: what came after was measured of a
+    resonance that may have moved.
+
     Raises
     ------
     DataError
@@ -218,6 +224,7 @@ def read_sweep(path: Path | str) -> tuple[NDArray[np.float64], NDArray[np.comple
     path = Path(path)
     columns = ("frequency_hz", "conductance_s", "susceptance_s")
     rows: list[list[float]] = []
+    states: list[str] = []
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             table = csv.DictReader(file)
@@ -230,12 +237,22 @@ def read_sweep(path: Path | str) -> tuple[NDArray[np.float64], NDArray[np.comple
                     raise DataError(
                         f"{path}, line {table.line_num}: needs three numbers, got {row}"
                     ) from None
+                states.append(row.get("state") or "sweep")
     except (OSError, UnicodeDecodeError) as error:
         raise DataError(f"{path}: not a table of text that can be read ({error})") from None
-    if not rows:
+    swept = _last_sweep(rows, states)
+    if not swept:
         raise DataError(f"{path}: holds no point")
-    f, g, b = np.array(rows).T
+    f, g, b = np.array(swept).T
     return f, g + 1j * b
+
+
+def _last_sweep(rows: Sequence[list[float]], states: Sequence[str]) -> list[list[float]]:
+    """Return the rows of the last sweep that led to a lock; of all sweeps where none did."""
+    pieces = groupby(zip(states, rows, strict=True), itemgetter(0))
+    runs = [(state, [row for _, row in held]) for state, held in pieces]
+    locked = [held for (state, held), (then, _) in pairwise(runs) if (state, then) == ("sweep", "lock")]
+    return locked[-1] if locked else [row for state, held in runs if state == "sweep" for row in held]
 
 
 def _first_guess(f: NDArray[np.float64], y: NDArray[np.complex128]) -> Transducer:
