@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tactogram.signal import Signal
+from tactogram.studio.make.map_picture import NARROW_PX, WIDE_PX, label_shifts, map_html
 from tactogram.studio.make.material_map import (
     APART,
     MARGIN,
@@ -97,3 +98,36 @@ def test_levels_are_of_bands_that_all_have():
     assert level.shape[0] == 2
     assert level.shape[1] >= 8
     assert np.ptp(level) <= 60
+
+
+FIRST = {
+    "artificial-grass": (0.9, 0.4244),
+    "carpet": (0.6857, 0.3992),
+    "cloth": (0.1, 0.269),
+    "cork-sheet": (0.3294, 0.3833),
+    "luncheon-mat-01": (0.4812, 0.321),
+    "luncheon-mat-02": (0.2554, 0.316),
+    "luncheon-mat-03": (0.4599, 0.6874),
+    "punched-plastic-sheet": (0.5936, 0.5225),
+    "tile": (0.1627, 0.731),
+}
+"""Where the first surfaces stand."""
+
+
+@pytest.mark.parametrize("size", [WIDE_PX, NARROW_PX])
+def test_no_name_on_the_map_covers_another_or_leaves_it(size):
+    names, places = tuple(FIRST), np.array(list(FIRST.values()))
+
+    corner = places * size + label_shifts(names, places, size)
+
+    far = corner + np.array([(6 * len(name), 14) for name in names])  # 6 px a character
+    shared = np.minimum(far[:, None], far) - np.maximum(corner[:, None], corner)
+    assert not np.any((shared > 0).all(-1) & ~np.eye(len(names), dtype=bool))
+    assert corner.min() >= 0
+    assert np.all(far <= size)
+
+
+def test_the_map_places_names_for_a_desktop_and_for_a_tablet():
+    picture = map_html(tuple(FIRST), np.array(list(FIRST.values())), [0.5, 0.5])
+
+    assert picture.count("--wide: translate(") == picture.count("--narrow: translate(") == len(FIRST)

@@ -6,19 +6,20 @@ from html import escape
 from typing import Any
 
 Box = tuple[float, float, float, float]
-MAP_PX = (360.0, 324.0)
-"""Size for which names are placed on the map; it is as wide as the form."""
+WIDE_PX, NARROW_PX = (360.0, 324.0), (268.0, 241.0)
+"""Sizes for which names are placed on the map, which is as wide as the form: of a desktop, and of a tablet."""
 LONGEST_NAME, CHARACTER_PX = 22, 6.0
 
 
 def map_html(materials: tuple[str, ...], places: Any, point: list[float]) -> str:
     """Return the map as HTML, with its handle; positions are shares of its sides."""
     dots = []
-    for name, (x, y), (dx, dy) in zip(materials, places, label_shifts(materials, places), strict=True):
+    shifts = [label_shifts(materials, places, size) for size in (WIDE_PX, NARROW_PX)]
+    for name, (x, y), wide, narrow in zip(materials, places, *shifts, strict=True):
         where = f"left: {100 * x:.2f}%; top: {100 * y:.2f}%"
         dots.append(
             f'<span class="dot" style="{where}"></span><span class="dot-name" style="{where}; '
-            f'transform: translate({dx:.0f}px, {dy:.0f}px)">{escape(shortened(name))}</span>'
+            f'--wide: {_moved(wide)}; --narrow: {_moved(narrow)}">{escape(shortened(name))}</span>'
         )
     names = escape(", ".join(materials), quote=True)
     return (
@@ -34,13 +35,19 @@ def shortened(name: str) -> str:
     return name if len(name) <= LONGEST_NAME else name[: LONGEST_NAME - 1] + "…"
 
 
-def label_shifts(materials: tuple[str, ...], places: Any) -> list[tuple[float, float]]:
+def _moved(shift: tuple[float, float]) -> str:
+    return f"translate({shift[0]:.0f}px, {shift[1]:.0f}px)"
+
+
+def label_shifts(
+    materials: tuple[str, ...], places: Any, size: tuple[float, float]
+) -> list[tuple[float, float]]:
     """Return by how many pixels the upper left corner of each name stands from its dot.
 
     Names are placed one after the other, where they cover the least of dots, of names before, and of the edge, on a map
-    of `MAP_PX`.
+    of ``size`` (width, height).
     """
-    width, height = MAP_PX
+    width, height = size
     dots = [(width * x - 6, height * y - 6, width * x + 6, height * y + 6) for x, y in places]
     taken: list[Box] = []
     shifts = []
