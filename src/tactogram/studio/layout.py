@@ -36,7 +36,7 @@ CHOOSER = """<div class="chooser">
 <span hidden><q-uploader-add-trigger /></span>
 </div>"""
 """Quasar's own button of an upload is a link around an input, without a name."""
-HEAD = '<link rel="stylesheet" href="/static/studio.css">'
+HEAD = '<link rel="stylesheet" href="/static/studio.css"><script type="module" src="/static/sliders.js"></script>'
 
 
 @contextmanager

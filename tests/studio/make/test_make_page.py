@@ -190,7 +190,12 @@ def test_ten_words_are_ticked_scored_and_made_of(tab):
     shares = tab.locator(".sliders .share")
     assert shares.all_inner_texts() == ["mean"] * 10
 
-    tab.locator("[data-word=rough] [tabindex]").press("PageUp")
+    slider = tab.get_by_role(
+        "slider", name="Score of rough"
+    )  # the keyboard reaches what has the role and the name
+    slider.press("PageUp")
+    tab.wait_for_function("() => document.activeElement.ariaValueNow === '5'")
+    assert slider.evaluate("slider => slider === document.activeElement")
     tab.get_by_role("checkbox", name="sticky").click()
     rough, sticky = (list(WORDS).index(word) for word in ("rough", "sticky"))
     tab.wait_for_function(
