@@ -1,11 +1,15 @@
+import fcntl
 import json
 import shutil
+from dataclasses import replace
 
 import pytest
 
 from tactogram.cli.command import main
 from tactogram.errors import RunError
+from tactogram.jobs import at_work as looking
 from tactogram.jobs.at_work import at_work, is_at_work
+from tactogram.jobs.beginning import begin
 from tactogram.jobs.resuming import plan_of, resume
 from tactogram.training.run import Run
 
@@ -57,6 +61,29 @@ def test_two_processes_never_train_one_run(unfinished):
             resume(unfinished.folder, accelerator="cpu")
     assert not is_at_work(unfinished.folder)
     assert not is_at_work(unfinished.folder / "nothing")
+
+
+def test_a_run_in_work_is_refused_before_anything_is_prepared(unfinished, monkeypatch):
+    monkeypatch.setattr("tactogram.jobs.training._material", None)  # would be called
+    with at_work(unfinished.folder), pytest.raises(RunError, match="another process trains here at present"):
+        resume(unfinished.folder, accelerator="cpu")
+
+
+def test_whoever_only_looks_keeps_nobody_from_training(unfinished, monkeypatch):
+    with (unfinished.folder / "recipe.toml").open("rb") as other:
+        fcntl.flock(other, fcntl.LOCK_SH)  # as a page does that lists runs
+        monkeypatch.setattr(looking.time, "sleep", lambda seconds: fcntl.flock(other, fcntl.LOCK_UN))
+        with at_work(unfinished.folder):
+            assert is_at_work(unfinished.folder)
+
+
+def test_a_run_that_was_begun_meanwhile_keeps_its_split(unfinished):
+    plan = plan_of(unfinished)
+    before = (unfinished.folder / "split.json").read_bytes()
+    other = replace(plan, parts=replace(plan.parts, train=plan.parts.train[1:]))
+    with pytest.raises(RunError, match="a run is here already and has begun"):
+        begin(unfinished, other)
+    assert (unfinished.folder / "split.json").read_bytes() == before
 
 
 def test_what_a_run_has_said_is_not_said_again(run, capsys):

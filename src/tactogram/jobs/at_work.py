@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,6 +12,9 @@ from tactogram.errors import RunError
 
 HELD = "recipe.toml"
 """Locked while a process trains: written once, never replaced, and there as long as the run is."""
+
+TRIES, BETWEEN_S = 10, 0.02
+"""Whoever only looks holds the lock for a moment: that is waited for."""
 
 
 @contextmanager
@@ -23,9 +27,25 @@ def at_work(folder: Path) -> Iterator[None]:
         If another process trains there.
     """
     with (folder / HELD).open("rb") as file:
-        if not _locked(file.fileno()):
-            raise RunError(f"{folder}: another process trains here at present; wait for it, or stop it first")
+        for left in reversed(range(TRIES)):
+            if _locked(file.fileno()):
+                break
+            if not left:
+                raise _taken(folder)
+            time.sleep(BETWEEN_S)
         yield
+
+
+def check_idle(folder: Path) -> None:
+    """Refuse a run's folder in which another process trains, as `at_work` does, before anything is prepared.
+
+    Raises
+    ------
+    RunError
+        If another process trains there.
+    """
+    if is_at_work(folder):
+        raise _taken(folder)
 
 
 def is_at_work(folder: Path) -> bool:
@@ -35,6 +55,10 @@ def is_at_work(folder: Path) -> bool:
             return not _locked(file.fileno(), shared=True)
     except OSError:
         return False
+
+
+def _taken(folder: Path) -> RunError:
+    return RunError(f"{folder}: another process trains here at present; wait for it, or stop it first")
 
 
 def _locked(file: int, *, shared: bool = False) -> bool:

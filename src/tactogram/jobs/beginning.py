@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import RunError
+from tactogram.jobs.at_work import check_idle
 from tactogram.jobs.planning import Plan
 from tactogram.training.run import Run
 
@@ -28,11 +29,19 @@ def found(folder: Path, identity: str, resume: bool) -> Run:
             f"{folder}: was begun with another recipe, split or data; resume with the same ones, "
             "or give another --out"
         )
+    check_idle(folder)
     return run
 
 
 def begin(run: Run, plan: Plan) -> None:
-    """Make the folder of a new run, with all that `tactogram.jobs.resuming.resume` goes by."""
+    """Make the folder of a new run, with all that `tactogram.jobs.resuming.resume` goes by.
+
+    Raises
+    ------
+    RunError
+        If another process began one there since this one looked: nothing of that one is touched.
+    """
+    run.check_free()
     store, split = plan.store, plan.parts
     data: dict[str, Any] = {
         "path": os.fspath(Path(store.path).resolve()),
