@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from tactogram import models
-from tactogram.datasets import signal_kind
+from tactogram.datasets import Split, Store, label_of, signal_kind
 from tactogram.errors import ParameterError, RunError
 from tactogram.jobs.generate import generate, made_by, write_made
 from tactogram.jobs.rated import RatedData
 from tactogram.jobs.training import LoadedRun, load_run, part_examples, test_part
-from tactogram.model import Condition, Generator, Kind, RatedGenerator
+from tactogram.model import Condition, Generator, ImageKind, Kind, RatedGenerator
 from tactogram.signal import Image
 from tactogram.training.run import Run
 
@@ -48,14 +49,37 @@ def load_unfinished(folder: Path | str, *, model_folders: Sequence[Path] = ()) -
     return LoadedRun(run, facts, recipe, kind, model)
 
 
-def sample(folder: Path | str, *, number: int = 0, seed: int = 0) -> dict[str, Any]:
+def offered(folder: Path | str) -> list[str]:
+    """Return what a sample of a generator can be asked of, sorted: see `sample`; no network is loaded.
+
+    Raises
+    ------
+    RunError
+        If there is no run, or the data that it goes by is gone.
+    """
+    run = Run.open(Path(folder))
+    facts = models.find(run.recipe.model)
+    if "image" in facts.needs:
+        return _photographed(*test_part(run))
+    if run.finished:
+        kind = run.kind()
+        return sorted(kind.items if isinstance(kind, ImageKind) else kind.materials)
+    store, split = test_part(run)
+    if facts.learns_from == "images":
+        keys = {region.key for region in split.photographs.get("train", ())}
+        return sorted(item for item, held in store.photographs_by_material.items() if keys & set(held))
+    named = (label_of(store.info(segment.id), run.data["label"]) for segment in split.train)
+    return sorted({name for name in named if name is not None})
+
+
+def sample(folder: Path | str, *, of: str | None = None, seed: int = 0) -> dict[str, Any]:
     """Write a sample of a generator into ``samples`` of its run: of its last checkpoint where it still trains.
 
     Parameters
     ----------
     folder : path
-    number : int
-        Which of its materials, photographs or rated items to go by, counted round.
+    of : str, optional
+        Which of its materials, of those with a photograph, or of its rated items to go by; by default the first.
     seed : int
 
     Returns
@@ -67,7 +91,7 @@ def sample(folder: Path | str, *, number: int = 0, seed: int = 0) -> dict[str, A
     Raises
     ------
     ParameterError
-        If the run does not generate.
+        If the run does not generate, or not of that.
     RunError
         If there is no checkpoint yet.
     """
@@ -81,39 +105,45 @@ def sample(folder: Path | str, *, number: int = 0, seed: int = 0) -> dict[str, A
     position: dict[str, Any] = {"stage": None, "step": None}
     if not finished:
         _, position = load_state(folder / "checkpoint.safetensors")
-    of, condition = _condition(loaded, number)
+    name, asked, condition = _condition(loaded, of)
     image = loaded.facts.gives == "image"
     [made] = generate(loaded, condition, seconds=None if image else SAMPLE_S, seed=seed)
     place = "end" if finished else f"stage{position['stage']}-step{position['step']:06d}"
-    file = folder / "samples" / f"{place}-{number}{'.png' if isinstance(made, Image) else '.wav'}"
-    facts = {**made_by(loaded, seed), **position, "of": of}
-    return {**position, "of": of, **write_made(file, made, facts, simulated=loaded.simulated)}
+    suffix = ".png" if isinstance(made, Image) else ".wav"
+    file = folder / "samples" / f"{place}-{re.sub(r'[^A-Za-z0-9_-]+', '-', name)}{suffix}"
+    facts = {**made_by(loaded, seed), **position, "of": asked}
+    return {**position, "of": asked, **write_made(file, made, facts, simulated=loaded.simulated)}
 
 
-def _condition(loaded: LoadedRun, number: int) -> tuple[str, Condition]:
-    """Return what to ask a generator for, and how it is called."""
+def _condition(loaded: LoadedRun, of: str | None) -> tuple[str, str, Condition]:
+    """Return what to go by, how that is called, and what to ask a generator for."""
     needs = loaded.facts.needs
     if "words" in needs and isinstance(loaded.model, RatedGenerator):
-        items = sorted(loaded.model.rated_means)
-        item = items[number % len(items)]
+        item = _one(sorted(loaded.model.rated_means), of)
         low, high = loaded.any_kind.scale or (0.0, 1.0)
         means = loaded.model.rated_means[item]
         words = zip(loaded.any_kind.words, means.tolist(), strict=True)
-        return f"scores of {item}", {"words": {word: low + mean * (high - low) for word, mean in words}}
+        return item, f"scores of {item}", {"words": {word: low + mean * (high - low) for word, mean in words}}
     if "image" in needs:
         store, split = test_part(loaded.run)
-        held = sorted({material for _, material in _photographed(store, split)})
-        material = held[number % len(held)]
-        return f"photograph of {material}", {"image": store.photograph(store.photographs_of(material)[0])}
-    materials = loaded.kind.materials
-    material = materials[number % len(materials)]
-    return material, {"material": {material: 1.0}}
+        material = _one(_photographed(store, split), of)
+        image = store.photograph(store.photographs_of(material)[0])
+        return material, f"photograph of {material}", {"image": image}
+    material = _one(loaded.kind.materials, of)
+    return material, material, {"material": {material: 1.0}}
 
 
-def _photographed(store: Any, split: Any) -> list[tuple[str, str]]:
-    """Return recordings of a split whose material has a photograph, with the material."""
-    known = [(s.id, store.info(s.id).material) for s in (*split.test, *split.train)]
-    found = [(id, material) for id, material in known if material and store.photographs_of(material)]
+def _one(known: Sequence[str], of: str | None) -> str:
+    """Return the one that is asked for, or the first."""
+    if of is not None and of not in known:
+        raise ParameterError(f"a sample must be of one of {', '.join(known)}, got {of[:60]!r}")
+    return known[0] if of is None else of
+
+
+def _photographed(store: Store, split: Split) -> list[str]:
+    """Return the materials of a split that have a photograph, sorted."""
+    known = {store.info(segment.id).material for segment in (*split.test, *split.train)}
+    found = sorted(material for material in known if material and store.photographs_of(material))
     if not found:
         raise ParameterError("no material of the run has a photograph to go by")
     return found

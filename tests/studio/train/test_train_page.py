@@ -127,8 +127,10 @@ def test_a_training_is_watched_stopped_resumed_and_survives_the_server(browser, 
             tab.get_by_text("all of it is kept").first.wait_for()
             kept = checkpoint_step(run)["step"]
             assert kept >= metrics(run)[-1]["step"]
+            tab.get_by_role("combobox", name="of", exact=True).click()
+            tab.get_by_role("option", name="carpet").click()
             tab.get_by_role("button", name="Make a sample").click()
-            sample = tab.locator(".signal", has_text=f"artificial-grass at step {kept}")
+            sample = tab.locator(".signal", has_text=f"carpet at step {kept}")
             sample.wait_for()
             sample.get_by_text("simulated", exact=True).wait_for()  # made by what learned from simulated data
             trainings = Trainings(Workspace.at(workspace))

@@ -1,5 +1,6 @@
 import json
 import os
+import shutil
 import time
 
 import pytest
@@ -9,6 +10,7 @@ from tactogram.jobs.at_work import at_work
 from tactogram.jobs.fitting import check_training
 from tactogram.jobs.planning import Asked
 from tactogram.jobs.training import train
+from tactogram.jobs.unfinished import offered, sample
 from tactogram.models import find
 from tactogram.recipe import parse_changes
 from tactogram.studio.train import detached
@@ -153,8 +155,52 @@ def test_a_run_that_another_process_trains_is_left_alone(trainings, workspace):
             trainings.resume_run(run)
         with pytest.raises(ParameterError, match="a process trains it; stop it before"):
             trainings.delete_run(run)
+        stopped = Task(
+            "20260101-000000-abcdef",
+            "train",
+            ("train",),
+            "runs/elsewhere",
+            "2026-01-01T00:00:00+00:00",
+            stop_asked=True,
+        )
+        trainings._write(stopped)
+        with pytest.raises(
+            ParameterError, match="begun elsewhere trains it at present"
+        ):  # this studio began it once
+            trainings.resume_run(run)
     trainings.delete_run(run)
     assert not run.exists()
+
+
+def test_a_sample_is_asked_for_by_name(workspace, tmp_path):
+    run = tmp_path / "voices"
+    shutil.copytree(workspace / "studio/first/voices", run)
+    names = [f"luncheon-mat-0{number}" for number in (1, 2, 3)]
+    names = ["artificial-grass", "carpet", "cloth", "cork-sheet", *names, "punched-plastic-sheet", "tile"]
+    assert offered(run) == names
+    assert sample(run, of="tile")["of"] == "tile"
+    assert (run / "samples/end-tile.wav").is_file()
+    with pytest.raises(ParameterError, match="must be of one of artificial-grass, .* got 'foam'"):
+        sample(run, of="foam")
+    (run / "model.json").unlink()  # while it trains, its data says it
+    data = json.loads((run / "data.json").read_text())
+    (run / "data.json").write_text(json.dumps({**data, "path": str(workspace / STORE)}))
+    assert offered(run) == names
+
+
+def test_what_went_on_elsewhere_is_not_where_this_studio_left_it(trainings, workspace):
+    task = Task(
+        "20260102-000000-abcdef", "train", ("train",), "runs/on", "2026-01-02T00:00:00+00:00", Process(1, 0.0)
+    )
+    (workspace / "runs/on").mkdir(parents=True)
+    checkpoint, log = workspace / "runs/on/checkpoint.safetensors", trainings.folder / f"{task.id}.log"
+    checkpoint.write_bytes(b"")
+    trainings.folder.mkdir(parents=True, exist_ok=True)
+    log.write_text("tactogram: stopped after step 4 of 9 of gan; all of it is kept\n")
+    os.utime(log, (2e9, 2e9))
+    assert trainings.status(task).line.startswith("stopped after step 4")
+    os.utime(checkpoint, (2e9 + 9, 2e9 + 9))
+    assert trainings.status(task).line.startswith("a process that was begun elsewhere went on with it")
 
 
 def test_a_broken_record_is_left_out(trainings, tmp_path):

@@ -98,6 +98,7 @@ class _Form:
             self.refused = ui.label().classes("text-negative").props('role="alert"')
             self.start = ui.button("Start", on_click=telling(self._start)).classes("w-full")
         self._fill()
+        self._changed()  # what a reload kept is set without a change
 
     def _fill(self) -> None:
         """Show what belongs to the chosen model."""

@@ -136,7 +136,7 @@ def _row(
             else (task.command if task else "")
         )
         ui.label(told).classes("quiet small").style("overflow-wrap: anywhere")
-        if status is not None and status.line and status.state == "failed":
+        if status is not None and status.line and state_of(facts, status) == "failed":
             ui.label(status.line).classes("small text-negative")
         if task is not None and status is not None and status.active:
             moving[task.id] = (_bar(), ui.label().classes("small"))

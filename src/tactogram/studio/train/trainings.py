@@ -40,8 +40,8 @@ MADE = {
 LOG_BYTES = 64 * 1024
 """How much of the end of a log is looked at."""
 KILLED = "it ended without a word: it was killed, or the machine was switched off"
-
 ENDED = "it was ended at once, as asked"
+GONE_ON = "a process that was begun elsewhere went on with it, and ended before the run was finished"
 
 
 @dataclass(frozen=True)
@@ -160,6 +160,8 @@ class Trainings:
                 raise ParameterError(f"{task.about}: {state}; only what was stopped or failed can go on")
             if (other := self.active_at(task.about)) is not None:
                 raise ParameterError(f"{task.about}: {other.kind} is at it already; wait for it, or stop it")
+            if is_at_work(self.place(task)):
+                raise ParameterError(f"{task.about}: a process that was begun elsewhere trains it at present")
             arguments = task.arguments
             if task.kind == "train" and (self.place(task) / "recipe.toml").is_file():
                 arguments = resuming(task.about)
@@ -276,6 +278,8 @@ class Trainings:
         why = complaint(text)
         if self._made(task) and why is None:
             return Status("finished", step=step)
+        if why is not None and self._gone_on(task):
+            return Status("stopped", GONE_ON)
         if why is not None and not is_stopped(why):
             return Status("failed", why, step)
         if task.stop_asked or why is not None or (self.place(task) / "checkpoint.safetensors").is_file():
@@ -336,6 +340,14 @@ class Trainings:
         """Say whether what it makes is there, and of this start."""
         file = self.place(task) / MADE[task.kind]
         return file.is_file() and (task.kind != "evaluate" or file.stat().st_mtime >= task.began_at - 1)
+
+    def _gone_on(self, task: Task) -> bool:
+        """Say whether a run got a checkpoint after the last word of the training that this studio began."""
+        try:
+            checkpoint = (self.place(task) / "checkpoint.safetensors").stat().st_mtime
+            return checkpoint > (self.folder / f"{task.id}.log").stat().st_mtime
+        except OSError:
+            return False
 
     def _write(self, task: Task) -> None:
         with written_beside(self.folder / f"{task.id}.json") as part:

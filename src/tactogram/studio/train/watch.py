@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -65,6 +66,8 @@ class _Watch:
         self.read_bytes = -1
         self.charted = False
         self.checkpoint: ui.label | None = None
+        self.offered: list[str] = []
+        self.of: str | None = None
         self.moving: tuple[ui.linear_progress, ui.label] | None = None
         self.judging: tuple[ui.linear_progress, ui.label] | None = None
 
@@ -224,13 +227,18 @@ class _Watch:
             self.checkpoint = ui.label(self._checkpoint_text()).classes("quiet small")
             with ui.row().classes("items-center"):
                 button = ui.button("Make a sample").props("outline")
-                number = (
-                    ui.number("of material number", value=1, min=1, precision=0)
-                    .props("dense")
-                    .classes("w-40")
-                )
-                button.on_click(telling(lambda: self._sample(button, int(number.value or 1) - 1)))
+                of = ui.select(self.offered, label="of", value=self.of).props("dense options-dense")
+                of.classes("w-64").bind_value(self, "of")
+                button.on_click(telling(lambda: self._sample(button)))
             self._samples()
+        if not self.offered:
+            ui.timer(0.05, telling(partial(self._offer, of)), once=True)
+
+    async def _offer(self, of: ui.select) -> None:
+        """Offer what a sample can be of, by name."""
+        self.offered = await in_background(_offered, self.folder)
+        if not of.is_deleted:
+            of.set_options(self.offered, value=self.offered[0] if self.offered else None)
 
     def _checkpoint_text(self) -> str:
         at = self.position
@@ -327,9 +335,9 @@ class _Watch:
     async def _evaluate(self) -> None:
         await in_background(self.desk.trainings.begin, "evaluate", ["evaluate", self.name], self.name)
 
-    async def _sample(self, button: ui.button, number: int) -> None:
+    async def _sample(self, button: ui.button) -> None:
         with busy("making a sample", button=button):
-            await in_background(_sample, self.folder, max(0, number))
+            await in_background(_sample, self.folder, self.of)
         self.made.refresh()
 
     async def _ask_delete(self) -> None:
@@ -350,10 +358,16 @@ class _Watch:
             self.desk.trainings.forget(task.id)
 
 
-def _sample(run: Path, number: int) -> None:
+def _offered(run: Path) -> list[str]:
+    from tactogram.jobs.unfinished import offered  # brings torch
+
+    return offered(run)
+
+
+def _sample(run: Path, of: str | None) -> None:
     from tactogram.jobs.unfinished import sample  # brings torch
 
-    sample(run, number=number)
+    sample(run, of=of)
 
 
 def figures_table(rows: list[tuple[str, str, float]]) -> None:
