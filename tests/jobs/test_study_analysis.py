@@ -5,7 +5,8 @@ import pytest
 
 from tactogram.cli import main
 from tactogram.jobs.study_analysis import analyse_study, margins_of, targets_of
-from tactogram.jobs.study_power import study_power
+from tactogram.jobs.study_power import power_options, study_power
+from tactogram.study.study_file import Study
 
 
 @pytest.fixture
@@ -92,8 +93,18 @@ def test_a_studys_own_margin_and_trials_are_taken_for_its_power():
     found = study_power("preference", participants=[6], simulations=100)
     assert (found["design"], found["assumed"]["margin"], found["assumed"]["items"]) == ("pairwise", 0.7, 6)
     assert [row["trials"] for row in found["rows"]] == [60]
-    assert "to show equivalence within ±0.7 in 80% of studies" in found["text"]
-    assert study_power("abx", participants=[6], margin=0.2, simulations=100)["assumed"]["margin"] == 0.2
+    assert "to show equivalence of a pair within ±0.7 in 80% of studies" in found["text"]
+    own = study_power("abx", participants=[6], margin=0.2, person_sd=0.0, simulations=100)["assumed"]
+    assert (own["margin"], own["person_sd"]) == (0.2, 0.0)
+
+
+def test_the_power_of_a_study_has_its_alpha_and_a_staircases_trials_are_not_the_most():
+    study = Study.load("threshold", changes={"analysis.alpha": 0.01})
+    options = power_options(study)
+    assert options["alpha"] == 0.01
+    assert 50 <= options["trials"][0] <= 70  # 12 reversals; at most 120 trials
+    few = Study.load("threshold", changes={"design.most_trials": 30})
+    assert power_options(few)["trials"] == (30,)
 
 
 def test_margins_are_read_once_each():

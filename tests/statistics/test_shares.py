@@ -20,6 +20,7 @@ from tactogram.statistics.shares import (
     d_prime_2afc,
     d_prime_abx,
     exact_power,
+    exact_ps,
     share_of,
     smallest_significant,
 )
@@ -65,6 +66,12 @@ def test_power_of_equivalence_is_how_often_the_test_shows_it():
     likely = stats.binom.pmf(np.arange(101), 100, 0.5)
     assert share_equivalence_power(100, margin=0.1) == pytest.approx(likely[shown].sum())
     assert not any(share_equivalence(k, 50, margin=0.1).p < 0.05 for k in range(51))
+
+
+@pytest.mark.parametrize(("n", "chance"), [(1, 0.5), (10, 0.5), (37, 0.3), (40, 0.5)])
+def test_every_counts_p_is_that_of_the_binomial_test(n, chance):
+    found = [stats.binomtest(count, n, chance).pvalue for count in range(n + 1)]
+    assert exact_ps(n, chance=chance) == pytest.approx(found)
 
 
 def test_exact_power_is_how_often_the_binomial_test_rejects():

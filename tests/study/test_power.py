@@ -4,8 +4,10 @@ import pytest
 from tactogram.errors import ParameterError
 from tactogram.statistics.clustered import pooled_share
 from tactogram.statistics.equivalence import paired_equivalence
+from tactogram.study import power_preferences
 from tactogram.study.power import DESIGNS, power_table
 from tactogram.study.power_kinds import _within, clustered_ps
+from tactogram.study.power_preferences import simulated_preferences
 
 
 def test_many_studies_at_once_give_the_p_of_each():
@@ -53,6 +55,14 @@ def test_a_table_says_how_many_people_equivalence_takes():
         power_table("abx", items=3)
 
 
+def test_many_items_take_no_more_memory_at_once(monkeypatch):
+    monkeypatch.setattr(power_preferences, "AT_ONCE", 36_000)
+    options = {"effect": 0.0, "person_sd": 0.5, "rng": np.random.default_rng(0)}
+    for items, studies in ((6, 100), (30, 4), (80, 1)):
+        some, _ = next(simulated_preferences(10, 60, items=items, studies=200, **options))
+        assert some.shape[0] == studies
+
+
 def test_a_table_is_the_same_for_the_same_seed():
     one, two = (power_table("realism", simulations=100, seed=3).as_dict() for _ in range(2))
     assert one == two
@@ -63,6 +73,7 @@ def test_a_table_is_the_same_for_the_same_seed():
     [
         ({"design": "abc"}, "design must be one of"),
         ({"design": "two_area", "participants": [1]}, "participants must be 2 or more"),
+        ({"design": "abx", "participants": [10_001]}, "participants must be 10000 or fewer"),
         ({"design": "two_area", "trials": [0]}, "trials must be from 1"),
         ({"design": "two_area", "effect": 1.2}, "share between 0 and 1"),
         ({"design": "two_area", "margin": float("nan")}, "margin must be finite"),

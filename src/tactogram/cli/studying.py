@@ -282,7 +282,7 @@ def _power_options(add: Add) -> None:
     add(
         "design",
         help="two_area, realism, rating, evoked, abx, staircase, magnitude or pairwise; or a study, by name or file, "
-        "whose margin and trials are taken",
+        "whose margin, alpha and trials are taken",
     )
     add("--participants", metavar="N,N,…", help="sizes of the study")
     add("--trials", metavar="N,N,…", help="trials of each participant")

@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.study.analysis.finding import finite, table_lines
+from tactogram.study.designs.staircase import Staircase
 from tactogram.study.planned import MARGINS
 from tactogram.study.power import DESIGNS, ENOUGH, TRIED, PowerTable, power_table
+from tactogram.study.power_staircases import typical_trials
 from tactogram.study.study_file import Study, shipped_studies
 
 
@@ -27,22 +29,23 @@ def study_power(design: Path | str, **options: Any) -> dict[str, Any]:
     if name not in DESIGNS and (name in shipped_studies() or Path(name).is_file()):
         study = Study.load(name)
         name = study.design.model_dump()["kind"]
-        options = power_options(study) | {key: value for key, value in options.items() if value}
+        given = {key: value for key, value in options.items() if value is not None and value != ()}
+        options = power_options(study) | given
     found = power_table(name, **options)
     plain: dict[str, Any] = finite(found.as_dict())
     return plain | {"text": _power_text(found)}
 
 
 def power_options(study: Study) -> dict[str, Any]:
-    """Return what a study's file says of the options of `power_table`: its margin, and its own number of trials."""
+    """Return what a study's file says of the options of `power_table`: its margin, alpha, and number of trials."""
     kind = study.design.model_dump()["kind"]
-    options: dict[str, Any] = {}
+    options: dict[str, Any] = {"alpha": study.planned.alpha}
     if margins := [study.planned.values[name] for name in MARGINS[kind] if name in study.planned.values]:
         options["margin"] = margins[0]
     if kind in ("two_area", "abx", "pairwise"):
         options["trials"] = (study.trials,)
-    if kind == "staircase":
-        options["trials"] = (study.design.model_dump()["most_trials"],)
+    if isinstance(study.design, Staircase):
+        options["trials"] = (typical_trials(study.design),)
     if kind == "pairwise":
         options["items"] = len(study.all_stimuli)
     return options
@@ -55,7 +58,8 @@ def _power_text(found: PowerTable) -> str:
         f"What a study of design {found.design} can show, by {found.simulations} studies of simulated participants per "
         f"row (a share of .05 is known to ±{error:.3f}).",
         f"Effect: {assumed.effect:g} {assumed.effect_text}; person_sd {assumed.person_sd:g}, "
-        f"trial_sd {assumed.trial_sd:g}, margin ±{assumed.margin:g}; a trial: {assumed.trials_text}.",
+        f"trial_sd {assumed.trial_sd:g}, margin ±{assumed.margin:g}, alpha {found.alpha:g}"
+        f"{f', {assumed.items} items' if assumed.items else ''}; a trial: {assumed.trials_text}.",
         f"power, type_1, equivalence: {assumed.test}, the last where there is no difference.",
     ]
     if assumed.printed:
@@ -74,12 +78,16 @@ def _power_text(found: PowerTable) -> str:
 
 def _reached(found: PowerTable) -> list[str]:
     """Return how many participants it takes to show equivalence, in a sentence for each number of trials."""
-    margin = f"within ±{found.assumed.margin:g}"
+    margin = f"{'of a pair ' if found.assumed.kind == 'strengths' else ''}within ±{found.assumed.margin:g}"
+
+    def each(trials: int) -> str:
+        return f"With {trials} trial{'s' if trials > 1 else ''} each"
+
     return [
-        f"With {trials} trials each, equivalence {margin} is not shown in {ENOUGH:.0%} of studies even by {TRIED[-1]} "
+        f"{each(trials)}, equivalence {margin} is not shown in {ENOUGH:.0%} of studies even by {TRIED[-1]} "
         "participants: take more trials or a wider margin."
         if people is None
-        else f"With {trials} trials each it takes about {people} participants to show equivalence {margin} in "
+        else f"{each(trials)} it takes about {people} participants to show equivalence {margin} in "
         f"{ENOUGH:.0%} of studies."
         for trials, people in found.equivalence_from.items()
     ]

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import optimize, stats
 
 from tactogram.errors import ParameterError
@@ -67,10 +68,21 @@ def share_of(count: int, n: int, *, chance: float = 0.5, confidence: float = 0.9
 @lru_cache(maxsize=1024)
 def smallest_significant(n: int, *, chance: float = 0.5, alpha: float = 0.05) -> int | None:
     """Return the smallest count above chance with a two-sided exact p below ``alpha``; None where all n are too few."""
-    for count in range(int(np.ceil(n * chance)), n + 1):
-        if count > n * chance and float(stats.binomtest(count, n, chance).pvalue) < alpha:
-            return count
-    return None
+    shown = np.flatnonzero(exact_ps(n, chance=chance) < alpha)
+    above = shown[shown > n * chance]
+    return int(above[0]) if len(above) else None
+
+
+def exact_ps(n: int, *, chance: float = 0.5) -> NDArray[np.float64]:
+    """Return p of the two-sided exact binomial test for every count from 0 to n; float64, shape (n + 1,).
+
+    What scipy's ``binomtest`` gives for each, at once.
+    """
+    likely = stats.binom.pmf(np.arange(n + 1), n, chance)
+    # Two-sided as scipy's: all counts that are no likelier under chance than the one that was had.
+    order = np.argsort(likely, kind="stable")
+    ends = np.searchsorted(likely[order], likely * (1 + 1e-7), side="right")
+    return np.asarray(np.minimum(np.cumsum(likely[order])[ends - 1], 1.0))
 
 
 def exact_power(n: int, truth: float, *, chance: float = 0.5, alpha: float = 0.05) -> float:
@@ -83,13 +95,8 @@ def exact_power(n: int, truth: float, *, chance: float = 0.5, alpha: float = 0.0
     """
     if n < 1 or not 0 <= truth <= 1:
         raise ParameterError(f"n must be >= 1 and truth from 0 to 1, got {n} and {truth:g}")
-    counts = np.arange(n + 1)
-    likely = stats.binom.pmf(counts, n, chance)
-    # Two-sided as scipy's: all counts that are no likelier under chance than the one that was had.
-    order = np.argsort(likely, kind="stable")
-    ends = np.searchsorted(likely[order], likely * (1 + 1e-7), side="right")
-    p = np.cumsum(likely[order])[ends - 1]
-    return float(stats.binom.pmf(counts, n, truth)[p < alpha].sum())
+    rejected = exact_ps(n, chance=chance) < alpha
+    return float(stats.binom.pmf(np.arange(n + 1), n, truth)[rejected].sum())
 
 
 def d_prime_2afc(share: float) -> float:

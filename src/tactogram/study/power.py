@@ -17,6 +17,7 @@ from tactogram.errors import ParameterError
 from tactogram.study.power_kinds import Assumed, equivalence_of, row_of
 
 MOST_TRIALS = 10_000
+MOST_PARTICIPANTS = 10_000
 ENOUGH = 0.8
 """Share of studies that are to show equivalence, where the number of participants is looked for that reaches it."""
 TRIED = (6, 8, 10, 15, 20, 30, 40, 60, 80, 120, 160, 240)
@@ -46,15 +47,15 @@ DESIGNS: Mapping[str, Assumed] = {
         (10, 20), (12, 48), "answers of each participant", GEE, "",
     ),
     "staircase": Assumed(
-        "staircases", 3.0, "dB between two thresholds", 2.0, 0.5, 3.0,
+        "staircases", 3.0, "dB between two thresholds (trial_sd: slope of logistic functions, per dB)", 2.0, 0.5, 3.0,
         (6, 12), (40, 80), "trials of each staircase", "paired t of thresholds by reversals",
     ),
     "magnitude": Assumed(
-        "slopes", 0.1, "of the exponent from 1", 0.15, 0.3, 0.1,
+        "slopes", 0.1, "of the exponent from 1 (trial_sd: of log estimates)", 0.15, 0.3, 0.1,
         (8, 16), (3, 6), "estimates of each of five intensities over a factor of 16", "t of slopes",
     ),
     "pairwise": Assumed(
-        "strengths", 0.7, "log strength of one of six items above the others", 0.5, 0.0, 0.7,
+        "strengths", 0.7, "log strength of one item above the others", 0.5, 0.0, 0.7,
         (20, 40, 80), (30, 60), "comparisons of each participant, over all pairs", "Bradley-Terry by participant, Holm",
         items=6,
     ),
@@ -189,6 +190,10 @@ def _replaced(
     )
     if min(made.participants) < 2:
         raise ParameterError(f"participants must be 2 or more, got {min(made.participants)}")
+    if max(made.participants) > MOST_PARTICIPANTS:
+        raise ParameterError(
+            f"participants must be {MOST_PARTICIPANTS} or fewer, got {max(made.participants)}"
+        )
     if not 1 <= min(made.trials) <= max(made.trials) <= MOST_TRIALS:
         raise ParameterError(f"trials must be from 1 to {MOST_TRIALS}, got {min(made.trials)}")
     if (made.kind == "strengths") != (2 <= made.items <= 100):

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from scipy import special, stats
 
 from tactogram.statistics.equivalence import share_equivalence_power
-from tactogram.statistics.shares import exact_power, share_of, smallest_significant
+from tactogram.statistics.shares import exact_power, exact_ps, share_of, smallest_significant
 from tactogram.study.power_preferences import shown_and_equal, simulated_preferences
-from tactogram.study.power_staircases import simulated_thresholds
+from tactogram.study.power_staircases import BELOW_START_DB, simulated_thresholds
 
 Numbers = NDArray[np.float64]
 Kind = Literal["share", "votes", "means", "slopes", "ranks", "staircases", "strengths"]
@@ -86,7 +86,7 @@ def _shares(
     """Return power of the share by participant, and of the exact test that takes all answers as independent."""
     found: dict[str, float] = {}
     n = people * trials
-    printed = np.array([stats.binomtest(k, n).pvalue for k in range(n + 1)] if assumed.printed else [])
+    printed = exact_ps(n) if assumed.printed else np.zeros(0)
     for name, truth in (("power", assumed.effect), ("type_1", 0.5)):
         own = special.expit(special.logit(truth) + rng.normal(0, assumed.person_sd, (simulations, people)))
         hits = rng.binomial(trials, own)
@@ -103,7 +103,7 @@ def _votes(
     rng: np.random.Generator, people: int, trials: int, assumed: Assumed, simulations: int, alpha: float
 ) -> dict[str, float]:
     """Return power of the exact test of one answer per person, where people differ in how easily they say yes."""
-    ps = np.array([stats.binomtest(k, people).pvalue for k in range(people + 1)])
+    ps = exact_ps(people)
     found = {}
     for name, truth in (("power", assumed.effect), ("type_1", 0.5)):
         own = special.expit(special.logit(truth) + rng.normal(0, assumed.person_sd, (simulations, people)))
@@ -203,7 +203,7 @@ def _staircases(
     """Return power of the paired difference of two thresholds by reversals."""
     found: dict[str, float] = {}
     for name, truth in (("power", assumed.effect), ("type_1", 0.0)):
-        level = rng.normal(-20.0, 4.0, (simulations, people))
+        level = rng.normal(-BELOW_START_DB, 4.0, (simulations, people))
         gaps = rng.normal(truth, assumed.person_sd, level.shape)
         both = np.stack([level, level + gaps], -1)
         thresholds = simulated_thresholds(both, trials, slope=assumed.trial_sd, rng=rng)

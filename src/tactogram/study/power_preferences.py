@@ -12,8 +12,8 @@ from scipy import special, stats
 from tactogram.study.bradley_terry import strengths_by_participant
 
 Numbers = NDArray[np.float64]
-AT_ONCE = 100_000
-"""Participants' tables that are held at the same time."""
+AT_ONCE = 3_600_000
+"""Numbers of participants' tables that are held at the same time: 100,000 tables of six items."""
 
 
 def simulated_preferences(
@@ -51,7 +51,7 @@ def simulated_preferences(
     """
     pairs = np.array(list(combinations(range(items), 2)))
     first, second = pairs.T
-    some = max(1, AT_ONCE // people)
+    some = max(1, AT_ONCE // (people * items**2))
     for begin in range(0, studies, some):
         count = min(some, studies - begin)
         strengths = person_sd * rng.standard_normal((count, people, items))

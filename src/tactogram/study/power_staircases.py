@@ -6,8 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from tactogram.study.designs.staircase import Staircase, Track
+
 Numbers = NDArray[np.float64]
 STEPS_DB = (8.0, 4.0, 2.0)
+BELOW_START_DB = 20.0
+"""Where a typical observer's function has its middle, as the tables assume it."""
 
 
 def simulated_thresholds(
@@ -58,3 +62,25 @@ def simulated_thresholds(
         run = np.where(move != 0, 0, run)
         heading = np.where(move != 0, move, heading)
     return np.where(counted > 1, total / np.maximum(counted, 1), x)
+
+
+def typical_trials(design: Staircase, *, slope: float = 0.5, observers: int = 200, seed: int = 0) -> int:
+    """Return after how many trials a staircase of a study ends: the median of simulated observers.
+
+    Parameters
+    ----------
+    design : Staircase
+        It ends after so many reversals, which is mostly long before the most trials.
+    slope : float
+        Of the observers' logistic function, per dB.
+    observers, seed : int
+    """
+    rng = np.random.default_rng(seed)
+    middle, trials = design.start_db - BELOW_START_DB, []
+    for _ in range(observers):
+        track = Track(design.start_db)
+        while not design.ended(track):
+            right = rng.random() < 0.5 + 0.5 * special.expit(slope * (track.intensity - middle))
+            track = design.after(track, correct=bool(right))
+        trials.append(track.trials)
+    return int(np.median(trials))
