@@ -98,12 +98,14 @@ def test_the_experimenter_follows_helps_stops_and_exports(page, lab):
         row.get_by_text("going on").wait_for()
 
         page.get_by_role("button", name="Withdraw P2").click()
+        store.enrol("P9")
+        page.locator("tr", has_text="P9").wait_for()  # who joins meanwhile takes no question away
         page.get_by_role("dialog").get_by_role("button", name="No").click()
         page.get_by_role("row", name="P2").wait_for()
         page.get_by_role("button", name="Withdraw P2").click()
         yes(page, "Delete P2")
         page.get_by_role("row", name="P2").wait_for(state="detached")
-        assert (store.withdrawn, [one.code for one in store.participants()]) == (1, ["P1", "K7"])
+        assert (store.withdrawn, [one.code for one in store.participants()]) == (1, ["P1", "K7", "P9"])
 
         page.get_by_role("button", name="Analyse").click()
         page.get_by_text("finds differences by chance more often than alpha says").wait_for()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -84,6 +85,7 @@ class Experiment:
         self.name, self.server = name, server
         self.view: View | None = None
         self.shown: dict[str, _Shown] = {}
+        self.looking = asyncio.Lock()
 
     async def draw(self) -> None:
         """Draw everything, and keep it up to date."""
@@ -100,8 +102,11 @@ class Experiment:
         ui.timer(EVERY_S, self.look, immediate=False)
 
     async def look(self) -> None:
-        """Look at what came since."""
-        view = await in_background(view_of, self.store)
+        """Look at what came since; one look after the other, so that none shows what an earlier one saw."""
+        async with self.looking:
+            self._show(await in_background(view_of, self.store))
+
+    def _show(self, view: View) -> None:
         before, self.view = self.view, view
         self.summary.text = view.summary()
         self.joining.card.set_visibility(
@@ -110,10 +115,7 @@ class Experiment:
         self.ended.set_visibility(view.ended is not None)
         self.end.text = "Let it go on" if view.ended else "End the study"
         codes = [row.code for row in view.rows]
-        if before is None or codes != [row.code for row in before.rows]:
-            self._rows(view)
-        for row in view.rows:
-            self.shown[row.code].update(row)
+        self._rows(view)
         if before is None or view.latest != before.latest:
             self.answers.rows = [
                 {"key": key, **dict(zip(ANSWERS, row, strict=True))}
@@ -205,11 +207,15 @@ class Experiment:
                     )
 
     def _rows(self, view: View) -> None:
-        self.body.clear()
-        self.shown = {}
-        with self.body:
-            for row in view.rows:
-                self.shown[row.code] = _Shown(row, self)
+        """Take out who withdrew, put in who came, leave the other rows where they are: a hand may be on one."""
+        for code in self.shown.keys() - {row.code for row in view.rows}:
+            self.shown.pop(code).row.delete()
+        for place, row in enumerate(view.rows):
+            if row.code not in self.shown:
+                with self.body:
+                    self.shown[row.code] = _Shown(row, self)
+                self.shown[row.code].row.move(target_index=place)
+            self.shown[row.code].update(row)
         self.nobody.set_visibility(not view.rows)
 
     def _list_notes(self, view: View) -> None:
@@ -289,7 +295,7 @@ class _Shown:
 
     def __init__(self, row: Row, experiment: Experiment) -> None:
         self.code, self.of = row.code, experiment
-        with ui.element("tr"):
+        with ui.element("tr") as self.row:
             with ui.element("th").props('scope="row"'):
                 ui.label(row.code)
                 if row.simulated:
