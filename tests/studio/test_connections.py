@@ -1,8 +1,19 @@
+import asyncio
 from dataclasses import dataclass
+from unittest.mock import Mock
 
 import pytest
+import uvicorn
+from uvicorn.server import ServerState
 
-from tactogram.studio.connections import MOST_FILES, gives_way, limits_here
+from tactogram.studio.connections import (
+    MOST_FILES,
+    MOST_WRITTEN,
+    Connection,
+    Limits,
+    gives_way,
+    limits_here,
+)
 
 
 @dataclass(frozen=True)
@@ -37,6 +48,38 @@ MANY = [Held(f"x{n}", asked=n % 2 == 0, since=-n) for n in range(24)]
 )
 def test_who_gives_way(held, first):
     assert [one.name for one in gives_way(set(held))] == first
+
+
+async def answers_later(scope, receive, send):
+    while (await receive()).get("more_body"):
+        pass
+    await asyncio.sleep(0)
+    await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"0")]})
+    await send({"type": "http.response.body", "body": b""})
+
+
+def test_a_connection_waits_while_it_is_the_other_side_s_turn():
+    async def states():
+        found, held = [], set()
+        config = uvicorn.Config(answers_later, lifespan="off", access_log=False, log_level="warning")
+        one = Connection(config, ServerState(), {}, sender="a", limits=Limits(), among=held)
+        transport = Mock(spec=asyncio.Transport, **{"is_closing.return_value": False})
+        one.connection_made(transport)
+        transport.set_write_buffer_limits.assert_called_once_with(MOST_WRITTEN)
+        for piece in (b"POST / HT", b"TP/1.1\r\nHost: a\r\nContent-Length: 2\r\n\r\n{", b"}"):
+            found.append((one.waits, one.asked))
+            one.data_received(piece)
+        found.append((one.waits, one.asked))
+        while not transport.write.called:
+            await asyncio.sleep(0)
+        found.append((one.waits, one.asked))
+        one.abort()
+        return found, held
+
+    found, held = asyncio.run(states())
+    # Nothing, half a head, half a body, all of it, and after the answer.
+    assert found == [(True, False), (True, False), (True, False), (False, True), (True, True)]
+    assert held == set()
 
 
 def test_connections_leave_files_to_the_rest(monkeypatch):

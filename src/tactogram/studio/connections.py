@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import functools
+import logging
 import ssl
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -22,6 +23,8 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 MOST_FILES = 8192
 """Open files that a process asks the system for: connections, and what the studio reads."""
+MOST_WRITTEN = 64 * 1024
+"""Bytes of an answer that wait for the other side. Where more do, a quarter of it has to be reached in time."""
 
 
 @dataclass(frozen=True)
@@ -76,11 +79,11 @@ class Held(Protocol):
 
     @property
     def waits(self) -> bool:
-        """Whether nothing is being answered on it."""
+        """Whether it is the other side's turn: to ask, or to send the rest of what it asks."""
 
     @property
     def asked(self) -> bool:
-        """Whether anything was asked on it."""
+        """Whether anything was asked on it, to the end."""
 
     def abort(self) -> None:
         """Hang up at once."""
@@ -113,17 +116,18 @@ class Connection(H11Protocol):
 
     @property
     def waits(self) -> bool:
-        """Whether nothing is being answered on it."""
-        return self.cycle is None or (self.cycle.response_complete and not self.flow.write_paused)
+        """Whether it is the other side's turn: to ask, or to send the rest of what it asks."""
+        return bool(self.cycle.more_body) if self._asks else not self.flow.write_paused
 
     @property
     def asked(self) -> bool:
-        """Whether anything was asked on it."""
-        return self.cycle is not None
+        """Whether anything was asked on it, to the end."""
+        return self.cycle is not None and not self.cycle.more_body
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Begin."""
         super().connection_made(transport)
+        transport.set_write_buffer_limits(MOST_WRITTEN)  # over TLS, asyncio would hold eight times that
         self.among.add(self)
         self._head.begin()
 
@@ -136,7 +140,7 @@ class Connection(H11Protocol):
         """Take what came; a head that has begun has to end in time, however slowly it drips."""
         self._head.begin()
         super().data_received(data)
-        if not self.waits:
+        if self._asks:
             self._head.end()
 
     def on_response_complete(self) -> None:
@@ -165,6 +169,11 @@ class Connection(H11Protocol):
         self._left()
         self.transport.abort()
 
+    @property
+    def _asks(self) -> bool:
+        """Whether a request's head is through, and its answer is not."""
+        return self.cycle is not None and not self.cycle.response_complete
+
     def _left(self) -> None:
         self.among.discard(self)
         self._head.end()
@@ -174,9 +183,9 @@ class Connection(H11Protocol):
 def gives_way(held: set[Held]) -> list[Held]:
     """Return the connections that are closed where there are too many.
 
-    They are of the sender with the most that wait for something to be asked: first those on which nothing was asked
-    yet, then those that have waited longest. An eighth of them, so that of many that come at once not each is weighed
-    against all. Where all are being answered it is the newest.
+    They are of the sender with the most that wait for it: first those on which nothing was asked yet, then those that
+    have waited longest. An eighth of them, so that of many that come at once not each is weighed against all. Where all
+    are being answered it is the newest.
     """
     waiting = [one for one in held if one.waits]
     if not waiting:
@@ -240,11 +249,13 @@ class Server(uvicorn.Server):
         self.ready()
 
     async def shutdown(self, sockets: list[socket] | None = None) -> None:
-        """End."""
+        """End, without waiting for whose turn it is: over TLS, a tablet that sleeps does not say that it hung up."""
         self._accepting.cancel()
         for one in list(self._held):
-            if isinstance(one, Arriving):
+            if one.waits:
                 one.abort()
+        # What is not answered in time is cancelled, and uvicorn would tell it as an error. Real ones are the guard's.
+        logging.getLogger("uvicorn.error").setLevel(logging.CRITICAL)
         await super().shutdown(sockets)
 
     async def _accept(self) -> None:

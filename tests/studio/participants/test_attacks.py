@@ -562,6 +562,30 @@ def test_what_is_no_tls_and_handshakes_that_never_end(under_attack, person, serv
             assert hung_up(connection)
 
 
+def test_who_sleeps_or_stops_on_the_way_is_not_waited_for_at_the_end(served_here, tmp_path, capsys):
+    told, begun = [], threading.Event()
+
+    async def receives(scope, receive, send):
+        while scope["type"] == "http":
+            told.append((await receive())["type"])
+            begun.set()
+            if told[-1] == "http.disconnect":
+                break
+
+    kept = kept_certificate(tmp_path / "https.pem", ["127.0.0.1"])
+    trusting = ssl.create_default_context(cafile=kept.file)
+    with ExitStack() as held:
+        with served_here(receives, context=kept.context()) as address:
+            _, half = (
+                held.enter_context(trusting.wrap_socket(connection_to(address), server_hostname="127.0.0.1"))
+                for _ in range(2)
+            )
+            half.sendall(b"POST / HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 50\r\n\r\n{")
+            assert begun.wait(20)
+        assert told == ["http.request", "http.disconnect"]
+    assert capsys.readouterr().err == ""
+
+
 def test_hanging_up_in_the_middle(under_attack):
     _, _, client, one = under_attack
     for path in ("answers", "play"):
