@@ -126,6 +126,7 @@ def test_backends_without_hardware(textures, backend):
         ({"settings": {"equalise": False}}, "give --display and --level, or leave out --equalise"),
         ({"settings": {"block_ms": 6.0}}, "at most 5 ms"),
         ({"settings": {"seconds": 0.0}}, "seconds must be > 0"),
+        ({"settings": {"seed": -1}}, "seed must be >= 0"),
         ({"settings": {"backend": "audio"}}, "say which --display"),
         ({"settings": {"motion": "osc"}}, "does not keep the time"),
         ({"out": Path("sent.xyz")}, "suffix must be one of .wav"),

@@ -73,6 +73,8 @@ def check(settings: StreamSettings, display: str | None, level: str | None) -> N
         raise ParameterError(
             f"block must be > 0 and at most {1e3 * LONGEST_BLOCK_S:g} ms, got {settings.block_ms:g}"
         )
+    if settings.seed < 0:
+        raise ParameterError(f"seed must be >= 0, got {settings.seed}")
     if (display is None) != (level is None):
         raise ParameterError(
             "a display needs a level and a level a display: give --display and --level, or neither"

@@ -108,6 +108,14 @@ def test_any_resonance_is_made_up_for_and_cutting_changes_nothing(resonance, q, 
     np.testing.assert_allclose(np.concatenate(blocks, axis=1), whole.process(x), atol=1e-9)
 
 
+def test_a_band_of_less_than_its_edges_is_checked_where_it_is():
+    display = open_display("voice-coil", changes={"band": [200, 210]})
+    facts = DisplayOutput(display, tones(display, 30, 800, level=0.1)[0], level=parse_level("gain=1")).facts()
+    found = facts["equaliser"]
+    assert found["checked_hz"] == pytest.approx([200, 210])
+    assert found["error_most_db"] < WITHIN_DB
+
+
 def test_the_delay_that_is_told_is_measured():
     """A tone burst of 250 Hz comes out later by the group delay."""
     design = DisplayOutput(

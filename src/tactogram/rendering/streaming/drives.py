@@ -169,7 +169,8 @@ def _linear_design(display: Display, settings: linear.Settings, motion: int) -> 
     """Return a filter with the magnitude of `tactogram.rendering.linear`: band, capped inverse, unit."""
     response, band = display.response, linear.reachable_band(display)
     # A file's cosine edges lie inside of the band; between them and its ends the two may differ.
-    checked = (band[0] * 2**EDGE_OCTAVES, band[1] / 2**EDGE_OCTAVES)
+    inner = (band[0] * 2**EDGE_OCTAVES, band[1] / 2**EDGE_OCTAVES)
+    checked = inner if inner[0] < inner[1] else band
     if response is None or settings.equalise == "none":
         gain = 1.0 if response is None else 1 / abs(complex(response.at(settings.reference_hz)))
         return equaliser(display.rate, band, lambda f: gain * (2 * np.pi * f) ** motion, checked=checked)

@@ -84,7 +84,7 @@ class EqualiserDesign:
     def checked_hz(self) -> Array:
         """Every 24th of an octave of ``checked``, Hz, float64, shape (frequency,)."""
         low = max(self.checked[0], self.rate / GRID, 1.0)
-        high = max(min(self.checked[1], HIGHEST_EDGE * self.rate), 1.1 * low)
+        high = max(min(self.checked[1], HIGHEST_EDGE * self.rate), 1.001 * low)
         return np.geomspace(low, high, max(2, math.ceil(24 * math.log2(high / low))))
 
     @cached_property

@@ -63,7 +63,7 @@ class DisplayOutput:
         }
         if display.family not in (*makers, "electrovibration"):
             raise ParameterError(
-                f"{display.name}: a {display.family} display cannot be streamed to so far; "
+                f"{display.name}: displays of the family {display.family} cannot be streamed to so far; "
                 f"streaming is for {', '.join(makers)} and electrovibration displays: render a file for it instead"
             )
         self.display = display
@@ -154,7 +154,7 @@ def equalised(display: Display, *, on: bool) -> Display:
         return display.of(settings=settings.model_copy(update={"equalise": how}))
     if isinstance(settings, ultrasonic.Settings):
         return display.of(settings=settings.model_copy(update={"pre_emphasis": on}))
-    raise ParameterError(f"{display.name}: a {display.family} display has no equaliser to switch")
+    raise ParameterError(f"{display.name}: the family {display.family} has no equaliser to switch")
 
 
 _MEASURE = {
