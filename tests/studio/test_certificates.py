@@ -92,6 +92,17 @@ def test_who_trusts_it_is_answered_under_its_names_only_and_sees_its_fingerprint
         hands_shaken(kept.context(), trusting, "evil.example")
 
 
+def test_it_is_a_server_s_and_no_authority_s_and_ends_within_398_days(kept, tmp_path):
+    made = x509.load_pem_x509_certificate(kept.file.read_bytes())
+    value = {found.oid._name: found.value for found in made.extensions}
+    assert list(value["extendedKeyUsage"]) == [x509.oid.ExtendedKeyUsageOID.SERVER_AUTH]
+    assert (value["keyUsage"].digital_signature, value["keyUsage"].key_cert_sign) == (True, False)
+    assert not value["basicConstraints"].ca
+    assert made.not_valid_after_utc - made.not_valid_before_utc < timedelta(days=398)
+    other = kept_certificate(tmp_path / "other.pem", NAMES).file
+    assert x509.load_pem_x509_certificate(other.read_bytes()).serial_number != made.serial_number
+
+
 def test_nothing_older_than_tls_1_2_is_spoken(kept):
     assert kept.context().minimum_version == ssl.TLSVersion.TLSv1_2
     client = ssl.create_default_context(cafile=kept.file)

@@ -7,9 +7,7 @@ a page that came encrypted, also where somebody had to confirm the certificate.
 from __future__ import annotations
 
 import ipaddress
-import os
 import re
-import secrets
 import socket
 import ssl
 from collections.abc import Sequence
@@ -20,13 +18,14 @@ from typing import TYPE_CHECKING
 
 from tactogram.errors import DataError
 from tactogram.extras import imported
+from tactogram.studio.secret_files import write_secret
 
 if TYPE_CHECKING:
     from cryptography.x509 import Certificate as Parsed
-    from cryptography.x509 import GeneralName
+    from cryptography.x509 import GeneralName, KeyUsage
 
 VALID = timedelta(days=397)
-"""Of our own. Browsers of Apple's refuse more than 825 days (support.apple.com/103769)."""
+"""Of our own. Browsers of Apple's refuse more than 825 days (support.apple.com/103769); 398 are for authorities'."""
 LEFT = timedelta(days=7)
 """With less than this before it a new one is made, so that none ends in the midst of a study."""
 _NAME = re.compile(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*")
@@ -150,7 +149,7 @@ def kept_certificate(path: Path, names: Sequence[str], *, now: datetime | None =
 
 
 def _make(path: Path, names: Sequence[str], now: datetime) -> None:
-    """Write a new key and its certificate, the whole file or none."""
+    """Write a new key and its certificate."""
     from cryptography import x509
     from cryptography.hazmat.primitives import hashes, serialization
     from cryptography.hazmat.primitives.asymmetric import ec
@@ -163,28 +162,38 @@ def _make(path: Path, names: Sequence[str], now: datetime) -> None:
     held = x509.SubjectAlternativeName([_general(name) for name in dict.fromkeys(names) if _fits(name)])
     # No authority: a tablet that is made to trust it trusts this server, and no other in its name.
     constraints = x509.BasicConstraints(ca=False, path_length=None)
-    usage = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH])
+    purpose = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH])
     certificate = (
         x509.CertificateBuilder(name, name, key.public_key(), x509.random_serial_number())
         .not_valid_before(now - timedelta(hours=1))  # a tablet's clock may be late
         .not_valid_after(now + VALID)
         .add_extension(held, critical=False)
         .add_extension(constraints, critical=True)
-        .add_extension(usage, critical=False)
+        .add_extension(_signs_handshakes(), critical=True)
+        .add_extension(purpose, critical=False)
         .sign(key, hashes.SHA256())
     )
     pem, plain = serialization.Encoding.PEM, serialization.NoEncryption()
     written = key.private_bytes(pem, serialization.PrivateFormat.PKCS8, plain) + certificate.public_bytes(pem)
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.stem}-{secrets.token_hex(4)}.part")
-    try:
-        with os.fdopen(os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600), "wb") as file:
-            file.write(written)
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    write_secret(path, written, over=True)
+
+
+def _signs_handshakes() -> KeyUsage:
+    """Return what its key is for: signatures in handshakes, and no others' certificates."""
+    from cryptography import x509
+
+    return x509.KeyUsage(
+        digital_signature=True,
+        content_commitment=False,
+        key_encipherment=False,
+        data_encipherment=False,
+        key_agreement=False,
+        key_cert_sign=False,
+        crl_sign=False,
+        encipher_only=False,
+        decipher_only=False,
+    )
 
 
 def _read(path: Path, what: str) -> bytes:

@@ -15,6 +15,7 @@ from tactogram.extras import imported
 from tactogram.studio.guard import Guard
 from tactogram.studio.guard_rules import Guarding
 from tactogram.studio.listening import Listening
+from tactogram.studio.secret_files import write_secret
 from tactogram.studio.studio import Studio
 
 STATIC = Path(__file__).parent / "static"
@@ -123,6 +124,7 @@ def serve(
 
     listening = listening.secured(_state(studio))
     certificate = listening.certificate
+    context = None if certificate is None else certificate.context()  # of the file as it is now
     studio = replace(studio, roots=() if listening.loopback else listening.roots)
     token = None if listening.loopback else secrets.token_urlsafe(24)
     query = f"?token={token}" if token else ""
@@ -143,7 +145,7 @@ def serve(
         Server(
             make_app(studio, token=token, names=listening.names, https=listening.https),
             listening.socket,
-            context=None if certificate is None else certificate.context(),
+            context=context,
             limits=limits_here(),
             ready=answers,
         ).serve_until_ended()
@@ -166,8 +168,5 @@ def _session_cookie(https: bool) -> dict[str, object]:
 def _secret(path: Path) -> str:
     """Return what cookies are signed with, the same after a restart."""
     if not path.is_file():
-        part = path.with_name(path.name + ".part")
-        part.touch(mode=0o600)
-        part.write_text(secrets.token_urlsafe(32), encoding="utf-8")
-        part.replace(path)
+        write_secret(path, secrets.token_urlsafe(32).encode())
     return path.read_text(encoding="utf-8")

@@ -11,13 +11,12 @@ import base64
 import hashlib
 import hmac
 import json
-import os
 import secrets
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from tactogram.errors import DataError
+from tactogram.studio.secret_files import write_secret
 from tactogram.study.session_people import DIGITS, LETTERS
 
 FILE = "keys.json"
@@ -64,7 +63,8 @@ def keys_of(folder: Path) -> Keys:
     path = folder / FILE
     try:
         if not path.is_file():
-            _draw(path)
+            drawn = {"join": secrets.token_urlsafe(16), "secret": secrets.token_hex(32)}
+            write_secret(path, json.dumps(drawn).encode())
         if path.stat().st_mode & 0o077:
             path.chmod(0o600)
         values = json.loads(path.read_text(encoding="ascii"))
@@ -90,26 +90,6 @@ def ticket_of(folder: Path, code: str) -> str:
 def join_key_of(folder: Path) -> str:
     """Return the key of a session's folder; people join at ``/join/KEY``."""
     return keys_of(folder).join
-
-
-def _draw(path: Path) -> None:
-    """Write new keys, unless another process was first; the whole file or none, readable by its owner only."""
-    part = path.with_name(f".{path.stem}-{secrets.token_hex(4)}.part")
-    number = os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600)
-    try:
-        with os.fdopen(number, "w", encoding="ascii") as file:
-            json.dump({"join": secrets.token_urlsafe(16), "secret": secrets.token_hex(32)}, file)
-            file.flush()
-            os.fsync(file.fileno())
-        with suppress(FileExistsError):
-            try:
-                os.link(part, path)
-            except FileExistsError:
-                raise
-            except OSError:  # a file system without links
-                os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _text(data: bytes) -> str:
