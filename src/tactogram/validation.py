@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 
@@ -21,7 +21,8 @@ def validated(kind: type[M], values: Mapping[str, Any], *, where: str) -> M:
         key = ".".join(str(part) for part in first["loc"])
         if first["type"] == "extra_forbidden":
             known = ", ".join(sorted(_keys_at(kind, first["loc"][:-1])))
-            raise ParameterError(f"{where}: unknown key {key!r}; known here: {known}") from None
+            said = f"; known here: {known}" if known else ""
+            raise ParameterError(f"{where}: unknown key {key!r}{said}") from None
         message = first["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
         if isinstance(first["input"], Mapping | BaseModel):
             # Of a whole table the message says what is wrong; its values would fill a page.
@@ -30,10 +31,20 @@ def validated(kind: type[M], values: Mapping[str, Any], *, where: str) -> M:
 
 
 def _keys_at(kind: type[BaseModel], place: tuple[int | str, ...]) -> list[str]:
+    """Return the keys of the table at a place; none where it may be one of several kinds."""
     fields = kind.model_fields
     for part in place:
-        inner = fields[str(part)].annotation if str(part) in fields else None
-        if not (isinstance(inner, type) and issubclass(inner, BaseModel)):
-            return []
-        fields = inner.model_fields
+        # What is no field is a key of a mapping or a place in a list, whose model was taken already.
+        if str(part) in fields:
+            inner = _models_in(fields[str(part)].annotation)
+            if len(inner) != 1:
+                return []
+            fields = inner.pop().model_fields
     return list(fields)
+
+
+def _models_in(annotation: Any) -> set[type[BaseModel]]:
+    """Return the models within a type, as in ``dict[str, X] | None``."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return {annotation}
+    return {model for inner in get_args(annotation) for model in _models_in(inner)}

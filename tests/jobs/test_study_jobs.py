@@ -77,7 +77,10 @@ def test_the_shipped_studies_are_listed(capsys):
     [
         (["check", "nothing"], "nothing: no such study; shipped ones are abx"),
         (["check", "STUDY", "--set", "level=loud"], "level must be one of physical"),
-        (["check", "STUDY", "--stimuli", "--set", "display=x"], "stimulus buzz: "),
+        (["check", "STUDY", "--set", "display=x"], "stimulus buzz: display must be one of"),
+        (["check", "abx", "--set", "grid.source.simulated=fabric/{item}"], "simulated set must be one of"),
+        (["check", "abx", "--set", "grid.source.simulated=stroking9/x"], "stroking9 has artificial-grass"),
+        (["check", "plate-words", "--set", "grid.source.simulated_image=dot/1"], "with a family of"),
         (
             ["simulate", "STUDY", "--out", "OUT", "--effect", "dprime=1"],
             "effect: unknown key 'dprime'; known here: b",

@@ -44,6 +44,7 @@ def test_the_shipped_studies_have_the_numbers_of_the_papers():
         ({"order": "any"}, "order: must be 'random', 'blocks'"),
         ({"name": "My study"}, "name: String should match"),
         ({"title": {"en": "only English"}}, "title lacks the language ja; give title.ja"),
+        ({"names": {"a": {"fr": "un"}}}, "unknown key 'names.a.fr'; known here: en, ja"),
         ({"stimuli": []}, "needs stimuli"),
         ({"stimuli": [{"name": "a", "file": "a.wav", "run": "runs/b"}]}, "one source, got file and run"),
         ({"stimuli": [{"name": "a"}, {"name": "a"}]}, "names of stimuli must differ, got 'a' twice"),

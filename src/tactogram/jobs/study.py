@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import DataError
+from tactogram.jobs.study_stimuli import Stimuli
 from tactogram.rendering.level import parse_level
 from tactogram.study.study_file import Study, shipped_studies
+from tactogram.study.trials import Presented
 
 
 def list_studies() -> dict[str, Any]:
@@ -19,7 +21,7 @@ def list_studies() -> dict[str, Any]:
 def check_study(
     study: Path | str, *, changes: Mapping[str, Any] | None = None, stimuli: bool = False
 ) -> dict[str, Any]:
-    """Return what a study asks of a participant, after checking its file, levels and files of stimuli.
+    """Return what a study asks of a participant, after checking its file, levels, displays, files and names of stimuli.
 
     Parameters
     ----------
@@ -37,6 +39,8 @@ def check_study(
     """
     loaded = Study.load(study, changes=changes)
     folder = study_folder(study)
+    made = Stimuli(loaded, folder)
+    made.check_names()
     for stimulus in loaded.made_stimuli:
         if stimulus.is_played:
             parse_level(stimulus.level or loaded.level)
@@ -46,7 +50,7 @@ def check_study(
                 raise DataError(f"stimulus {stimulus.name}: {path}: no such file")
     facts = _facts(loaded) | {"sha256": loaded.sha256, "rendered": None}
     if stimuli:
-        facts["rendered"] = _render_all(loaded, folder)
+        facts["rendered"] = _render_all(made)
     return facts
 
 
@@ -78,14 +82,10 @@ def _facts(study: Study) -> dict[str, Any]:
     }
 
 
-def _render_all(study: Study, folder: Path) -> dict[str, str]:
+def _render_all(made: Stimuli) -> dict[str, str]:
     """Make and render every stimulus, and return its hash."""
-    from tactogram.jobs.study_stimuli import Stimuli
-    from tactogram.study.trials import Presented
-
-    made = Stimuli(study, folder)
     hashes = {}
-    for stimulus in study.made_stimuli:
+    for stimulus in made.study.made_stimuli:
         made.image(stimulus)
         if stimulus.is_played:
             hashes[stimulus.name] = made.played(Presented("", stimulus)).sha256

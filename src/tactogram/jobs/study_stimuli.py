@@ -13,8 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from tactogram.datasets.simulate.sets import make, tasks
-from tactogram.datasets.simulate.surfaces import Surface
+from tactogram.datasets.simulate.sets import SETS, make, tasks
 from tactogram.datasets.simulate.tactile_images import FAMILIES, tactile_image
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.rendering.catalogue import open_display, shipped
@@ -123,11 +122,31 @@ class Stimuli:
     def display(self, stimulus: Stimulus) -> Display:
         """Return what it is played on."""
         name = stimulus.display or self.study.display
-        if self._within and name not in shipped():
-            path = self._beside(name)
+        if name in shipped():
+            return _display(name)
+        path = self._beside(name)
+        if self._within:
             self._check_response(path)
-            return _display(str(path))
-        return _display(name)
+        return _display(str(path))
+
+    def check_names(self) -> None:
+        """Refuse a display, a simulated surface or a simulated picture that is not there; no stimulus is made.
+
+        Raises
+        ------
+        TactogramError
+            The message names the stimulus.
+        """
+        for stimulus in self.study.made_stimuli:
+            try:
+                if stimulus.is_played:
+                    self.display(stimulus)
+                if stimulus.simulated:
+                    _surface(stimulus.simulated)
+                if stimulus.simulated_image:
+                    _family(stimulus.simulated_image)
+            except TactogramError as error:
+                raise type(error)(f"stimulus {stimulus.name}: {error}") from error
 
     def check_places(self) -> None:
         """Refuse a study with a stimulus whose file, run or display lies outside of ``within``.
@@ -251,14 +270,9 @@ def _display(name: str) -> Display:
 @lru_cache(maxsize=64)
 def _simulated(text: str, seed: int, seconds: float | None) -> Signal:
     """Return the first recording of a material of a simulated set: its vibration, or whatever it holds."""
-    set_name, slash, material = text.partition("/")
+    set_name, place = _surface(text)
     listed = tasks(set_name, seed=seed, per_class=1, own_images=False)
-    surfaces = surfaces_of(set_name)
-    names = [surface.name for surface in surfaces]
-    if not slash or material not in names:
-        known = ", ".join(names) or "none"
-        raise ParameterError(f"simulated must be SET/MATERIAL; {set_name} has {known}, got {text!r}")
-    chosen = next(task for task in listed if surfaces[task.surface].name == material)
+    chosen = next(task for task in listed if task.surface == place)
     # At least one stroke is simulated; what is asked for is cut out of its middle, where the finger moves.
     length = chosen.seconds if seconds is None else max(seconds, min(chosen.seconds, 2 * seconds))
     streams = make(replace(chosen, seconds=min(length, 10.0))).streams
@@ -268,20 +282,31 @@ def _simulated(text: str, seed: int, seconds: float | None) -> Signal:
     return signal.cut(start, start + wanted)
 
 
-def surfaces_of(set_name: str) -> tuple[Surface, ...]:
-    """Return the surfaces of a simulated set."""
-    from tactogram.datasets.simulate.sets import SETS
-
-    return SETS[set_name].surfaces
+def _surface(text: str) -> tuple[str, int]:
+    """Return the set of a simulated material, and its place there."""
+    set_name, _, material = text.partition("/")
+    if set_name not in SETS:
+        raise ParameterError(f"simulated set must be one of {', '.join(SETS)}, got {set_name!r}")
+    names = [surface.name for surface in SETS[set_name].surfaces]
+    if material not in names:
+        known = ", ".join(names) or "none"
+        raise ParameterError(f"simulated must be SET/MATERIAL; {set_name} has {known}, got {text!r}")
+    return set_name, names.index(material)
 
 
 def _simulated_image(text: str, seed: int) -> Image:
-    family, _, number = text.partition("/")
+    family, number = _family(text)
     if family == "any":
         drawn = zlib.crc32(number.encode())
         families = list(FAMILIES)
         return tactile_image(families[drawn % len(families)], drawn // len(families) % SEEDS, seed=seed)
-    if family not in FAMILIES or not number.isdigit():
+    return tactile_image(family, int(number), seed=seed)
+
+
+def _family(text: str) -> tuple[str, str]:
+    """Return the family of a simulated picture, and which it is of it."""
+    family, _, number = text.partition("/")
+    if family != "any" and (family not in FAMILIES or not number.isdigit()):
         known = ", ".join(FAMILIES)
         raise ParameterError(f"simulated_image must be FAMILY/NUMBER with a family of {known}, got {text!r}")
-    return tactile_image(family, int(number), seed=seed)
+    return family, number
