@@ -499,7 +499,7 @@ def take_until_gone(one, acknowledged):
 def test_a_kill_at_any_instant_loses_no_acknowledged_answer_and_stores_none_twice(
     tmp_path, write_study, process_over, person
 ):
-    study = write_study(tmp_path, design={"kind": "abx", "repeats": 60}, played_by="browser")
+    study = write_study(tmp_path, design={"kind": "abx", "repeats": 24}, played_by="browser")
     folder, acknowledged, people = tmp_path / "session", [], []
     for life in range(3):
         with process_over(tmp_path, study, folder) as (process, address):
@@ -524,7 +524,7 @@ def test_a_kill_at_any_instant_loses_no_acknowledged_answer_and_stores_none_twic
         assert len(store.participants()) == 3
         for one in people:
             stored = tokens(store, one.code)
-            assert len(stored) == len(set(stored)) == 2 + 120 + 1
+            assert len(stored) == len(set(stored)) == 2 + 48 + 1
             assert {token for code, token in acknowledged if code == one.code} <= set(stored)
             assert store.page(one.code) is None
 
