@@ -1,5 +1,6 @@
 """One shard per take becomes few: the same recordings, whatever happens meanwhile, whoever reads."""
 
+import json
 import os
 import pickle
 import shutil
@@ -221,17 +222,32 @@ def test_neither_replaces_while_the_other_is_at_work(taken, monkeypatch):
     assert_holds(add_recordings(store, [take(60)]), [*takes, take(60)])
 
 
-def test_a_damaged_shard_stops_it_and_nothing_changes(taken):
+@pytest.mark.parametrize("what", ["samples", "material"])
+def test_a_damaged_shard_stops_it_and_nothing_changes(what, taken):
+    """A damaged label, too: nothing but the hash of the old file shows it, and the new file has another."""
     store, takes = taken()
     path = store.path / store.facts.shards[4].file
     held = bytearray(path.read_bytes())
-    place = held.find(takes[4].streams["acceleration"].samples.tobytes()[:16])
-    held[place] ^= 1
+    samples = takes[4].streams["acceleration"].samples.tobytes()
+    held[held.find({"samples": samples[:16], "material": b"m0"}[what])] ^= 1
     path.write_bytes(held)
     before = sorted(p.name for p in store.path.iterdir())
-    with pytest.raises(DataError, match="take 4 would not be what it was; nothing was changed"):
+    with pytest.raises(DataError, match=r"shard-00004.*sha256 differs\); nothing was changed"):
         compact(store.path)
     assert sorted(p.name for p in store.path.iterdir()) == before
+
+
+@pytest.mark.parametrize("wrong", [lambda shards: shards.pop(), lambda shards: shards[1].update(rows=2)])
+def test_a_list_of_shards_that_is_not_the_stores_is_refused(wrong, taken):
+    store, takes = taken(3)
+    facts = json.loads((store.path / "dataset.json").read_text())
+    wrong(facts["shards"])
+    (store.path / "dataset.json").write_text(json.dumps(facts))
+    with pytest.raises(DataError, match="is not the list of ids"):
+        compact(store.path)
+    if len(facts["shards"]) == 3:
+        with pytest.raises(DataError, match="must have 2 rows, got 1"):
+            open_store(store.path).info(takes[1].id)
 
 
 def test_the_verb_prints_sizes_before_and_after(taken, capsys):

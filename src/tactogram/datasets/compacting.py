@@ -18,11 +18,11 @@ import numpy as np
 import pyarrow as pa
 
 from tactogram.datasets import shard_writing
-from tactogram.datasets.layout import FACTS, Facts, StoredFile, schema
+from tactogram.datasets.layout import FACTS, Facts, StoredFile, file_hash, schema
 from tactogram.datasets.parquet import let_go, opened, plain_parquet, stored_file
 from tactogram.datasets.places import Places
 from tactogram.datasets.recording import content_id
-from tactogram.datasets.store import Store, open_store
+from tactogram.datasets.store import Store, ids_problem, open_store
 from tactogram.datasets.unfinished import NewFiles, clear_unfinished, replacing, to_disk
 from tactogram.errors import DataError
 
@@ -71,6 +71,8 @@ def compact(path: Path | str, *, progress: Progress | None = None) -> Compacted:
     old = [shard for run in runs if len(run) > 1 for shard in run]
     if not old:
         return _result(facts, facts, 0, len(cleared))
+    if problem := ids_problem(store):
+        raise DataError(f"{problem}; nothing was changed, see data check")
     files = NewFiles(path, adding=True, durable=True, purpose="compacting")
     named = ""
     try:
@@ -182,8 +184,18 @@ def _check(
 
 
 def _groups(path: Path, stored: StoredFile) -> Iterator[pa.Table]:
-    """Yield the row groups of a shard, one at a time in memory."""
+    """Yield the row groups of a shard, one at a time in memory.
+
+    Raises
+    ------
+    DataError
+        If it is not as it was written: what is written anew has a hash of its own, by which no damage would show.
+    """
     file = opened(path, stored)
+    if file_hash(path) != stored.sha256:
+        raise DataError(
+            f"{path}: changed since it was written (sha256 differs); nothing was changed, see data check"
+        )
     for number in range(file.num_row_groups):
         yield file.read_row_group(number)
 

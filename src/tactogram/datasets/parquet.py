@@ -49,14 +49,19 @@ def opened(path: Path, stored: StoredFile) -> pq.ParquetFile:
     GoneError
         If it is not there.
     DataError
-        If it is not as long as ``stored`` says, or not Parquet.
+        If it is not as long as ``stored`` says, in bytes or rows, or not Parquet.
     """
     try:
         size = path.stat().st_size
         if size != stored.bytes:
             raise DataError(f"{path}: must be {stored.bytes} bytes, got {size}; import the data again")
-        return pq.ParquetFile(path)
+        file = pq.ParquetFile(path)
     except FileNotFoundError as error:
         raise GoneError(f"{path}: not readable: {error}; import the data again") from error
     except (OSError, pa.ArrowException) as error:
         raise DataError(f"{path}: not readable: {error}; import the data again") from error
+    if file.metadata.num_rows != stored.rows:
+        raise DataError(
+            f"{path}: must have {stored.rows} rows, got {file.metadata.num_rows}; import the data again"
+        )
+    return file

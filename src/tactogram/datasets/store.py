@@ -87,13 +87,13 @@ class Store:
         self.path = path
         self.facts = Facts.load(path) if facts is None else facts
         self.index: Sequence[RecordingInfo] = _Index(self)
-        self._photographs = StoredPhotographs(path, self.facts.images)
         try:
             self._places = places_of(path, self.facts)
         except GoneError:
             # dataset.json was replaced since it was read, and then the list of ids removed.
             self.facts = Facts.load(path)
             self._places = places_of(path, self.facts)
+        self._photographs = StoredPhotographs(path, self.facts.images)
         self._count = self.facts.rows
 
     def __reduce__(self) -> tuple[Callable[[Path | str], Store], tuple[Path]]:
@@ -314,6 +314,15 @@ class _Index(Sequence[RecordingInfo]):
             yield self._store._info_at(place)
 
 
+def ids_problem(store: Store) -> str | None:
+    """Return what is wrong with the list of ids and of photographs of a store, None if it is as it was written."""
+    facts = store.facts
+    whole = len(store._ids) == facts.rows
+    if whole and store_hash(store._ids, facts.photographs, facts.ratings_sha256) == facts.sha256:
+        return None
+    return f"{store.path / facts.ids}: is not the list of ids, or of photographs, that was written"
+
+
 def problems(store: Store, *, progress: Callable[[int, int], None] | None = None) -> list[str]:
     """Return what is wrong with a store, one line each: none when every byte is as it was written.
 
@@ -333,12 +342,8 @@ def problems(store: Store, *, progress: Callable[[int, int], None] | None = None
             found.append(f"{path}: missing; import the data again")
         elif path.stat().st_size != stored.bytes or file_hash(path) != stored.sha256:
             found.append(f"{path}: changed since it was written (sha256 differs); import the data again")
-    if store_hash(store._ids, store.facts.photographs, store.facts.ratings_sha256) != store.sha256 or len(
-        store._ids
-    ) != len(store):
-        found.append(
-            f"{store.path / store.facts.ids}: is not the list of ids, or of photographs, that was written"
-        )
+    if problem := ids_problem(store):
+        found.append(problem)
     if found:
         return found
     pictures: set[str | None] = {key for held in store.facts.photographs.values() for key in held}
