@@ -1,8 +1,11 @@
+import io
 import re
+import sys
 from urllib.parse import unquote
 
 import pytest
 
+from tactogram.cli.studio import shown_qr_code
 from tactogram.studio.qr_code import svg_qr_code, terminal_qr_code
 
 segno = pytest.importorskip("segno")
@@ -32,3 +35,15 @@ def test_the_picture_is_dark_on_light_and_asks_no_other_host():
     assert kind.startswith("data:image/svg+xml")
     assert ("fill='#fff'" in svg, "stroke='#000'" in svg) == (True, True)
     assert re.findall("https?://[^'\"]*", svg) == ["http://www.w3.org/2000/svg"]
+
+
+@pytest.mark.parametrize(
+    ("encoding", "terminal", "shown"),
+    [("utf-8", True, True), ("utf-8", False, False), ("euc_jp", True, False)],
+)
+def test_only_a_terminal_that_has_its_characters_shows_it(monkeypatch, encoding, terminal, shown):
+    screen = io.TextIOWrapper(io.BytesIO(), encoding=encoding)
+    monkeypatch.setattr(screen, "isatty", lambda: terminal)
+    monkeypatch.setattr(sys, "stdout", screen)
+    monkeypatch.setenv("COLUMNS", "120")
+    assert bool(shown_qr_code(ADDRESS)) == shown

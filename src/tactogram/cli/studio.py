@@ -58,12 +58,16 @@ def taken_port(a: Arguments) -> AbstractContextManager[Listening]:
 
 
 def shown_qr_code(address: str) -> str:
-    """Return a QR code to be added to what is printed: none where that goes elsewhere or has no room for it."""
+    """Return a QR code to be added to what is printed; none where that goes elsewhere, or has no room or letters."""
     from tactogram.studio.qr_code import terminal_qr_code
 
     if not sys.stdout.isatty():
         return ""
     code = terminal_qr_code(address, shutil.get_terminal_size().columns)
+    try:
+        code.encode(sys.stdout.encoding)
+    except UnicodeEncodeError:
+        return ""
     return f"\n{code}" if code else ""
 
 
