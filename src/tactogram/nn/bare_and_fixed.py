@@ -22,7 +22,10 @@ def bare(network: Any) -> Any:
 
 @contextmanager
 def fixed(network: nn.Module) -> Iterator[None]:
-    """Leave the gradients of the weights of ``network`` away: the loss of another one needs none."""
+    """Leave the gradients of the weights of ``network`` away: the loss of another one needs none.
+
+    Afterwards all of them learn: not for a network of which a part is frozen (`tactogram.nn.trunks`).
+    """
     network.requires_grad_(False)
     try:
         yield

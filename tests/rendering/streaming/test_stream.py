@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 import types
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -44,7 +45,7 @@ def table(sloping):
     return TextureTable.of(sloping)
 
 
-@pytest.fixture(name="engine")
+@pytest.fixture(name="engine", scope="module")
 def engine_fixture(table):
     def make(motion=None, *, count=1, rate=RATE, most=MOST):
         textures = [AutoregressiveTexture(f"t{n}", table, rate=rate, most=most, seed=n) for n in range(count)]
@@ -53,14 +54,17 @@ def engine_fixture(table):
     return make
 
 
-@pytest.fixture(name="output")
+@pytest.fixture(name="output", scope="module")
 def output_fixture(engine):
+    @cache
+    def rehearsed(rate):
+        tried = Stream(engine(SimulatedHand(2, seed=9), rate=rate, most=int(0.005 * rate)), record_s=2.0)
+        run_unpaced(tried, seconds=2.0)
+        return Signal(tried.recorded, rate, "m/s^2")
+
     def make(name="voice-coil", level="gain=1"):
         display = open_display(name)
-        most = int(0.005 * display.rate)
-        tried = Stream(engine(SimulatedHand(2, seed=9), rate=display.rate, most=most), record_s=2.0)
-        run_unpaced(tried, seconds=2.0)
-        return DisplayOutput(display, Signal(tried.recorded, display.rate, "m/s^2"), level=parse_level(level))
+        return DisplayOutput(display, rehearsed(display.rate), level=parse_level(level))
 
     return make
 
