@@ -5,8 +5,9 @@ from __future__ import annotations
 import asyncio
 import functools
 import html
+import inspect
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Coroutine, Iterator
 from contextlib import contextmanager
 from typing import Any, ParamSpec, TypeVar
 
@@ -107,7 +108,7 @@ def told(error: BaseException) -> None:
 
 
 def telling(handler: Callable[P, Any]) -> Callable[P, Any]:
-    """Return a handler of events, plain or asynchronous, whose errors are told."""
+    """Return a handler of events, plain or asynchronous, whose errors are told; a lambda may call either."""
     if asyncio.iscoroutinefunction(handler):
 
         @functools.wraps(handler)
@@ -122,11 +123,16 @@ def telling(handler: Callable[P, Any]) -> Callable[P, Any]:
     @functools.wraps(handler)
     def called(*args: P.args, **kwargs: P.kwargs) -> Any:
         try:
-            return handler(*args, **kwargs)
+            answer = handler(*args, **kwargs)
         except Exception as error:
-            told(error)
+            return told(error)
+        return telling(_answered)(answer) if inspect.iscoroutine(answer) else answer
 
     return called
+
+
+async def _answered(answer: Coroutine[Any, Any, T]) -> T:
+    return await answer
 
 
 async def in_background(function: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> T:
