@@ -110,6 +110,11 @@ def test_what_is_no_run_of_the_workspace_is_refused(desk, name):
         desk.runs.choice(name)
 
 
+def test_a_run_that_was_deleted_is_told_in_a_sentence(desk):
+    with pytest.raises(DataError, match="runs/gone: no finished run of this workspace; it was deleted"):
+        desk.runs.choice("runs/gone")
+
+
 def test_a_form_comes_back_with_its_history(desk):
     desk.set(speed_mm_s=None, seed=5)
     desk.commit()

@@ -155,9 +155,15 @@ def test_a_training_is_watched_stopped_resumed_and_survives_the_server(browser, 
             tab.get_by_role("cell", name='"ar_texture"').wait_for()
             tab.goto("/train/watch?run=runs/stroke_gan-tiny")
             tab.get_by_role("button", name="Delete").click()
-            tab.get_by_role("button", name="Delete it").click()
+            with watched(context, address) as other:
+                other.goto("/train/watch?run=runs/stroke_gan-tiny")
+                tab.get_by_role("button", name="Delete it").click()
+                other.get_by_text("runs/stroke_gan-tiny was deleted meanwhile.").wait_for()
+                other.close()
             tab.get_by_text("Runs (1)").wait_for()
             assert not run.exists()
+            tab.reload()  # what the form kept is in its command
+            tab.locator("code", has_text="--recipe quick --out runs/stroke_gan-quick").wait_for()
             tab.goto("/train/watch?run=runs/gone")
             tab.get_by_text("no run of this workspace").wait_for()
         context.close()

@@ -105,9 +105,11 @@ class Runs:
         Raises
         ------
         TactogramError
-            If it is none, or is not readable.
+            If it is none, no longer is, or is not readable.
         """
         folder = self.workspace.inside(name)
+        if not (folder / "model.json").is_file():
+            raise DataError(f"{name}: no finished run of this workspace; it was deleted, or never there")
         facts = _read(folder / "model.json")
         held = facts.get("kind")
         if not isinstance(held, dict):

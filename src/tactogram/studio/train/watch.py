@@ -61,6 +61,7 @@ class _Watch:
         self.evaluating: tuple[Task, Status] | None = None
         self.facts = run_facts(folder)
         self.position: dict[str, int] | None = None
+        self.gone = False
         self.drawn: Any = None
         self.found: dict[str, list[tuple[int, float]]] = {}
         self.read_bytes = -1
@@ -102,6 +103,7 @@ class _Watch:
         tasks = trainings.of(self.name)
         self.task = next((task for task in tasks if task.kind == "train"), None)
         self.status = trainings.status(self.task) if self.task else None
+        self.gone = not tasks and not (self.folder / "recipe.toml").is_file()
         evaluating = next((task for task in tasks if task.kind == "evaluate"), None)
         self.evaluating = (evaluating, trainings.status(evaluating)) if evaluating else None
         file = self.folder / "metrics.jsonl"
@@ -112,6 +114,7 @@ class _Watch:
 
     def _signature(self) -> Any:
         return (
+            self.gone,
             self.state,
             self.facts.finished,
             bool(self.facts.data),
@@ -151,6 +154,9 @@ class _Watch:
     @ui.refreshable_method
     def head(self) -> None:
         self.moving = None
+        if self.gone:
+            ui.label(f"{self.name} was deleted meanwhile.").props('role="alert"')
+            return
         data = self.facts.data
         with ui.element("section").classes("card w-full").props('aria-live="polite"'):
             with ui.row().classes("items-center gap-3 w-full"):
