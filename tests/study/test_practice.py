@@ -50,11 +50,13 @@ def test_feedback_says_whether_the_last_answer_was_right_and_nothing_before(prac
     code, shown = walked(practised, 5)
     first = practised.page(code).shown("ja")
     right = [row.correct for row in practised.answers().where(design="practice")]
-    told = [page["layout"].get("feedback") for page in [*shown[2:], first]]
+    ended = first["layout"]["practice_ended"]
+    told = [*(page["layout"].get("feedback") for page in shown[2:]), ended["feedback"]]
     assert told[0] is None
     assert [one["correct"] for one in told[1:]] == right
     assert told[-1]["text"] == ("正解です。" if right[-1] else "不正解です。")
-    assert first["layout"]["practice_ended"]["text"].startswith("練習は終わりです")
+    assert ended["text"].startswith("練習は終わりです")
+    assert "feedback" not in first["layout"]  # a trial that counts is shown without it
     practised.submit(code, "trial-1.1", {"which": "A"})
     assert "feedback" not in practised.page(code).layout
 

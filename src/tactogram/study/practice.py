@@ -107,9 +107,9 @@ class Practice(BaseModel):
     def first_trial(
         self, page: Page, design: Design, setting: Setting, participant: Participant, given: Sequence[Given]
     ) -> Page:
-        """Return the first trial, with what is to be said after the practice."""
-        said = {"practice_ended": {"text": self.ended}, **self.said(design, setting, participant, given)}
-        return replace(page, layout={**page.layout, **said})
+        """Return the first trial, with what is to be said after the practice, before the trial is shown."""
+        ended = {"text": self.ended, **self.said(design, setting, participant, given)}
+        return replace(page, layout={**page.layout, "practice_ended": ended})
 
     def said(
         self, design: Design, setting: Setting, participant: Participant, given: Sequence[Given]

@@ -160,7 +160,8 @@ async function show() {
   }
   const over = page.layout.practice_ended;
   if (over && !now.left.has(`practice ${page.token}`)) {
-    const more = page.layout.feedback ? [make("p", { class: "feedback", text: page.layout.feedback.text })] : [];
+    const { feedback } = over;
+    const more = feedback ? [make("p", { class: feedback.correct ? "feedback right" : "feedback wrong", text: feedback.text })] : [];
     const press = () => leave(`practice ${page.token}`);
     return showMoment(stage, { title: say(l, "practice"), text: over.text, go: say(l, "go_on"), press, more });
   }
