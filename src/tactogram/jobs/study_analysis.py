@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.jobs.study_answers import open_answers, study_of
 from tactogram.jobs.study_report import Taken, write_study_report
 from tactogram.signal.io.files import written_beside
-from tactogram.study.analysis import MARGINS, Plan, analyse
+from tactogram.study.analysis import MARGINS, Analysis, Plan, analyse
 from tactogram.study.analysis.words import Targets
 from tactogram.study.answers import Answers, read_cells
 from tactogram.study.naming import named_answers, named_section
@@ -25,6 +25,9 @@ from tactogram.study.planned import ALPHA
 from tactogram.study.practice import MARK
 from tactogram.study.study_file import Study
 from tactogram.study.wording import Language
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 JSON_FILE, TEXT_FILE, REPORT_FILE = "analysis.json", "analysis.txt", "report.html"
 
@@ -81,7 +84,8 @@ def analyse_study(
     figures : bool
     language : {"en", "ja"}
         Of the names of items and conditions in the report, where the study's file gives names; ``analysis.json`` and
-        ``analysis.txt`` keep the keys. Figures have Latin letters alone: English names, or keys.
+        ``analysis.txt`` keep the keys. Figures have them where a font with their
+        letters is installed; else English names, or keys.
 
     Returns
     -------
@@ -111,16 +115,10 @@ def analyse_study(
         "source": str(source),
         "targets": None if targets is None else str(targets),
     }
-    drawn = {}
+    drawn: dict[str, Figure] = {}
     names = {} if study is None else study.names_in(language)
     if figures:
-        from tactogram.study.figures import figures_of
-
-        drawable = names if study is None or _drawn(names) else study.names_in("en")
-        drawable = drawable if _drawn(drawable) else {}
-        for section in analysis.sections:
-            own = named_answers(answers.where(design=section.design), drawable)
-            drawn.update(figures_of(named_section(section, drawable), own))
+        drawn = _figures(analysis, answers, names, study)
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
     result["files"] = [JSON_FILE, TEXT_FILE, REPORT_FILE, *(f"{name}.png" for name in drawn)]
@@ -161,9 +159,25 @@ def _plan(
     return Plan.of(planned, margins, alpha=planned.alpha if alpha is None else alpha, **options)
 
 
-def _drawn(names: Mapping[str, str]) -> bool:
-    """Return whether figures have the letters of all names."""
-    return all(name.isascii() for name in names.values())
+def _figures(
+    analysis: Analysis, answers: Answers, names: Mapping[str, str], study: Study | None
+) -> dict[str, Figure]:
+    """Return the figures by name, with names whose letters a font has: these, English ones, or keys."""
+    from tactogram.study.figures import figures_of
+    from tactogram.study.lettering import OWN, font_with, letter
+
+    drawable, font = {}, OWN
+    for offered in (names, {} if study is None else study.names_in("en")):
+        if (found := font_with(offered.values())) is not None:
+            drawable, font = dict(offered), found
+            break
+    drawn: dict[str, Figure] = {}
+    for section in analysis.sections:
+        own = named_answers(answers.where(design=section.design), drawable)
+        drawn.update(figures_of(named_section(section, drawable), own))
+    for figure in drawn.values() if font != OWN else ():
+        letter(figure, font)
+    return drawn
 
 
 def margins_of(texts: Sequence[str]) -> dict[str, float]:
