@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import logging
 import secrets
 import threading
 import webbrowser
@@ -140,7 +139,6 @@ def serve(
             here = f"{listening.here}{path}{query}"
             threading.Thread(target=webbrowser.open, args=(here,), daemon=True).start()
 
-    logging.getLogger("uvicorn.error").setLevel(logging.WARNING)
     try:
         Server(
             make_app(studio, token=token, names=listening.names, https=listening.https),
