@@ -1,4 +1,7 @@
 import json
+import os
+import signal
+import threading
 
 import numpy as np
 import pytest
@@ -140,3 +143,16 @@ def test_the_command_line_plays_a_file(tmp_path, capsys):
     facts = json.loads(capsys.readouterr().out)
     assert (facts["state"], facts["strength"]) == ("ended", 0.3)
     assert facts["sha256"] == play_drive(tmp_path / "drive.npz", "audio")["sha256"]
+
+
+def test_an_interrupted_playback_is_waited_for_until_it_has_faded(tmp_path, monkeypatch):
+    def run(playing):
+        threading.Event().wait(0.05)
+        os.kill(os.getpid(), signal.SIGINT)
+        assert playing._stop.wait(10)
+        threading.Event().wait(0.02)
+        return {"faded": True}
+
+    monkeypatch.setattr(Playback, "run", run)
+    write_signal(tmp_path / "drive.npz", made())
+    assert play_drive(tmp_path / "drive.npz", "audio")["faded"]

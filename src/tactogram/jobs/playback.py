@@ -327,20 +327,23 @@ def play_drive(
         full_scale=full_scale,
     )
     result: dict[str, Any] = {}
+    # Not by joining the thread: in Python 3.11 a join after an interrupted one returns at once, before the fade.
+    ended = threading.Event()
 
     def run() -> None:
         try:
             result.update(playing.run())
         except TactogramError as error:
             result["raised"] = error
+        finally:
+            ended.set()
 
-    thread = threading.Thread(target=run, name="playback", daemon=True)
-    thread.start()
+    threading.Thread(target=run, name="playback", daemon=True).start()
     try:
-        thread.join()
+        ended.wait()
     except KeyboardInterrupt:
         playing.stop()
-        thread.join()
+        ended.wait()
     if (raised := result.pop("raised", None)) is not None:
         raise raised
     return {"file": str(file), **result}
