@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import Literal, TypeVar
 
 import numpy as np
@@ -74,17 +75,25 @@ def ordered(
     participant : int
         Number of the participant, from 1.
     """
-    count = len(items)
-    _check(count)
+    _check(len(items))
+    places = _places(len(items), rule, repeats, seed, participant, purpose)
+    return tuple((block, repeat, items[i]) for block, repeat, i in places)
+
+
+@lru_cache(maxsize=256)  # asked for at every page, and the same for all pages of a participant
+def _places(
+    count: int, rule: Rule, repeats: int, seed: int, participant: int, purpose: str
+) -> tuple[tuple[int, int, int], ...]:
+    """Return (block, repeat, which item) in the order in which they are shown."""
     if rule == "random":
-        listed = [(repeat, item) for repeat in range(1, repeats + 1) for item in items]
+        listed = [(repeat, i) for repeat in range(1, repeats + 1) for i in range(count)]
         drawn = generator(seed, participant, purpose).permutation(len(listed))
-        return tuple((1, *listed[i]) for i in drawn)
-    shown: list[tuple[int, int, T]] = []
-    for repeat in range(1, repeats + 1):
-        block = _block(rule, count, repeat, repeats, seed, participant, purpose)
-        shown.extend((repeat, repeat, items[i]) for i in block)
-    return tuple(shown)
+        return tuple((1, *listed[place]) for place in drawn)
+    return tuple(
+        (repeat, repeat, i)
+        for repeat in range(1, repeats + 1)
+        for i in _block(rule, count, repeat, repeats, seed, participant, purpose)
+    )
 
 
 def _block(
