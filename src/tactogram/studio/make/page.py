@@ -212,7 +212,7 @@ class MakePage:
                 self._piece = number
             return not cancelled.is_set()
 
-        pieces = list(self.desk.runs.make(asked, go_on=go_on))
+        pieces = self.desk.runs.make(asked, go_on=go_on)
         if cancelled.is_set():
             return []
         return [self.desk.put(asked, choice, number, made) for number, made in pieces]

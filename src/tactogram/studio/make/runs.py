@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -140,8 +140,8 @@ class Runs:
 
     def make(
         self, asked: Asked, *, go_on: Callable[[int], bool] = lambda number: True
-    ) -> Iterator[tuple[int, Signal | Image]]:
-        """Yield what is asked for, each piece with its own number from 1.
+    ) -> list[tuple[int, Signal | Image]]:
+        """Return what is asked for, each piece with its own number from 1.
 
         Parameters
         ----------
@@ -162,10 +162,12 @@ class Runs:
             from tactogram.jobs.generate import generate
 
             pieces = generate(run, condition, seconds=asked.seconds, seed=asked.seed, count=asked.count)
+            made: list[tuple[int, Signal | Image]] = []
             for number in range(1, asked.count + 1):
                 if not go_on(number):
-                    return
-                yield number, next(pieces)
+                    break
+                made.append((number, next(pieces)))
+            return made  # all at once: whoever stopped taking pieces would keep the lock
 
     def condition(self, asked: Asked, run: LoadedRun, form: Form) -> dict[str, Any]:
         """Return a form's answers as a condition, with its files read and the words that were left open filled in."""
