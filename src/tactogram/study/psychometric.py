@@ -69,6 +69,40 @@ class PsychometricFit:
         return self.guess + (1 - self.guess - self.lapse) * _rise(self.shape, x, self.place, self.slope)
 
 
+def counted(
+    intensity: ArrayLike, correct: ArrayLike, *, needed_by: str
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return the intensities that were shown, how often each was, and how often it was answered right.
+
+    Parameters
+    ----------
+    intensity, correct : array_like, shape (trials,)
+    needed_by : str
+        What is fitted, as the beginning of "… needs two intensities".
+
+    Raises
+    ------
+    ParameterError
+        If the arrays are not such.
+    DataError
+        If there are fewer than two intensities, or all answers are alike.
+    """
+    x, y = np.asarray(intensity, np.float64), np.asarray(correct, np.float64)
+    if x.ndim != 1 or x.shape != y.shape or not np.isfinite(x).all():
+        raise ParameterError(
+            f"intensity and correct must be finite, of one length, got {x.shape} and {y.shape}"
+        )
+    levels, place = np.unique(x, return_inverse=True)
+    n = np.bincount(place).astype(np.float64)
+    k = np.bincount(place, y).astype(np.float64)
+    if len(levels) < 2 or k.sum() in (0, n.sum()):
+        raise DataError(
+            f"{needed_by} needs two intensities and both right and wrong answers, "
+            f"got {len(levels)} intensities and {int(k.sum())} of {int(n.sum())} right"
+        )
+    return levels, n, k
+
+
 def fit_psychometric(
     intensity: ArrayLike,
     correct: ArrayLike,
@@ -109,27 +143,15 @@ def fit_psychometric(
     DataError
         If there are fewer than two intensities, or all answers are alike: then there is no threshold to be had.
     """
-    x, y = np.asarray(intensity, np.float64), np.asarray(correct, np.float64)
-    if x.ndim != 1 or x.shape != y.shape or not np.isfinite(x).all():
-        raise ParameterError(
-            f"intensity and correct must be finite, of one length, got {x.shape} and {y.shape}"
-        )
     if shape not in SHAPES:
         raise ParameterError(f"shape must be one of {', '.join(SHAPES)}, got {shape!r}")
     if not (0 <= guess < target < 1 - lapse_limit <= 1):
         raise ParameterError(
             f"must be 0 <= guess < target < 1 - lapse_limit, got {guess:g}, {target:g} and {lapse_limit:g}"
         )
-    levels, place = np.unique(x, return_inverse=True)
+    levels, n, k = counted(intensity, correct, needed_by="a psychometric function")
     if shape == "weibull" and levels[0] <= 0:
         raise ParameterError(f"intensities of a weibull must be > 0, got {levels[0]:g}; take logistic")
-    n = np.bincount(place).astype(np.float64)
-    k = np.bincount(place, y).astype(np.float64)
-    if len(levels) < 2 or k.sum() in (0, n.sum()):
-        raise DataError(
-            "a psychometric function needs two intensities and both right and wrong answers, "
-            f"got {len(levels)} intensities and {int(k.sum())} of {int(n.sum())} right"
-        )
     model = _Model(shape, levels, n, guess, lapse_limit)
     at = model.fit(k, start=None if start is None else model.inner(start))
     threshold = model.threshold(at, target)

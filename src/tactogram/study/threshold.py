@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import ParameterError
+from tactogram.study.psychometric import counted
 
 Numbers = NDArray[np.float64]
 SETTLED_3_DOWN = 0.5 ** (1 / 3)
@@ -84,21 +85,9 @@ def estimate_threshold(
     DataError
         If there are fewer than two intensities, or all answers are alike: then there is no threshold to be had.
     """
-    x, y = np.asarray(intensity, np.float64), np.asarray(correct, np.float64)
-    if x.ndim != 1 or x.shape != y.shape or not np.isfinite(x).all():
-        raise ParameterError(
-            f"intensity and correct must be finite, of one length, got {x.shape} and {y.shape}"
-        )
     if not 0 <= guess < share < 1 - max(LAPSES):
         raise ParameterError(f"must be 0 <= guess < share < {1 - max(LAPSES):g}, got {guess:g} and {share:g}")
-    levels, place = np.unique(x, return_inverse=True)
-    n = np.bincount(place).astype(np.float64)
-    k = np.bincount(place, y).astype(np.float64)
-    if len(levels) < 2 or k.sum() in (0, n.sum()):
-        raise DataError(
-            "a threshold needs two intensities and both right and wrong answers, "
-            f"got {len(levels)} intensities and {int(k.sum())} of {int(n.sum())} right"
-        )
+    levels, n, k = counted(intensity, correct, needed_by="a threshold")
     step = float(np.diff(levels).min())
     places = _places(levels, step)
     slopes = np.exp(np.linspace(-2.5, 2.5, 15) * SLOPE_SD) / step
@@ -115,7 +104,7 @@ def estimate_threshold(
         high,
         float(np.exp(weight.sum((0, 2)) @ np.log(slopes))),
         share,
-        len(x),
+        int(n.sum()),
         bool(levels[0] <= mode <= levels[-1]),
     )
 
