@@ -61,6 +61,10 @@ def words_run(workspace):
     train("ultrasonic_cgan", store, recipe="tiny", split="all", out=workspace / "runs/by-words")
 
 
+SHARES = "all => [...document.querySelectorAll('.sliders .share')].map((s) => s.innerText).join() "
+"""Reads what the sliders' labels tell; what they are held against follows."""
+
+
 def make(tab):
     """Press Make."""
     tab.get_by_role("button", name="Make", exact=True).click()
@@ -70,14 +74,16 @@ def test_mix_make_hear_keep_compare_undo_and_reload(tab, workspace):
     tab.goto("/make")
     tab.wait_for_selector("[data-map-handle]", timeout=60_000)  # the first to need torch
 
-    # The map, by keyboard: all the way to a corner, and back by undo.
+    # The map, by keyboard: towards a corner, and back by undo. A press is a step: each is waited for.
     tab.locator("[data-map-handle]").focus()
-    for key in ("Shift+ArrowRight", "Shift+ArrowRight", "Shift+ArrowDown"):
+    shares = tab.locator(".sliders .share").all_inner_texts()
+    for key in ("Shift+ArrowRight", "Shift+ArrowDown", "Shift+ArrowDown"):
         tab.keyboard.press(key)
+        tab.wait_for_function(SHARES + "!== all.join()", arg=shares)
+        shares = tab.locator(".sliders .share").all_inner_texts()
     tab.wait_for_function(
         "() => !document.querySelector('[aria-label=\"Undo the last change of the form\"]').disabled"
     )
-    shares = tab.locator(".sliders .share").all_inner_texts()
     assert sum(float(text.rstrip(" %")) for text in shares) == pytest.approx(100, abs=2)
     assert 1 <= sum(text != "0 %" for text in shares) <= 3
 
@@ -123,15 +129,9 @@ def test_mix_make_hear_keep_compare_undo_and_reload(tab, workspace):
 
     # Undone, and nothing lost on reload.
     tab.get_by_role("button", name="Undo the last change of the form").click()
-    tab.wait_for_function(
-        "all => [...document.querySelectorAll('.sliders .share')].map((s) => s.innerText).join() !== all.join()",
-        arg=shares,
-    )
+    tab.wait_for_function(SHARES + "!== all.join()", arg=shares)
     tab.get_by_role("button", name="Redo").click()
-    tab.wait_for_function(
-        "all => [...document.querySelectorAll('.sliders .share')].map((s) => s.innerText).join() === all.join()",
-        arg=shares,
-    )
+    tab.wait_for_function(SHARES + "=== all.join()", arg=shares)
     tab.reload()
     tab.wait_for_selector("[data-map-handle]")
     tab.wait_for_function("() => document.querySelectorAll('.beside > .signal').length === 3")
