@@ -131,7 +131,7 @@ def test_backends_without_hardware(textures, backend):
         ({"settings": {"motion": "osc"}}, "does not keep the time"),
         ({"out": Path("sent.xyz")}, "suffix must be one of .wav"),
         ({"figure": Path("sent.pdf")}, "must be .png"),
-        ({"out": Path(__file__) / "sent.wav"}, "no folder that may be written to"),
+        ({"out": Path(__file__) / "sent.wav"}, "cannot be written"),
     ],
 )
 def test_what_cannot_be_streamed_is_refused(textures, options, says):

@@ -24,6 +24,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         known = os.environ.get("TACTOGRAM_MODELS")
         os.environ["TACTOGRAM_MODELS"] = os.pathsep.join([*folders, *([known] if known else [])])
     try:
+        if out := getattr(arguments, "out", None):
+            _check_out(out)
         return arguments.run(arguments) or 0
     except StoppedError as error:
         sys.stderr.write(f"tactogram: {error}\n")
@@ -44,3 +46,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         sys.stderr.write("tactogram: interrupted\n")
         return 130
+
+
+def _check_out(out: str) -> None:
+    """Refuse an ``--out`` that cannot be written to, whatever the verb: what it makes may take hours."""
+    from pathlib import Path
+
+    from tactogram.signal.io.writable import check_writable
+
+    check_writable(Path(out), folder=Path(out).is_dir())

@@ -16,6 +16,7 @@ from tactogram.rendering.files.reduction import to_one_axis
 from tactogram.signal import Signal
 from tactogram.signal.displacement import played
 from tactogram.signal.io import READABLE, WRITABLE, read_file, write_signal
+from tactogram.signal.io.writable import check_writable
 from tactogram.signal.resampling import resample
 
 SIGNAL_FORMATS = tuple(suffix.removeprefix(".") for suffix in WRITABLE)
@@ -155,7 +156,7 @@ def convert_folder(
     DataError
         If nothing there can be read.
     ParameterError
-        If there is no such format, or two files would become one.
+        If there is no such format, two files would become one, or ``target`` cannot be written to.
     """
     source, target = Path(source), Path(target)
     if format not in (*FORMATS, *SIGNAL_FORMATS):
@@ -173,6 +174,7 @@ def convert_folder(
         if place in made:
             raise ParameterError(f"{made[place]} and {path} would both become {place}; rename one")
         made[place] = path
+    check_writable(target, folder=True)
     files, failed = [], {}
     for done, (place, path) in enumerate(made.items()):
         progress("files", done, len(made), path.name)

@@ -32,6 +32,7 @@ from tactogram.jobs.planning import labelled, make_split, select
 from tactogram.jobs.progress import Progress, silent
 from tactogram.jobs.training import run_training
 from tactogram.recipe import Recipe, run_id
+from tactogram.signal.io.writable import check_writable
 from tactogram.training.device import make_fabric
 from tactogram.training.run import write_text
 
@@ -82,7 +83,8 @@ def crossval(
     Raises
     ------
     ParameterError
-        If the model is no classifier of windows, or there are too few recordings for the folds.
+        If the model is no classifier of windows, there are too few recordings for the folds, or ``out`` cannot be
+        written to.
     """
     if only_folds is not None and only_folds < 1:
         raise ParameterError(f"--only-folds must be at least 1, got {only_folds}")
@@ -99,6 +101,10 @@ def crossval(
     run_splits = splits[:only_folds] if only_folds else splits
     if len(run_splits) < len(splits):
         described += f"; only {len(run_splits)} of the {len(splits)} folds were run"
+    resolved, kept = chosen.resolved(config), dict(where or {})
+    identity = run_id(resolved | {"split": described, "label": label, "where": kept}, store.sha256)
+    folder = Path(out) if out else Path("runs") / f"crossval-{model}-{Path(recipe).stem}-{identity}"
+    check_writable(folder, folder=True)
 
     results: list[ClassificationResult] = []
     prepared = TemporaryDirectory(prefix="tactogram-")
@@ -117,7 +123,6 @@ def crossval(
     prepared.cleanup()
     result = reduce(operator.add, results)
 
-    resolved = chosen.resolved(config)
     figures: dict[str, Any] = {
         **result.as_dict(),
         "per_fold": [
@@ -131,12 +136,8 @@ def crossval(
         "rate_hz": kind.rate,
         "data": {"name": store.name, "sha256": store.sha256, "simulated": store.simulated},
         "label": label,
-        "where": dict(where or {}),
+        "where": kept,
     }
-    identity = run_id(
-        resolved | {"split": described, "label": label, "where": figures["where"]}, store.sha256
-    )
-    folder = Path(out) if out else Path("runs") / f"crossval-{model}-{Path(recipe).stem}-{identity}"
     folder.mkdir(parents=True, exist_ok=True)
     save_figure(folder / "confusion.png", confusion_figure(result.windows, result.materials))
     figures["report"] = str(_report(folder / "report.html", figures, result))
@@ -164,7 +165,7 @@ def _splits(
     if folds < 2:
         raise ParameterError(f"--folds must be at least 2, got {folds}")
     index = labelled(index, label)
-    fewest = min(Counter(info.material for info in index).values())
+    scarcest, fewest = min(Counter(info.material for info in index).items(), key=lambda pair: pair[1])
     if by != "recording" or fewest >= folds:
         return kfold(index, folds, by=by, seed=recipe.seed), f"{folds} folds by {by}"
     stream = recipe.prepare.stream_of(tuple(store.streams))
@@ -172,9 +173,10 @@ def _splits(
     rate = recipe.prepare.rate_of(store.rate(index[0].id, stream))
     gap = getattr(config, "window", 0) / rate
     if min(seconds.values()) / folds < 3 * gap:
+        instead = f"use --folds {fewest}" if fewest >= 2 else "record more of it, or leave it out with --where"
         raise ParameterError(
             f"--folds {folds} needs as many recordings of every class, or recordings long enough to divide; "
-            f"a class has {fewest}: use --folds {max(2, fewest)}"
+            f"{scarcest} has {fewest}: {instead}"
         )
     described = (
         f"{folds} contiguous blocks of each recording, {gap:.2g} s (one window) left out between; "

@@ -25,6 +25,7 @@ from tactogram.jobs.rating_judging import judged_predictor
 from tactogram.jobs.search import SurfaceIndex, calibration_text
 from tactogram.jobs.training import LoadedRun, load_run, part_examples, test_part
 from tactogram.model import Example
+from tactogram.signal.io.writable import check_writable
 
 
 def evaluate(
@@ -68,8 +69,11 @@ def evaluate(
     ------
     LeakError
         If a recording of ``data`` was trained on.
+    ParameterError
+        If the run's folder cannot be written to.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    check_writable(loaded.run.folder, folder=True)
     figures, sections = judged(
         loaded, data=data, unknown=unknown, judging=judging, rater=rater, progress=progress
     )

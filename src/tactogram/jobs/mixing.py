@@ -22,6 +22,7 @@ from tactogram.jobs.training import LoadedRun, load_run, test_part
 from tactogram.model import Condition
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
+from tactogram.signal.io.writable import check_writable
 from tactogram.training.run import write_text
 from tactogram.training.seeds import child_seed
 
@@ -162,6 +163,7 @@ def mixing_ladder(
     folder = Path(out) if out else loaded.run.folder / "mixing" / _file(f"{start}-{end}-{mode}")
     if reuse and (there := _read(folder / "ladder.json")) and asked.items() <= there.items():
         return there
+    check_writable(folder, folder=True)
     mixes = mix_ladder(
         loaded,
         start,

@@ -23,6 +23,7 @@ from tactogram.jobs.rated import RatedData
 from tactogram.jobs.training import run_training
 from tactogram.model import Example, ImageExample, Predictor, Rated
 from tactogram.recipe import Recipe, run_id
+from tactogram.signal.io.writable import check_writable
 from tactogram.training.device import make_fabric
 from tactogram.training.run import write_text
 
@@ -81,7 +82,7 @@ def crossval_ratings(
     Raises
     ------
     ParameterError
-        If the model is no predictor, or there are too few items or raters.
+        If the model is no predictor, there are too few items or raters, or ``out`` cannot be written to.
     """
     kept: KeptApart = "item" if by in ITEM_NAMES else by  # type: ignore[assignment]
     if kept not in get_args(KeptApart):
@@ -94,6 +95,10 @@ def crossval_ratings(
         raise ParameterError(f"{model} is no predictor of ratings")
     chosen = Recipe.load(facts.recipe(recipe), changes=changes)
     config = facts.config(chosen.config)
+    resolved, described = chosen.resolved(config), _described(kept, folds, repeats)
+    identity = run_id(resolved | {"split": described, "where": dict(where or {})}, store.sha256)
+    folder = Path(out) if out else Path("runs") / f"crossval-{model}-{Path(recipe).stem}-{identity}"
+    check_writable(folder, folder=True)
     rated = RatedData(store, facts.learns_from)
     index = select(store.index, where) if len(store) else []
     split = rated.split(index, chosen.prepare, split="all", by="recording", seed=chosen.seed)
@@ -129,20 +134,16 @@ def crossval_ratings(
         **found.as_dict(seed=chosen.seed),
         "folds": folds,
         "repeats": repeats,
-        "split": _described(kept, folds, repeats),
+        "split": described,
         "items": len(items),
         "raters": len(people),
         "scale": [ratings.scale.low, ratings.scale.high],
         "model": model,
         "described_by": getattr(learner, "described_by", None),
-        "recipe": chosen.resolved(config),
+        "recipe": resolved,
         "data": {"name": store.name, "sha256": store.sha256, "simulated": store.simulated},
         "where": dict(where or {}),
     }
-    identity = run_id(
-        figures["recipe"] | {"split": figures["split"], "where": figures["where"]}, store.sha256
-    )
-    folder = Path(out) if out else Path("runs") / f"crossval-{model}-{Path(recipe).stem}-{identity}"
     folder.mkdir(parents=True, exist_ok=True)
     title = "Simulated raters" if store.simulated else ""
     save_figure(folder / "words.png", prediction_figure(found, figures, title=title))

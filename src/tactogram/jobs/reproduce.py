@@ -29,6 +29,7 @@ from tactogram.jobs.rating_judging import judge_reproduction, predicted_ratings
 from tactogram.jobs.score import score
 from tactogram.jobs.simulate import simulate_to_store
 from tactogram.jobs.training import load_run, train
+from tactogram.signal.io.writable import check_writable
 from tactogram.training.run import write_text
 
 
@@ -87,7 +88,8 @@ def reproduce(
     Raises
     ------
     ParameterError
-        If there is no such experiment or recipe, or it does not leave open what ``options`` name.
+        If there is no such experiment or recipe, it does not leave open what ``options`` name, or ``out`` cannot be
+        written to.
     """
     if name not in experiments():
         raise ParameterError(f"experiment must be one of {', '.join(experiments())}, got {name!r}")
@@ -101,6 +103,7 @@ def reproduce(
                 f"{name} leaves open {', '.join(left_open) or 'nothing'}; there is no option {key!r}"
             )
     folder = Path(out) if out else Path("runs") / name
+    check_writable(folder, folder=True)
     folder.mkdir(parents=True, exist_ok=True)
     jobs: Jobs = AllJobs(progress)
     result: dict[str, Any] = run(jobs, folder, paper=recipe == "paper", **(options or {}))

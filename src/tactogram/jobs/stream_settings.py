@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
@@ -10,6 +9,7 @@ from typing import Literal, get_args
 from tactogram.errors import ParameterError
 from tactogram.rendering.streaming.engine import LONGEST_BLOCK_S
 from tactogram.signal.io.files import WRITABLE
+from tactogram.signal.io.writable import check_writable
 
 Backend = Literal["null", "file", "clock", "audio", "osc", "udp"]
 NETWORK = ("osc", "udp")
@@ -100,11 +100,4 @@ def check_files(out: Path | None, figure: Path | None) -> None:
     if figure is not None and figure.suffix.lower() != ".png":
         raise ParameterError(f"{figure}: a figure's suffix must be .png, got {figure.suffix}")
     for path in filter(None, (out, figure)):
-        check_folder(path)
-
-
-def check_folder(path: Path) -> None:
-    """Refuse a path whose folder cannot be written to."""
-    there = next(folder for folder in path.absolute().parents if folder.exists())
-    if not there.is_dir() or not os.access(there, os.W_OK):
-        raise ParameterError(f"{path}: {there} is no folder that may be written to")
+        check_writable(path)

@@ -27,6 +27,7 @@ from tactogram.jobs.progress import Progress, silent
 from tactogram.model import Classifier, Example, Kind, Learner, SignalKind
 from tactogram.recipe import Prepare, Recipe
 from tactogram.signal import Signal
+from tactogram.signal.io.writable import check_writable
 from tactogram.training.device import make_fabric
 from tactogram.training.loop import BEGINNING, Position, fit
 from tactogram.training.run import Run
@@ -148,6 +149,8 @@ def train(
 
     Raises
     ------
+    ParameterError
+        If the folder cannot be written to, or the model cannot learn from what is asked for.
     RunError
         If the folder holds another run, or ``resume`` meets other data or another recipe than it began with.
     StoppedError
@@ -197,6 +200,7 @@ def carry_out(
     run = found(folder, plan.identity, resume) if first else Run(folder)
     if first and run.finished:
         return run
+    check_writable(folder, folder=True)
     kind, examples, validation = _material(plan, progress, stop)
     learner = facts.build(plan.config, kind, seed=chosen.seed)
     learner.setup(fabric)
