@@ -51,6 +51,26 @@ def test_sigterm_ends_it_in_order_as_ctrl_c_does(tmp_path, capsys, monkeypatch):
     assert signal.getsignal(signal.SIGTERM) is before
 
 
+def test_a_sweep_with_a_lost_point_locks_and_its_log_gives_the_same_circuit(tmp_path, capsys, monkeypatch):
+    taken, take, log = [], SimulatedBench.take, tmp_path / "track.csv"
+
+    def lossy(bench, seconds, *, after_s):
+        voltage, current = take(bench, seconds, after_s=after_s)
+        taken.append(seconds)
+        if 40 <= len(taken) < 43:  # one point, three times: as often as it is tried
+            voltage[5] = np.nan
+        return voltage, current
+
+    monkeypatch.setattr(SimulatedBench, "take", lossy)
+    found = track("ultrasonic-envelope", TrackSettings(steps=1), out=log)
+    assert (found["lost"], found["repeated"], found["locks"]) == (1, 3, 1)
+    assert main(["transducer", str(log), "--json"]) == 0
+    read = json.loads(capsys.readouterr().out)
+    assert (read["points"], read["lost"]) == (80, 1)
+    assert read["resonance_hz"] == pytest.approx(found["resonance_hz"], abs=1e-6)
+    assert read["residual"] < 0.05
+
+
 class Device(SimulatedBench):
     """A generator whose inputs see a simulated transducer, opened and closed as a real one is."""
 
@@ -109,7 +129,7 @@ def test_a_device_is_held_at_a_share_and_left_silent_whatever_happens(resonance_
         ({"steps": 0}, {}, "steps must be"),
         ({"seed": -1}, {}, "seed must be"),
         ({}, {"out": "track.wav"}, "suffix must be .csv"),
-        ({}, {"out": "/dev/null/track.csv"}, "no folder that may be written to"),
+        ({}, {"out": "/dev/null/track.csv"}, "cannot be written"),
         ({"generator": "digilent"}, {}, "--amps-per-volt must be known"),
         ({}, {"display": "ultrasonic"}, "must make the carrier"),
         ({}, {"changes": {"velocity.x": 1}}, "must be a key of tracking"),

@@ -128,6 +128,42 @@ def test_a_dead_probe_ends_the_tracking_and_one_bad_value_does_not():
         [tracker.step() for _ in range(5)]
 
 
+@pytest.mark.parametrize("name", ["free", "damped"])
+@pytest.mark.parametrize("lost", [{41}, set(range(2, 82, 2))], ids=["the-one-at-resonance", "half"])
+def test_a_lock_does_without_points_that_were_lost(name, lost):
+    source, count = measured(Drifting(preset(name))), 0
+
+    def measure(frequency):
+        nonlocal count
+        count += 1
+        return complex("nan") if count in lost else source(frequency)
+
+    tracker = ResonanceTracker(measure)
+    assert tracker.lock().next_hz == pytest.approx(28_200, abs=0.02 * 28_200 / preset(name).q)
+    assert tracker.found.q == pytest.approx(preset(name).q, rel=0.05)
+    assert sum(np.isnan(point.admittance) for point in tracker.log) == len(lost)
+
+
+def test_a_lock_says_at_once_that_nothing_is_measured_and_in_the_end_that_too_much_was_lost():
+    dead = ResonanceTracker(lambda frequency: complex("nan"))
+    with pytest.raises(
+        TrackingError, match="no lock: 5 measurements in a row were no numbers: check the probe"
+    ):
+        dead.lock()
+    assert len(dead.log) == 5
+    source, count = measured(), 0
+
+    def two_of_three_lost(frequency):
+        nonlocal count
+        count += 1
+        return complex("nan") if count % 3 else source(frequency)
+
+    with pytest.raises(
+        TrackingError, match="no lock: 54 of the sweep's 81 measurements were lost: check the probe"
+    ):
+        ResonanceTracker(two_of_three_lost).lock()
+
+
 def test_the_frequency_never_leaves_its_band():
     away = Drifting(preset("plate"), drift_hz=300)
     band = TrackingSettings(low_hz=28_000, high_hz=28_300, sweep_points=60)

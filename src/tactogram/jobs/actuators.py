@@ -7,6 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from tactogram.errors import ParameterError
 from tactogram.rendering import electrovibration, ultrasonic
 from tactogram.rendering.catalogue import open_display
@@ -75,10 +77,17 @@ def transducer(sweep: Path | str) -> dict[str, Any]:
     sweep : Path or str
         CSV with columns ``frequency_hz``, ``conductance_s``, ``susceptance_s``.
 
+    Returns
+    -------
+    dict
+        The circuit: ``resonance_hz``, ``q``, ``r1_ohm``, ``l1_henry``, ``c1_farad``, ``c0_farad``,
+        ``antiresonance_hz``, ``coupling``, ``envelope_cutoff_hz``, ``settling_ms``; ``residual`` (largest, over the
+        largest admittance), ``points`` (fitted to), ``lost`` (no numbers in the table), ``settings`` for a display.
+
     Raises
     ------
     DataError, ParameterError
-        If the table cannot be read, or holds no resonance.
+        If the table cannot be read, too much of it was lost, or it holds no resonance.
     """
     frequency, admittance = read_sweep(sweep)
     if frequency.max() < LEAST_HZ:
@@ -86,7 +95,8 @@ def transducer(sweep: Path | str) -> dict[str, Any]:
             f"{sweep}: its frequencies end at {frequency.max():g} Hz, far below ultrasound: are they in kHz?"
         )
     found = fitted(frequency, admittance)
-    away = found.admittance(frequency) - admittance
+    lost = np.isnan(admittance)
+    away, measured = (found.admittance(frequency) - admittance)[~lost], admittance[~lost]
     return {
         "resonance_hz": found.resonance_hz,
         "q": found.q,
@@ -98,8 +108,9 @@ def transducer(sweep: Path | str) -> dict[str, Any]:
         "coupling": found.coupling,
         "envelope_cutoff_hz": found.envelope_cutoff_hz,
         "settling_ms": 1e3 * found.settling_s,
-        "residual": float(abs(away).max() / abs(admittance).max()),
-        "points": len(frequency),
+        "residual": float(abs(away).max() / abs(measured).max()),
+        "points": len(measured),
+        "lost": int(lost.sum()),
         "settings": {"carrier_hz": found.resonance_hz, "q": found.q},
     }
 

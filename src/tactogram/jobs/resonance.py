@@ -14,7 +14,6 @@ import numpy as np
 from tactogram.capture.addresses import open_source
 from tactogram.capture.pair import PairRecorder
 from tactogram.errors import ParameterError
-from tactogram.jobs.stream_settings import check_folder
 from tactogram.rendering import ultrasonic
 from tactogram.rendering.admittance import Carrier, MeasuredAdmittance, Probes, Recorder, Timing
 from tactogram.rendering.catalogue import open_display
@@ -22,6 +21,7 @@ from tactogram.rendering.digilent import AnalogDiscovery, generator
 from tactogram.rendering.digilent_scope import DigilentRecorder, ScopeInputs
 from tactogram.rendering.resonance_bench import BenchSettings, SimulatedBench
 from tactogram.rendering.resonance_tracking import ResonanceTracker, TrackingSettings
+from tactogram.signal.io.writable import check_writable
 from tactogram.validation import validated
 
 BAND = 0.03
@@ -115,9 +115,9 @@ def track(
     -------
     dict
         ``resonance_hz``, ``q``, ``r1_ohm``, ``c0_farad`` (of the last lock's sweep), ``carrier_hz`` (at the end),
-        ``lowest_hz``, ``highest_hz``, ``measured``, ``repeated`` (measurements with lost samples), ``steps``, ``locks``
-        (more than one: the resonance was lost and found again), ``interrupted``, ``simulated``, ``settings`` for the
-        display, ``file``.
+        ``lowest_hz``, ``highest_hz``, ``measured``, ``repeated`` (measurements with lost samples), ``lost`` (those
+        that were repeated in vain), ``steps``, ``locks`` (more than one: the resonance was lost and found again),
+        ``interrupted``, ``simulated``, ``settings`` for the display, ``file``.
 
     Raises
     ------
@@ -128,9 +128,9 @@ def track(
     """
     settings = settings or TrackSettings()
     if out is not None:
-        check_folder(Path(out))
         if Path(out).suffix.lower() != ".csv":
             raise ParameterError(f"{out}: a log's suffix must be .csv, got {Path(out).suffix!r}")
+        check_writable(Path(out))
     known = open_display(display).settings
     if not isinstance(known, ultrasonic.Settings) or known.output != "envelope":
         raise ParameterError(
@@ -201,6 +201,7 @@ def _result(
     facts: dict[str, Any] = {
         "measured": measure.measured,
         "repeated": measure.repeated,
+        "lost": measure.lost,
         "steps": sum(p.state != "lock" for p in followed),
         "locks": sum(p.state == "lock" for p in followed),
         "interrupted": interrupted,

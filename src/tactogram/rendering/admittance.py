@@ -100,7 +100,7 @@ class MeasuredAdmittance:
         self, carrier: Carrier, recorder: Recorder, probes: Probes, timing: Timing | None = None
     ) -> None:
         self.probes, self.timing = probes, timing or Timing()
-        self.measured = self.repeated = 0
+        self.measured = self.repeated = self.lost = 0
         self._carrier, self._recorder = carrier, recorder
 
     def __call__(self, frequency: float) -> complex:
@@ -126,6 +126,7 @@ class MeasuredAdmittance:
                 break
             self.repeated += 1
         else:
+            self.lost += 1
             return complex(np.nan, np.nan)
         for name, x, most in zip(
             ("voltage", "current"), (voltage, current), recorder.full_scale, strict=True

