@@ -1,11 +1,18 @@
 import numpy as np
 import pytest
-from scipy import special
+from scipy import special, stats
 
 from tactogram.statistics.clustered import pooled_share
 from tactogram.statistics.multiplicity import holm
 from tactogram.study.bradley_terry import bradley_terry, strengths_by_participant
-from tactogram.study.power_preferences import _holm_below, shown_and_equal, simulated_preferences
+from tactogram.study.power_preferences import (
+    Compared,
+    _asked,
+    _holm_above,
+    jackknifed,
+    shown_and_equal,
+    simulated_preferences,
+)
 
 
 def test_of_two_items_the_error_is_that_of_a_share_by_participant():
@@ -44,5 +51,26 @@ def test_the_error_is_the_spread_of_the_estimates():
 
 
 def test_holm_of_many_studies_is_that_of_each():
-    ps = np.random.default_rng(3).random((20, 6)) ** 4
-    assert (_holm_below(ps, 0.05) == (np.array([holm(row) for row in ps]) < 0.05)).all()
+    t = np.random.default_rng(3).normal(1.5, 2.0, (40, 6))
+    t[0] = 9.0  # all are shown
+    ps = stats.t.sf(t, 9)
+    assert (_holm_above(t, 9, 0.05) == (np.array([holm(row) for row in ps]) < 0.05)).all()
+
+
+@pytest.mark.parametrize(("people", "comparisons", "items"), [(5, 30, 20), (2, 3, 6), (7, 40, 6), (3, 12, 6)])
+def test_studies_without_tables_are_as_those_with_tables_of_each_participant(people, comparisons, items):
+    rng = np.random.default_rng(4)
+    first, second = np.triu_indices(items, 1)
+    place, asked = _asked(comparisons, len(first), (3, people), rng)
+    won = rng.binomial(asked, 0.7)
+    one, other = first[place], second[place]
+    tables = np.zeros((3, people, items, items))
+    study, person, _ = np.indices(one.shape)
+    tables[study, person, one, other], tables[study, person, other, one] = won, asked - won
+    assert (tables.sum((2, 3)) == comparisons).all()
+    assert len(np.unique(place[0, 0])) == min(comparisons, len(first))
+    strengths, covariance = strengths_by_participant(tables)
+    found, error = jackknifed(Compared(one, other, asked, won, items))
+    assert found == pytest.approx(strengths)
+    centre = np.eye(items) - 1 / items
+    assert centre @ error @ centre == pytest.approx(covariance, rel=1e-4, abs=1e-6)

@@ -4,7 +4,7 @@ import pytest
 from tactogram.errors import ParameterError
 from tactogram.statistics.clustered import pooled_share
 from tactogram.statistics.equivalence import paired_equivalence
-from tactogram.study import power_preferences
+from tactogram.study import power, power_preferences
 from tactogram.study.power import DESIGNS, power_table
 from tactogram.study.power_kinds import _within, clustered_ps
 from tactogram.study.power_preferences import simulated_preferences
@@ -58,9 +58,24 @@ def test_a_table_says_how_many_people_equivalence_takes():
 def test_many_items_take_no_more_memory_at_once(monkeypatch):
     monkeypatch.setattr(power_preferences, "AT_ONCE", 36_000)
     options = {"effect": 0.0, "person_sd": 0.5, "rng": np.random.default_rng(0)}
-    for items, studies in ((6, 100), (30, 4), (80, 1)):
+    for items, studies in ((6, 146), (30, 20), (80, 4)):
         some, _ = next(simulated_preferences(10, 60, items=items, studies=200, **options))
         assert some.shape[0] == studies
+
+
+def test_a_table_tells_how_far_it_is_to_the_end():
+    told = []
+    power_table(
+        "abx", participants=[4, 8], trials=[10], simulations=100, progress=lambda *how: told.append(how)
+    )
+    taking = [done for task, done, whole in told if task == power.TAKING and whole == 1200]
+    assert taking == [0, 400, 1200]
+    assert told[-1] == (power.LOOKING, 1, 1)
+
+
+def test_an_effect_of_none_is_shown_no_more_often_than_alpha():
+    [row] = power_table("pairwise", effect=0.0, participants=[10], trials=[15], simulations=200).rows
+    assert row["power"] < 0.05
 
 
 def test_a_table_is_the_same_for_the_same_seed():

@@ -203,20 +203,23 @@ def analyse(a: Arguments) -> None:
 
 def power(a: Arguments) -> None:
     """Say what a study of some size can show, before it is run: exactly, and with simulated participants."""
+    from tactogram.jobs.progress import shown
     from tactogram.jobs.study_power import study_power
 
-    result = study_power(
-        a.design,
-        participants=_counts("--participants", a.participants),
-        trials=_counts("--trials", a.trials),
-        effect=a.effect,
-        person_sd=a.person_sd,
-        trial_sd=a.trial_sd,
-        margin=a.margin,
-        items=a.items,
-        simulations=a.simulations,
-        seed=a.seed,
-    )
+    with shown() as progress:
+        result = study_power(
+            a.design,
+            participants=_counts("--participants", a.participants),
+            trials=_counts("--trials", a.trials),
+            effect=a.effect,
+            person_sd=a.person_sd,
+            trial_sd=a.trial_sd,
+            margin=a.margin,
+            items=a.items,
+            simulations=a.simulations,
+            seed=a.seed,
+            progress=progress,
+        )
     print_result(a, result, result.pop("text"))
 
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import special
 
 Numbers = NDArray[np.float64]
 PRIOR_SD = 3.0
@@ -29,15 +28,16 @@ def bradley_terry(wins: ArrayLike, *, prior_sd: float = PRIOR_SD) -> Numbers:
         Their mean is 0.
     """
     table = np.asarray(wins, np.float64)
+    asked, won = table + np.swapaxes(table, -1, -2), table.sum(-1)
     strengths = np.zeros(table.shape[:-1])
     for _ in range(100):
-        gradient = _gradient(table, strengths) - strengths / prior_sd**2
-        curved = _curvature(table, strengths) + np.eye(table.shape[-1]) / prior_sd**2
-        step = np.linalg.solve(curved, gradient[..., None])[..., 0]
+        p = _preferred(strengths)
+        gradient = won - (asked * p).sum(-1) - strengths / prior_sd**2
+        step = np.linalg.solve(_bent(asked, p, 1 / prior_sd**2), gradient[..., None])[..., 0]
         # Concave: a bounded Newton step cannot run away.
         step *= np.minimum(1.0, 2.0 / np.maximum(np.abs(step).max(-1, keepdims=True), 1e-12))
         strengths = strengths + step
-        if np.abs(step).max() < 1e-10:
+        if np.abs(step).max() < 1e-5:  # what is left is of the order of its square
             break
     return np.asarray(strengths - strengths.mean(-1, keepdims=True))
 
@@ -64,8 +64,9 @@ def strengths_by_participant(tables: ArrayLike, *, prior_sd: float = PRIOR_SD) -
     own = np.asarray(tables, np.float64)
     people, items = own.shape[-3], own.shape[-1]
     strengths = bradley_terry(own.sum(-3), prior_sd=prior_sd)
-    every = np.broadcast_to(strengths[..., None, :], own.shape[:-1])
-    pulls, bends = _gradient(own, every), _curvature(own, every)
+    p = _preferred(strengths)[..., None, :, :]
+    asked = own + np.swapaxes(own, -1, -2)
+    pulls, bends = own.sum(-1) - (asked * p).sum(-1), _bent(asked, p, 0.0)
     rest = bends.sum(-3, keepdims=True) - bends + np.eye(items) / prior_sd**2
     left_out = np.linalg.solve(rest, pulls[..., None])[..., 0]
     left_out -= left_out.mean(-1, keepdims=True)
@@ -73,18 +74,19 @@ def strengths_by_participant(tables: ArrayLike, *, prior_sd: float = PRIOR_SD) -
     return strengths, covariance
 
 
+def curvature(wins: Numbers, strengths: Numbers, *, prior_sd: float = PRIOR_SD) -> Numbers:
+    """Return the negative second derivatives of what `bradley_terry` makes largest, shape (…, item, item)."""
+    return _bent(wins + np.swapaxes(wins, -1, -2), _preferred(strengths), 1 / prior_sd**2)
+
+
 def _preferred(strengths: Numbers) -> Numbers:
-    return np.asarray(special.expit(strengths[..., :, None] - strengths[..., None, :]))
+    """Return how likely the row's is preferred to the column's, shape (…, item, item)."""
+    worth = np.exp(strengths - strengths.max(-1, keepdims=True))
+    return np.asarray(worth[..., :, None] / (worth[..., :, None] + worth[..., None, :]))
 
 
-def _gradient(wins: Numbers, strengths: Numbers) -> Numbers:
-    """Return the slope of the log likelihood, shape (…, item)."""
-    losing = np.swapaxes(_preferred(strengths), -1, -2) * wins
-    return np.asarray(losing.sum(-1) - losing.sum(-2))
-
-
-def _curvature(wins: Numbers, strengths: Numbers) -> Numbers:
-    """Return the negative second derivatives of the log likelihood, shape (…, item, item)."""
-    p = _preferred(strengths)
-    weight = (wins + np.swapaxes(wins, -1, -2)) * p * np.swapaxes(p, -1, -2)
-    return np.asarray(weight.sum(-1)[..., None] * np.eye(wins.shape[-1]) - weight)
+def _bent(asked: Numbers, p: Numbers, prior: float) -> Numbers:
+    """Return negative second derivatives, shape (…, item, item); ``asked``: how often about row and column."""
+    bent = asked * p * (p - 1)
+    np.einsum("...ii->...i", bent)[...] += prior - bent.sum(-1)
+    return np.asarray(bent)

@@ -7,7 +7,7 @@ independent answers only; people differ, which the columns that are simulated ta
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +22,8 @@ ENOUGH = 0.8
 """Share of studies that are to show equivalence, where the number of participants is looked for that reaches it."""
 TRIED = (6, 8, 10, 15, 20, 30, 40, 60, 80, 120, 160, 240)
 TRIED_SIMULATIONS = 200
+TAKING, LOOKING = "simulated participants", "how many for equivalence"
+"""Tasks that progress is told of."""
 
 GEE, EXACT = "GEE by participant", "exact binomial of all answers"
 DESIGNS: Mapping[str, Assumed] = {
@@ -119,6 +121,7 @@ def power_table(
     simulations: int = 2000,
     seed: int = 0,
     alpha: float = 0.05,
+    progress: Callable[[str, int, int], None] = lambda task, done, total: None,
 ) -> PowerTable:
     """Return how often a study of each size shows what is there, and what is not.
 
@@ -134,6 +137,8 @@ def power_table(
         Studies of simulated participants per row; a share near .05 is then known to about ± 2 sqrt(.05 .95 / n).
     seed : int
     alpha : float
+    progress : callable, optional
+        Called with a task, and how many of its simulated participants, or sizes, are done of how many.
 
     Raises
     ------
@@ -146,18 +151,26 @@ def power_table(
     if simulations < 100 or not 0 < alpha < 0.5:
         raise ParameterError(f"simulations must be >= 100 and alpha < 0.5, got {simulations} and {alpha:g}")
     rng = np.random.default_rng(seed)
-    rows = []
+    rows: list[Mapping[str, Any]] = []
+    whole, done = simulations * sum(assumed.participants) * len(assumed.trials), 0
+    progress(TAKING, done, whole)
     for people in assumed.participants:
         for count in assumed.trials:
             shares = row_of(rng, people, count, assumed, simulations, alpha)
             rows.append({"participants": people, "trials": count, **shares})
-    return PowerTable(design, assumed, simulations, seed, alpha, tuple(rows), _enough(assumed, alpha, seed))
+            done += simulations * people
+            progress(TAKING, done, whole)
+    enough = _enough(assumed, alpha, seed, progress)
+    return PowerTable(design, assumed, simulations, seed, alpha, tuple(rows), enough)
 
 
-def _enough(assumed: Assumed, alpha: float, seed: int) -> dict[int, int | None]:
+def _enough(
+    assumed: Assumed, alpha: float, seed: int, progress: Callable[[str, int, int], None]
+) -> dict[int, int | None]:
     """Return from how many participants on equivalence is shown often enough, by trials of each."""
     found: dict[int, int | None] = {}
     for trials in assumed.trials:
+        progress(LOOKING, len(found), len(assumed.trials))
         rng = np.random.default_rng([seed, trials])
         low, high = 0, len(TRIED)
         while low < high:  # more people show more: halved until one is left
@@ -165,6 +178,7 @@ def _enough(assumed: Assumed, alpha: float, seed: int) -> dict[int, int | None]:
             shown = equivalence_of(rng, TRIED[middle], trials, assumed, TRIED_SIMULATIONS, alpha)
             low, high = (low, middle) if shown >= ENOUGH else (middle + 1, high)
         found[trials] = TRIED[low] if low < len(TRIED) else None
+    progress(LOOKING, len(found), len(assumed.trials))
     return found
 
 

@@ -63,8 +63,10 @@ class Assumed:
     items: int = 0
 
 
-Simulated = Callable[[np.random.Generator, int, int, Assumed, int, float], Mapping[str, Any]]
-"""From participants, trials, what is assumed, studies and alpha to the shares of a row."""
+Truths = Mapping[str, float]
+"""What is true in the studies of which a share is reported: ``power``, and ``type_1``, where there is no difference."""
+Simulated = Callable[[np.random.Generator, int, int, Assumed, Truths, int, float], Mapping[str, Any]]
+"""From participants, trials, what is assumed, truths, studies and alpha to the shares of a row."""
 
 
 def _exact(n: int, assumed: Assumed, alpha: float) -> dict[str, Any]:
@@ -81,18 +83,24 @@ def _exact(n: int, assumed: Assumed, alpha: float) -> dict[str, Any]:
 
 
 def _shares(
-    rng: np.random.Generator, people: int, trials: int, assumed: Assumed, simulations: int, alpha: float
+    rng: np.random.Generator,
+    people: int,
+    trials: int,
+    assumed: Assumed,
+    truths: Truths,
+    simulations: int,
+    alpha: float,
 ) -> dict[str, float]:
     """Return power of the share by participant, and of the exact test that takes all answers as independent."""
     found: dict[str, float] = {}
     n = people * trials
     printed = exact_ps(n) if assumed.printed else np.zeros(0)
-    for name, truth in (("power", assumed.effect), ("type_1", 0.5)):
+    for name, truth in truths.items():
         own = special.expit(special.logit(truth) + rng.normal(0, assumed.person_sd, (simulations, people)))
         hits = rng.binomial(trials, own)
         p, equal = clustered_ps(hits, trials, margin=assumed.margin)
         found[name] = float((p < alpha).mean())
-        if truth == 0.5:
+        if name == "type_1":
             found["equivalence"] = float((equal < alpha).mean())
         if assumed.printed:
             found[f"printed_{name}"] = float((printed[hits.sum(1)] < alpha).mean())
@@ -100,12 +108,18 @@ def _shares(
 
 
 def _votes(
-    rng: np.random.Generator, people: int, trials: int, assumed: Assumed, simulations: int, alpha: float
+    rng: np.random.Generator,
+    people: int,
+    trials: int,
+    assumed: Assumed,
+    truths: Truths,
+    simulations: int,
+    alpha: float,
 ) -> dict[str, float]:
     """Return power of the exact test of one answer per person, where people differ in how easily they say yes."""
     ps = exact_ps(people)
     found = {}
-    for name, truth in (("power", assumed.effect), ("type_1", 0.5)):
+    for name, truth in truths.items():
         own = special.expit(special.logit(truth) + rng.normal(0, assumed.person_sd, (simulations, people)))
         found[name] = float((ps[rng.binomial(1, own).sum(1)] < alpha).mean())
     return found
@@ -144,6 +158,7 @@ def _means(
     people: int,
     trials: int,
     assumed: Assumed,
+    truths: Truths,
     simulations: int,
     alpha: float,
 ) -> dict[str, float]:
@@ -153,7 +168,7 @@ def _means(
     noise = assumed.trial_sd / np.sqrt(trials)
     noise = noise / np.sqrt(spread) if assumed.kind == "slopes" else noise * np.sqrt(2)
     found: dict[str, float] = {}
-    for name, truth in (("power", assumed.effect), ("type_1", 0.0)):
+    for name, truth in truths.items():
         gaps = rng.normal(truth, assumed.person_sd, (simulations, people))
         gaps += rng.normal(0, noise, gaps.shape)
         if assumed.kind == "ranks":
@@ -161,7 +176,7 @@ def _means(
         else:
             p = np.asarray(stats.ttest_1samp(gaps, 0.0, axis=1).pvalue)
         found[name] = float((p < alpha).mean())
-        if truth == 0.0:
+        if name == "type_1":
             found["equivalence"] = float((_within(gaps, assumed.margin) < alpha).mean())
         if assumed.printed:
             found[f"printed_{name}"] = float(
@@ -198,11 +213,17 @@ def _within(gaps: Numbers, margin: float) -> Numbers:
 
 
 def _staircases(
-    rng: np.random.Generator, people: int, trials: int, assumed: Assumed, simulations: int, alpha: float
+    rng: np.random.Generator,
+    people: int,
+    trials: int,
+    assumed: Assumed,
+    truths: Truths,
+    simulations: int,
+    alpha: float,
 ) -> dict[str, float]:
     """Return power of the paired difference of two thresholds by reversals."""
     found: dict[str, float] = {}
-    for name, truth in (("power", assumed.effect), ("type_1", 0.0)):
+    for name, truth in truths.items():
         level = rng.normal(-BELOW_START_DB, 4.0, (simulations, people))
         gaps = rng.normal(truth, assumed.person_sd, level.shape)
         both = np.stack([level, level + gaps], -1)
@@ -210,18 +231,24 @@ def _staircases(
         got = thresholds[..., 1] - thresholds[..., 0]
         p = np.asarray(stats.ttest_1samp(got, 0.0, axis=1).pvalue)
         found[name] = float((p < alpha).mean())
-        if truth == 0.0:
+        if name == "type_1":
             found["equivalence"] = float((_within(got, assumed.margin) < alpha).mean())
             found["threshold_error_db"] = float((thresholds - both).std())
     return found
 
 
 def _strengths(
-    rng: np.random.Generator, people: int, trials: int, assumed: Assumed, simulations: int, alpha: float
+    rng: np.random.Generator,
+    people: int,
+    trials: int,
+    assumed: Assumed,
+    truths: Truths,
+    simulations: int,
+    alpha: float,
 ) -> dict[str, float]:
     """Return power of pairwise preferences: of pairs that differ, and of all pairs where none does."""
     found: dict[str, float] = {}
-    for name, truth in (("power", assumed.effect), ("type_1", 0.0)):
+    for name, truth in truths.items():
         parts = [
             shown_and_equal(gaps, errors, people=people, margin=assumed.margin, alpha=alpha)
             for gaps, errors in simulated_preferences(
@@ -235,7 +262,7 @@ def _strengths(
             )
         ]
         shown, equal = (np.concatenate([part[k] for part in parts]) for k in (0, 1))
-        if truth:
+        if name == "power":
             found[name] = float(shown[:, : assumed.items - 1].mean())
         else:
             found[name] = float(shown.any(1).mean())
@@ -248,7 +275,8 @@ def row_of(
     rng: np.random.Generator, people: int, trials: int, assumed: Assumed, simulations: int, alpha: float
 ) -> dict[str, Any]:
     """Return what studies of one size show, as shares of them; of shares with what independent answers could."""
-    found = {**SIMULATED[assumed.kind](rng, people, trials, assumed, simulations, alpha)}
+    truths = {"power": assumed.effect, "type_1": _null(assumed)}
+    found = {**SIMULATED[assumed.kind](rng, people, trials, assumed, truths, simulations, alpha)}
     if assumed.kind in ("share", "votes"):
         answers = people if assumed.kind == "votes" else people * trials
         found |= {f"exact_{key}": value for key, value in _exact(answers, assumed, alpha).items()}
@@ -262,7 +290,15 @@ def equivalence_of(
     if assumed.kind == "votes":
         return share_equivalence_power(people, margin=assumed.margin, alpha=alpha)
     alone = replace(assumed, printed="")
-    return float(SIMULATED[assumed.kind](rng, people, trials, alone, simulations, alpha)["equivalence"])
+    truths = {"type_1": _null(assumed)}
+    return float(
+        SIMULATED[assumed.kind](rng, people, trials, alone, truths, simulations, alpha)["equivalence"]
+    )
+
+
+def _null(assumed: Assumed) -> float:
+    """Return what is true where there is no difference."""
+    return 0.5 if assumed.kind in ("share", "votes") else 0.0
 
 
 SIMULATED: Mapping[Kind, Simulated] = {
