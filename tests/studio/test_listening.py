@@ -100,6 +100,36 @@ def test_a_name_that_nobody_knows_is_told(monkeypatch):
         pytest.fail("listened")
 
 
+def resolving(monkeypatch, *found):
+    """Let every name stand for these addresses, as /etc/hosts may."""
+    entries = [(socket.AF_INET, socket.SOCK_STREAM, 6, "", (address, 0)) for address in found]
+    monkeypatch.setattr("socket.getaddrinfo", lambda *args, **kwargs: entries)
+
+
+def test_a_name_that_is_loopback_here_is_told_with_what_others_reach(lan, monkeypatch):
+    resolving(monkeypatch, "127.0.1.1")  # Debian's /etc/hosts
+    told = (
+        "--host lab-pc: that name stands for 127.0.1.1 here, which no other machine reaches: for others give 0.0.0.0, "
+        "or an address of this machine (192.0.2.7, 198.51.100.7); for this machine alone 127.0.0.1"
+    )
+    with pytest.raises(DeviceError) as caught, listening("lab-pc", 0):
+        pytest.fail("listened")
+    assert str(caught.value) == told
+
+
+def test_of_several_addresses_of_a_name_one_that_others_reach_is_listened_on(monkeypatch):
+    resolving(monkeypatch, "127.0.1.1", "192.0.2.7")
+    monkeypatch.setattr("socket.create_server", lambda place, **kwargs: place)
+    assert module._listener("lab-pc", 8123) == ("192.0.2.7", 8123)
+
+
+def test_another_number_of_loopback_is_loopback_too(listener):
+    port = Listening(listener, "127.0.0.2")
+    assert port.loopback
+    assert port.roots == (port.here,) == (f"http://127.0.0.2:{port.port}",)
+    assert "127.0.0.2" in port.names
+
+
 def test_a_taken_port_is_told(listener):
     number = listener.getsockname()[1]
     for host in ("127.0.0.1", "0.0.0.0"):

@@ -51,13 +51,13 @@ class Listening:
     @property
     def loopback(self) -> bool:
         """Whether it is reached from this machine alone."""
-        return self.host in LOOPBACK
+        return self.host in LOOPBACK or _is_loopback(self.host)
 
     @property
     def names(self) -> tuple[str, ...]:
         """All names and addresses that lead here."""
         if self.loopback:
-            return LOOPBACK
+            return tuple(dict.fromkeys((self.host, *LOOPBACK)))
         return tuple(dict.fromkeys((*self._given, *self._reached, *_named(), *LOOPBACK)))
 
     @property
@@ -122,7 +122,7 @@ def listening(
     Raises
     ------
     DeviceError
-        If the port is taken, or the host is not this machine's.
+        If the port is taken, the host is not this machine's, or it is a name by which no other machine finds it.
     ParameterError
         If certificate and key cannot be used.
     """
@@ -194,16 +194,41 @@ def _listener(host: str, port: int) -> socket.socket:
     if not host:
         raise ParameterError("--host must be a name or address of this machine, got nothing")
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    try:
-        socket.getaddrinfo(host, port, family=family, type=socket.SOCK_STREAM)
-    except (OSError, UnicodeError):
-        raise DeviceError(f"--host {host}: no such name is known; give an address of this machine") from None
+    address = _address(host, family)
     both = host == "::" and socket.has_dualstack_ipv6()
     try:
-        return socket.create_server((host, port), family=family, dualstack_ipv6=both)
+        return socket.create_server((address, port), family=family, dualstack_ipv6=both)
     except OSError as error:
         what, why = f"port {port} of {host} cannot be listened on", os.strerror(error.errno or 0)
         if error.errno == errno.EADDRNOTAVAIL:
             known = ", ".join((*addresses(ipv6=family == socket.AF_INET6), LOOPBACK[0]))
             raise DeviceError(f"{what} ({why}): give an address of this machine: {known}") from None
         raise DeviceError(f"{what} ({why}): give another --port, or 0 for a free one") from None
+
+
+def _address(host: str, family: socket.AddressFamily) -> str:
+    """Return which address a host stands for: of several, one that others reach.
+
+    Debian writes ``127.0.1.1 NAME`` into /etc/hosts. Who asks for the name means its address on the network; which one
+    that is, and whether all of them are meant, only they know.
+    """
+    try:
+        entries = socket.getaddrinfo(host, None, family=family, type=socket.SOCK_STREAM)
+    except (OSError, UnicodeError):
+        raise DeviceError(f"--host {host}: no such name is known; give an address of this machine") from None
+    found = [str(entry[4][0]) for entry in entries]
+    address = next((one for one in found if not _is_loopback(one)), found[0])
+    if _is_loopback(address) and host not in (*LOOPBACK, address):
+        others = ", ".join(addresses(ipv6=family == socket.AF_INET6)) or "no address of its own at present"
+        raise DeviceError(
+            f"--host {host}: that name stands for {address} here, which no other machine reaches: for others give "
+            f"{EVERYWHERE[0]}, or an address of this machine ({others}); for this machine alone {LOOPBACK[0]}"
+        )
+    return address
+
+
+def _is_loopback(address: str) -> bool:
+    try:
+        return ipaddress.ip_address(address).is_loopback
+    except ValueError:
+        return False
