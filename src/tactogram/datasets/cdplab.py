@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tactogram.datasets.importer import Item
+from tactogram.datasets.importer import Item, check_positive
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Signal
@@ -48,9 +48,7 @@ def find(
     folder: Path, *, rate: float = RATE, speed_unit: str = SPEED_UNIT, per_mm: float = PER_MM
 ) -> list[Item]:
     """Return an item per worksheet."""
-    for name, value in (("rate", rate), ("per_mm", per_mm)):
-        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < np.inf:
-            raise ParameterError(f"{name} must be a number > 0, got {value!r}")
+    check_positive(rate=rate, per_mm=per_mm)
     if parse_unit(str(speed_unit))[0] != "m/s":
         raise ParameterError(f"speed_unit must be one of a speed, such as mm/s, got {speed_unit!r}")
     paths = sorted((folder / "xlsx").glob("*.xlsx"))

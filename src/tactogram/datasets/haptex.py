@@ -30,10 +30,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.datasets.importer import Item, Picture
+from tactogram.datasets.importer import Item, Picture, check_positive
 from tactogram.datasets.photographs import PICTURES
 from tactogram.datasets.recording import Recording
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import DataError
 from tactogram.signal import Signal
 from tactogram.signal.io import table
 from tactogram.signal.resampling import resample
@@ -59,9 +59,7 @@ LEAST = 16
 
 def find(folder: Path, *, rate: float = RATE, width_mm: float = WIDTH_MM) -> list[Item]:
     """Return an item per table, by fabric."""
-    for name, value in (("rate", rate), ("width_mm", width_mm)):
-        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < np.inf:
-            raise ParameterError(f"{name} must be a number > 0, got {value!r}")
+    check_positive(rate=rate, width_mm=width_mm)
     tables = _by_fabric(folder, TABLES)
     if not tables:
         raise DataError(

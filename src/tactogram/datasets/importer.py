@@ -19,12 +19,14 @@ An importer is a module of this package, found by looking and registered nowhere
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
 from tactogram.datasets.recording import Recording
+from tactogram.errors import ParameterError
 
 
 @dataclass(frozen=True)
@@ -89,3 +91,16 @@ class Importer(Protocol):
     def read(self, item: Item) -> list[Recording]:
         """Return the recordings of ``item``."""
         ...
+
+
+def check_positive(**options: object) -> None:
+    """Refuse an importer's options, by name, that are not finite numbers above 0.
+
+    Raises
+    ------
+    ParameterError
+        Naming the first.
+    """
+    for name, value in options.items():
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
+            raise ParameterError(f"{name} must be a number > 0, got {value!r}")

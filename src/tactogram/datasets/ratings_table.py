@@ -12,7 +12,6 @@ is therefore the wide form, once per table; whatever the columns are called, `Co
 from __future__ import annotations
 
 import csv
-import math
 import os
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,6 +24,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from tactogram.datasets.cells import finite_number
 from tactogram.datasets.ratings import SEVEN_POINT, Ratings, Scale, check_rows
 from tactogram.datasets.ratings_io import read_ratings, write_ratings
 from tactogram.datasets.words import WORDS, word_of
@@ -223,7 +223,7 @@ class _Reader:
                 if text.casefold() in MISSING:
                     blank[rater] += 1
                 else:
-                    score = _number(f"{where} ({rater}, {item}, {word})", "score", text)
+                    score = finite_number(f"{where} ({rater}, {item}, {word})", "score", text)
                     found.append((number, rater, item, word, score, order, session))
         if not found:
             rest = f"score in any of its rows ({count})" if count else "row below its headings"
@@ -263,20 +263,10 @@ class _Reader:
         text = self._cell("order", cells)
         if not text:
             return -1
-        order = _number(where, "order", text)
+        order = finite_number(where, "order", text)
         if order < 1 or order != int(order):
             raise DataError(f"{where}: order must be a whole number from 1, got {text!r}")
         return int(order)
-
-
-def _number(where: str, name: str, text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise DataError(f"{where}: {name} must be a number, got {text!r}")
-    return value
 
 
 def _text_rows(path: Path, encoding: str) -> tuple[list[str], Iterator[tuple[int, list[str]]]]:

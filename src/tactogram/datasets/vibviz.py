@@ -15,12 +15,12 @@ copies hold 100 of the 120. Checked on real files.
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import soundfile
 
+from tactogram.datasets.cells import finite_number
 from tactogram.datasets.importer import Item
 from tactogram.datasets.ratings import Ratings, Scale
 from tactogram.datasets.recording import Recording
@@ -62,7 +62,7 @@ def read(item: Item) -> list[Recording]:
     except soundfile.LibsndfileError as error:
         raise DataError(f"{path}: not a readable WAV file: {error.error_string}") from error
     axes = ("left", "right") if channels == 2 else None
-    scores = {name: _score(item.name, name, item.info) for name in RATINGS}
+    scores = {name: finite_number(item.name, name, item.info[name]) for name in RATINGS}
     return [
         Recording(
             streams={"vibration": read_signal(path, unit="1", axes=axes)},
@@ -79,7 +79,9 @@ def ratings(folder: Path) -> Ratings:
     """Return the mean ratings of all effects in the table, with files or without."""
     table, rows = _annotations(folder)
     names = [(row["id"], word) for row in rows for word in RATINGS]
-    scores = [_score(f"{table.name}: {row['id']}", word, row) for row in rows for word in RATINGS]
+    scores = [
+        finite_number(f"{table.name}: {row['id']}", word, row[word]) for row in rows for word in RATINGS
+    ]
     return Ratings(
         ("mean",) * len(names),
         tuple(item for item, _ in names),
@@ -99,10 +101,3 @@ def _annotations(folder: Path) -> tuple[Path, list[dict[str, str]]]:
     if not rows or not {"id", *RATINGS} <= rows[0].keys():
         raise DataError(f"{tables[0]}: needs columns id, {', '.join(RATINGS)}")
     return tables[0], rows
-
-
-def _score(where: str, name: str, row: Mapping[str, str]) -> float:
-    try:
-        return float(row[name])
-    except (TypeError, ValueError) as error:
-        raise DataError(f"{where}: {name} must be a number, got {row[name]!r}") from error
