@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.filters import bandpass, dft321, resample
-from tactogram.validation import validated
+from tactogram.validation import validated, with_changes
 
 
 class Prepare(BaseModel):
@@ -122,9 +122,7 @@ class Recipe(BaseModel):
             values = tomllib.loads(path.read_text(encoding="utf-8"))
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
             raise ParameterError(f"{path}: not a readable recipe: {error}") from error
-        for key, value in (changes or {}).items():
-            _set(values, key, value)
-        return cls.of(values, where=str(path))
+        return cls.of(with_changes(values, changes), where=str(path))
 
     @classmethod
     def of(cls, values: Mapping[str, Any], *, where: str = "recipe") -> Self:
@@ -160,12 +158,3 @@ def run_id(resolved: Mapping[str, Any], data_sha256: str) -> str:
     """Return 10 hex digits that name a run after everything that decides its result."""
     facts = json.dumps({"recipe": resolved, "data": data_sha256}, sort_keys=True)
     return hashlib.sha256(facts.encode()).hexdigest()[:10]
-
-
-def _set(values: dict[str, Any], key: str, value: Any) -> None:
-    *tables, last = key.split(".")
-    for table in tables:
-        values = values.setdefault(table, {})
-        if not isinstance(values, dict):
-            raise ParameterError(f"{key}: {table} is a value, not a table")
-    values[last] = value

@@ -30,6 +30,27 @@ def validated(kind: type[M], values: Mapping[str, Any], *, where: str) -> M:
         raise ParameterError(f"{where}: {key}: {message}, got {first['input']!r}") from None
 
 
+def with_changes(values: Mapping[str, Any], changes: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return the tables of a file with other values by dotted key, such as ``{"prepare.rate": 2000}``.
+
+    Raises
+    ------
+    ParameterError
+        If a key leads through what is a value, not a table.
+    """
+    changed = dict(values)
+    for key, value in (changes or {}).items():
+        *tables, last = key.split(".")
+        table = changed
+        for name in tables:
+            inner = table.get(name, {})
+            if not isinstance(inner, Mapping):
+                raise ParameterError(f"{key}: {name} is a value, not a table")
+            table[name] = table = dict(inner)
+        table[last] = value
+    return changed
+
+
 def _keys_at(kind: type[BaseModel], place: tuple[int | str, ...]) -> list[str]:
     """Return the keys of the table at a place; none where it may be one of several kinds."""
     fields = kind.model_fields

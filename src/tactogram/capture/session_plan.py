@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from tactogram.capture import plans as _plans
 from tactogram.errors import ParameterError
-from tactogram.validation import validated
+from tactogram.validation import validated, with_changes
 
 Name = Annotated[str, Field(min_length=1)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -128,13 +128,7 @@ class SessionPlan(BaseModel):
             raise ParameterError(f"{plan}: no such session plan; shipped ones are {names}") from None
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
             raise ParameterError(f"{path}: not a readable session plan: {error}") from error
-        for key, value in (changes or {}).items():
-            table, dot, inner = key.partition(".")
-            if dot and isinstance(values.setdefault(table, {}), dict):
-                values[table] = {**values[table], inner: value}
-            else:
-                values[key] = value
-        return cls.of(values, where=str(path))
+        return cls.of(with_changes(values, changes), where=str(path))
 
     @classmethod
     def of(cls, values: Mapping[str, Any], *, where: str = "session plan") -> Self:

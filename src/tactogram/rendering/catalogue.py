@@ -11,7 +11,7 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.display import Display, Family
 from tactogram.rendering.families import family_module
 from tactogram.rendering.response import read_response
-from tactogram.validation import validated
+from tactogram.validation import validated, with_changes
 
 FOLDER = Path(__file__).parent / "displays"
 
@@ -45,9 +45,7 @@ def open_display(name: str | Path, *, changes: Mapping[str, Any] | None = None) 
         values = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise DataError(f"{path}: not a readable display: {error}") from error
-    for key, value in (changes or {}).items():
-        values = _changed(values, key, value)
-    return display_of(values, where=str(path), folder=path.parent)
+    return display_of(with_changes(values, changes), where=str(path), folder=path.parent)
 
 
 def display_of(values: Mapping[str, Any], *, where: str = "display", folder: Path = Path()) -> Display:
@@ -88,13 +86,3 @@ def display_of(values: Mapping[str, Any], *, where: str = "display", folder: Pat
         rest = {key: value for key, value in response.items() if key != "file"}
         values["response"] = {**rest, "points": points}
     return validated(Display, {**values, "settings": settings}, where=where)
-
-
-def _changed(values: Mapping[str, Any], key: str, value: Any) -> dict[str, Any]:
-    first, dot, rest = key.partition(".")
-    if not dot:
-        return {**values, first: value}
-    inner = values.get(first, {})
-    if not isinstance(inner, Mapping):
-        raise ParameterError(f"{key}: {first} is a value, not a table")
-    return {**values, first: _changed(inner, rest, value)}
