@@ -21,6 +21,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, field_validator, model_validator
 
+from tactogram.errors import ParameterError
 from tactogram.rendering.response import ResponseSource
 from tactogram.signal.signal import UNITS
 
@@ -81,6 +82,31 @@ class Display(BaseModel):
         """Return the same display with other values, checked again."""
         values = {name: getattr(self, name) for name in type(self).model_fields}
         return type(self).model_validate(values | changes)
+
+    def check_volts(self, peak_v: float, *, lower: str) -> None:
+        """Refuse more than one channel, another unit than V, or a limit below the ``peak_v`` that the settings allow.
+
+        Parameters
+        ----------
+        peak_v : float, V
+        lower : str
+            The setting that must be lowered then.
+
+        Raises
+        ------
+        ParameterError
+            Which of the three.
+        """
+        if len(self.channels) != 1 or self.unit != "V":
+            raise ParameterError(
+                f"{self.name}: a display of the family {self.family} has one channel in V, got {self.channels} in "
+                f"{self.unit}"
+            )
+        if peak_v > self.limit * (1 + 1e-9):
+            raise ParameterError(
+                f"{self.name}: its limit of {self.limit:g} V is below the {peak_v:g} V that its settings allow; lower "
+                f"{lower}"
+            )
 
     @field_validator("unit")
     @classmethod

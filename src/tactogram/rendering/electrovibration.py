@@ -134,16 +134,7 @@ def drive(
     ParameterError
         If the display's limit is below what the settings allow, it has several channels, or `modulated` refuses.
     """
-    if len(display.channels) != 1 or display.unit != "V":
-        raise ParameterError(
-            f"{display.name}: an electrovibration display has one channel in V, got {display.channels} in "
-            f"{display.unit}"
-        )
-    if settings.peak_v > display.limit * (1 + 1e-9):
-        raise ParameterError(
-            f"{display.name}: its limit of {display.limit:g} V is below the {settings.peak_v:g} V that its settings "
-            "allow; lower v_max"
-        )
+    display.check_volts(settings.peak_v, lower="v_max")
     highest = display.band[1] if display.band else HIGHEST_HZ
     target, facts, sentences = friction_target(signal, settings, level)
     raw, more = modulated(target, settings, rate=display.rate, highest_hz=highest)

@@ -113,15 +113,7 @@ def drive(
     ParameterError
         If the display's limit is below what the settings allow, it has several channels, or `modulated` refuses.
     """
-    if len(display.channels) != 1 or display.unit != "V":
-        raise ParameterError(
-            f"{display.name}: an ultrasonic display has one channel in V, got {display.channels} in {display.unit}"
-        )
-    if settings.peak_v > display.limit * (1 + 1e-9):
-        raise ParameterError(
-            f"{display.name}: its limit of {display.limit:g} V is below the {settings.peak_v:g} V that its settings "
-            "allow; lower limit_v"
-        )
+    display.check_volts(settings.peak_v, lower="limit_v")
     if (
         settings.output == "envelope"
         and settings.mapping == "suppressed-carrier"

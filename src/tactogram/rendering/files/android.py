@@ -11,9 +11,8 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from tactogram.errors import ParameterError
 from tactogram.rendering.files.documents import Decoded, Part, problems_of
-from tactogram.rendering.files.envelope import Envelope, carrier, envelope_of
+from tactogram.rendering.files.envelope import Envelope, carrier, envelope_of, time_steps
 from tactogram.signal import Signal
 
 STEP_MS = 10
@@ -57,17 +56,13 @@ def encode(signal: Signal, description: str) -> dict[str, Any]:
     ParameterError
         If it is shorter than 1 ms.
     """
-    length = round(1e3 * signal.seconds)
-    if length < 1:
-        raise ParameterError(f"an Android waveform needs at least 1 ms, got {signal.seconds:g} s")
-    edges = np.append(np.arange(0, length, STEP_MS), length)
+    edges, middle = time_steps(signal, STEP_MS, what="an Android waveform")
     envelope = envelope_of(signal, pulses=False)
-    middle = (edges[:-1] + edges[1:]) / 2e3
     strength = np.rint(STRONGEST * np.minimum(np.interp(middle, envelope.times, envelope.amplitude), 1))
     first = np.flatnonzero(np.diff(strength, prepend=-1))
     return {
         "format": "android-waveform",
-        "timings": [int(ms) for ms in np.diff(np.append(edges[first], length))],
+        "timings": [int(ms) for ms in np.diff(np.append(edges[first], edges[-1]))],
         "amplitudes": [int(a) for a in strength[first]],
         "repeat": -1,
         "description": description,

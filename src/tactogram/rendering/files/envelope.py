@@ -193,6 +193,33 @@ def pulse_shape(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(np.where(seconds >= 0, np.cos(np.pi / 2 * np.clip(seconds / PULSE_S, 0, 1)) ** 2, 0.0))
 
 
+def time_steps(signal: Signal, step_ms: int, *, what: str) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return where steps of ``step_ms`` begin and end, whole ms, the last one shorter; and their middles, s.
+
+    Parameters
+    ----------
+    signal : Signal
+    step_ms : int
+    what : str
+        What is made of it, for an error.
+
+    Returns
+    -------
+    int64 array, shape (step + 1,), ms
+    float64 array, shape (step,), s
+
+    Raises
+    ------
+    ParameterError
+        If the signal is shorter than 1 ms.
+    """
+    length = round(1e3 * signal.seconds)
+    if length < 1:
+        raise ParameterError(f"{what} needs at least 1 ms, got {signal.seconds:g} s")
+    edges = np.append(np.arange(0, length, step_ms), length)
+    return edges, (edges[:-1] + edges[1:]) / 2e3
+
+
 def thinned(times: NDArray[np.float64], values: NDArray[np.float64], tolerance: float) -> NDArray[np.intp]:
     """Return which points to keep so that straight lines between them stay within ``tolerance`` of all.
 

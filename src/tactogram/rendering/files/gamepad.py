@@ -12,10 +12,9 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from tactogram.errors import ParameterError
 from tactogram.rendering.files.android import steps
 from tactogram.rendering.files.documents import Decoded, Part, problems_of
-from tactogram.rendering.files.envelope import HIGHEST_HZ, carrier, envelope_of
+from tactogram.rendering.files.envelope import HIGHEST_HZ, carrier, envelope_of, time_steps
 from tactogram.signal import Signal
 
 LONGEST_MS = 5000
@@ -78,11 +77,7 @@ def encode(signal: Signal, description: str) -> dict[str, Any]:
     ParameterError
         If it is shorter than 1 ms.
     """
-    length = round(1e3 * signal.seconds)
-    if length < 1:
-        raise ParameterError(f"a gamepad effect needs at least 1 ms, got {signal.seconds:g} s")
-    edges = np.append(np.arange(0, length, STEP_MS), length)
-    middle = (edges[:-1] + edges[1:]) / 2e3
+    edges, middle = time_steps(signal, STEP_MS, what="a gamepad effect")
     motors = []
     for low, high in ((0.0, SPLIT_HZ), (SPLIT_HZ, HIGHEST_HZ)):
         envelope = envelope_of(signal, low=low, high=high, pulses=False)

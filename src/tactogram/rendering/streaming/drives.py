@@ -137,11 +137,7 @@ class ElectrovibrationDrive:
             raise ParameterError(
                 f"{display.name}: expected an electrovibration display, got {display.family}"
             )
-        if settings.peak_v > display.limit * (1 + 1e-9):
-            raise ParameterError(
-                f"{display.name}: its limit of {display.limit:g} V is below the {settings.peak_v:g} V that its "
-                "settings allow; lower v_max"
-            )
+        display.check_volts(settings.peak_v, lower="v_max")
         self._along = surface.along
         self._stream = ElectrovibrationStream(
             surface.signal,
