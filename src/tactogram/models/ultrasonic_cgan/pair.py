@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from torch import Tensor, nn
 from tactogram.evaluation.selection import Chosen, Follower, Rule
 from tactogram.models.ultrasonic_cgan.config import Config
 from tactogram.models.ultrasonic_cgan.networks import Discriminator, Generator
+from tactogram.nn.bare_and_fixed import bare, fixed
 from tactogram.training.seeds import torch_seeded
 
 CURVES = ("generator_loss", "discriminator_loss", "correct_rate")
@@ -105,7 +105,7 @@ class Pair:
         logits = self.discriminator(torch.cat((display, fake.detach()))).float()  # 2 B, 1
         loss = F.binary_cross_entropy_with_logits(logits, truth)
         self._descend(1, loss)
-        with self._fixed():
+        with fixed(self.discriminator):
             verdict = self.discriminator(fake).float()  # B, 1
         generator_loss = F.binary_cross_entropy_with_logits(verdict, truth[: len(x)])
         right = ((logits > 0) == truly).float().mean()
@@ -120,17 +120,6 @@ class Pair:
         self.optimisers[which].zero_grad()
         self.backward(loss)
         self.optimisers[which].step()
-
-    @contextmanager
-    def _fixed(self) -> Iterator[None]:
-        """Leave the gradients of the discriminator's weights away."""
-        for weight in self._weights:
-            weight.requires_grad_(False)
-        try:
-            yield
-        finally:
-            for weight in self._weights:
-                weight.requires_grad_(True)
 
     def _keep(self) -> None:
         """Copy the weights as they are: those that the generator's loss was of."""
@@ -147,14 +136,7 @@ class Pair:
     @property
     def _bare(self) -> tuple[nn.Module, nn.Module]:
         """Both networks without Fabric around them."""
-        return (
-            getattr(self.generator, "module", self.generator),
-            getattr(self.discriminator, "module", self.discriminator),
-        )
-
-    @property
-    def _weights(self) -> list[nn.Parameter]:
-        return list(self._bare[1].parameters())
+        return bare(self.generator), bare(self.discriminator)
 
     def _initial(self, cluster: int) -> tuple[Generator, Discriminator]:
         with torch_seeded(self.seed, "weights", cluster):
