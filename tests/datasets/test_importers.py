@@ -21,7 +21,7 @@ from tactogram.datasets import (
     vibviz,
 )
 from tactogram.datasets.importing import import_dataset
-from tactogram.errors import DataError
+from tactogram.errors import DataError, TactogramError
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
 
@@ -489,6 +489,29 @@ class TestFolder:
         (tmp_path / "f" / "recordings.csv").write_text(table)
         with pytest.raises(DataError, match=says):
             imported("folder", tmp_path / "f", tmp_path)
+
+    def test_options_say_of_every_file_what_none_says(self, tmp_path):
+        (tmp_path / "f" / "cork").mkdir(parents=True)
+        for name in "ab":
+            rows = "".join(f"{n},{2 * n},1\n" for n in range(5 + ord(name)))
+            (tmp_path / "f" / "cork" / f"{name}.csv").write_text(rows)
+        (tmp_path / "f" / "recordings.csv").write_text("file,rate\ncork/b.csv,500\n")
+        with pytest.raises(DataError, match=r"cork/a.csv: .* give the rate, e.g. rate=1000 \(Hz\)"):
+            imported("folder", tmp_path / "f", tmp_path)
+        options = {"rate": 330, "unit": "g", "axes": "x,y,z", "stream": "tap"}
+        _, store = imported("folder", tmp_path / "f", tmp_path, options=options)
+        [a, b] = (store.signal(info.id, "tap") for info in store.index)
+        assert ((a.rate, b.rate), a.unit, a.axes) == ((330.0, 500.0), "m/s^2", ("x", "y", "z"))
+        np.testing.assert_allclose(a.samples[:, 2], np.array([2, 4, 1]) * 9.80665, rtol=1e-6)
+
+    @pytest.mark.parametrize(
+        ("options", "says"),
+        [({"rate": "often"}, "rate must be a number, got 'often'"), ({"unit": "bar"}, "unit must be one of")],
+    )
+    def test_options_that_say_nothing_are_refused(self, tmp_path, options, says):
+        self.write(tmp_path / "f", "cork/a.wav")
+        with pytest.raises(TactogramError, match=says):
+            imported("folder", tmp_path / "f", tmp_path, options=options)
 
     def test_a_file_without_a_material_is_refused(self, tmp_path):
         self.write(tmp_path / "f", "a.wav")

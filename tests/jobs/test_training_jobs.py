@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tactogram.cli import main
-from tactogram.datasets import Split, create_store
+from tactogram.datasets import Split, add_recordings, create_store, open_store
 from tactogram.errors import LeakError, ParameterError, RunError, StoppedError
 from tactogram.jobs.classify import classify
 from tactogram.jobs.crossval import crossval
@@ -118,6 +118,9 @@ def test_fewer_recordings_than_folds_are_cut_into_blocks(tmp_path, recordings, t
     assert figures["split"].startswith("5 contiguous blocks of each recording, 0.097 s (one window) left out")
     assert figures["split"].endswith("only 1 of the 5 folds were run")
     with pytest.raises(ParameterError, match="--folds 50 needs as many recordings of every class"):
+        crossval("stroke_cnn", tmp_path / "s", folds=50, **options)
+    add_recordings(open_store(tmp_path / "s"), recordings(("wool",), 1))
+    with pytest.raises(ParameterError, match="; wool has 1: record more of it, or leave it out with --where"):
         crossval("stroke_cnn", tmp_path / "s", folds=50, **options)
 
 

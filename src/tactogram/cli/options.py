@@ -79,7 +79,13 @@ def training_options(add: Add, *, more_by: str = "", data_required: bool = True)
         default="material",
         help="what makes a class, e.g. material+contactor (default %(default)s)",
     )
-    add("--where", action="append", default=[], metavar="KEY=VALUE", help="only recordings that have it")
+    add(
+        "--where",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="only recordings that have it, e.g. material=cork|tile, or have not: material=!cork",
+    )
     add("--accelerator", default="auto", help="auto, cpu, cuda or mps (default %(default)s)")
     models_option(add)
 

@@ -15,22 +15,26 @@ An optional ``recordings.csv`` has a column ``file`` (relative path) and any of 
 not say; ``stream`` (by default after the unit: m/s^2 is ``acceleration``, 1 is ``vibration``); ``rating_WORD``.
 Other columns become labels; ``recording``, a number, gives the order in time. A row whose file is missing is an
 error; a file without a row is not. A file that says of itself that it is simulated is.
+
+The options ``unit``, ``rate``, ``axes`` (``--set rate=330 --set axes=x,y,z``) and ``stream`` say what the columns of
+those names would say of all files; a row goes before them.
 """
 
 from __future__ import annotations
 
 import csv
-import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from tactogram.datasets.cells import finite_number
 from tactogram.datasets.importer import Item, Picture
 from tactogram.datasets.photographs import PICTURES
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError
 from tactogram.signal.io import read_file
+from tactogram.signal.units import parse_unit
 
 NAME = "folder"
 TITLE = "a plain folder of recordings"
@@ -56,9 +60,18 @@ STREAM_OF_UNIT = {
 }
 
 
-def find(folder: Path, *, items: str = "") -> list[Item]:
+def find(
+    folder: Path,
+    *,
+    items: str = "",
+    unit: str = "",
+    rate: float | None = None,
+    axes: str | Sequence[str] = "",
+    stream: str = "",
+) -> list[Item]:
     """Return an item per signal file; those in the folders ``items``, divided by commas, are of no material."""
     rows = _table(folder / TABLE)
+    said = _said(unit, rate, axes, stream)
     signals = _signals(folder)
     own, general = _pictures(folder, signals)
     missing = sorted(rows.keys() - signals.keys())
@@ -69,7 +82,7 @@ def find(folder: Path, *, items: str = "") -> list[Item]:
     found = []
     lone = _lone(folder, items)
     for name, path in signals.items():
-        info = dict(rows.get(name, {}))
+        info = said | rows.get(name, {})
         top = name.split("/")[0] if "/" in name else ""
         if top in lone:
             info["labels"] = {"item": path.stem} | info.get("labels", {})
@@ -212,11 +225,11 @@ def _row(where: str, values: Mapping[str | None, Any]) -> dict[str, Any]:
     row: dict[str, Any] = {"ratings": {}, "labels": {}, "file": Path(texts["file"]).as_posix()}
     for name, text in texts.items():
         if name in (*NUMBERS, "rate", "image_width_mm"):
-            row[name] = _number(where, name, text)
+            row[name] = finite_number(where, name, text)
         elif name.startswith("rating_"):
-            row["ratings"][name.removeprefix("rating_")] = _number(where, name, text)
+            row["ratings"][name.removeprefix("rating_")] = finite_number(where, name, text)
         elif name == "axes":
-            row["axes"] = tuple(re.split(r"[\s,;]+", text))
+            row["axes"] = _names(text)
         elif name == "simulated":
             row["simulated"] = _yes(where, name, text)
         elif name in (*TEXTS, *READING):
@@ -226,14 +239,23 @@ def _row(where: str, values: Mapping[str | None, Any]) -> dict[str, Any]:
     return row
 
 
-def _number(where: str, name: str, text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise DataError(f"{where}: {name} must be a number, got {text!r}")
-    return value
+def _said(unit: str, rate: float | None, axes: str | Sequence[str], stream: str) -> dict[str, Any]:
+    """Return what the options say of every file, as a row would; refuse what is none at once."""
+    said: dict[str, Any] = {}
+    if unit:
+        parse_unit(str(unit))
+        said["unit"] = str(unit)
+    if rate is not None:
+        said["rate"] = finite_number("the options", "rate", str(rate))
+    if axes:
+        said["axes"] = _names(axes) if isinstance(axes, str) else tuple(map(str, axes))
+    if stream:
+        said["stream"] = str(stream)
+    return said
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(re.split(r"[\s,;]+", text.strip()))
 
 
 def _yes(where: str, name: str, text: str) -> bool:

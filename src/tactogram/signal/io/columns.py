@@ -94,7 +94,7 @@ def choose(
     units = [_unit(split[i][1]) for i in places]
     if len({unit for unit, _ in units}) > 1:
         listed = ", ".join(headings[i] for i in places)
-        raise DataError(f"{path}: columns are in different units: {listed}; choose those of one")
+        raise DataError(f"{path}: columns are in different units: {listed}; choose those of one as axes")
     return Columns(
         names=chosen,
         places=tuple(places),

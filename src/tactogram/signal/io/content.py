@@ -147,7 +147,7 @@ def _rate(content: Content, rate: float | None) -> float:
     known = content.rate
     if known is None:
         if rate is None:
-            raise DataError("no time column and no rate in the file; give the rate")
+            raise DataError("no time column and no rate in the file; give the rate, e.g. rate=1000 (Hz)")
         return rate
     if not known > 0:
         raise DataError(f"rate must be > 0, got {known:g}")
