@@ -7,6 +7,7 @@ import pytest
 from tactogram.cli import main
 from tactogram.jobs.study_analysis import analyse_study
 from tactogram.jobs.study_export import export_study
+from tactogram.jobs.study_sessions import begin_session, session_progress
 from tactogram.jobs.study_simulated import simulate_study
 from tactogram.study.answers import Answers, read_answers, write_answers
 from tactogram.study.session_store import SessionStore
@@ -95,6 +96,35 @@ def test_an_exported_table_is_reported_with_what_stands_beside_it(session, tmp_p
     assert "given beforehand" in text
     assert "The fan was on" in text
     assert "Enrolled: 6 finished" in text
+
+
+def test_who_never_began_is_counted_apart_and_is_no_missing_answer(tmp_path):
+    folder = tmp_path / "pilot"
+    simulate_study("abx", folder, participants=3, changes={"design.repeats": 4, "grid.items": ["tile"]})
+    with SessionStore(folder) as store:
+        store.enrol("LATE1", simulated=True)
+    analyse_study(folder, tmp_path / "out", draws=200, figures=False)
+    text = plain((tmp_path / "out" / "report.html").read_text(encoding="utf-8"))
+    assert "Enrolled: 3 finished, 1 not begun." in text
+    assert "ABX: is X A or B? 3." in text
+    facts = session_progress(folder)
+    assert facts["statuses"] == {"finished": 3, "not begun": 1}
+    export_study(folder, bids=tmp_path / "bids")
+    table = (tmp_path / "bids" / "participants.tsv").read_text(encoding="utf-8")
+    assert re.search(r"sub-LATE1\t4\t.*\tnot begun\t0", table)
+    levels = json.loads((tmp_path / "bids" / "participants.json").read_text(encoding="utf-8"))
+    assert "not begun" in levels["status"]["Levels"]
+
+
+def test_the_verb_says_how_many_stand_how(tmp_path, capsys):
+    folder = begin_session("abx", tmp_path / "pilot")
+    with SessionStore(folder) as store:
+        store.enrol("P1")
+        store.submit(store.enrol("P2").code, "consent", {"consent": "agreed"})
+    assert main(["study", "progress", str(folder)]) == 0
+    first, _, *rows = capsys.readouterr().out.splitlines()
+    assert first == "abx: 2 participants, 1 going on, 1 not begun; 1 answers"
+    assert ["not begun" in rows[0], "going on" in rows[1]] == [True, True]
 
 
 def test_a_table_alone_says_that_its_study_is_not_known(session, tmp_path):

@@ -29,13 +29,14 @@ def add_session_verbs(study: Verbs) -> None:
 def progress(a: Arguments) -> None:
     """Say where each participant of a session stands."""
     from tactogram.jobs.study_sessions import session_progress
+    from tactogram.study.states import called, counted
 
     facts = session_progress(a.folder)
     rows = [("code", "status", "trials", "last answer", "")]
     rows += [
         (
             one["participant"],
-            one["status"],
+            called(one["status"]),
             f"{one['trials']} of {one['of']}",
             one["last"] or "-",
             "simulated" if one["simulated"] else "",
@@ -43,7 +44,10 @@ def progress(a: Arguments) -> None:
         for one in facts["participants"]
     ]
     ended = f"; ended {facts['ended']}" if facts["ended"] else ""
-    print_result(a, facts, f"{facts['study']}: {facts['answers']} answers{ended}\n{columns(rows)}")
+    count = len(facts["participants"])
+    stand = counted(one["status"] for one in facts["participants"])
+    who = f"{count} participant{'' if count == 1 else 's'}{f', {stand}' if stand else ''}"
+    print_result(a, facts, f"{facts['study']}: {who}; {facts['answers']} answers{ended}\n{columns(rows)}")
 
 
 def note(a: Arguments) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import math
 import statistics
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,6 +21,7 @@ from tactogram.study.beside import NOTES, PARTICIPANTS, notes_table, participant
 from tactogram.study.device_facts import COLUMN, described
 from tactogram.study.session_store import SessionStore
 from tactogram.study.sitting import consent_sha256
+from tactogram.study.states import counted
 from tactogram.study.study_file import Study
 
 HEADINGS = (
@@ -272,9 +272,8 @@ def _participants(taken: Taken, analysis: Analysis) -> list[Block]:
     analysed = ", ".join(f"{said.title} {said.participants}" for said in analysis.sections)
     blocks: list[Block] = [Text(f"Analysed: {analysed}.")]
     if rows:
-        status = Counter(row[list(headings).index("status")] for row in rows)
-        enrolled = ", ".join(f"{count} {name}" for name, count in status.items())
-        blocks.append(Text(f"Enrolled: {enrolled}."))
+        column = list(headings).index("status")
+        blocks.append(Text(f"Enrolled: {counted(row[column] for row in rows)}."))
         blocks.append(
             Table(headings, rows, folded=f"Each participant and what the device said ({len(rows)})")
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -74,14 +75,14 @@ def keep_origin(folder: Path, study: Path | str) -> None:
 
 
 def session_progress(folder: Path | str) -> dict[str, Any]:
-    """Return where each participant of a session stands, the notes, and whether the study was ended."""
+    """Return where each participant of a session stands, how many stand how, the notes, and whether it was ended."""
     with SessionStore(Path(folder)) as store:
+        everybody = store.progress()
         return {
             "folder": str(folder),
             "study": store.study.name,
-            "participants": [
-                known | {"device": store.device(known["participant"])} for known in store.progress()
-            ],
+            "participants": [known | {"device": store.device(known["participant"])} for known in everybody],
+            "statuses": dict(Counter(known["status"] for known in everybody)),
             "notes": store.notes(),
             "ended": store.ended,
             "withdrawn": store.withdrawn,

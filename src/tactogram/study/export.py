@@ -20,6 +20,7 @@ from tactogram.study.answers import Answers, cells
 from tactogram.study.beside import description_of, notes_table, participants_table
 from tactogram.study.device_facts import COLUMN, described
 from tactogram.study.session_store import SessionStore
+from tactogram.study.states import STATES
 from tactogram.study.study_file import Study
 
 BIDS_VERSION = "1.10.0"
@@ -121,12 +122,7 @@ def _write(folder: Path, store: SessionStore, answers: Answers) -> None:
             },
             "status": {
                 "Description": "How the session stands",
-                "Levels": {
-                    "finished": "to the end",
-                    "active": "not at the end",
-                    "aborted": "ended by the experimenter",
-                    "declined": "did not agree to take part",
-                },
+                "Levels": dict(STATES),
             },
         },
     )

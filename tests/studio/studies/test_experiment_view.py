@@ -59,14 +59,19 @@ def test_the_view_says_where_everybody_is(session):
     later = datetime.now(UTC) + timedelta(seconds=300)
     first, second = view_of(session, now=later).rows
     assert (first.status, first.where, first.since, first.quiet) == (
-        "going on",
+        "active",
         "trial 3 of 4",
         "5 min ago",
         True,
     )
     assert first.device == "6.25 px/mm, 59.9 Hz, finger 480 and 510 mm/s"
-    assert (second.where, second.since, second.quiet) == ("reading the consent", "no answer yet", False)
-    assert view_of(session).summary() == "2 participants, 2 going on; 4 answers"
+    assert (second.status, second.where, second.quiet) == (
+        "not begun",
+        "consent not answered yet",
+        False,
+    )
+    assert second.since == "no answer yet"
+    assert view_of(session).summary() == "2 participants, 1 going on, 1 not begun; 4 answers"
 
 
 def test_the_latest_answers_tell_nothing_of_how_the_study_comes_out(session):
@@ -80,7 +85,7 @@ def test_the_latest_answers_tell_nothing_of_how_the_study_comes_out(session):
 
 
 def test_who_looks_at_results_early_is_warned(session):
-    assert peeking_text(view_of(session)).startswith("2 participants have not finished")
+    assert peeking_text(view_of(session)).startswith("Of 2 enrolled 1 not finished and 1 not begun, and the")
     session.end()
     assert peeking_text(view_of(session)) == ""
 
@@ -158,7 +163,7 @@ def test_the_shelf_lists_every_design_and_what_is_wrong_with_a_file(session, tmp
     with pytest.raises(DataError, match="is there already"):
         copy_study(workspace, "threshold")
     [one] = begun(workspace)
-    assert (one.name, one.line) == ("sessions/pilot", "abx: 2 participants, 0 finished")
+    assert (one.name, one.line) == ("sessions/pilot", "abx: 2 participants, 1 going on, 1 not begun")
 
 
 def test_a_session_that_cannot_be_opened_is_listed_with_its_reason(tmp_path):

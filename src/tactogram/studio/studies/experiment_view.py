@@ -10,6 +10,7 @@ from typing import Any
 
 from tactogram.study.answers import Answer
 from tactogram.study.session_store import SessionStore
+from tactogram.study.states import NOT_BEGUN, counted
 
 LATEST = 15
 """Answers that are shown as they come."""
@@ -34,7 +35,9 @@ class Row:
     ----------
     code : str
     simulated : bool
-    status, where, since, device : str
+    status : str
+        One of `tactogram.study.states.STATES`.
+    where, since, device : str
     share : float
         Of the trials that are done.
     quiet : bool
@@ -74,8 +77,18 @@ class View:
 
     @property
     def unfinished(self) -> int:
-        """How many may still answer."""
-        return sum(row.status == "going on" for row in self.rows)
+        """How many may still answer: who is going on, and who has not begun."""
+        return self.going + self.not_begun
+
+    @property
+    def going(self) -> int:
+        """How many began and are not at the end."""
+        return sum(row.status == "active" for row in self.rows)
+
+    @property
+    def not_begun(self) -> int:
+        """How many were enrolled and answered nothing yet."""
+        return sum(row.status == NOT_BEGUN for row in self.rows)
 
     @property
     def simulated(self) -> bool:
@@ -85,10 +98,8 @@ class View:
     def summary(self) -> str:
         """Return in a line how far all are."""
         kind = f"{'simulated ' if self.simulated else ''}participant{'' if len(self.rows) == 1 else 's'}"
-        counts = {row.status: 0 for row in self.rows}
-        for row in self.rows:
-            counts[row.status] += 1
-        parts = [f"{len(self.rows)} {kind}", *(f"{count} {status}" for status, count in counts.items())]
+        stand = counted(row.status for row in self.rows)
+        parts = [f"{len(self.rows)} {kind}", *([stand] if stand else [])]
         parts += [f"{self.withdrawn} withdrew"] if self.withdrawn else []
         return f"{', '.join(parts)}; {self.answers} answers"
 
@@ -102,7 +113,7 @@ def view_of(store: SessionStore, *, now: datetime | None = None) -> View:
 
 
 def _row(known: Mapping[str, Any], device: Mapping[str, Any], now: datetime) -> Row:
-    status = {"active": "going on"}.get(known["status"], known["status"])
+    status = str(known["status"])
     silent = (
         None
         if known["last"] is None
@@ -116,7 +127,7 @@ def _row(known: Mapping[str, Any], device: Mapping[str, Any], now: datetime) -> 
         since_text(silent),
         device_text(device),
         share_of(known),
-        status == "going on" and silent is not None and silent > QUIET_S,
+        status == "active" and silent is not None and silent > QUIET_S,
     )
 
 
@@ -134,7 +145,7 @@ def place_text(known: Mapping[str, Any]) -> str:
         return f"practice {page.removeprefix('practice-').partition('.')[0]}"
     if page.startswith("trial-"):
         return f"trial {page.removeprefix('trial-').partition('.')[0]} of {known['of']}"
-    texts = {"consent": "reading the consent", "before": "questions before", "after": "questions after"}
+    texts = {"consent": "consent not answered yet", "before": "questions before", "after": "questions after"}
     return texts.get(page, str(page))
 
 
@@ -164,10 +175,12 @@ def peeking_text(view: View) -> str:
     """Return what is said before results are looked at while people still take part; "" where nobody does."""
     if not view.unfinished or view.ended:
         return ""
-    who = "1 participant has" if view.unfinished == 1 else f"{view.unfinished} participants have"
+    left = ((view.going, "not finished"), (view.not_begun, "not begun"))
+    who = " and ".join(f"{count} {how}" for count, how in left if count)
     return (
-        f"{who} not finished, and the study was not ended. Who looks at results and decides by them whether to go on "
-        "finds differences by chance more often than alpha says. That the analysis was looked at will be noted."
+        f"Of {len(view.rows)} enrolled {who}, and the study was not ended. Who looks at results "
+        "and decides by them whether to go on finds differences by chance more often than alpha says. That the "
+        "analysis was looked at will be noted."
     )
 
 

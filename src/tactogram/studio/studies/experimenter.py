@@ -29,6 +29,7 @@ from tactogram.studio.studies.experiment_view import (
 )
 from tactogram.studio.studies.joining import Joining
 from tactogram.studio.studio import Studio
+from tactogram.study.states import NOT_BEGUN, called
 
 if TYPE_CHECKING:
     from tactogram.studio.participants.sessions import OpenSession
@@ -235,8 +236,8 @@ class Experiment:
         if self.store.ended:
             self.store.go_on()
         else:
-            going = self.view.unfinished if self.view else 0
-            who = f" {going} who have not finished cannot go on." if going else ""
+            left = self.view.unfinished if self.view else 0
+            who = f" {left} who have not finished, or not begun, can answer no more." if left else ""
             if not await asked(
                 f"End the study?{who} What was answered stays, and it can be let go on.", "End the study"
             ):
@@ -262,8 +263,7 @@ class Experiment:
         with busy("analysing the answers", button=button):
             await in_background(analyse_study, folder, report_of(folder).parent)
         if warning:
-            done = sum(row.status == "finished" for row in view.rows)
-            self.store.note(f"The analysis was looked at when {done} of {len(view.rows)} had finished")
+            self.store.note(f"The analysis was looked at before the end: {view.summary()}")
         self._report_link("The report is there")
         await self.look()
 
@@ -318,7 +318,7 @@ class _Shown:
 
     def update(self, row: Row) -> None:
         """Show what is so now."""
-        self.status.text = row.status
+        self.status.text = called(row.status)
         self.where.text = row.where
         self.bar.value = row.share
         self.since.text = row.since
@@ -327,7 +327,7 @@ class _Shown:
         )
         self.device.text = row.device
         self.stop.text = "Reopen" if row.status == "aborted" else "Abort"
-        self.stop.set_visibility(row.status in ("aborted", "going on"))
+        self.stop.set_visibility(row.status in ("aborted", "active", NOT_BEGUN))
 
     def _button(self, text: str, handler: Callable[[], Any]) -> ui.button:
         button = ui.button(text, on_click=telling(handler)).props("flat dense no-caps")

@@ -17,6 +17,7 @@ from tactogram.studio.studies.experiment_view import report_of
 from tactogram.studio.workspace import Workspace
 from tactogram.study.planned import MARGINS, margin_text
 from tactogram.study.session_store import SessionStore
+from tactogram.study.states import counted
 from tactogram.study.study_file import shipped_studies
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,39}")
@@ -225,10 +226,12 @@ def _begun(workspace: Workspace, folder: Path) -> Begun:
         with SessionStore(folder) as store:
             progress = store.progress()
             simulated = any(one["simulated"] for one in progress)
-            done = sum(one["status"] == "finished" for one in progress)
+            stand = counted(one["status"] for one in progress)
             who = f"{len(progress)} {'simulated ' if simulated else ''}participant{'' if len(progress) == 1 else 's'}"
             title = store.study.title.en or store.study.title.ja
-            line = f"{store.study.name}: {who}, {done} finished{', ended' if store.ended else ''}"
+            line = (
+                f"{store.study.name}: {who}{f', {stand}' if stand else ''}{', ended' if store.ended else ''}"
+            )
     except TactogramError as error:
         return Begun(name, wrong=str(error))
     report = report_of(folder)
