@@ -111,15 +111,43 @@ def server(workspace):
         yield address
 
 
-def connected(page, go):
-    """Return ``page.goto`` or ``page.reload`` that waits until the server hears the page.
+PATIENCE_MS = 60_000
+"""What hangs fails; what is slow because the machine is busy does not."""
+UNHEARD = """() => {
+  if (window !== window.top) return;
+  const hiding = new CSSStyleSheet();
+  hiding.replaceSync('html { visibility: hidden }');
+  // Before the scripts that draw it; never where scripts are not allowed.
+  document.addEventListener('readystatechange', () => { document.adoptedStyleSheets = [hiding]; }, {once: true});
+  addEventListener('DOMContentLoaded', () => {
+    const timer = setInterval(() => {
+      if (window.io && !window.did_handshake) return;
+      clearInterval(timer);
+      document.adoptedStyleSheets = [];
+      window.heard = true;
+    }, 20);
+    window.notices = [];
+    new MutationObserver((changes) => {
+      for (const { addedNodes } of changes) {
+        for (const node of addedNodes) {
+          if (node.classList?.contains('q-notification')) window.notices.push(node.innerText);
+        }
+      }
+    }).observe(document.body, {childList: true, subtree: true});
+  });
+}"""
+"""Hides a page until the server hears it: nobody acts on what is not visible, Playwright no more than a person.
 
-    NiceGUI holds back what is done in a page before that, and may send it in another order than it was done in.
-    """
+Notes what it told for a while, too. NiceGUI holds back what is done in a page before that, and may send it in another order than it was done in.
+"""
+
+
+def heard(page, go):
+    """Return ``page.goto`` or ``page.reload`` that waits until the server hears the page."""
 
     def gone(*args, **kwargs):
         answer = go(*args, **kwargs)
-        page.wait_for_function("() => !window.io || window.did_handshake")
+        page.wait_for_function("() => window.heard || location.protocol === 'about:'")
         return answer
 
     return gone
@@ -133,12 +161,15 @@ def pytest_runtest_makereport(item, call):
     if call.when == "call" and report.failed and page is not None:
         with contextlib.suppress(Exception):  # the page may be what broke
             report.sections.append((f"page {page.url}", page.locator("body").inner_text(timeout=2000)))
+            report.sections.append(("told for a while", str(page.evaluate("window.notices"))))
     return report
 
 
 @contextlib.contextmanager
 def watched(context, address):
     """Give a page of ``context``; afterwards fail on its errors, and on requests to other hosts."""
+    context.set_default_timeout(PATIENCE_MS)
+    context.add_init_script(f"({UNHEARD})()")
     page = context.new_page()
     wrong = []
     page.on("pageerror", lambda error: wrong.append(f"error in the page: {error}"))
@@ -153,7 +184,7 @@ def watched(context, address):
         ),
     )
     page.wrong = wrong
-    page.goto, page.reload = connected(page, page.goto), connected(page, page.reload)
+    page.goto, page.reload = heard(page, page.goto), heard(page, page.reload)
     yield page
     assert wrong == []
 
@@ -162,7 +193,6 @@ def watched(context, address):
 def tab(browser, server):
     """Give a page on the studio; what is expected to go wrong is cleared with ``tab.wrong.clear()``."""
     context = browser.new_context(base_url=server, viewport={"width": 1440, "height": 900})
-    context.set_default_timeout(15_000)
     with watched(context, server) as page:
         yield page
     context.close()

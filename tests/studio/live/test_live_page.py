@@ -21,7 +21,6 @@ def test_traces_two_takes_and_a_crash_between_them(browser, workspace, served, w
     (workspace / "two.toml").write_text(PLAN)
     arguments = ("studio", "--port", "0", "--no-open", "--folder", ".")
     context = browser.new_context(viewport={"width": 1440, "height": 900})
-    context.set_default_timeout(15_000)
     with (
         served(*arguments, folder=workspace, prefix="studio: ") as (process, address),
         watched(context, address) as tab,

@@ -870,4 +870,4 @@ def test_xss_in_titles_questions_notes_and_answers(study_server, asking, browser
 
 def expect_text(page):
     """Wait until the markup stands on a page as text."""
-    page.get_by_text("<script>alert('x')</script>").first.wait_for(timeout=20_000)
+    page.get_by_text("<script>alert('x')</script>").first.wait_for()

@@ -129,7 +129,6 @@ def person(browser, studies, watched):
         context = browser.new_context(
             base_url=studies.address, viewport=viewport, has_touch=True, locale="en-GB"
         )
-        context.set_default_timeout(10_000)
         if kept:
             screen = f"{min(viewport.values())}x{max(viewport.values())}@1"
             kept_text = json.dumps({"px_per_mm": PX_PER_MM, "screen": screen})

@@ -51,7 +51,6 @@ def page(browser, watched, started):
     context = browser.new_context(
         viewport={"width": 1440, "height": 900}, accept_downloads=True, ignore_https_errors=True
     )
-    context.set_default_timeout(15_000)
     with watched(context, address) as opened:
         opened.goto(address)
         opened.process, opened.address = process, address
@@ -67,7 +66,7 @@ def yes(page, button):
 def test_the_experimenter_follows_helps_stops_and_exports(page, lab):
     row = page.get_by_role("row", name="P1")
     with SessionStore(lab / "pilot") as store:
-        page.get_by_text("2 participants, 2 going on; 0 answers").wait_for()
+        page.get_by_text("2 participants, 2 not begun; 0 answers").wait_for()
         answer(store, "P1", "consent", "practice-1.1", "trial-1.1")
         row.get_by_text("trial 2 of 4").wait_for()
         row.get_by_text("6.25 px/mm, finger 490 mm/s").wait_for()
@@ -138,7 +137,7 @@ def test_simulated_participants_take_it_beside_and_are_analysed(page, lab):
     assert page.get_by_text("Take part", exact=True).is_hidden()
     page.get_by_role("button", name="Analyse").click()
     with page.context.expect_page() as opened:
-        page.get_by_role("link", name="The report is there").click(timeout=60_000)
+        page.get_by_role("link", name="The report is there").click()
     opened.value.get_by_text("Simulated participants: programs answered").wait_for()
     assert opened.value.get_by_role("heading", name="Notes of the experimenter").count() == 0
     assert (lab / "pilot-simulated" / "analysis" / "report.html").is_file()

@@ -45,7 +45,7 @@ def test_a_design_is_copied_begun_with_changes_and_analysed(studies, workspace):
     tab.get_by_label("Answers", exact=True).click()
     tab.get_by_role("option", name="session sessions/pilot-simulated (simulated)").click()
     tab.get_by_role("button", name="Analyse").click()
-    tab.get_by_role("link", name="Open the report").wait_for(timeout=60_000)
+    tab.get_by_role("link", name="Open the report").wait_for()
     assert (Path(workspace) / "sessions" / "pilot-simulated" / "analysis" / "report.html").is_file()
 
 

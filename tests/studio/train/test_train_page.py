@@ -101,8 +101,8 @@ def started(tab, *, steps):
     tab.wait_for_url("**/train/watch**")
 
 
-def state(tab, name, seconds=60):
-    tab.locator(f"[data-state={name}]").first.wait_for(timeout=1000 * seconds)
+def state(tab, name):
+    tab.locator(f"[data-state={name}]").first.wait_for()
 
 
 def hurried(workspace):
@@ -131,7 +131,7 @@ def test_a_training_is_watched_stopped_resumed_and_survives_the_server(browser, 
             started(tab, steps=100_000)
             state(tab, "running")
             hurried(workspace)
-            tab.get_by_text("No losses yet.").wait_for(state="hidden", timeout=60_000)
+            tab.get_by_text("No losses yet.").wait_for(state="hidden")
             tab.get_by_text("per second").wait_for()
             tab.get_by_role("button", name="Stop", exact=True).click()
             state(tab, "stopped")
