@@ -138,7 +138,8 @@ UNHEARD = """() => {
 }"""
 """Hides a page until the server hears it: nobody acts on what is not visible, Playwright no more than a person.
 
-Notes what it told for a while, too. NiceGUI holds back what is done in a page before that, and may send it in another order than it was done in.
+NiceGUI holds back what is done in a page before that, and may send it in another order than it was done in.
+It keeps what the page told for a while, too, for a test that fails.
 """
 
 
