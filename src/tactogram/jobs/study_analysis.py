@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -16,6 +17,7 @@ from tactogram.datasets.ratings_table import read_table
 from tactogram.errors import DataError, ParameterError
 from tactogram.jobs.study_answers import open_answers, study_of
 from tactogram.jobs.study_report import Taken, write_study_report
+from tactogram.jobs.study_written import HASHES, hashes_of, remove_earlier
 from tactogram.signal.io.files import written_beside
 from tactogram.study.analysis import MARGINS, Analysis, Plan, analyse
 from tactogram.study.analysis.words import Targets
@@ -53,7 +55,8 @@ def analyse_study(
 ) -> dict[str, Any]:
     """Analyse a session folder or a table of answers, and write a report, JSON, text and figures.
 
-    All is computed before anything is written.
+    All is computed before anything is written. Figures that an earlier analysis wrote there, and this one does not,
+    are removed.
 
     Parameters
     ----------
@@ -119,21 +122,30 @@ def analyse_study(
     names = {} if study is None else study.names_in(language)
     if figures:
         drawn = _figures(analysis, answers, names, study)
+    pictures = {f"{name}.png": _png(figure) for name, figure in drawn.items()}
+    result["files"] = [JSON_FILE, TEXT_FILE, REPORT_FILE, *pictures]
+    result[HASHES] = hashes_of(pictures)
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
-    result["files"] = [JSON_FILE, TEXT_FILE, REPORT_FILE, *(f"{name}.png" for name in drawn)]
+    remove_earlier(folder, JSON_FILE, kept=pictures)
     with written_beside(folder / JSON_FILE) as part:
         text = json.dumps(result, ensure_ascii=False, indent=1, allow_nan=False)
         part.write_text(text + "\n", encoding="utf-8")
     with written_beside(folder / TEXT_FILE) as part:
         part.write_text(analysis.text(), encoding="utf-8")
-    for name, figure in drawn.items():
-        with written_beside(folder / f"{name}.png") as part:
-            figure.savefig(part, format="png", dpi=130)
+    for name, picture in pictures.items():
+        with written_beside(folder / name) as part:
+            part.write_bytes(picture)
     taken = Taken.of(Path(source), answers, study)
     named = replace(analysis, sections=tuple(named_section(one, names) for one in analysis.sections))
     write_study_report(folder / REPORT_FILE, named, taken, drawn, practice=practice)
     return result | {"out": str(out), "text": analysis.text()}
+
+
+def _png(figure: Figure) -> bytes:
+    made = io.BytesIO()
+    figure.savefig(made, format="png", dpi=130)
+    return made.getvalue()
 
 
 def practice_of(answers: Answers) -> Answers:

@@ -1,0 +1,64 @@
+import json
+
+import pytest
+
+from tactogram.jobs.study_analysis import JSON_FILE, analyse_study
+from tactogram.jobs.study_written import remove_earlier
+
+
+@pytest.fixture(scope="module")
+def tables(tmp_path_factory):
+    """Give tables of a few made answers: of two designs, and of one of them."""
+    folder = tmp_path_factory.mktemp("tables")
+    heading = "study,participant,trial,design,question,stimulus,answer,value"
+    rows = [
+        f"made,P{person},{trial},{design},which,tile,A,{(person + trial) % 2}"
+        for design in ("abx", "two_area")
+        for person in range(3)
+        for trial in range(1, 5)
+    ]
+    (folder / "both.csv").write_text("\n".join([heading, *rows]) + "\n")
+    (folder / "abx.csv").write_text("\n".join([heading, *rows[:12]]) + "\n")
+    return folder
+
+
+def test_an_earlier_analysis_leaves_no_figure_beside_a_new_report_and_own_files_stay(tables, tmp_path):
+    earlier = analyse_study(tables / "both.csv", tmp_path, draws=100)["files"]
+    stale = sorted(name for name in earlier if name.startswith("two_area") and name.endswith(".png"))
+    assert stale
+    (tmp_path / "photo.png").write_bytes(b"mine")
+    found = analyse_study(tables / "abx.csv", tmp_path, draws=100)["files"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*found, "photo.png"])
+    assert not set(stale) & set(found)
+    alone = analyse_study(tables / "abx.csv", tmp_path, draws=100, figures=False)["files"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*alone, "photo.png"])
+
+
+def test_a_figure_that_somebody_changed_is_theirs_and_stays(tables, tmp_path):
+    files = analyse_study(tables / "abx.csv", tmp_path, draws=100)["files"]
+    [figure, *others] = [name for name in files if name.endswith(".png")]
+    (tmp_path / figure).write_bytes(b"with an arrow drawn in")
+    assert remove_earlier(tmp_path, JSON_FILE, kept=()) == others
+    assert (tmp_path / figure).read_bytes() == b"with an arrow drawn in"
+
+
+@pytest.mark.parametrize(
+    ("said", "removed"),
+    [
+        ({"sections": [], "files": ["a.png"]}, ["a.png"]),  # as earlier versions wrote it
+        ({"sections": [], "files": ["../a.png", "notes.txt", 3]}, []),
+        ({"files": ["a.png"]}, []),
+        (["a.png"], []),
+        ("broken", []),
+    ],
+)
+def test_only_what_an_analysis_says_it_wrote_goes(tmp_path, said, removed):
+    folder = tmp_path / "out"
+    folder.mkdir()
+    for path in (tmp_path / "a.png", folder / "a.png", folder / "notes.txt"):
+        path.write_text("x")
+    (folder / JSON_FILE).write_text("{" if said == "broken" else json.dumps(said))
+    assert remove_earlier(folder, JSON_FILE, kept=()) == removed
+    assert (tmp_path / "a.png").is_file()
+    assert (folder / "notes.txt").is_file()
+    assert (folder / "a.png").is_file() == (not removed)
