@@ -64,6 +64,14 @@ def test_figures_are_drawn(tmp_path):
             assert len(set(picture.convert("L").get_flattened_data())) > 2
 
 
+def test_a_spectrogram_is_of_the_signal_alone():
+    steady = Signal(np.full((1, 2100), 9.81, np.float32), 1000.0, "m/s^2")
+    trace, picture, *_ = figures.signal_figure(steady, seconds=1.0).axes
+    levels = picture.collections[0].get_array()
+    assert np.ptp(levels, axis=1).max() < 0.1  # dB: no frame holds zeros, which would be a step
+    assert (trace.get_xlabel(), picture.get_xlim()) == ("time, s (the first 1 s)", (0.0, 2.1))
+
+
 def test_a_confusion_matrix_shows_shares_of_the_true_class():
     figure = figures.confusion_figure(np.array([[3, 1], [0, 4]]), ("a", "b"))
     np.testing.assert_allclose(figure.axes[0].images[0].get_array(), [[0.75, 0.25], [0, 1]])

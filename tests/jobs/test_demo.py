@@ -4,6 +4,7 @@ from functools import partial
 
 import pytest
 
+from tactogram.cli import main
 from tactogram.datasets.simulate.sets import SETS
 from tactogram.errors import RunError
 from tactogram.jobs import demo as module
@@ -14,7 +15,7 @@ from tactogram.jobs.judges import Judging
 KNOWN = ("artificial-grass", "cloth", *MIX)
 
 
-def test_the_whole_chain_leaves_a_report(tmp_path, monkeypatch):
+def test_the_whole_chain_leaves_a_report(tmp_path, monkeypatch, capsys):
     """Of five of the nine surfaces, each made once, in this process; the networks are small."""
     nine = SETS["stroking9"]
     five = tuple(surface for surface in nine.surfaces if surface.name in (*KNOWN, UNKNOWN))
@@ -25,7 +26,15 @@ def test_the_whole_chain_leaves_a_report(tmp_path, monkeypatch):
     monkeypatch.setattr(module, "CLASSIFIER_STEPS", 100)
     monkeypatch.setattr(module, "GENERATOR_STEPS", 2)
     monkeypatch.setattr(module, "JUDGING", Judging(steps=20, most=4))
-    result = demo(tmp_path / "demo")
+    result = {}
+    monkeypatch.setattr(
+        module, "demo", lambda *args, **options: result.update(demo(*args, **options)) or result
+    )
+    assert main(["demo", "--out", str(tmp_path / "demo")]) == 0
+    said = capsys.readouterr().out
+    assert str(tmp_path / "demo" / "report.html") in said
+    assert f"recording accuracy {100 * result['recording_accuracy']:.1f} %" in said
+    assert f"of {result['none_of_these']['unknown']} strokes are called none of these" in said
     json.dumps(result)
     assert result["simulated"] is True
     assert result["recording_accuracy"] > 2 / len(KNOWN)

@@ -45,7 +45,8 @@ def confusion_figure(counts: NDArray[np.int64], names: Sequence[str], *, title: 
 def signal_figure(signal: Signal, *, title: str = "", seconds: float = 2.0) -> Figure:
     """Draw the beginning of a signal and its spectrogram, one row per axis.
 
-    The spectrogram is Hamming 256, hop 128, as in Saga et al. Sec. III-B, in dB re 1 ``unit`` per bin.
+    The spectrogram is Hamming 256, hop 128, as in Saga et al. Sec. III-B, in dB re 1 ``unit`` per bin, of whole frames
+    alone: zeros laid about the signal would be drawn as an onset and an end.
     """
     rows = len(signal.axes)
     figure = Figure(figsize=(9, 0.6 + 1.55 * rows), layout="constrained")
@@ -58,7 +59,8 @@ def signal_figure(signal: Signal, *, title: str = "", seconds: float = 2.0) -> F
         grid[row, 0].set_ylabel(f"{name}  {unit_text(signal.unit)}")
         grid[row, 0].margins(x=0)
         window = min(256, len(signal))
-        f, t, z = stft(signal.axis(name), signal.rate, "hamming", nperseg=window, noverlap=window // 2)
+        frames = {"nperseg": window, "noverlap": window // 2, "boundary": None, "padded": False}
+        f, t, z = stft(signal.axis(name), signal.rate, "hamming", **frames)
         pictures.append((grid[row, 1], f, t, 20 * np.log10(np.abs(z) + 1e-12)))
         grid[row, 1].set_ylabel("Hz")
     top = max(float(np.max(db)) for *_, db in pictures)
@@ -67,8 +69,9 @@ def signal_figure(signal: Signal, *, title: str = "", seconds: float = 2.0) -> F
             t, f, db, vmin=top - 70, vmax=top, cmap="magma", shading="nearest", rasterized=True
         )
     figure.colorbar(mesh, ax=grid[:, 1], fraction=0.06, pad=0.02, label=f"dB re 1 {unit_text(signal.unit)}")
-    grid[-1, 0].set_xlabel("time, s")
-    grid[-1, 1].set_xlabel("time, s")
+    part = "" if len(shown) == len(signal) else f" (the first {len(shown) / signal.rate:g} s)"
+    grid[-1, 0].set_xlabel(f"time, s{part}")
+    grid[-1, 1].set(xlabel="time, s", xlim=(0, len(signal) / signal.rate))
     if title:
         figure.suptitle(title, fontsize=10)
     return figure

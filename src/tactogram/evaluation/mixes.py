@@ -116,7 +116,7 @@ class Mixes:
 
 def _in_words(ladder: MixingLadder, end: str) -> str:
     if ladder.monotone[-1]:
-        moves = f"moves one way, from {ladder.position[0, -1]:.2f} to {ladder.position[-1, -1]:.2f}"
+        moves = f"moves one way, from {ladder.position[0, -1]:z.2f} to {ladder.position[-1, -1]:z.2f}"
     elif ladder.tau_low[-1] > 0:
         moves = f"rises, but falls back by {ladder.largest_drop[-1]:.2f} on its way"
     else:
