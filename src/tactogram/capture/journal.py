@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 from collections.abc import Mapping
 from contextlib import suppress
 from datetime import UTC, datetime
@@ -18,6 +17,7 @@ from types import TracebackType
 from typing import Any, Self, TextIO
 
 from tactogram.errors import DataError
+from tactogram.signal.io.locks import lock
 
 FILE = "session.jsonl"
 
@@ -52,15 +52,14 @@ class Journal:
         self.folder.mkdir(parents=True, exist_ok=True)
         file = self.path.open("a+", encoding="utf-8")
         try:
-            _lock(file)
-        except OSError as error:
-            file.close()
-            raise DataError(f"{self.folder}: another process is at this session; end it first") from error
-        try:
-            self.events = self._read(file)
+            free = lock(file.fileno())
+            self.events = self._read(file) if free else []
         except BaseException:
             file.close()
             raise
+        if not free:
+            file.close()
+            raise DataError(f"{self.folder}: another process is at this session; end it first")
         self._file = file
         return self
 
@@ -127,17 +126,3 @@ class Journal:
                 raise DataError(f"{self.path}: line {number} must be an event, got {line[:60]!r}")
             events.append(entry)
         return events
-
-
-def _lock(file: TextIO) -> None:
-    """Lock a file for this process, or raise OSError; the system lets go when the process ends, however it ends."""
-    # Each module is there on one kind of system only.
-    if sys.platform == "win32":
-        import msvcrt
-
-        os.lseek(file.fileno(), 1 << 30, os.SEEK_SET)  # behind the end: what is locked cannot be read there
-        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-    else:
-        import fcntl
-
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from tactogram.errors import RunError
+from tactogram.signal.io.locks import lock
 
 HELD = "recipe.toml"
 """Locked while a process trains: written once, never replaced, and there as long as the run is."""
@@ -65,10 +66,4 @@ def _locked(file: int, *, shared: bool = False) -> bool:
     """Lock a file until it is closed, and say whether that went; on Windows nothing is locked."""
     if sys.platform == "win32":
         return True
-    import fcntl
-
-    try:
-        fcntl.flock(file, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    return True
+    return lock(file, shared=shared)
