@@ -11,6 +11,7 @@ import pytest
 
 from tactogram.cli import main
 from tactogram.datasets import Split, add_recordings, create_store, open_store
+from tactogram.datasets.unfinished import part_folder
 from tactogram.errors import LeakError, ParameterError, RunError, StoppedError
 from tactogram.jobs.classify import classify
 from tactogram.jobs.crossval import crossval
@@ -182,7 +183,11 @@ def test_a_killed_training_goes_on_to_the_same_weights(run, store, tmp_path, tin
 
 def test_a_run_travels_in_one_file(run, tmp_path, texture):
     export_run(run.folder, tmp_path / "r.zip")
+    left = part_folder(tmp_path / "again")
+    left = left.with_name(f"{left.name.rpartition('-')[0]}-99999999")  # of a process that is gone
+    left.mkdir()
     import_run(tmp_path / "r.zip", tmp_path / "again")
+    assert not left.exists()
     assert classify(tmp_path / "again", texture("cork", 3)) == classify(run.folder, texture("cork", 3))
     with pytest.raises(RunError, match="exists already"):
         import_run(tmp_path / "r.zip", tmp_path / "again")

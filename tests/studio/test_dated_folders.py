@@ -1,3 +1,5 @@
+from datetime import UTC, datetime
+
 import pytest
 
 from tactogram.studio.dated_folders import DatedFolders
@@ -28,3 +30,12 @@ def test_what_fails_leaves_nothing(tmp_path):
         DatedFolders(tmp_path).add(broken)
 
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_a_killed_server_left_goes_when_the_next_is_added(tmp_path):
+    old, new = "20200101-000000-000000", f"{datetime.now(UTC):%Y%m%d-%H%M%S-%f}"
+    for name in (f".{old}.part", f".{old}.gone", f".{new}.gone", f".{new}.part", ".mine.part", old):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "x").write_text("half")
+    added = DatedFolders(tmp_path).add(written("a"))
+    assert {path.name for path in tmp_path.iterdir()} == {f".{new}.part", ".mine.part", old, added}

@@ -5,9 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import shutil
 import tempfile
-import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from functools import cache
@@ -27,6 +25,7 @@ from tactogram.datasets.part_photographs import (
 )
 from tactogram.datasets.ratings import item_of
 from tactogram.datasets.recording import RecordingInfo
+from tactogram.datasets.scratch import scratch_of
 from tactogram.datasets.splits import Region, Segment
 from tactogram.datasets.store import Store
 from tactogram.errors import ParameterError
@@ -80,8 +79,7 @@ class Examples(Sequence[Example]):
         self.store, self.segments, self.prepare, self.label = store, tuple(segments), prepare, label
         self.infos: tuple[RecordingInfo, ...] = tuple(store.info(segment.id) for segment in self.segments)
         if cache_dir is None:
-            self._cache = Path(tempfile.mkdtemp(prefix="tactogram-"))
-            weakref.finalize(self, shutil.rmtree, self._cache, ignore_errors=True)
+            self._cache = scratch_of(self)
         else:
             self._cache = Path(cache_dir)
             self._cache.mkdir(parents=True, exist_ok=True)

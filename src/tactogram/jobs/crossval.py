@@ -8,7 +8,6 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import partial, reduce
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from tactogram import models
@@ -23,6 +22,7 @@ from tactogram.datasets import (
     open_store,
     signal_kind,
 )
+from tactogram.datasets.scratch import scratch
 from tactogram.datasets.splits import By
 from tactogram.errors import ParameterError
 from tactogram.evaluation.classification import ClassificationResult, WindowClassifier, judge_classifier
@@ -106,21 +106,9 @@ def crossval(
     folder = Path(out) if out else Path("runs") / f"crossval-{model}-{Path(recipe).stem}-{identity}"
     check_writable(folder, folder=True)
 
-    results: list[ClassificationResult] = []
-    prepared = TemporaryDirectory(prefix="tactogram-")
-    cut = partial(Examples, store, prepare=chosen.prepare, label=label, cache_dir=Path(prepared.name))
-    for number, parts in enumerate(run_splits, start=1):
-        examples = cut((*parts.train, *parts.validation))
-        examples.prepare_all(progress=partial(progress, f"prepare {number}/{len(run_splits)}"))
-        kind = signal_kind(examples, simulated=store.simulated)
-        learner = facts.build(config, kind, seed=chosen.seed)
-        if not isinstance(learner, WindowClassifier):
-            raise ParameterError(f"{model} is not a classifier of windows: crossval needs one")
-        learner.setup(make_fabric(chosen.training, accelerator=accelerator))
-        task = f"fold {number}/{len(run_splits)} " if len(run_splits) > 1 else ""
-        run_training(learner, examples, chosen, task=task, progress=progress)
-        results.append(judge_classifier(learner, cut(parts.test)))
-    prepared.cleanup()
+    results, rate = _judged_folds(
+        facts, store, chosen, config, run_splits, label=label, accelerator=accelerator, progress=progress
+    )
     result = reduce(operator.add, results)
 
     figures: dict[str, Any] = {
@@ -133,7 +121,7 @@ def crossval(
         "split": described,
         "model": model,
         "recipe": resolved,
-        "rate_hz": kind.rate,
+        "rate_hz": rate,
         "data": {"name": store.name, "sha256": store.sha256, "simulated": store.simulated},
         "label": label,
         "where": kept,
@@ -143,6 +131,35 @@ def crossval(
     figures["report"] = str(_report(folder / "report.html", figures, result))
     write_text(folder / "crossval.json", json.dumps(figures, indent=1) + "\n")
     return figures
+
+
+def _judged_folds(
+    facts: models.ModelFacts,
+    store: Store,
+    recipe: Recipe,
+    config: Any,
+    splits: Sequence[Split],
+    *,
+    label: Label,
+    accelerator: str,
+    progress: Progress,
+) -> tuple[list[ClassificationResult], float]:
+    """Return what classifiers trained on each split make of its test part, and the rate they were trained at, Hz."""
+    results: list[ClassificationResult] = []
+    with scratch() as prepared:
+        cut = partial(Examples, store, prepare=recipe.prepare, label=label, cache_dir=prepared)
+        for number, parts in enumerate(splits, start=1):
+            examples = cut((*parts.train, *parts.validation))
+            examples.prepare_all(progress=partial(progress, f"prepare {number}/{len(splits)}"))
+            kind = signal_kind(examples, simulated=store.simulated)
+            learner = facts.build(config, kind, seed=recipe.seed)
+            if not isinstance(learner, WindowClassifier):
+                raise ParameterError(f"{facts.name} is not a classifier of windows: crossval needs one")
+            learner.setup(make_fabric(recipe.training, accelerator=accelerator))
+            task = f"fold {number}/{len(splits)} " if len(splits) > 1 else ""
+            run_training(learner, examples, recipe, task=task, progress=progress)
+            results.append(judge_classifier(learner, cut(parts.test)))
+    return results, kind.rate
 
 
 def _splits(
@@ -173,7 +190,9 @@ def _splits(
     rate = recipe.prepare.rate_of(store.rate(index[0].id, stream))
     gap = getattr(config, "window", 0) / rate
     if min(seconds.values()) / folds < 3 * gap:
-        instead = f"use --folds {fewest}" if fewest >= 2 else "record more of it, or leave it out with --where"
+        instead = (
+            f"use --folds {fewest}" if fewest >= 2 else "record more of it, or leave it out with --where"
+        )
         raise ParameterError(
             f"--folds {folds} needs as many recordings of every class, or recordings long enough to divide; "
             f"{scarcest} has {fewest}: {instead}"

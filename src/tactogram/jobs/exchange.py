@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import shutil
-import tempfile
 import zipfile
 import zlib
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from tactogram.datasets.unfinished import clear_stale_parts, part_folder
 from tactogram.errors import RunError
 from tactogram.training.run import Run
 
@@ -46,7 +46,9 @@ def import_run(file: Path | str, out: Path | str) -> dict[str, Any]:
     if target.exists():
         raise RunError(f"{target}: exists already; give another --out")
     target.parent.mkdir(parents=True, exist_ok=True)
-    part = Path(tempfile.mkdtemp(prefix=f"{target.name}.part-", dir=target.parent))
+    clear_stale_parts(target)
+    part = part_folder(target)
+    part.mkdir(mode=0o700)
     try:
         with zipfile.ZipFile(file) as packed:
             for member in packed.infolist():

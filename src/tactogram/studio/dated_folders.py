@@ -11,6 +11,10 @@ from pathlib import Path
 
 ID = re.compile(r"[0-9]{8}-[0-9]{6}-[0-9]{6}")
 """Date, time and microsecond, UTC, so that names are in order."""
+LEFT_OVER = timedelta(days=1)
+"""What was begun so long ago and is not whole is nobody's any more: writing one takes seconds."""
+_FORMAT = "%Y%m%d-%H%M%S-%f"
+_LEFT = re.compile(rf"\.(?P<id>{ID.pattern})\.(?P<state>part|gone)")
 
 
 @dataclass(frozen=True)
@@ -23,7 +27,8 @@ class DatedFolders:
         """Make a folder that ``write`` fills, and return its name; nothing is left where ``write`` fails."""
         self.folder.mkdir(parents=True, exist_ok=True)
         now = datetime.now(UTC)
-        while (self.folder / (identifier := f"{now:%Y%m%d-%H%M%S-%f}")).exists():
+        self._clear(now - LEFT_OVER)
+        while (self.folder / (identifier := f"{now:{_FORMAT}}")).exists():
             now += timedelta(microseconds=1)
         part = self.folder / f".{identifier}.part"
         part.mkdir()
@@ -51,3 +56,10 @@ class DatedFolders:
         gone = self.folder / f".{identifier}.gone"
         (self.folder / identifier).rename(gone)
         shutil.rmtree(gone, ignore_errors=True)
+
+    def _clear(self, before: datetime) -> None:
+        """Remove what a server that was killed left: half deleted, or half made and begun ``before``."""
+        for path in self.folder.iterdir():
+            left = _LEFT.fullmatch(path.name)
+            if left and (left["state"] == "gone" or left["id"] < f"{before:{_FORMAT}}"):
+                shutil.rmtree(path, ignore_errors=True)

@@ -168,8 +168,11 @@ def test_a_run_that_another_process_trains_is_left_alone(trainings, workspace):
             ParameterError, match="begun elsewhere trains it at present"
         ):  # this studio began it once
             trainings.resume_run(run)
+    left = run.with_name(".deleted-0a1b2c.gone")
+    (left / "samples").mkdir(parents=True)
     trainings.delete_run(run)
     assert not run.exists()
+    assert not left.exists()  # by a server that was killed while it deleted
 
 
 def test_a_sample_is_asked_for_by_name(workspace, tmp_path):

@@ -229,9 +229,9 @@ class Trainings:
                 raise ParameterError(f"{name}: {other.kind} is at it; stop it before the run is deleted")
             if is_at_work(folder):
                 raise ParameterError(f"{name}: a process trains it; stop it before the run is deleted")
-            gone = folder.with_name(f".{folder.name}-{secrets.token_hex(3)}.gone")
-            folder.rename(gone)
-            shutil.rmtree(gone, ignore_errors=True)
+            folder.rename(folder.with_name(f".{folder.name}-{secrets.token_hex(3)}.gone"))
+            for gone in folder.parent.glob(f".*-{'[0-9a-f]' * 6}.gone"):  # a server that was killed left some
+                shutil.rmtree(gone, ignore_errors=True)
             for task in self.all():
                 if task.about == name:
                     self.forget(task.id)
