@@ -1,10 +1,14 @@
 import asyncio
 import json
+import re
 
 import pytest
+from matplotlib.figure import Figure
 
 from tactogram.errors import ParameterError
-from tactogram.studio.guard import STRICT, STUDIO, Guard
+from tactogram.evaluation.report import Picture, Section, Sound, write_report
+from tactogram.signal import Signal
+from tactogram.studio.guard import REPORT, STRICT, STUDIO, Guard
 from tactogram.studio.guard_rules import COOKIE, KIB, MIB, Guarding, is_own, token_in_query
 
 TOKEN = "a-token-that-nobody-guesses"
@@ -384,3 +388,15 @@ def test_a_message_that_is_too_long_ends_a_websocket():
 def test_settings_that_guard_nothing_are_refused(values, message):
     with pytest.raises(ParameterError, match=message):
         Guarding(**values)
+
+
+def test_a_report_is_heard_and_seen_under_its_policy(tmp_path):
+    signal = Signal([[0.0, 1.0, 0.0, -1.0]], 100.0, "m/s^2")
+    blocks = [Picture(Figure(), "a figure"), Sound(signal, "a sound")]
+    sections = [Section("All kinds", blocks)]
+    path = write_report(tmp_path / "r.html", title="t", summary="s", simulated=True, sections=sections)
+    held = dict(re.findall(r'<(\w+)[^>]* src="(\w+):', path.read_text(encoding="utf-8")))
+    assert held == {"img": "data", "audio": "data"}
+    allowed = {name: sources for name, *sources in (line.split() for line in REPORT.split(";"))}
+    for kind, directive in (("img", "img-src"), ("audio", "media-src")):
+        assert f"{held[kind]}:" in allowed[directive]

@@ -48,7 +48,7 @@ STUDIO = (
 )
 """Of the rest. NiceGUI writes scripts and styles into its pages and compiles templates; no other host is named."""
 REPORT = (
-    "sandbox; default-src 'none'; img-src 'self' data:; style-src 'unsafe-inline'; font-src data:; "
+    "sandbox; default-src 'none'; img-src 'self' data:; media-src data:; style-src 'unsafe-inline'; font-src data:; "
     "frame-ancestors 'self'"
 )
 """For a route to set on an HTML report that a run holds: shown, never run; within a page of this server."""
