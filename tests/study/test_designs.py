@@ -7,9 +7,10 @@ from scipy.integrate import quad
 from scipy.optimize import minimize
 from scipy.stats import norm
 
+from tactogram.study.analysis.magnitude import intensity_of
 from tactogram.study.designs.pairwise import expected_information, posterior
 from tactogram.study.designs.staircase import Staircase, Track
-from tactogram.study.simulated import SimulatedEffect, SimulatedParticipant, typical
+from tactogram.study.simulated import SimulatedEffect, SimulatedParticipant, simulated_answers, typical
 from tactogram.study.sitting import answers_to, next_page
 from tactogram.study.study_file import Study
 from tactogram.study.trials import Given, Participant
@@ -239,6 +240,41 @@ def test_an_effect_that_is_put_in_is_there_and_none_is_none(make_study):
         right[d_prime] = np.mean([a.right == t for a, t in zip(asked, told, strict=True)])
     assert right[0.0] == pytest.approx(0.5, abs=0.1)
     assert right[2.0] == pytest.approx(norm.cdf(2**0.5), abs=0.07)
+
+
+def test_simulated_participants_can_prefer_differently_and_each_the_same_again(make_study):
+    study = make_study({"kind": "pairwise", "choice": "listed", "repeats": 20})
+    won = []
+    for number in range(1, 9):
+        pages, given = taken(study, Participant(f"P{number}", number), SimulatedEffect(preference_sd=3.0))
+        asked = [page.asked[0] for page in trials(pages)]
+        first = [one.responses["preferred"] == a.side for a, one in zip(asked, given[2:-1], strict=True)]
+        pair = (asked[0].stimulus, asked[0].condition, asked[0].other, asked[0].other_condition)
+        same = [(a.stimulus, a.condition, a.other, a.other_condition) == pair for a in asked]
+        won.append(np.mean(np.array(first)[same]))
+    assert np.mean(np.abs(np.array(won) - 0.5)) > 0.3  # alike, they would be 0.09 from one half
+    assert min(won) < 0.2 < 0.8 < max(won)
+
+
+def test_simulated_participants_can_have_exponents_of_their_own():
+    drawn = [SimulatedParticipant(SimulatedEffect(exponent=0.8, exponent_sd=0.2), (3, n)) for n in range(300)]
+    exponents = np.array([one.exponent for one in drawn])
+    assert exponents.mean() == pytest.approx(0.8, abs=3 * 0.2 / np.sqrt(300))
+    assert exponents.std() == pytest.approx(0.2, rel=0.13)
+    study = Study.load("magnitude", changes={"design.repeats": 2, "practice": None})
+    steep = SimulatedEffect(exponent=0.8, exponent_sd=0.5, within_sd=0.0)
+    answers = simulated_answers(study, 3, effect=steep, seed=3).where(design="magnitude")
+    for number, own in enumerate(answers.by("participant").values(), 1):
+        slope = np.polyfit(np.log([intensity_of(row) for row in own]), np.log([row.value for row in own]), 1)[
+            0
+        ]
+        assert slope == pytest.approx(SimulatedParticipant(steep, (3, number)).exponent, abs=1e-3)
+
+
+def test_spreads_between_people_change_no_other_answer(make_study):
+    study = make_study("rating")
+    spread = SimulatedEffect(preference_sd=1.0, exponent_sd=0.3)
+    assert simulated_answers(study, 2, effect=spread).rows == simulated_answers(study, 2).rows
 
 
 def test_a_staircases_item_can_have_a_threshold_of_its_own_and_items_can_be_alike(make_study):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -44,6 +45,10 @@ class SimulatedEffect(BaseModel):
     """From answer to answer of the same participant, in units of ``unit``."""
     exponent: float = Field(default=0.0, ge=-5, le=5)
     """Of the power law from intensity to magnitude, where levels are ``gain=`` or ``peak=``."""
+    exponent_sd: float = Field(default=0.0, ge=0, le=5)
+    """Between participants. No figure of it was found for vibration that is made: 0 unless a pilot says otherwise."""
+    preference_sd: float = Field(default=0.0, ge=0, le=10)
+    """Between participants, in how much each of them prefers each item: logits. Likewise 0."""
     threshold_db: float = Field(default=-20.0, allow_inf_nan=False)
     """Intensity at which half of the way from guessing to certainty is gone: staircases."""
     threshold_sd_db: float = Field(default=3.0, ge=0)
@@ -77,6 +82,8 @@ class SimulatedParticipant:
         self.d_prime = max(0.0, effect.d_prime + effect.d_prime_sd * self.rng.standard_normal())
         self.threshold_db = effect.threshold_db + effect.threshold_sd_db * self.rng.standard_normal()
         self.bias = effect.between_sd * self.rng.standard_normal()
+        self.seed = tuple(seed)
+        self.exponent = effect.exponent + effect.exponent_sd * _own(self.seed, "exponent")
 
     def answer(self, page: Page) -> dict[str, str]:
         """Return an answer to each question of a page, by key."""
@@ -96,7 +103,8 @@ class SimulatedParticipant:
             found = self.rng.random() < self._correct(page)
             return asked.right if found else "AB".replace(asked.right, "")
         if page.kind == "pairwise":
-            difference = self._shift(asked) - self._shift_of(asked.other, asked.other_condition)
+            difference = self._strength(asked.stimulus, asked.condition)
+            difference -= self._strength(asked.other, asked.other_condition)
             first = self.rng.random() < _logistic(difference)
             return asked.side if first else "AB".replace(asked.side, "")
         if page.kind == "evoked":
@@ -107,7 +115,7 @@ class SimulatedParticipant:
             told = (
                 1.0
                 + self._shift(asked)
-                + self.effect.exponent * _log_intensity(page)
+                + self.exponent * _log_intensity(page)
                 + UNIT["number"] * (self.bias + noise)
             )
             return f"{10**told:.4g}"
@@ -139,6 +147,11 @@ class SimulatedParticipant:
         shift = self.effect.shift
         return shift.get(item, 0.0) + (shift.get(condition, 0.0) if condition != item else 0.0)
 
+    def _strength(self, item: str, condition: str) -> float:
+        """Return how much this participant prefers an item, logits: what is true of all, and what is of this one."""
+        own = self.effect.preference_sd * _own(self.seed, "preference", item, condition)
+        return self._shift_of(item, condition) + own
+
     def _typical(self, asked: Asked) -> float:
         return typical(self.effect, self.truth, asked.stimulus, asked.question.id)
 
@@ -151,6 +164,15 @@ class SimulatedParticipant:
         low = question.low if math.isfinite(question.low) else 20
         high = question.high if math.isfinite(question.high) else max(low, 60)
         return str(int(self.rng.integers(math.ceil(low), math.floor(high) + 1)))
+
+
+@lru_cache(maxsize=4096)
+def _own(seed: tuple[int, ...], *what: str) -> float:
+    """Return a standard normal number that is always the same of one participant and matter.
+
+    Not of the participant's generator: answers to all else are the same whether or not people differ in this.
+    """
+    return float(np.random.default_rng([*seed, 1, *"\0".join(what).encode()]).standard_normal())
 
 
 def typical(effect: SimulatedEffect, seed: int, item: str, word: str) -> float:
