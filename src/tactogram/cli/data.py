@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tactogram.cli.options import Verbs, signal_arguments, signal_options
+from tactogram.cli.options import Add, Verbs, signal_arguments, signal_options
 from tactogram.cli.printing import Arguments, columns, lines_of, print_result, ratings_text, shortened
 from tactogram.errors import ParameterError
 
@@ -11,91 +11,14 @@ def add_verbs(verbs: Verbs) -> None:
     """Add what each verb takes."""
     verbs = verbs.group("data", "import, simulate, look at and check data sets")
     verbs.add("list", data_list)
-    add = verbs.add("import", data_import)
-    add("set", metavar="SET", help="one of `tactogram data list`; `folder` for MATERIAL/*.wav and the like")
-    add("path", metavar="PATH")
-    add("--out", required=True, metavar="DIR")
-    add("--skip-bad", action="store_true", help="report broken files and go on without them")
-    add(
-        "--set",
-        dest="options",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="what the files do not say, e.g. rate=1000",
-    )
-    add("--workers", type=int, help="processes (default: all cores)")
-    add = verbs.add("simulate", data_simulate)
-    add("set", metavar="SET")
-    add("--out", required=True, metavar="DIR")
-    add("--seed", type=int, default=0)
-    add("--per-class", type=int, metavar="N", help="recordings per class")
-    add("--rate", type=float, metavar="HZ")
-    add("--seconds", type=float, help="length of a recording")
-    add("--speeds", metavar="MM_S,MM_S,...", help="of the strokes (default: the paper's)")
-    add("--photographs", type=int, metavar="N", help="of each surface, up to 9 places (default: one picture)")
-    add(
-        "--raters",
-        type=int,
-        metavar="N",
-        help="simulated people who score, in sets with ratings (default: the paper's)",
-    )
-    add("--workers", type=int, help="processes (default: all cores)")
+    _import_options(verbs.add("import", data_import))
+    _simulate_options(verbs.add("simulate", data_simulate))
     for name, function in (("info", data_info), ("check", data_check), ("compact", data_compact)):
         verbs.add(name, function)("path", metavar="DIR")
-    add = verbs.add("add", data_add)
-    add("path", metavar="DIR")
-    add("file", metavar="FILE")
-    add("--material", required=True, metavar="NAME")
-    add("--stream", default=None, help="what it is (default: the store's only stream)")
-    add("--speed", type=float, metavar="MM_S", help="stroking speed, mm/s")
-    add("--force", type=float, metavar="N", help="normal force, N")
-    for name, text in (
-        ("contactor", "what touched it"),
-        ("session", "when"),
-        ("subject", "by whom, as a code"),
-    ):
-        add(f"--{name}", metavar="NAME", help=text)
-    add("--photograph", metavar="FILE", help="a picture of what was touched")
-    add("--simulated", action="store_true", help="a formula or a model made it")
-    signal_options(add)
-    add = verbs.add("like", data_like)
-    add("path", metavar="DIR")
-    add("file", metavar="FILE")
-    add("--stream", default=None, help="what is searched (default: as in training)")
-    add("--count", type=int, default=5, help="how many to show (default %(default)s)")
-    signal_options(add)
-    add = verbs.add("rate", data_rate)
-    add("path", metavar="DIR")
-    add(
-        "files",
-        metavar="FILE",
-        nargs="+",
-        help=".csv, .tsv or .parquet: a row per score, or a column per word",
-    )
-    add(
-        "--scale",
-        default="7-point",
-        help="7-point, evoked, LOW:HIGH or LOW:HIGH:STEP (default %(default)s)",
-    )
-    add("--replace", action="store_true", help="in the place of ratings that are there already")
-    add(
-        "--set",
-        dest="options",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="column.rater=HEADING (or item, word, score, order, session, a word), words=A,B, ignore=A,B, "
-        "item=plate{:0>2}, encoding=cp932",
-    )
-    add = verbs.add("ratings", data_ratings)
-    add("path", metavar="DIR")
-    add("--out", required=True, metavar="FILE", help=".csv, .tsv or .parquet")
-    add(
-        "--wide",
-        action="store_true",
-        help="a row per rater and item with a column per word, not a row per score",
-    )
+    _add_options(verbs.add("add", data_add))
+    _like_options(verbs.add("like", data_like))
+    _rate_options(verbs.add("rate", data_rate))
+    _ratings_options(verbs.add("ratings", data_ratings))
 
 
 def data_list(a: Arguments) -> None:
@@ -233,3 +156,98 @@ def data_rate(a: Arguments) -> None:
 
     facts = rate_store(a.path, a.files, scale=a.scale, settings=parse_changes(a.options), replace=a.replace)
     print_result(a, facts, lines_of({name: shortened(value) for name, value in facts.items()}))
+
+
+def _import_options(add: Add) -> None:
+    add("set", metavar="SET", help="one of `tactogram data list`; `folder` for MATERIAL/*.wav and the like")
+    add("path", metavar="PATH")
+    add("--out", required=True, metavar="DIR")
+    add("--skip-bad", action="store_true", help="report broken files and go on without them")
+    add(
+        "--set",
+        dest="options",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="what the files do not say, e.g. rate=1000",
+    )
+    add("--workers", type=int, help="processes (default: all cores)")
+
+
+def _simulate_options(add: Add) -> None:
+    add("set", metavar="SET")
+    add("--out", required=True, metavar="DIR")
+    add("--seed", type=int, default=0)
+    add("--per-class", type=int, metavar="N", help="recordings per class")
+    add("--rate", type=float, metavar="HZ")
+    add("--seconds", type=float, help="length of a recording")
+    add("--speeds", metavar="MM_S,MM_S,...", help="of the strokes (default: the paper's)")
+    add("--photographs", type=int, metavar="N", help="of each surface, up to 9 places (default: one picture)")
+    add(
+        "--raters",
+        type=int,
+        metavar="N",
+        help="simulated people who score, in sets with ratings (default: the paper's)",
+    )
+    add("--workers", type=int, help="processes (default: all cores)")
+
+
+def _add_options(add: Add) -> None:
+    add("path", metavar="DIR")
+    add("file", metavar="FILE")
+    add("--material", required=True, metavar="NAME")
+    add("--stream", default=None, help="what it is (default: the store's only stream)")
+    add("--speed", type=float, metavar="MM_S", help="stroking speed, mm/s")
+    add("--force", type=float, metavar="N", help="normal force, N")
+    for name, text in (
+        ("contactor", "what touched it"),
+        ("session", "when"),
+        ("subject", "by whom, as a code"),
+    ):
+        add(f"--{name}", metavar="NAME", help=text)
+    add("--photograph", metavar="FILE", help="a picture of what was touched")
+    add("--simulated", action="store_true", help="a formula or a model made it")
+    signal_options(add)
+
+
+def _like_options(add: Add) -> None:
+    add("path", metavar="DIR")
+    add("file", metavar="FILE")
+    add("--stream", default=None, help="what is searched (default: as in training)")
+    add("--count", type=int, default=5, help="how many to show (default %(default)s)")
+    signal_options(add)
+
+
+def _rate_options(add: Add) -> None:
+    add("path", metavar="DIR")
+    add(
+        "files",
+        metavar="FILE",
+        nargs="+",
+        help=".csv, .tsv or .parquet: a row per score, or a column per word",
+    )
+    add(
+        "--scale",
+        default="7-point",
+        help="7-point, evoked, LOW:HIGH or LOW:HIGH:STEP (default %(default)s)",
+    )
+    add("--replace", action="store_true", help="in the place of ratings that are there already")
+    add(
+        "--set",
+        dest="options",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="column.rater=HEADING (or item, word, score, order, session, a word), words=A,B, ignore=A,B, "
+        "item=plate{:0>2}, encoding=cp932",
+    )
+
+
+def _ratings_options(add: Add) -> None:
+    add("path", metavar="DIR")
+    add("--out", required=True, metavar="FILE", help=".csv, .tsv or .parquet")
+    add(
+        "--wide",
+        action="store_true",
+        help="a row per rater and item with a column per word, not a row per score",
+    )
