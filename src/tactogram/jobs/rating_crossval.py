@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Literal, cast, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from tactogram.jobs.planning import select
 from tactogram.jobs.progress import Progress, silent
 from tactogram.jobs.rated import RatedData
 from tactogram.jobs.training import run_training
-from tactogram.model import Example, ImageExample, Predictor, Rated
+from tactogram.model import Example, ImageExample, Kind, Predictor, Rated
 from tactogram.recipe import Recipe, run_id
 from tactogram.signal.io.writable import check_writable
 from tactogram.training.device import make_fabric
@@ -41,6 +41,8 @@ COLUMNS = {
 }
 """Figures of a word, and what tables call them."""
 Rateable = Example | ImageExample
+Part = tuple[int, frozenset[str], frozenset[str]]
+"""A repetition, and the items and raters that are kept apart in a fold of it; none where the set is empty."""
 
 
 def crossval_ratings(
@@ -84,9 +86,7 @@ def crossval_ratings(
     ParameterError
         If the model is no predictor, there are too few items or raters, or ``out`` cannot be written to.
     """
-    kept: KeptApart = "item" if by in ITEM_NAMES else by  # type: ignore[assignment]
-    if kept not in get_args(KeptApart):
-        raise ParameterError(f"--by must be item, rater or both for a predictor of ratings, got {by!r}")
+    kept = _kept_apart(by)
     if repeats < 1 or folds < 2:
         raise ParameterError(f"--folds must be at least 2 and --repeats 1, got {folds} and {repeats}")
     store = open_store(data)
@@ -95,54 +95,35 @@ def crossval_ratings(
         raise ParameterError(f"{model} is no predictor of ratings")
     chosen = Recipe.load(facts.recipe(recipe), changes=changes)
     config = facts.config(chosen.config)
-    resolved, described = chosen.resolved(config), _described(kept, folds, repeats)
-    identity = run_id(resolved | {"split": described, "where": dict(where or {})}, store.sha256)
+    asked: dict[str, Any] = {
+        "recipe": chosen.resolved(config),
+        "split": _described(kept, folds, repeats),
+        "where": dict(where or {}),
+    }
+    identity = run_id(asked["recipe"] | {"split": asked["split"], "where": asked["where"]}, store.sha256)
     folder = Path(out) if out else Path("runs") / f"crossval-{model}-{Path(recipe).stem}-{identity}"
     check_writable(folder, folder=True)
+
     rated = RatedData(store, facts.learns_from)
     index = select(store.index, where) if len(store) else []
     split = rated.split(index, chosen.prepare, split="all", by="recording", seed=chosen.seed)
     examples = list(rated.examples(split, "train", chosen.prepare))  # prepared once, for all folds
-    kind = rated.kind(examples)
     items = tuple(sorted({str(e.item) for e in examples}))
     ratings = rated.ratings.select(items=items)
-    people = ratings.raters
-    if kept != "rater" and len(items) < folds:
-        raise ParameterError(f"--folds {folds} needs as many rated items, got {len(items)}")
-    if kept != "item" and len(people) < folds:
-        raise ParameterError(f"--folds {folds} needs as many raters, got {len(people)}; use --by item")
-
-    learner: Any = None
-
-    def trained(known: Sequence[Any], repeat: int) -> Predictor:
-        nonlocal learner
-        learner = facts.build(config, kind, seed=chosen.seed + repeat)
-        learner.setup(make_fabric(chosen.training, accelerator=accelerator))
-        learner.stages(known)
-        run_training(learner, known, chosen)
-        if not isinstance(learner, Predictor):
-            raise ParameterError(f"{model} is no predictor of ratings")
-        return learner
-
-    parts = [
-        (repeat, *unseen)
-        for repeat in range(repeats)
-        for unseen in _parts(kept, items, people, folds, np.random.default_rng([chosen.seed, repeat]))
-    ]
-    found = _predicted(trained, examples, ratings, parts, kept, progress)
+    trainer = _Trainer(facts, config, rated.kind(examples), chosen, accelerator)
+    parts = _all_parts(kept, items, ratings.raters, folds, repeats=repeats, seed=chosen.seed)
+    found = _predicted(trainer.trained, examples, ratings, parts, kept, progress)
     figures: dict[str, Any] = {
         **found.as_dict(seed=chosen.seed),
+        **asked,
         "folds": folds,
         "repeats": repeats,
-        "split": described,
         "items": len(items),
-        "raters": len(people),
+        "raters": len(ratings.raters),
         "scale": [ratings.scale.low, ratings.scale.high],
         "model": model,
-        "described_by": getattr(learner, "described_by", None),
-        "recipe": resolved,
+        "described_by": trainer.described_by,
         "data": {"name": store.name, "sha256": store.sha256, "simulated": store.simulated},
-        "where": dict(where or {}),
     }
     folder.mkdir(parents=True, exist_ok=True)
     title = "Simulated raters" if store.simulated else ""
@@ -152,15 +133,61 @@ def crossval_ratings(
     return figures
 
 
+@dataclass
+class _Trainer:
+    """Trains a predictor anew on whatever is known in a part."""
+
+    facts: models.ModelFacts
+    config: Any
+    kind: Kind
+    recipe: Recipe
+    accelerator: str
+    described_by: str | None = None
+    """What the last one goes by, where it says so."""
+
+    def trained(self, known: Sequence[Any], repeat: int) -> Predictor:
+        """Return a predictor that learned from ``known``; each repetition has a seed of its own."""
+        learner = self.facts.build(self.config, self.kind, seed=self.recipe.seed + repeat)
+        learner.setup(make_fabric(self.recipe.training, accelerator=self.accelerator))
+        learner.stages(known)
+        run_training(learner, known, self.recipe)
+        if not isinstance(learner, Predictor):
+            raise ParameterError(f"{self.facts.name} is no predictor of ratings")
+        self.described_by = getattr(learner, "described_by", None)
+        return learner
+
+
+def _kept_apart(by: str) -> KeptApart:
+    kept = "item" if by in ITEM_NAMES else by
+    if kept not in get_args(KeptApart):
+        raise ParameterError(f"--by must be item, rater or both for a predictor of ratings, got {by!r}")
+    return cast(KeptApart, kept)
+
+
+def _all_parts(
+    kept: KeptApart, items: Sequence[str], people: Sequence[str], folds: int, *, repeats: int, seed: int
+) -> list[Part]:
+    """Return what is kept apart in each fold of each repetition."""
+    if kept != "rater" and len(items) < folds:
+        raise ParameterError(f"--folds {folds} needs as many rated items, got {len(items)}")
+    if kept != "item" and len(people) < folds:
+        raise ParameterError(f"--folds {folds} needs as many raters, got {len(people)}; use --by item")
+    return [
+        (repeat, *unseen)
+        for repeat in range(repeats)
+        for unseen in _parts(kept, items, people, folds, np.random.default_rng([seed, repeat]))
+    ]
+
+
 def _predicted(
     trained: Callable[[Sequence[Any], int], Predictor],
     examples: Sequence[Rateable],
     ratings: Ratings,
-    parts: Sequence[tuple[int, frozenset[str], frozenset[str]]],
+    parts: Sequence[Part],
     kept: KeptApart,
     progress: Progress,
 ) -> Predicted:
-    """Return what was predicted of each part (repetition, items and raters kept apart) by what the rest trained.
+    """Return what was predicted of each part by what the rest trained.
 
     A repetition is a row; where raters are kept apart each part is one, for all items are predicted in each.
     """
