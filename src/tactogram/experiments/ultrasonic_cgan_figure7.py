@@ -16,8 +16,6 @@ from statistics import mean, stdev
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.image import imread
 
 from tactogram.datasets import Ratings, Store, open_store
 from tactogram.datasets.ratings_table import read_table, write_table
@@ -25,8 +23,9 @@ from tactogram.datasets.simulate.raters import draw_people, score_vibrations
 from tactogram.errors import DataError, ParameterError
 from tactogram.evaluation.rating_figures import word_map_figure
 from tactogram.evaluation.ratings import distances_to_targets, one_rater_error, split_half_error
-from tactogram.evaluation.report import Picture, Section, Table, Text, save_figure, write_report
+from tactogram.evaluation.report import save_figure
 from tactogram.evaluation.reproduction import NEAREST, STRAIGHT
+from tactogram.experiments._figure7_report import RATER_MODEL, figure7_report, figure7_text
 from tactogram.experiments._jobs import Jobs
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
@@ -39,11 +38,7 @@ SIGNIFICANT = ("B", "C", "D")
 printed."""
 PEOPLE = 20
 """Other people than those who made the training data. Sec. V-A."""
-SIMULATED_RATERS, RATER_MODEL = "simulated raters", "a rater model"
-KNOWS_NEAREST = (
-    "The rater model was trained on the display signals: what it says of the nearest of them, or of a copy, comes "
-    "closer than what it says of a signal it never met."
-)
+SIMULATED_RATERS = "simulated raters"
 
 
 def run(
@@ -89,38 +84,18 @@ def run(
         for name in chosen
     }
     first = next(iter(made.values()))[0]
-    rater, own = _rater(jobs, folder, store)
-    signals = {f"{STRAIGHT}/{item}": one for item, one in first.straight.items()}
-    signals |= {f"{NEAREST}/{item}": one for item, one in first.nearest.items()}
-    for name, held in made.items():
-        signals |= {f"{name}/{item}": one for item, one in held[0].signals.items()}
-    items = _write_signals(folder, signals)
     conditions = (STRAIGHT, NEAREST, *chosen)
+    signals = _signals(first, made)
+    items = _write_signals(folder, signals)
     plates = first.ratings.select(items=list(first.targets))
     human = {
         "one_rater_mae": float(np.nanmean(one_rater_error(plates.cube))),
         "split_half_mae": float(np.nanmean(split_half_error(plates.cube, rng=np.random.default_rng(0)))),
     }
+    rater, own = _rater(jobs, folder, store)
     tables = _tables(jobs, folder, store, signals, rater=rater, ratings=ratings, words=plates.words)
-    of_people = {"one rater of the plates, the others": human["one_rater_mae"]}
-    of_model = {
-        "half of the plates' raters, other half": human["split_half_mae"],
-        "the rater model itself": own["mean"]["mae"],
-    }
-    told = {
-        by: jobs.judge_reproduction(
-            table,
-            first.targets,
-            conditions=conditions,
-            told_by=by,
-            out=folder / f"figure7-{by.replace(' ', '-')}.png",
-            beside=of_model if by.startswith(RATER_MODEL) else of_people,
-        )
-        for by, table in tables.items()
-    }
-    spread = _spread(jobs, made, rater, first.targets) if trainings > 1 else {}
+    told = _told(jobs, folder, tables, first.targets, conditions, human=human, own=own["mean"]["mae"])
     shown_by = next((by for by in ("people", SIMULATED_RATERS) if by in tables), next(iter(tables)))
-    word_map = _word_map(folder, tables[shown_by], shown_by, first, told[shown_by], tuple(chosen))
     result: dict[str, Any] = {
         "figure": 7,
         "simulated": store.simulated,
@@ -132,7 +107,7 @@ def run(
         "trainings": trainings,
         "failed": {name: dict(held[0].failed) for name, held in made.items() if held[0].failed},
         "told_by": told,
-        "spread_over_trainings": spread,
+        "spread_over_trainings": _spread(jobs, made, rater, first.targets) if trainings > 1 else {},
         "rater": {
             "error": own["mean"],
             "per_word": own["per_word"],
@@ -140,13 +115,51 @@ def run(
             "described_by": own["described_by"],
         },
         "human": human,
-        "word_map": word_map,
+        "word_map": _word_map(folder, tables[shown_by], shown_by, first, told[shown_by], tuple(chosen)),
         "items": str(items),
         "published": {"below_sensor_p_001": list(SIGNIFICANT), "not": ["A"], "failed": ["E"]},
     }
-    result["text"] = _text(result, conditions)
-    result["report"] = str(_report(folder, result, conditions))
+    result["text"] = figure7_text(result, conditions)
+    result["report"] = str(figure7_report(folder, result, conditions))
     return result
+
+
+def _signals(first: Any, made: Mapping[str, list[Any]]) -> dict[str, Signal]:
+    """Return what is asked about: the sensor's and the nearest signals, and what each group's first training made."""
+    signals = {f"{STRAIGHT}/{item}": one for item, one in first.straight.items()}
+    signals |= {f"{NEAREST}/{item}": one for item, one in first.nearest.items()}
+    for name, held in made.items():
+        signals |= {f"{name}/{item}": one for item, one in held[0].signals.items()}
+    return signals
+
+
+def _told(
+    jobs: Jobs,
+    folder: Path,
+    tables: Mapping[str, Ratings],
+    targets: Mapping[str, Any],
+    conditions: tuple[str, ...],
+    *,
+    human: Mapping[str, float],
+    own: float,
+) -> dict[str, Any]:
+    """Return the errors of each condition by who tells them, beside what the tellers err by themselves."""
+    of_people = {"one rater of the plates, the others": human["one_rater_mae"]}
+    of_model = {
+        "half of the plates' raters, other half": human["split_half_mae"],
+        "the rater model itself": own,
+    }
+    return {
+        by: jobs.judge_reproduction(
+            table,
+            targets,
+            conditions=conditions,
+            told_by=by,
+            out=folder / f"figure7-{by.replace(' ', '-')}.png",
+            beside=of_model if by.startswith(RATER_MODEL) else of_people,
+        )
+        for by, table in tables.items()
+    }
 
 
 def _chosen(groups: str) -> list[str]:
@@ -298,98 +311,3 @@ def _word_map(
         "drawn": best,
         "distance_to_target": {name: away for name, (_, away) in distances.items()},
     }
-
-
-def _rows(result: Mapping[str, Any], by: str, conditions: tuple[str, ...]) -> list[tuple[Any, ...]]:
-    """Return a row per condition: error, standard errors, n, p as printed and by rater, against the sensor."""
-    told = result["told_by"][by]
-    rows = []
-    for name in conditions:
-        found = told["conditions"].get(name)
-        if found is None:
-            rows.append((name, None, None, None, "failed", None, None, None))
-            continue
-        ps = [_p(told["tests"][test], name) for test in ("as_printed", "by_rater", "by_target")]
-        rows.append((name, found["mae"], found["se"], found["n"], found["targets"], *ps))
-    return rows
-
-
-def _p(pairs: list[dict[str, Any]] | None, name: str) -> float | None:
-    for pair in pairs or ():
-        if {pair["first"], pair["second"]} == {STRAIGHT, name}:
-            return pair["p"]  # type: ignore[no-any-return]
-    return None
-
-
-HEADER = ("condition", "MAE", "SE", "n", "plates", "p as printed", "p by rater", "p by plate")
-
-
-def _text(result: Mapping[str, Any], conditions: tuple[str, ...]) -> str:
-    lines = [
-        f"Figure 7 on {result['data']}, recipe {result['recipe']}"
-        + (f" at {result['iterations']} iterations" if result["iterations"] else "")
-        + "; p against the sensor's signal. Published: B, C and D below it with p < 0.01, A not, E failed."
-    ]
-    for by, told in result["told_by"].items():
-        lines.append(f"Told by {by}:")
-        lines.append("  " + "".join(f"{name:>14}" for name in HEADER))
-        rows = _rows(result, by, conditions)
-        lines += ["  " + "".join(f"{_cell(value):>14}" for value in row) for row in rows]
-        lines += [f"  {name}: {value:.3f}" for name, value in told["beside"].items()]
-        if by.startswith(RATER_MODEL):
-            lines.append(f"  {KNOWS_NEAREST}")
-    for name, row in result["spread_over_trainings"].items():
-        if row["mean"] is not None:
-            sd = "" if row["sd"] is None else f" ± {row['sd']:.3f}"
-            lines.append(
-                f"group {name} over {len(row['values'])} trainings, by the rater model: {row['mean']:.3f}{sd}"
-            )
-    for name, failed in result["failed"].items():
-        lines += [f"group {name}, {item}: {why}" for item, why in failed.items()]
-    return "\n".join(lines)
-
-
-def _cell(value: Any) -> str:
-    if isinstance(value, float):
-        return f"{value:.2g}" if abs(value) < 0.01 else f"{value:.3f}"
-    return "-" if value is None else str(value)
-
-
-def _picture(path: str, caption: str) -> Picture:
-    pixels = imread(path)
-    figure = Figure(figsize=(pixels.shape[1] / 150, pixels.shape[0] / 150))
-    axes = figure.add_axes((0, 0, 1, 1))
-    axes.imshow(pixels)
-    axes.set_axis_off()
-    return Picture(figure, caption)
-
-
-def _report(folder: Path, result: Mapping[str, Any], conditions: tuple[str, ...]) -> Path:
-    sections = [
-        Section(
-            f"Told by {by}",
-            [
-                Table(
-                    HEADER,
-                    _rows(result, by, conditions),
-                    f"Mean absolute error to the plates' scores, told by {by}.",
-                ),
-                *[Text(f"{name}: {value:.3f}.") for name, value in told["beside"].items()],
-                *([Text(KNOWS_NEAREST)] if by.startswith(RATER_MODEL) else []),
-                _picture(told["figure"], f"Figure 7's layout, told by {by}."),
-            ],
-        )
-        for by, told in result["told_by"].items()
-    ]
-    sections.append(
-        Section(
-            "The space of words", [_picture(result["word_map"]["figure"], "Principal components of scores.")]
-        )
-    )
-    return write_report(
-        folder / "report.html",
-        title="Figure 7: what is felt of generated signals",
-        summary=result["text"].split("\n")[0],
-        sections=sections,
-        simulated=result["simulated"],
-    )
