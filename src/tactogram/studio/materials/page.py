@@ -183,8 +183,8 @@ def _import(desk: MaterialsDesk, sets: dict[str, Any]) -> None:
     with ui.element("section").classes("card").props('aria-label="Import a data set"'):
         ui.label("Import a data set").classes("h2").props('role="heading" aria-level="2"')
         ui.label(
-            f"From a folder inside the workspace {desk.studio.workspace.shown}; the command tactogram data import reads "
-            "from anywhere."
+            f"From a folder inside the workspace {desk.studio.workspace.shown}; the command tactogram data import "
+            "reads from anywhere."
         ).classes("small quiet").style("overflow-wrap: anywhere")
         which = ui.select(
             {key: f"{key}: {facts['title']}" for key, facts in sets.items()}, label="Kind", value="folder"
