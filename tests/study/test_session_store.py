@@ -243,10 +243,12 @@ def test_progress_says_where_everybody_stands(store):
     answer(store, "P2", 4)
     store.submit("P1", "consent", {"consent": "declined"})
     simulate(store, 1)
+    store.enrol("P4", simulated=True)
     assert [(p["status"], p["trials"], p["of"]) for p in store.progress()] == [
         ("declined", 0, 8),
         ("active", 2, 8),
         ("finished", 8, 8),
+        ("not begun", 0, 8),
     ]
 
 

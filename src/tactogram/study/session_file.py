@@ -1,7 +1,7 @@
 """The file of a session: SQLite, opened, switched to its log, written in transactions and compacted.
 
 Write-ahead log and ``synchronous=FULL``: what was written is on the disk, and what a kill or a power cut leaves behind
-opens with it.
+opens with it. Who reads has a connection of their own and sees what is on the disk; they never wait for who writes.
 """
 
 from __future__ import annotations
@@ -10,16 +10,18 @@ import json
 import sqlite3
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import DataError
 from tactogram.study.session_tables import STEPS, TABLES, VERSION
 from tactogram.study.study_file import Study
+
+T = TypeVar("T")
 
 FILE = "answers.sqlite"
 TRIES = 40
@@ -49,12 +51,12 @@ class SessionFile:
         if study is None and not self.path.is_file():
             raise DataError(f"{folder}: no study was begun here; run one, or say which folder holds it")
         folder.mkdir(parents=True, exist_ok=True)
-        self._lock = threading.RLock()
+        self._lock, self._looking = threading.RLock(), threading.Lock()
         try:
-            self._connection = sqlite3.connect(
-                self.path, timeout=WAIT_S, isolation_level=None, check_same_thread=False
-            )
+            self._connection = self._connected()
             self.study = self._begun(study)
+            self._reader = self._connected()
+            self._reader.execute("PRAGMA query_only=ON")
         except sqlite3.DatabaseError as error:
             raise DataError(f"{self.path}: no readable session store: {error}") from error
 
@@ -68,15 +70,15 @@ class SessionFile:
 
     def close(self) -> None:
         """Close the file; what was stored stays."""
-        with self._lock:
+        with self._lock, self._looking:
             self._connection.close()
+            self._reader.close()
 
     @property
     def ended(self) -> str | None:
         """When the experimenter ended the study, by the clock of then; None while it goes on."""
-        with self._lock:
-            row = self._connection.execute("SELECT ended FROM study").fetchone()
-        return None if row[0] is None else str(row[0])
+        with self._reading() as rows:
+            return ended_at(rows)
 
     def end(self) -> None:
         """End the study: nobody joins, and who has not finished does not go on. What was answered stays."""
@@ -88,6 +90,33 @@ class SessionFile:
         with self._writing() as rows:
             rows.execute("UPDATE study SET ended = NULL")
 
+    def together(self, writes: Sequence[Callable[[], T]]) -> list[T | Exception]:
+        """Do several writes in one transaction, which goes to the disk once, and return what each gave or raised.
+
+        One that raises has stored nothing, and harms no other. Nothing of this may be told to anybody before it
+        returns: until then nothing is on the disk.
+
+        Parameters
+        ----------
+        writes : sequence of callable
+            Each calls one of the methods that store something.
+
+        Raises
+        ------
+        DataError
+            If the file cannot be written to; nothing of any is stored then.
+        """
+        found: list[T | Exception] = []
+        with self._writing():
+            for write in writes:
+                try:
+                    found.append(write())
+                except sqlite3.OperationalError:  # the file's, not one write's
+                    raise
+                except Exception as error:  # an error in the program, too, is of one alone
+                    found.append(error)
+        return found
+
     def compact(self) -> None:
         """Write the file anew without what was deleted, and empty its log.
 
@@ -96,7 +125,7 @@ class SessionFile:
         DataError
             If another process reads it all the while; what was deleted is deleted, and may stand in the log.
         """
-        with self._lock:
+        with self._lock, self._looking:
             try:
                 self._connection.execute("VACUUM")
                 busy = self._connection.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0]
@@ -104,6 +133,9 @@ class SessionFile:
                 raise DataError(f"{self.path}: deleted, but not written anew: {error}; {AGAIN}") from error
             if busy:
                 raise DataError(f"{self.path}: deleted, but its log could not be emptied; {AGAIN}")
+
+    def _connected(self) -> sqlite3.Connection:
+        return sqlite3.connect(self.path, timeout=WAIT_S, isolation_level=None, check_same_thread=False)
 
     def _begun(self, study: Study | None) -> Study:
         connection = self._connection
@@ -153,28 +185,61 @@ class SessionFile:
                 return
 
     @contextmanager
-    def _writing(self) -> Iterator[sqlite3.Connection]:
-        """Give the connection in a transaction that no other writer is in."""
-        with self._lock:
+    def _reading(self) -> Iterator[sqlite3.Connection]:
+        """Give a connection that sees the file as it was at one instant; it waits for nobody who writes."""
+        with self._looking:
+            self._reader.execute("BEGIN")
             try:
-                self._connection.execute("BEGIN IMMEDIATE")
-                try:
-                    yield self._connection
-                except BaseException:
-                    # A full disk has rolled it back already.
-                    if self._connection.in_transaction:
-                        self._connection.execute("ROLLBACK")
-                    raise
-                self._connection.execute("COMMIT")
-            except sqlite3.OperationalError as error:
-                # A full disk, a file that went away, another writer that never ends.
-                if self._connection.in_transaction:
-                    self._connection.execute("ROLLBACK")
-                raise DataError(f"{self.path}: nothing was stored: {error}") from error
+                yield self._reader
+            finally:
+                self._reader.execute("COMMIT")
 
-    def _check_going(self) -> None:
-        if self.ended is not None:
-            raise ParameterError("the study was ended by the experimenter")
+    @contextmanager
+    def _writing(self) -> Iterator[sqlite3.Connection]:
+        """Give the connection in a transaction that no other writer is in; within `together`, in a part of its."""
+        with self._lock:
+            within = self._connection.in_transaction  # of this thread, which has the lock
+            with self._part() if within else self._transaction():
+                yield self._connection
+
+    @contextmanager
+    def _transaction(self) -> Iterator[None]:
+        connection = self._connection
+        try:
+            connection.execute("BEGIN IMMEDIATE")
+            try:
+                yield
+            except BaseException:
+                # A full disk has rolled it back already.
+                if connection.in_transaction:
+                    connection.execute("ROLLBACK")
+                raise
+            connection.execute("COMMIT")
+        except sqlite3.OperationalError as error:
+            # A full disk, a file that went away, another writer that never ends.
+            if connection.in_transaction:
+                connection.execute("ROLLBACK")
+            raise DataError(f"{self.path}: nothing was stored: {error}") from error
+
+    @contextmanager
+    def _part(self) -> Iterator[None]:
+        """Undo what is written within, and nothing else of the transaction, where it raises."""
+        connection = self._connection
+        connection.execute("SAVEPOINT part")
+        try:
+            yield
+        except BaseException:
+            if connection.in_transaction:
+                connection.execute("ROLLBACK TO part")
+                connection.execute("RELEASE part")
+            raise
+        connection.execute("RELEASE part")
+
+
+def ended_at(rows: sqlite3.Connection) -> str | None:
+    """Return when the study was ended, None while it goes on."""
+    [ended] = rows.execute("SELECT ended FROM study").fetchone()
+    return None if ended is None else str(ended)
 
 
 def now_utc() -> str:

@@ -6,11 +6,12 @@ import re
 import secrets
 import sqlite3
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from tactogram.errors import ParameterError
 from tactogram.study.device_facts import kept_facts
-from tactogram.study.session_file import SessionFile, add_device
+from tactogram.study.session_file import SessionFile, add_device, ended_at
 from tactogram.study.trials import Participant
 from tactogram.study.wording import Language
 
@@ -18,6 +19,43 @@ CODE = re.compile(r"(?=.*[0-9])[A-Za-z0-9]{2,16}")
 """Of a participant: letters and digits, so that BIDS takes it, and a digit at least, so that it is no name."""
 LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ"
 DIGITS = "23456789"
+ENDED = "the study was ended by the experimenter"
+
+
+_KNOWN = "SELECT code, number, language, simulated, session, status FROM participants"
+
+
+class NobodyError(ParameterError):
+    """Nobody has a code: it never was one, or they withdrew."""
+
+
+class NotNowError(ParameterError):
+    """What was sent belongs to another page than the present one, or the experimenter ended the session."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """A participant as the file has them.
+
+    Parameters
+    ----------
+    participant : Participant
+    active : bool
+        False where the experimenter ended their session.
+    """
+
+    participant: Participant
+    active: bool
+
+    def check_active(self) -> None:
+        """Refuse one whose session was ended.
+
+        Raises
+        ------
+        NotNowError
+        """
+        if not self.active:
+            raise NotNowError(f"the session of {self.participant.code} was ended by the experimenter")
 
 
 class SessionPeople(SessionFile):
@@ -59,8 +97,9 @@ class SessionPeople(SessionFile):
             checked_code(code)
         if not re.fullmatch(r"[A-Za-z0-9]{1,16}", session):
             raise ParameterError(f"session must be 1 to 16 letters and digits, got {session[:40]!r}")
-        self._check_going()
         with self._writing() as rows:
+            if ended_at(rows) is not None:
+                raise NotNowError(ENDED)
             self._check_kind(rows, simulated)
             taken = {row[0].casefold() for row in rows.execute("SELECT code FROM participants")}
             if code is not None and code.casefold() in taken:
@@ -81,25 +120,16 @@ class SessionPeople(SessionFile):
 
         Raises
         ------
-        ParameterError
+        NobodyError
             If nobody has.
         """
-        with self._lock:
-            row = self._connection.execute(
-                "SELECT code, number, language, simulated, session FROM participants WHERE code = ? COLLATE NOCASE",
-                (code,),
-            ).fetchone()
-        if row is None:
-            raise ParameterError(f"no participant has the code {code[:40]!r}")
-        return Participant(row[0], row[1], row[2], bool(row[3]), row[4])
+        with self._reading() as rows:
+            return known(rows, code).participant
 
     def participants(self) -> list[Participant]:
         """Return all participants by number."""
-        with self._lock:
-            rows = self._connection.execute(
-                "SELECT code, number, language, simulated, session FROM participants ORDER BY number"
-            ).fetchall()
-        return [Participant(row[0], row[1], row[2], bool(row[3]), row[4]) for row in rows]
+        with self._reading() as rows:
+            return [one.participant for one in everybody(rows)]
 
     def set_language(self, code: str, language: Language) -> None:
         """Change the language of a participant's pages.
@@ -110,8 +140,8 @@ class SessionPeople(SessionFile):
             If the study lacks the language, or nobody has the code.
         """
         self._check_language(language)
-        number = self.participant(code).number
         with self._writing() as rows:
+            number = known(rows, code).participant.number
             rows.execute("UPDATE participants SET language = ? WHERE number = ?", (language, number))
 
     def abort(self, code: str) -> None:
@@ -128,8 +158,8 @@ class SessionPeople(SessionFile):
         The space is overwritten (``secure_delete``), the file is written anew and its log emptied. What was exported
         before is out of reach: it is to be exported again.
         """
-        participant = self.participant(code)
         with self._writing() as rows:
+            participant = known(rows, code).participant
             found = rows.execute(
                 "SELECT count(*) FROM answers WHERE participant = ?", (participant.number,)
             ).fetchone()[0]
@@ -143,35 +173,13 @@ class SessionPeople(SessionFile):
     @property
     def withdrawn(self) -> int:
         """How many withdrew."""
-        with self._lock:
-            return int(self._connection.execute("SELECT withdrawn FROM study").fetchone()[0])
-
-    def _still_there(self, participant: Participant) -> int:
-        """Return a participant's number, or refuse: meanwhile they may have withdrawn, and another have the number."""
-        row = self._connection.execute(
-            "SELECT code, status FROM participants WHERE number = ?", (participant.number,)
-        ).fetchone()
-        if row is None or row[0] != participant.code:
-            raise ParameterError(f"no participant has the code {participant.code!r}")
-        if row[1] != "active":
-            raise ParameterError(f"the session of {participant.code} was ended by the experimenter")
-        return participant.number
-
-    def _status(self, participant: Participant) -> str:
-        with self._lock:
-            row = self._connection.execute(
-                "SELECT status FROM participants WHERE number = ?", (participant.number,)
-            ).fetchone()
-        return str(row[0]) if row else "withdrawn"
+        with self._reading() as rows:
+            return int(rows.execute("SELECT withdrawn FROM study").fetchone()[0])
 
     def _set_status(self, code: str, status: str) -> None:
-        number = self.participant(code).number
         with self._writing() as rows:
+            number = known(rows, code).participant.number
             rows.execute("UPDATE participants SET status = ? WHERE number = ?", (status, number))
-
-    def _check_active(self, participant: Participant) -> None:
-        if self._status(participant) != "active":
-            raise ParameterError(f"the session of {participant.code} was ended by the experimenter")
 
     def _check_language(self, language: str) -> None:
         if language not in self.study.languages:
@@ -185,6 +193,43 @@ class SessionPeople(SessionFile):
                 ("people", "simulated participants") if simulated else ("simulated participants", "people")
             )
             raise ParameterError(f"{there} take this study here; {other} need a session folder of their own")
+
+
+def known(rows: sqlite3.Connection, code: str) -> Known:
+    """Return who has a code, whatever the case of its letters.
+
+    Raises
+    ------
+    NobodyError
+        If nobody has.
+    """
+    row = rows.execute(f"{_KNOWN} WHERE code = ? COLLATE NOCASE", (code,)).fetchone()
+    if row is None:
+        raise NobodyError(f"no participant has the code {code[:40]!r}")
+    return _known(row)
+
+
+def active(rows: sqlite3.Connection, code: str) -> Participant:
+    """Return who has a code and goes on.
+
+    Raises
+    ------
+    NobodyError, NotNowError
+        If nobody has it, or the experimenter ended their session.
+    """
+    found = known(rows, code)
+    found.check_active()
+    return found.participant
+
+
+def everybody(rows: sqlite3.Connection) -> list[Known]:
+    """Return all participants by number."""
+    return [_known(row) for row in rows.execute(f"{_KNOWN} ORDER BY number").fetchall()]
+
+
+def _known(row: tuple[Any, ...]) -> Known:
+    code, number, language, simulated, session, status = row
+    return Known(Participant(code, number, language, bool(simulated), session), status == "active")
 
 
 def checked_code(code: str) -> str:

@@ -8,20 +8,28 @@ from __future__ import annotations
 
 import json
 import re
+import sqlite3
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import Any
 
 from tactogram.errors import ParameterError
 from tactogram.study.answers import Answer, Answers
 from tactogram.study.device_facts import kept_facts
 from tactogram.study.practice import practised
-from tactogram.study.session_file import add_device, now_utc
-from tactogram.study.session_logs import SessionLogs
-from tactogram.study.sitting import answers_to, declined, next_page
+from tactogram.study.session_file import add_device, ended_at, now_utc
+from tactogram.study.session_logs import SessionLogs, last_played
+from tactogram.study.session_people import Known, NotNowError, everybody, known
+from tactogram.study.session_standing import Row, Standing, State, row_of, rows_of, way
+from tactogram.study.sitting import answers_to, declined
+from tactogram.study.states import NOT_BEGUN
+from tactogram.study.study_file import Study
 from tactogram.study.trials import Given, Page, Participant
 
-State = Literal["going", "done", "declined", "aborted"]
+MOST_WAYS = 256
+"""Participants whose next page is kept: it is asked for when the one before is answered, and when it is itself."""
 
 
 @dataclass(frozen=True)
@@ -32,12 +40,17 @@ class Submitted:
     ----------
     stored : bool
         False if the page was answered before; what was stored then stays.
-    page : Page or None
-        Next one, None at the end.
+    standing : Standing
+        Where the participant is now.
     """
 
     stored: bool
-    page: Page | None
+    standing: Standing
+
+    @property
+    def page(self) -> Page | None:
+        """Next one, None at the end."""
+        return self.standing.page
 
 
 class SessionStore(SessionLogs):
@@ -58,6 +71,21 @@ class SessionStore(SessionLogs):
         If the folder holds another study, or a file that is no session store.
     """
 
+    def __init__(self, folder: Path, study: Study | None = None) -> None:
+        super().__init__(folder, study)
+        self._way = lru_cache(maxsize=MOST_WAYS)(partial(way, self.study))
+
+    def standing(self, code: str) -> Standing:
+        """Return where a participant is.
+
+        Raises
+        ------
+        NobodyError
+            If nobody has the code.
+        """
+        with self._reading() as rows:
+            return self._standing(rows, known(rows, code))
+
     def page(self, code: str) -> Page | None:
         """Return what a participant is shown now; None at the end.
 
@@ -66,12 +94,9 @@ class SessionStore(SessionLogs):
         ParameterError
             If nobody has the code, or the session was ended by the experimenter.
         """
-        participant = self.participant(code)
-        self._check_active(participant)
-        page = next_page(self.study, participant, self._given(participant))
-        if page is not None:
-            self._check_going()
-        return page
+        standing = self.standing(code)
+        standing.check_going()
+        return standing.page
 
     def submit(
         self,
@@ -100,37 +125,38 @@ class SessionStore(SessionLogs):
 
         Raises
         ------
+        NotNowError
+            If the page is neither the present one nor an answered one, or the experimenter ended the session.
         ParameterError
-            If the page is neither the present one nor an answered one, or an answer is none. Nothing is stored then.
+            If nobody has the code, or an answer is none. Nothing is stored then.
         """
-        participant = self.participant(code)
-        given = self._given(participant)
-        if any(one.token == token for one in given):
-            return Submitted(False, self.page(code))
-        self._check_active(participant)
-        page = next_page(self.study, participant, given)
-        if page is None or page.token != token:
-            now = "at the end" if page is None else f"at page {page.token}"
-            raise ParameterError(
-                f"{participant.code} is {now}, got an answer to {token[:60]!r}; reload the page"
+        with self._writing() as rows:
+            standing = self._standing(rows, known(rows, code))
+            standing.check_going()
+            if any(one[0] == token for one in standing.rows):
+                return Submitted(False, standing)
+            participant, page = standing.participant, standing.page
+            if page is None or page.token != token:
+                now = "at the end" if page is None else f"at page {page.token}"
+                raise NotNowError(
+                    f"{participant.code} is {now}, got an answer to {token[:60]!r}; reload the page"
+                )
+            accepted = page.accepted(responses)
+            facts = kept_facts(device)
+            answers = answers_to(
+                self.study,
+                participant,
+                page,
+                accepted,
+                at=now_utc(),
+                rt_ms=_times(rt_ms or {}, accepted),
+                played=last_played(rows, participant, token),
+                device=facts,
             )
-        self._check_going()
-        accepted = page.accepted(responses)
-        facts = kept_facts(device)
-        answers = answers_to(
-            self.study,
-            participant,
-            page,
-            accepted,
-            at=now_utc(),
-            rt_ms=_times(rt_ms or {}, accepted),
-            played=self.played(participant.code, token),
-            device=facts,
-        )
-        new = Given(token, accepted, page.more)
-        if self._store(participant, len(given) + 1, new, answers, facts):
-            return Submitted(True, next_page(self.study, participant, [*given, new]))
-        return Submitted(False, self.page(code))
+            new = row_of(Given(token, accepted, page.more))
+            self._store(rows, standing, new, answers)
+            add_device(rows, participant.number, token, facts)
+            return Submitted(True, self._further(standing, new))
 
     def log_played(
         self, code: str, token: str, slot: str, *, sha256: str, level: str, display: str, gain_db: float = 0.0
@@ -139,22 +165,23 @@ class SessionStore(SessionLogs):
 
         Raises
         ------
+        NotNowError
+            If the participant is not at that page.
         ParameterError
-            If the participant is not at that page, or it has no such slot.
+            If nobody has the code, or the page has no such slot.
         """
-        page = self.page(code)
-        if page is None or page.token != token:
-            raise ParameterError(f"{code} is not at page {token[:60]!r}; reload the page")
-        page.slot(slot)
         if not re.fullmatch("[0-9a-f]{64}", sha256):
             raise ParameterError(f"sha256 must be 64 hexadecimal digits, got {sha256[:80]!r}")
-        participant = self.participant(code)
         with self._writing() as rows:
-            number = self._still_there(participant)
+            standing = self._standing(rows, known(rows, code))
+            standing.check_going()
+            if standing.page is None or standing.page.token != token:
+                raise NotNowError(f"{code} is not at page {token[:60]!r}; reload the page")
+            standing.page.slot(slot)
             rows.execute(
                 "INSERT INTO played (participant, token, slot, sha256, level, display, gain_db, at) "
                 "VALUES (?,?,?,?,?,?,?,?)",
-                (number, token, slot, sha256, level, display, gain_db, now_utc()),
+                (standing.participant.number, token, slot, sha256, level, display, gain_db, now_utc()),
             )
 
     def state(self, code: str) -> State:
@@ -165,112 +192,77 @@ class SessionStore(SessionLogs):
         ParameterError
             If nobody has the code.
         """
-        participant = self.participant(code)
-        if self._status(participant) != "active":
-            return "aborted"
-        given = self._given(participant)
-        if next_page(self.study, participant, given) is not None:
-            return "aborted" if self.ended else "going"
-        return "declined" if declined(given) else "done"
+        return self.standing(code).state
 
     def progress(self) -> list[dict[str, Any]]:
         """Return where each participant stands, for the experimenter.
 
         Code, number, status, trials done and in all, practice trials begun, and when the last answer came.
         """
-        found = []
-        for participant in self.participants():
-            given = self._given(participant)
-            status = self._status(participant)
-            page = next_page(self.study, participant, given)
-            if status == "active" and page is None:
-                status = "declined" if declined(given) else "finished"
-            trials = {one.token.partition(".")[0] for one in given if one.token.startswith("trial-")}
-            finished_all = page is None or page.step == 1
-            found.append(
-                {
-                    "participant": participant.code,
-                    "number": participant.number,
-                    "simulated": participant.simulated,
-                    "language": participant.language,
-                    "status": status,
-                    "page": None if page is None else page.token,
-                    "trials": len(trials) - (0 if finished_all else 1),
-                    "of": self.study.trials,
-                    "practice": len({one.token.partition(".")[0] for one in practised(given)}),
-                    "last": self._last(participant),
-                }
-            )
-        return found
+        with self._reading() as rows:
+            return [self._progress(rows, self._standing(rows, one)) for one in everybody(rows)]
 
     def answers(self) -> Answers:
         """Return every answer, by participant and in the order given."""
-        with self._lock:
-            rows = self._connection.execute(
-                "SELECT row FROM answers ORDER BY participant, position, place"
-            ).fetchall()
-        return Answers(tuple(_answer(json.loads(row[0])) for row in rows))
+        with self._reading() as rows:
+            found = rows.execute("SELECT row FROM answers ORDER BY participant, position, place").fetchall()
+        return Answers(tuple(_answer(row) for row in found))
 
     def latest(self, count: int) -> tuple[Answer, ...]:
         """Return the last answers of all participants, newest first; by the order in which they came, not the clock."""
-        with self._lock:
-            rows = self._connection.execute(
-                "SELECT row FROM answers ORDER BY rowid DESC LIMIT ?", (count,)
-            ).fetchall()
-        return tuple(_answer(json.loads(row[0])) for row in rows)
+        with self._reading() as rows:
+            found = rows.execute("SELECT row FROM answers ORDER BY rowid DESC LIMIT ?", (count,)).fetchall()
+        return tuple(_answer(row) for row in found)
 
     @property
     def count(self) -> int:
         """How many answers there are."""
-        with self._lock:
-            return int(self._connection.execute("SELECT count(*) FROM answers").fetchone()[0])
+        with self._reading() as rows:
+            return int(rows.execute("SELECT count(*) FROM answers").fetchone()[0])
 
-    def _given(self, participant: Participant) -> list[Given]:
-        with self._lock:
-            rows = self._connection.execute(
-                "SELECT token, responses, facts FROM pages WHERE participant = ? ORDER BY position",
-                (participant.number,),
-            ).fetchall()
-        return [Given(token, json.loads(responses), json.loads(facts)) for token, responses, facts in rows]
+    def _standing(self, rows: sqlite3.Connection, one: Known) -> Standing:
+        stored = rows_of(rows, one.participant)
+        return Standing(one, ended_at(rows) is not None, stored, self._way(one.participant, stored))
+
+    def _further(self, standing: Standing, new: Row) -> Standing:
+        """Return where a participant is after another page."""
+        stored = (*standing.rows, new)
+        return replace(standing, rows=stored, way=self._way(standing.participant, stored))
 
     def _store(
-        self,
-        participant: Participant,
-        position: int,
-        given: Given,
-        answers: Sequence[Answer],
-        device: Mapping[str, Any],
-    ) -> bool:
-        """Store a page and its rows; return False if another got there first."""
-        number = participant.number
-        with self._writing() as rows:
-            self._still_there(participant)
-            there = rows.execute(
-                "SELECT 1 FROM pages WHERE participant = ? AND position = ?", (number, position)
-            )
-            if there.fetchone():
-                return False
-            text = json.dumps(given.responses, ensure_ascii=False)
-            facts = json.dumps(given.facts, ensure_ascii=False)
-            rows.execute(
-                "INSERT INTO pages (participant, position, token, responses, facts) VALUES (?,?,?,?,?)",
-                (number, position, given.token, text, facts),
-            )
-            rows.executemany(
-                "INSERT INTO answers (participant, position, place, row) VALUES (?,?,?,?)",
-                [(number, position, place, json.dumps(asdict(row))) for place, row in enumerate(answers)],
-            )
-            add_device(rows, number, given.token, device)
-        return True
+        self, rows: sqlite3.Connection, standing: Standing, new: Row, answers: Sequence[Answer]
+    ) -> None:
+        number, position = standing.participant.number, len(standing.rows) + 1
+        rows.execute(
+            "INSERT INTO pages (participant, position, token, responses, facts) VALUES (?,?,?,?,?)",
+            (number, position, *new),
+        )
+        rows.executemany(
+            "INSERT INTO answers (participant, position, place, row) VALUES (?,?,?,?)",
+            [(number, position, place, json.dumps(vars(row))) for place, row in enumerate(answers)],
+        )
 
-    def _last(self, participant: Participant) -> str | None:
-        """Return when the last answer came, by the clock of then; None if none has."""
-        with self._lock:
-            row = self._connection.execute(
-                "SELECT row FROM answers WHERE participant = ? ORDER BY position DESC LIMIT 1",
-                (participant.number,),
-            ).fetchone()
-        return None if row is None else str(json.loads(row[0])["at"])
+    def _progress(self, rows: sqlite3.Connection, standing: Standing) -> dict[str, Any]:
+        participant, page, given = standing.participant, standing.way.page, standing.way.given
+        status = "active" if standing.known.active else "aborted"
+        if status == "active" and not given:
+            status = NOT_BEGUN
+        elif status == "active" and page is None:
+            status = "declined" if declined(given) else "finished"
+        trials = {one.token.partition(".")[0] for one in given if one.token.startswith("trial-")}
+        finished_all = page is None or page.step == 1
+        return {
+            "participant": participant.code,
+            "number": participant.number,
+            "simulated": participant.simulated,
+            "language": participant.language,
+            "status": status,
+            "page": None if page is None else page.token,
+            "trials": len(trials) - (0 if finished_all else 1),
+            "of": self.study.trials,
+            "practice": len({one.token.partition(".")[0] for one in practised(given)}),
+            "last": _last(rows, participant),
+        }
 
 
 def _times(rt_ms: Mapping[str, float], accepted: Mapping[str, str]) -> dict[str, float]:
@@ -279,5 +271,13 @@ def _times(rt_ms: Mapping[str, float], accepted: Mapping[str, str]) -> dict[str,
     return {key: float(value) for key, value in known.items() if 0 <= value < 86_400_000}
 
 
-def _answer(values: dict[str, Any]) -> Answer:
-    return Answer(**values)
+def _last(rows: sqlite3.Connection, participant: Participant) -> str | None:
+    """Return when the last answer came, by the clock of then; None if none has."""
+    row = rows.execute(
+        "SELECT row FROM answers WHERE participant = ? ORDER BY position DESC LIMIT 1", (participant.number,)
+    ).fetchone()
+    return None if row is None else str(json.loads(row[0])["at"])
+
+
+def _answer(row: tuple[str]) -> Answer:
+    return Answer(**json.loads(row[0]))

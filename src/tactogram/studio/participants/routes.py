@@ -11,10 +11,10 @@ import logging
 import re
 from collections.abc import Callable, Coroutine, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
-import anyio
 import anyio.to_thread
 from fastapi import APIRouter, FastAPI, Query, Request, Response
 from fastapi.exceptions import RequestValidationError
@@ -23,6 +23,7 @@ from fastapi.routing import APIRoute
 from starlette.exceptions import HTTPException
 
 from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.jobs.study_stimuli import Played
 from tactogram.studio.participants.allowance import Allowance
 from tactogram.studio.participants.bodies import (
     Answers,
@@ -42,7 +43,9 @@ from tactogram.studio.participants.bodies import (
 )
 from tactogram.studio.participants.playing import InUseError
 from tactogram.studio.participants.prepared import wav_bytes
-from tactogram.studio.participants.sessions import OpenSession, Sessions, UnknownError
+from tactogram.studio.participants.sessions import NO_TICKET, OpenSession, Sessions, UnknownError
+from tactogram.study.session_people import NobodyError, NotNowError
+from tactogram.study.session_standing import Standing
 from tactogram.study.trials import Page, Participant
 
 STATIC = Path(__file__).parent / "static"
@@ -54,6 +57,7 @@ NO_LINK = (
     "<p lang='ja'>このリンクは使えません。実験者にお知らせください。</p>"
     "<p>This link does not work. Please tell the experimenter.</p></html>"
 )
+BEHIND = "this belongs to another page than the present one; reload it"
 CANNOT_PLAY = "this stimulus cannot be played; please call the experimenter"
 PROGRAM = "this did not work because of an error in the program; please call the experimenter"
 
@@ -178,45 +182,26 @@ def _add_pages(router: APIRouter, sessions: Sessions) -> None:
             return HTMLResponse(NO_LINK, 404)
         return _page_file("take.html")
 
-    # Writes go one after the other anyway. Two threads keep the order in which people answered and let one compute
-    # while the other waits for the disk; with many, some would wait several times as long as the rest.
-    turns = anyio.CapacityLimiter(2)
-
     @router.get("/take/{ticket}/page")
     def page(ticket: str) -> Shown:
         """Return what is shown now."""
-        session, participant = sessions.of_ticket(ticket)
+        session, standing = sessions.of_ticket(ticket)
         # Who loads the page again hears nothing of before.
         sessions.display.stop(ticket)
-        return Shown(**_shown(session, participant, _present(session, participant)))
+        return Shown(**_shown(session, standing))
 
     @router.post("/take/{ticket}/answers")
     async def answer(ticket: str, body: Answers) -> Stored:
         """Store the answers to a page, once, and return what is next."""
-        return await anyio.to_thread.run_sync(store, ticket, body, limiter=turns)
-
-    def store(ticket: str, body: Answers) -> Stored:
-        session, participant = sessions.of_ticket(ticket)
-        try:
-            done = session.store.submit(
-                participant.code, body.token, body.answers, rt_ms=body.rt_ms, device=body.device
-            )
-        except ParameterError as error:
-            now = _present(session, participant)
-            if now is None or now.token != body.token:
-                raise BehindError(
-                    "these answers belong to another page than the present one; reload it"
-                ) from error
-            raise
-        return Stored(stored=done.stored, **_shown(session, participant, done.page))
+        session, code = await _holder(sessions, ticket)
+        return await session.writes.done(partial(_answered, session, code, body))
 
     @router.post("/take/{ticket}/language")
     def language(ticket: str, body: InLanguage) -> Shown:
         """Go on in another language."""
-        session, participant = sessions.of_ticket(ticket)
-        session.store.set_language(participant.code, body.language)
-        session, participant = sessions.of_ticket(ticket)
-        return Shown(**_shown(session, participant, _present(session, participant)))
+        session, standing = sessions.of_ticket(ticket)
+        session.store.set_language(standing.participant.code, body.language)
+        return Shown(**_shown(*sessions.of_ticket(ticket)))
 
 
 def _add_stimuli(router: APIRouter, sessions: Sessions) -> None:
@@ -228,17 +213,21 @@ def _add_stimuli(router: APIRouter, sessions: Sessions) -> None:
     }
 
     @router.get("/take/{ticket}/sound", response_class=Response, responses=files)
-    def sound(ticket: str, token: Annotated[PageToken, Query()], slot: SlotName = "") -> Response:
+    async def sound(ticket: str, token: Annotated[PageToken, Query()], slot: SlotName = "") -> Response:
         """Return what a slot of the present page plays, and log it as played."""
-        session, participant, present = _at(sessions, ticket, token, slot)
+        made = await anyio.to_thread.run_sync(sound_of, ticket, token, slot)
+        session, code, wav, played = made
+        await session.writes.done(partial(_log_played, session, code, token, slot, played))
+        # Neither hash nor level goes with it: they would say in words what only the skin is to tell.
+        return Response(wav, media_type="audio/wav")
+
+    def sound_of(ticket: str, token: str, slot: str) -> tuple[OpenSession, str, bytes, Played]:
+        session, code, present = _at(sessions, ticket, token, slot)
         if session.study.played_by != "browser":
             raise ParameterError("this study plays at the server; send play")
         with _blind(session):
             drive, played = session.stimuli.drive(present, slot)
-            wav = wav_bytes(drive)
-        _log_played(session, participant, token, slot, played)
-        # Neither hash nor level goes with it: they would say in words what only the skin is to tell.
-        return Response(wav, media_type="audio/wav")
+            return session, code, wav_bytes(drive), played
 
     @router.get("/take/{ticket}/image", response_class=Response, responses=pictures)
     def image(ticket: str, token: Annotated[PageToken, Query()], slot: SlotName = "") -> Response:
@@ -254,13 +243,13 @@ def _add_stimuli(router: APIRouter, sessions: Sessions) -> None:
     @router.post("/take/{ticket}/play")
     def play(ticket: str, body: Play) -> PlayedFacts:
         """Play a slot of the present page on the server's display; answers when it has ended."""
-        session, participant, present = _at(sessions, ticket, body.token, body.slot)
+        session, code, present = _at(sessions, ticket, body.token, body.slot)
         if session.study.played_by != "server":
             raise ParameterError("this study plays in the browser; get sound")
         with _blind(session):
             drive, played = session.stimuli.drive(present, body.slot)
             display = session.stimuli.display(present.slot(body.slot))
-        _log_played(session, participant, body.token, body.slot, played)
+        _log_played(session, code, body.token, body.slot, played)
         with _blind(session):
             facts = sessions.display.play(ticket, drive, display)
         return PlayedFacts(state=facts["state"], simulated_device=facts["simulated_device"])
@@ -290,26 +279,37 @@ def _blind(session: OpenSession) -> Iterator[None]:
         raise DataError(CANNOT_PLAY) from error
 
 
-def _at(sessions: Sessions, ticket: str, token: str, slot: str) -> tuple[OpenSession, Participant, Page]:
-    """Return whose ticket it is and their present page, if it is the one of the token and has the slot."""
-    session, participant = sessions.of_ticket(ticket)
-    page = _present(session, participant)
-    if page is None or page.token != token:
-        raise BehindError("this belongs to another page than the present one; reload it")
-    page.slot(slot)
-    return session, participant, page
+async def _holder(sessions: Sessions, ticket: str) -> tuple[OpenSession, str]:
+    """Return the session that a ticket belongs to and whose it is, from memory where it was seen before."""
+    held = sessions.holder(ticket, look=False) or await anyio.to_thread.run_sync(sessions.holder, ticket)
+    if held is None:
+        raise UnknownError(NO_TICKET)
+    return held
 
 
-def _present(session: OpenSession, participant: Participant) -> Page | None:
-    """Return the page of a participant; None at the end, and where the experimenter ended it."""
+def _answered(session: OpenSession, code: str, body: Answers) -> Stored:
+    """Store the answers to a page, and return what is next."""
     try:
-        return session.store.page(participant.code)
-    except ParameterError:  # ended
-        return None
+        done = session.store.submit(code, body.token, body.answers, rt_ms=body.rt_ms, device=body.device)
+    except NobodyError:  # withdrawn
+        raise UnknownError(NO_TICKET) from None
+    except NotNowError as error:
+        raise BehindError("these answers belong to another page than the present one; reload it") from error
+    return Stored(stored=done.stored, **_shown(session, done.standing))
 
 
-def _shown(session: OpenSession, participant: Participant, page: Page | None) -> dict[str, Any]:
-    study = session.study
+def _at(sessions: Sessions, ticket: str, token: str, slot: str) -> tuple[OpenSession, str, Page]:
+    """Return whose ticket it is and their present page, if it is the one of the token and has the slot."""
+    session, standing = sessions.of_ticket(ticket)
+    page = standing.page
+    if page is None or page.token != token:
+        raise BehindError(BEHIND)
+    page.slot(slot)
+    return session, standing.participant.code, page
+
+
+def _shown(session: OpenSession, standing: Standing) -> dict[str, Any]:
+    study, participant, page = session.study, standing.participant, standing.page
     if page is not None:
         session.stimuli.ahead(page)
     return {
@@ -320,7 +320,7 @@ def _shown(session: OpenSession, participant: Participant, page: Page | None) ->
         "code": participant.code,
         "played_by": study.played_by,
         "progress": {"trial": 0 if page is None else page.trial, "of": 0 if page is None else page.total},
-        "state": "going" if page is not None else session.store.state(participant.code),
+        "state": standing.state,
     }
 
 
@@ -358,16 +358,21 @@ def _spend(allowance: Allowance, key: object) -> None:
     allowance.spend(key)
 
 
-def _log_played(session: OpenSession, participant: Participant, token: str, slot: str, played: Any) -> None:
-    session.store.log_played(
-        participant.code,
-        token,
-        slot,
-        sha256=played.sha256,
-        level=played.level,
-        display=played.display,
-        gain_db=played.gain_db,
-    )
+def _log_played(session: OpenSession, code: str, token: str, slot: str, played: Played) -> None:
+    try:
+        session.store.log_played(
+            code,
+            token,
+            slot,
+            sha256=played.sha256,
+            level=played.level,
+            display=played.display,
+            gain_db=played.gain_db,
+        )
+    except NobodyError:  # withdrawn meanwhile
+        raise UnknownError(NO_TICKET) from None
+    except NotNowError as error:  # answered meanwhile
+        raise BehindError(BEHIND) from error
 
 
 def _page_file(name: str) -> Response:

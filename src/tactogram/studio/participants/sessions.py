@@ -17,6 +17,9 @@ from tactogram.studio.participants.playing import ServerDisplay
 from tactogram.studio.participants.prepared import PreparedStimuli
 from tactogram.studio.participants.tickets import FILE as KEYS
 from tactogram.studio.participants.tickets import Keys, keys_of
+from tactogram.studio.participants.together import Together
+from tactogram.study.session_people import NobodyError
+from tactogram.study.session_standing import Standing
 from tactogram.study.session_store import SessionStore
 from tactogram.study.study_file import Study, shipped_studies
 from tactogram.study.trials import Participant
@@ -24,6 +27,7 @@ from tactogram.study.wording import Language
 
 MOST_ATTEMPTS = 1000
 """Attempts to join that are remembered, so that a double click makes one participant."""
+NO_TICKET = "this link belongs to no participant; ask the experimenter for a new one"
 
 log = logging.getLogger("tactogram.studio")
 
@@ -58,6 +62,7 @@ class OpenSession:
         except BaseException:
             self.store.close()
             raise
+        self.writes = Together(self.store)
         self._codes: dict[bytes, str] = {}
         self._attempts: OrderedDict[str, str] = OrderedDict()
         self._joining = threading.Lock()
@@ -86,11 +91,18 @@ class OpenSession:
         """Return the address, from the server's root, of a participant's pages."""
         return f"/take/{self.keys.ticket(code)}"
 
-    def code_of(self, ticket: str) -> str | None:
-        """Return whose a ticket is; None if it is nobody's here."""
+    def code_of(self, ticket: str, *, look: bool = True) -> str | None:
+        """Return whose a ticket is; None if it is nobody's here.
+
+        Parameters
+        ----------
+        ticket : str
+        look : bool
+            Whether the file is looked at for tickets that were not seen yet; else nothing is waited for.
+        """
         # Looked up by a keyed hash: how long that takes says nothing of the tickets there are.
         wanted = self._hashed(ticket)
-        if wanted not in self._codes:
+        if look and wanted not in self._codes:
             codes = [participant.code for participant in self.store.participants()]
             self._codes = {self._hashed(self.keys.ticket(code)): code for code in codes}
         return self._codes.get(wanted)
@@ -129,7 +141,7 @@ class OpenSession:
             code = self.keys.code(attempt, count)
             if code not in taken:
                 return self.store.enrol(code, language=language, device=device)
-            page = self.store.page(code) if self.store.state(code) == "going" else None
+            page = self.store.standing(code).page
             if page is not None and page.kind == "consent" and not taken[code].simulated:
                 return taken[code]
         raise DataError(f"{self.folder}: no free code was found; ask the experimenter for one")
@@ -156,7 +168,9 @@ class Sessions:
     ) -> None:
         self.workspace = None if workspace is None else workspace.resolve()
         self.display = ServerDisplay(device, full_scale)
-        self._open: dict[Path, OpenSession] = {}
+        self._open: dict[
+            Path, OpenSession
+        ] = {}  # replaced, never changed: whoever looks at it waits for nobody
         self._guard = threading.RLock()
 
     def begin(
@@ -201,7 +215,7 @@ class Sessions:
         folder = self._inside(folder)
         with self._guard:
             if folder not in self._open:
-                self._open[folder] = OpenSession(folder, within=self._within)
+                self._open = {**self._open, folder: OpenSession(folder, within=self._within)}
             return self._open[folder]
 
     def _check_display(self, stimuli: PreparedStimuli) -> None:
@@ -225,13 +239,13 @@ class Sessions:
 
     def all(self) -> list[OpenSession]:
         """Return those that are open, in the order in which they were opened."""
-        with self._guard:
-            return list(self._open.values())
+        return list(self._open.values())
 
     def shut(self, folder: Path) -> None:
         """Close one session; its links end until it is opened again."""
         with self._guard:
-            session = self._open.pop(self._inside(folder), None)
+            session = self._open.get(self._inside(folder))
+            self._open = {path: other for path, other in self._open.items() if other is not session}
         if session is not None:
             session.close()
 
@@ -256,22 +270,37 @@ class Sessions:
                 return session
         raise UnknownError("this link opens no study; ask the experimenter for a new one")
 
-    def of_ticket(self, ticket: str) -> tuple[OpenSession, Participant]:
-        """Return the session and participant that a ticket belongs to.
+    def holder(self, ticket: str, *, look: bool = True) -> tuple[OpenSession, str] | None:
+        """Return the session that a ticket belongs to and the code of whose it is; None if it is nobody's.
+
+        Parameters
+        ----------
+        ticket : str
+        look : bool
+            See `OpenSession.code_of`.
+        """
+        for session in self.all():
+            code = session.code_of(ticket, look=look)
+            if code is not None:
+                return session, code
+        return None
+
+    def of_ticket(self, ticket: str) -> tuple[OpenSession, Standing]:
+        """Return the session that a ticket belongs to, and where the participant is whose it is.
 
         Raises
         ------
         UnknownError
             If it is nobody's, or they withdrew.
         """
-        for session in self.all():
-            code = session.code_of(ticket)
-            if code is not None:
-                try:
-                    return session, session.store.participant(code)
-                except ParameterError:  # withdrawn
-                    break
-        raise UnknownError("this link belongs to no participant; ask the experimenter for a new one")
+        held = self.holder(ticket)
+        if held is None:
+            raise UnknownError(NO_TICKET)
+        session, code = held
+        try:
+            return session, session.store.standing(code)
+        except NobodyError:  # withdrawn
+            raise UnknownError(NO_TICKET) from None
 
     @property
     def _within(self) -> list[Path]:
