@@ -740,7 +740,7 @@ def laboratory_s(tmp_path_factory):
 def study_server(tmp_path_factory, write_study_once, served, laboratory_s):
     """Give folder and addresses of `study run`, all of whose texts are markup, reached as if from another machine.
 
-    127.0.0.2 is this machine, and none of the names that are let in without a token.
+    It listens on every address: on one of this machine's own alone it would need no token.
     """
     folder = tmp_path_factory.mktemp("served")
     choice = {
@@ -761,7 +761,7 @@ def study_server(tmp_path_factory, write_study_once, served, laboratory_s):
     free = {"id": "free", "kind": "text", "text": MARKUP}
     study = write_study_once(folder, title=MARKUP, consent=MARKUP, before=[choice, line, free])
     verb = (
-        *("study", "run", str(study), "--out", "session", "--host", "127.0.0.2", "--port", "0"),
+        *("study", "run", str(study), "--out", "session", "--host", "0.0.0.0", "--port", "0"),
         *("--certificate", str(laboratory_s.file), "--no-open", "--json"),
     )
     with served(*verb, folder=folder, prefix="{") as (_, rest):
