@@ -199,7 +199,13 @@ class SignalKind:
             raise ParameterError(f"domain must be 'time' or 'displacement', got {self.domain!r}")
 
     def check(self, signal: Signal) -> None:
-        """Refuse a signal of another rate, unit, set of axes or domain."""
+        """Refuse a signal of another rate, unit, set of axes or domain.
+
+        Raises
+        ------
+        ParameterError
+            Saying what was expected and what came.
+        """
         got = (signal.rate, signal.unit, signal.axes, signal.domain)
         if got != (self.rate, self.unit, self.axes, self.domain):
             raise ParameterError(f"signal must be {_kind(self)}; got {_kind(signal)}")
@@ -321,7 +327,15 @@ class Predictor(Protocol):
 
 @dataclass(frozen=True)
 class Stage:
-    """One stage of a model's training, e.g. a label predictor before its GAN."""
+    """One stage of a model's training, e.g. a label predictor before its GAN.
+
+    Parameters
+    ----------
+    name : str
+        As progress shows it.
+    steps : int
+        Calls of `Learner.step`, one batch each.
+    """
 
     name: str
     steps: int

@@ -103,9 +103,13 @@ class Recipe(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     model: str
+    """Its name, as `tactogram models` lists it."""
     seed: int = Field(default=0, ge=0)
+    """Of everything that is drawn: the split, first weights, batches."""
     prepare: Prepare = Prepare()
+    """What is done to every recording, in training and in use."""
     training: Training = Training()
+    """Precision, and how often something is logged and kept."""
     config: dict[str, Any] = Field(default_factory=dict)
     """What differs from the model's own `Config`."""
 

@@ -44,11 +44,11 @@ class Scale:
             )
 
     def to_unit(self, scores: NDArray[np.float64] | float) -> Any:
-        """Return scores as 0 (lowest) to 1 (highest): (x - 1) / 6 on the 7-point scale."""
+        """Return scores, of any shape and in points of the scale, as 0 (lowest) to 1 (highest): (x - 1) / 6 of 7."""
         return (scores - self.low) / (self.high - self.low)
 
     def from_unit(self, shares: NDArray[np.float64] | float) -> Any:
-        """Return what `to_unit` was given."""
+        """Return what `to_unit` was given: ``shares`` of 0 to 1, of any shape, in points of the scale."""
         return self.low + shares * (self.high - self.low)
 
     def holds(self, score: float) -> bool:

@@ -172,7 +172,22 @@ def judge_pictures(
     weights: PictureWeights | None = None,
     networks: bool = True,
 ) -> PictureJudgement:
-    """Return how far ``made`` is from ``real``; see `PictureJudge`, which is quicker more than once."""
+    """Return how far ``made`` is from ``real``; see `PictureJudge`, which is quicker more than once.
+
+    Parameters
+    ----------
+    real, made : float tensors, shape (pair, 1, rows, columns), in [-1, 1]
+        At least 2 pairs, each of one material.
+    picture : SpectrogramPicture
+        What they were made by.
+    weights, networks
+        As of `PictureJudge`.
+
+    Raises
+    ------
+    ParameterError
+        If the pictures are not what is said above.
+    """
     return PictureJudge(picture, weights=weights, networks=networks)(real, made)
 
 

@@ -79,7 +79,7 @@ class Levels:
         return self.low + (self.high - self.low) * share.clamp(0, 1)
 
     def amplitude(self, value: Tensor) -> Tensor:
-        """Return values as amplitudes in ``unit``; what is outside ``low..high`` counts as its end.
+        """Return values, of any shape, as amplitudes in ``unit``; what is outside ``low..high`` counts as its end.
 
         Raises
         ------
@@ -96,7 +96,15 @@ class Levels:
         return share * (self.ref * 10 ** (self.ceil_db / 20))
 
     def check_signal(self, signal: Signal) -> None:
-        """Refuse a signal of another unit, domain or rate."""
+        """Refuse a signal of another unit, domain or rate.
+
+        Raises
+        ------
+        UnitError
+            If unit or domain are others.
+        ParameterError
+            If the rate is.
+        """
         if signal.unit != self.unit:
             raise UnitError(f"signal must be in {self.unit}, got {signal.unit}")
         if signal.domain != self.domain:

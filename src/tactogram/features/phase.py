@@ -30,7 +30,7 @@ def griffin_lim(
     start: Start = "random",
     seed: int = 0,
 ) -> Tensor:
-    """Return a signal by alternating projections (Griffin & Lim 1984). Parameters: see `recover`."""
+    """Return a signal by alternating projections (Griffin & Lim 1984); shapes and errors as of `recover`."""
     return recover(
         magnitude, transform, length, start=start, iteration="griffin_lim", iterations=iterations, seed=seed
     )
@@ -45,7 +45,7 @@ def fast_griffin_lim(
     start: Start = "random",
     seed: int = 0,
 ) -> Tensor:
-    """Return a signal by alternating projections with momentum 0.99 (Perraudin et al. 2013)."""
+    """Return a signal by alternating projections with momentum 0.99 (Perraudin et al. 2013); else as `griffin_lim`."""
     return recover(
         magnitude,
         transform,

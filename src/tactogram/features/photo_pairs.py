@@ -146,7 +146,7 @@ class WeakPairs:
         return len(self.pairs)
 
     def batch(self, places: Sequence[int] | NDArray[np.int64]) -> PairBatch:
-        """Return the pairs at ``places``; a pair is the same however it is asked for."""
+        """Return the pairs at ``places``, shape (pair,), each from 0; a pair is the same however it is asked for."""
         places = np.asarray(places, np.int64)
         chosen = self.pairs[places]
         photos = [self.photo_sources[crop // self.crops.per_photo] for crop in chosen[:, 0]]

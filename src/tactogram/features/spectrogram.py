@@ -140,6 +140,11 @@ class Spectrogram(Levels):
         -------
         tensor, shape (..., n_fft // 2 + 1, frame)
             Bins that are not kept, and with ``"db"`` values at the floor, are 0.
+
+        Raises
+        ------
+        ParameterError
+            For another shape or dtype, or values that are not finite.
         """
         if z.dtype not in (torch.float32, torch.float64):
             raise ParameterError(f"z must be float32 or float64, got {z.dtype}")

@@ -157,6 +157,11 @@ class SpectrogramPicture:
         Returns
         -------
         tensor, shape (..., 1, rows, columns), in [-1, 1]
+
+        Raises
+        ------
+        ParameterError
+            If they have another number of frames.
         """
         got = self.spectrogram.frames(samples.shape[-1])
         if got != self.frames:
@@ -181,6 +186,11 @@ class SpectrogramPicture:
         Returns
         -------
         tensor, shape (..., 1, rows, columns), in [-1, 1]
+
+        Raises
+        ------
+        ParameterError
+            If no such frames are there.
         """
         if not 0 <= first < self.places(samples.shape[-1]):
             raise ParameterError(
@@ -206,6 +216,11 @@ class SpectrogramPicture:
         Returns
         -------
         tensor, shape (..., 1, rows, columns), in [-1, 1]
+
+        Raises
+        ------
+        ParameterError
+            If they are of another shape.
         """
         if amplitudes.shape[-2:] != (self.bins, self.frames):
             raise ParameterError(

@@ -94,6 +94,11 @@ class STFT:
         Returns
         -------
         complex tensor, shape (..., n_fft // 2 + 1, frame)
+
+        Raises
+        ------
+        ParameterError
+            For another dtype, or no sample.
         """
         if x.dtype not in (torch.float32, torch.float64):
             raise ParameterError(f"x must be float32 or float64, got {x.dtype}")
@@ -134,7 +139,18 @@ class STFT:
         return _cover(self.window, self.n_fft, self.hop, frames, like.real.dtype, str(like.device))
 
     def check(self, s: Tensor, length: int) -> None:
-        """Refuse a spectrogram that is not one of ``length`` samples."""
+        """Refuse a spectrogram that is not one of ``length`` samples.
+
+        Parameters
+        ----------
+        s : tensor, shape (..., n_fft // 2 + 1, frame)
+        length : int, samples
+
+        Raises
+        ------
+        ParameterError
+            If its bins, its frames or the length are others.
+        """
         if length < 1:
             raise ParameterError(f"length must be >= 1 sample, got {length}")
         if s.ndim < 2 or s.shape[-2] != self.bins:

@@ -143,7 +143,7 @@ class StridedConv(nn.Module):
         glorot_uniform_(self.weight, fan_in=kernel * fine, fan_out=kernel * coarse)
 
     def forward(self, x: Tensor) -> Tensor:
-        """Return the convolution."""
+        """Return the convolution: (…, time, fine) -> (…, time / stride, coarse)."""
         y = down(x.flatten(0, -3), self.weight, stride=self.stride)
         return (y + self.bias).view(*x.shape[:-2], *y.shape[1:])
 
@@ -159,7 +159,7 @@ class StridedConvTranspose(nn.Module):
         glorot_uniform_(self.weight, fan_in=kernel * fine, fan_out=kernel * coarse)
 
     def forward(self, y: Tensor) -> Tensor:
-        """Return the transposed convolution."""
+        """Return the transposed convolution: (…, time, coarse) -> (…, time * stride, fine)."""
         x = up(y.flatten(0, -3), self.weight, stride=self.stride)
         return (x + self.bias).view(*y.shape[:-2], *x.shape[1:])
 

@@ -135,7 +135,13 @@ class Guard:
         self._state = np.zeros((count, 1))
 
     def process(self, block: NDArray[np.floating]) -> NDArray[np.float32]:
-        """Return the block that may be sent, float32, the shape (channel, time) of ``block``."""
+        """Return the block that may be sent, float32, shape (channel, time) as ``block``, in the display's unit.
+
+        Raises
+        ------
+        ParameterError
+            If ``block`` has another shape. What is not finite is no error: it is faded to rest, see ``fault``.
+        """
         if block.ndim != 2 or len(block) != len(self.display.channels):
             raise ParameterError(f"block must be ({len(self.display.channels)}, time), got {block.shape}")
         if self.fault is None and not np.isfinite(block).all():
@@ -145,11 +151,11 @@ class Guard:
         return self._sent(np.clip(block.astype(np.float64), self._low, self._high), to=1.0)
 
     def missing(self, length: int) -> NDArray[np.float32]:
-        """Return what is sent while nothing comes: a fade from the last sample to rest, float32, (channel, time)."""
+        """Return what is sent while nothing comes: a fade from the last sample to rest, shape (channel, time)."""
         return self._sent(np.repeat(self._held, length, axis=1), to=0.0)
 
     def leaving(self, block: NDArray[np.floating]) -> NDArray[np.float32]:
-        """Return a block as `process`, faded to rest: what a drive still has to say while nothing comes."""
+        """Return a block (channel, time) as `process`, faded to rest: what a drive still has while nothing comes."""
         if self.fault is not None or block.ndim != 2 or not np.isfinite(block).all():
             return self.missing(block.shape[-1])
         return self._sent(np.clip(block.astype(np.float64), self._low, self._high), to=0.0)

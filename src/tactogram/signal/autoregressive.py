@@ -98,9 +98,24 @@ class AutoregressiveModel:
         axes: Sequence[str] = ("z",),
         mean: ArrayLike | None = None,
     ) -> AutoregressiveModel:
-        """Return the model of given polynomials, shape (axis, order + 1), each beginning with 1.
+        """Return the model of given polynomials.
 
-        ``innovation`` is a covariance (axis, axis), or a variance per axis. `ParameterError` if not stable.
+        Parameters
+        ----------
+        coefficients : float array, shape (axis, order + 1)
+            Each row begins with 1.
+        innovation : float array, shape (axis, axis) or (axis,), unit^2
+            Covariance, or variances.
+        rate : float, Hz
+        unit, axes
+            Of the signals it makes.
+        mean : float array, shape (axis,), unit, optional
+            By default 0.
+
+        Raises
+        ------
+        ParameterError
+            If it is not stable, or the shapes do not fit.
         """
         rows = [reflection_of_polynomial(row) for row in np.atleast_2d(np.asarray(coefficients, np.float64))]
         return cls(np.array(rows), _covariance(innovation), rate, unit, tuple(axes), _maybe(mean))
@@ -116,9 +131,14 @@ class AutoregressiveModel:
         axes: Sequence[str] = ("z",),
         mean: ArrayLike | None = None,
     ) -> AutoregressiveModel:
-        """Return the model of given line spectral frequencies, rad/sample, shape (axis, order).
+        """Return the model of given line spectral frequencies; otherwise as `from_coefficients`.
 
-        ``innovation`` is a covariance (axis, axis), or a variance per axis.
+        Parameters
+        ----------
+        lines : float array, shape (axis, order), rad/sample
+            Rising, within 0 to pi.
+        innovation, rate, unit, axes, mean
+            As of `from_coefficients`.
         """
         rows = [reflection_of_line_spectrum(row) for row in np.atleast_2d(np.asarray(lines, np.float64))]
         return cls(np.array(rows), _covariance(innovation), rate, unit, tuple(axes), _maybe(mean))
@@ -162,7 +182,17 @@ class AutoregressiveModel:
     def power_spectrum(self, frequencies: ArrayLike) -> Array:
         """Return the one-sided power spectral density, unit^2/Hz, float64, shape (axis, frequency).
 
-        Its integral from 0 to rate / 2 is `power`. ``frequencies`` in Hz, within 0 to rate / 2.
+        Its integral from 0 to rate / 2 is `power`.
+
+        Parameters
+        ----------
+        frequencies : float array, shape (frequency,), Hz
+            Within 0 to rate / 2.
+
+        Raises
+        ------
+        ParameterError
+            If they are not.
         """
         f = np.atleast_1d(np.asarray(frequencies, np.float64))
         if f.ndim != 1 or not np.all((f >= 0) & (f <= self.rate / 2)):
@@ -176,7 +206,13 @@ class AutoregressiveModel:
         return density
 
     def of_order(self, order: int) -> AutoregressiveModel:
-        """Return the same process written with a higher order (the added coefficients are 0)."""
+        """Return the same process written with a higher order (the added coefficients are 0).
+
+        Raises
+        ------
+        ParameterError
+            If ``order`` is lower than its own.
+        """
         if order < self.order:
             raise ParameterError(f"order must be >= {self.order}, got {order}")
         if order == self.order:
@@ -184,7 +220,13 @@ class AutoregressiveModel:
         return replace(self, reflection=np.pad(self.reflection, ((0, 0), (0, order - self.order))))
 
     def prediction_error(self, signal: Signal) -> Array:
-        """Return what the model does not foresee, float64, shape (axis, time - order), in its unit."""
+        """Return what the model does not foresee, float64, shape (axis, time - order), in its unit.
+
+        Raises
+        ------
+        ParameterError
+            If the signal is of another rate, unit or set of axes, or not longer than the order.
+        """
         _same(self, signal)
         if len(signal) <= self.order:
             raise ParameterError(

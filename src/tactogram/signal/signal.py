@@ -68,7 +68,7 @@ class Signal:
 
     @property
     def seconds(self) -> float:
-        """Duration in s; only for a signal over time."""
+        """Duration in s; a `ParameterError` for a signal over displacement."""
         if self.domain != "time":
             raise ParameterError("a signal over displacement has no duration; use length_mm")
         return len(self) / self.rate
@@ -80,13 +80,19 @@ class Signal:
 
     @property
     def length_mm(self) -> float:
-        """Path length in mm; only for a signal over displacement."""
+        """Path length in mm; a `ParameterError` for a signal over time."""
         if self.domain != "displacement":
             raise ParameterError("a signal over time has no path length; use seconds")
         return len(self) / self.rate
 
     def axis(self, name: str) -> NDArray[np.float32]:
-        """Return the samples of one axis, float32, shape (time,)."""
+        """Return the samples of one axis, float32, shape (time,).
+
+        Raises
+        ------
+        ParameterError
+            If there is no such axis.
+        """
         if name not in self.axes:
             raise ParameterError(f"axis must be one of {', '.join(self.axes)}, got {name!r}")
         samples: NDArray[np.float32] = self.samples[self.axes.index(name)]
@@ -101,7 +107,13 @@ class Signal:
         return replace(self, samples=self.samples[:, start:stop])
 
     def with_samples(self, samples: ArrayLike, **changes: Any) -> Signal:
-        """Return the same kind of signal with other samples (and ``changes``)."""
+        """Return the same kind of signal with other samples, shape (axis, time), in its unit (and ``changes``).
+
+        Raises
+        ------
+        ParameterError
+            As `Signal`: for another number of axes, or samples that are not finite.
+        """
         return replace(self, samples=np.asarray(samples), **changes)
 
 

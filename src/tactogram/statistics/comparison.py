@@ -151,14 +151,26 @@ def student_t(groups: Mapping[str, ArrayLike], *, correction: Correction = "none
 
 
 def welch_t(groups: Mapping[str, ArrayLike], *, correction: Correction = "holm") -> Comparison:
-    """Return Welch's t-test between every two groups of different people, one value per person."""
+    """Return Welch's t-test between every two groups of different people.
+
+    Parameters
+    ----------
+    groups : mapping from str to float array, shape (subject,)
+        One value per person.
+    correction : {"none", "holm"}
+
+    Raises
+    ------
+    ParameterError
+        If there are fewer than two groups, or values in one; or a value is not finite.
+    """
     return _independent("Welch's t", groups, lambda a, b: stats.ttest_ind(a, b, equal_var=False), correction)
 
 
 def mann_whitney(groups: Mapping[str, ArrayLike], *, correction: Correction = "holm") -> Comparison:
-    """Return the Mann-Whitney test between every two groups of different people, one value per person.
+    """Return the Mann-Whitney test between every two groups of different people.
 
-    ``statistic`` is the rank sum in normal form.
+    ``statistic`` is the rank sum in normal form. Parameters, of shape (subject,), and errors as of `welch_t`.
     """
 
     def one(a: Numbers, b: Numbers) -> tuple[float, float]:

@@ -116,7 +116,22 @@ def read_image_metadata(path: Path | str) -> dict[str, Any]:
 def decode_image(
     data: bytes, *, name: str, mm_per_pixel: float | None = None, width_mm: float | None = None
 ) -> Image:
-    """Return the photograph in ``data``, as `read_image` does and with its errors; ``name`` is what they call it."""
+    """Return the photograph in ``data``, as `read_image` does.
+
+    Parameters
+    ----------
+    data : bytes
+        Of a file.
+    name : str
+        What errors call it.
+    mm_per_pixel, width_mm : float, mm, optional
+        Its scale, or what its width shows; at most one.
+
+    Raises
+    ------
+    DataError, ParameterError
+        As `read_image`.
+    """
     if mm_per_pixel is not None and width_mm is not None:
         raise ParameterError("give mm_per_pixel or width_mm, got both")
     if width_mm is not None and not 0 < width_mm < np.inf:
