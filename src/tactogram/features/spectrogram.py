@@ -177,7 +177,7 @@ class Spectrogram(Levels):
         return self._recovered(self.magnitude(z.detach()), length, seed)
 
     def recover(self, amplitudes: Tensor, length: int | None = None, *, seed: int = 0) -> Tensor:
-        """Return samples of the `amplitudes` (..., n_fft // 2 + 1, frame), >= 0, in ``unit``; otherwise `decode`."""
+        """Return samples of the `amplitudes`, shape (..., n_fft // 2 + 1, frame), >= 0, ``unit``; else as `decode`."""
         return self._recovered(amplitudes.detach() * self._gain(amplitudes), length, seed)
 
     def _recovered(self, magnitude: Tensor, length: int | None, seed: int) -> Tensor:

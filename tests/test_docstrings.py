@@ -1,0 +1,70 @@
+"""Every public function of the documented interface says the shapes of its arrays and the errors it raises."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+MODULES = re.findall(r"automodule:: (\S+)", (ROOT / "docs" / "api.md").read_text(encoding="utf-8"))
+ARRAY = re.compile(r"NDArray|ArrayLike|Tensor")
+SHAPE = re.compile(r"shape|->|\bany length\b")
+ELSEWHERE = re.compile(r"\b(as|see) (of )?`|\berrors as\b", re.IGNORECASE)
+"""Said once, where it says."""
+
+
+def source(module):
+    path = ROOT / "src" / module.replace(".", "/")
+    return (path / "__init__.py" if path.is_dir() else path.with_suffix(".py")).read_text(encoding="utf-8")
+
+
+def functions(nodes, prefix=""):
+    """Yield name and node of every public function, and of the public methods of public classes."""
+    for node in nodes:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
+            if isinstance(node, ast.ClassDef):
+                yield from functions(node.body, f"{prefix}{node.name}.")
+            else:
+                yield prefix + node.name, node
+
+
+def raised(node):
+    """Return the names of the errors that a function raises itself, not those of functions within it."""
+    found = set()
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.Raise) and child.exc is not None:
+            error = child.exc.func if isinstance(child.exc, ast.Call) else child.exc
+            found |= {error.id} if isinstance(error, ast.Name) and error.id.endswith("Error") else set()
+        if not isinstance(child, ast.FunctionDef | ast.Lambda):
+            found |= raised(child)
+    return found - {"ValueError"}  # within what turns it into an error of ours
+
+
+def lacks(node):
+    """Return what the docstring of a function does not say."""
+    said = ast.get_docstring(node) or ""
+    if not said:
+        return ["a docstring"]
+    held = [*node.args.args, *node.args.kwonlyargs]
+    types = [ast.unparse(kind) for kind in (*(a.annotation for a in held), node.returns) if kind is not None]
+    missing = [error for error in sorted(raised(node)) if error not in said and not ELSEWHERE.search(said)]
+    arrays = any(ARRAY.search(kind) for kind in types)
+    return missing + (["a shape"] if arrays and not SHAPE.search(said) and not ELSEWHERE.search(said) else [])
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_shapes_and_errors_are_said(module):
+    tree = ast.parse(source(module))
+    found = {name: missing for name, node in functions(tree.body) if (missing := lacks(node))}
+    assert not found
+
+
+def test_what_is_not_said_is_found():
+    tree = ast.parse(
+        'def one(x: ArrayLike) -> int:\n    """Return it."""\n    if x:\n        raise DataError(x)\n'
+        'def two(x: ArrayLike) -> int:\n    """Refuse x, shape (time,): `DataError`."""\n    raise DataError(x)\n'
+        "def three() -> int:\n    return 3\n"
+    )
+    found = {name: lacks(node) for name, node in functions(tree.body)}
+    assert found == {"one": ["DataError", "a shape"], "two": [], "three": ["a docstring"]}
