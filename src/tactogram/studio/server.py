@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
 import secrets
 import threading
@@ -139,9 +140,13 @@ def serve(
             here = f"{listening.here}{path}{query}"
             threading.Thread(target=webbrowser.open, args=(here,), daemon=True).start()
 
+    app = make_app(studio, token=token, names=listening.names, https=listening.https)
+    # What is loaded by now stays. Looked through for garbage again and again, it would stop all answers for 0.1 s.
+    gc.collect()
+    gc.freeze()
     try:
         Server(
-            make_app(studio, token=token, names=listening.names, https=listening.https),
+            app,
             listening.socket,
             context=context,
             limits=limits_here(),
