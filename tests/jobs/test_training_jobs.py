@@ -244,6 +244,15 @@ def test_conditions_that_mean_nothing_are_refused(voice, condition, options, mes
         next(generate(voice, condition, **options))
 
 
+def test_a_file_that_cannot_hold_a_signal_is_refused_before_one_is_made(voice, tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        "tactogram.jobs.generate.generate", lambda *_, **__: pytest.fail("generated all the same")
+    )
+    for name, got in (("x.mp3", ".mp3"), ("x.png", ".png"), ("x", "none")):
+        with pytest.raises(ParameterError, match=rf"suffix must be one of \.wav, .*, got {got}"):
+            generate_files(voice, {"material": "cork"}, tmp_path / name)
+
+
 def test_a_classifier_does_not_generate_nor_a_voice_classify(run, voice, texture):
     with pytest.raises(ParameterError, match="stroke_cnn does not generate"):
         next(generate(run.folder, {"material": "cork"}))

@@ -11,7 +11,7 @@ from typing import Any
 from tactogram.datasets.ratings import SEVEN_POINT
 from tactogram.errors import ParameterError
 from tactogram.jobs.asked_words import AskedWords, Rest, ask, scale_of
-from tactogram.jobs.generate import generate, made_by, numbered, seeds_of, write_made
+from tactogram.jobs.generate import generate, made_by, numbered, seeds_of, suffixes_for, write_made
 from tactogram.jobs.training import LoadedRun, load_run
 from tactogram.model import Predictor, SignalKind
 from tactogram.signal import Image, Signal
@@ -127,7 +127,7 @@ def _files(runs: Sequence[LoadedRun], out: Path) -> list[Path]:
         return [out / NAMES[g] for g in gives]
     if len(runs) > 1:
         raise ParameterError(f"--out must be a folder for {len(runs)} runs, got {out}")
-    wanted = (".png",) if gives[0] == "image" else WRITABLE
+    wanted = suffixes_for(gives[0])
     if out.suffix.lower() not in wanted:
         raise ParameterError(
             f"--out for {gives[0]}s must be a folder or end in {', '.join(wanted)}, got {out}"

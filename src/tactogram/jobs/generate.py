@@ -10,7 +10,7 @@ from tactogram.errors import ParameterError
 from tactogram.jobs.training import LoadedRun, load_run
 from tactogram.model import Condition, Generator
 from tactogram.signal import Image, Signal
-from tactogram.signal.io import read_image, write_image, write_signal
+from tactogram.signal.io import WRITABLE, read_image, write_image, write_signal
 from tactogram.training.seeds import child_seed
 
 LONGEST_S = 3600.0
@@ -90,8 +90,16 @@ def generate_files(
         was), ``rms`` per file; over displacement ``length_mm`` and ``rate_per_mm`` instead of seconds and Hz; of an
         image ``rows``, ``columns`` and ``simulated``. Where the model names the surface in a photograph: ``taken_for``
         and, if it gives one, ``confidence``; of several of a model without noise ``differ_by``.
+
+    Raises
+    ------
+    ParameterError
+        As `generate`; or if files of the suffix of ``out`` hold nothing that the model gives.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    known = suffixes_for(loaded.facts.gives)
+    if out.suffix.lower() not in known:
+        raise ParameterError(f"{out}: suffix must be one of {', '.join(known)}, got {out.suffix or 'none'}")
     seen: dict[str, Any] = {}
     if photograph is not None:
         image = read_image(photograph)
@@ -108,6 +116,11 @@ def generate_files(
             generate(loaded, condition, seconds=seconds, seed=seed, count=count), start=1
         )
     ]
+
+
+def suffixes_for(gives: str) -> tuple[str, ...]:
+    """Return the suffixes of files that can hold what a model gives, ``image`` or some kind of signal."""
+    return (".png",) if gives == "image" else WRITABLE
 
 
 def made_by(run: LoadedRun, seed: int) -> dict[str, Any]:
