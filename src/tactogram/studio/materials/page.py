@@ -5,23 +5,19 @@ from __future__ import annotations
 import os
 import shlex
 from typing import Any
-from urllib.parse import quote
 
 from nicegui import ui
 
-from tactogram.datasets import Store
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.jobs.data import list_sets
 from tactogram.studio.layout import in_background, page, telling
 from tactogram.studio.materials import data_set, drop, recording
-from tactogram.studio.materials.parts import HEAD, MaterialsDesk, add_routes, address
+from tactogram.studio.materials.overview import DataSets
+from tactogram.studio.materials.parts import HEAD, MaterialsDesk, add_routes
 from tactogram.studio.materials.recordings import Stores
 from tactogram.studio.studio import Studio
 from tactogram.studio.train.order import NAME
-from tactogram.studio.train.parts import TrainDesk, badge, set_progress
 from tactogram.studio.train.trainings import command_line, free_name, trainings_of
-
-WORDS = {"simulate": "Simulating", "import": "Importing"}
 
 
 def add(studio: Studio) -> None:
@@ -43,7 +39,7 @@ def add(studio: Studio) -> None:
             ):
                 ui.label("What is this recording like? What is it called?")
                 ui.button("Drop a new recording", on_click=lambda: ui.navigate.to("/materials/drop"))
-            await _sets(desk)
+            await DataSets(desk).show()
             with (
                 ui.element("div")
                 .classes("grid-2")
@@ -52,96 +48,6 @@ def add(studio: Studio) -> None:
                 sets = await in_background(list_sets)
                 _simulate(desk, sets["simulate"])
                 _import(desk, sets["import"])
-
-
-async def _sets(desk: MaterialsDesk) -> None:
-    held: list[tuple[str, Store | str]] = []
-
-    def gathered() -> tuple[list[tuple[str, Store | str]], list[Any]]:
-        names = [desk.studio.workspace.name_of(path) for path in desk.studio.workspace.stores()]
-        tasks = [task for task in desk.trainings.all() if task.kind in WORDS]
-        standing = [(task, desk.trainings.status(task)) for task in tasks]
-        return [(name, _opened(desk, name)) for name in names], [
-            s for s in standing if s[1].state != "finished"
-        ]
-
-    @ui.refreshable
-    def draw() -> None:
-        ui.label("Data sets").classes("h2").props('role="heading" aria-level="2"')
-        if not held:
-            ui.label("None yet: simulate or import one below.").classes("quiet")
-        with ui.element("div").classes("tiles w-full"):
-            for name, store in held:
-                _tile(name, store)
-
-    progress: dict[str, tuple[ui.linear_progress, ui.label]] = {}
-    tasks: list[Any] = []
-    pace = TrainDesk(desk.studio, desk.trainings)
-
-    @ui.refreshable
-    def errands() -> None:
-        progress.clear()
-        for task, status in tasks:
-            with ui.element("section").classes("card w-full").props('aria-live="polite"'):
-                with ui.row().classes("items-center w-full gap-2"):
-                    ui.label(f"{WORDS[task.kind]} {task.about}")
-                    badge(status.state)
-                    ui.space()
-                    if status.active:
-                        ui.button(
-                            "Stop", on_click=telling(lambda t=task: desk.trainings.stop(t.id, at_once=True))
-                        ).props("outline dense")
-                    else:
-                        ui.button(
-                            "Dismiss", on_click=telling(lambda t=task: desk.trainings.forget(t.id))
-                        ).props("flat dense")
-                if status.active:
-                    bar = ui.linear_progress(value=0.0, show_value=False, size="6px").props(
-                        'aria-label="Progress"'
-                    )
-                    progress[task.id] = (bar, ui.label().classes("small"))
-                else:
-                    ui.label(status.line).classes("small text-negative")
-
-    async def look(*, first: bool = False) -> None:
-        sets, standing = await in_background(gathered)
-        before, now = [name for name, _ in held], [name for name, _ in sets]
-        said = [(task.id, status.state) for task, status in tasks]
-        held[:], tasks[:] = sets, standing
-        if not first and before != now:
-            draw.refresh()
-        if not first and said != [(task.id, status.state) for task, status in standing]:
-            errands.refresh()
-        for task, status in tasks:
-            if task.id in progress:
-                set_progress(pace, task, status, *progress[task.id])
-
-    await look(first=True)
-    errands()
-    draw()
-    ui.timer(1.5, telling(look))
-
-
-def _opened(desk: MaterialsDesk, name: str) -> Store | str:
-    try:
-        return desk.stores.get(name)
-    except (TactogramError, OSError) as error:
-        return str(error)
-
-
-def _tile(name: str, store: Store | str) -> None:
-    with ui.element("section").classes("card"):
-        ui.link(name, address("set", set=name)).classes("h2").style("overflow-wrap: anywhere")
-        if isinstance(store, str):
-            ui.label(store).classes("small text-negative")
-            return
-        if store.simulated:
-            ui.label("simulated").classes("simulated")
-        ui.label(f"{store.name} · {len(store):,} recordings")
-        streams = ", ".join(f"{key} ({facts.unit})" for key, facts in store.streams.items())
-        ui.label(streams).classes("small quiet")
-        ui.label(f"Licence: {store.licence}").classes("small quiet")
-        ui.link("Train on it", f"/train?data={quote(name)}").classes("small")
 
 
 def _simulate(desk: MaterialsDesk, sets: dict[str, str]) -> None:
