@@ -29,6 +29,9 @@ def test_studies_are_counted_and_not_simulated_again(tmp_path):
     assert again == first
     assert (tmp_path / "magnitude-none.jsonl").read_bytes() == written
     assert [line["seed"] - KINDS["none"] for line in _lines(tmp_path / "magnitude-none.jsonl")] == [1, 2]
+    studies_coverage.run(None, tmp_path, paper=False, studies="magnitude", seeds=3, participants=4)
+    assert (tmp_path / "magnitude-none.jsonl").read_bytes().startswith(written)
+    assert [line["seed"] - KINDS["none"] for line in _lines(tmp_path / "magnitude-none.jsonl")] == [1, 2, 3]
     with pytest.raises(ParameterError, match="studies must be of plate-words"):
         studies_coverage.run(None, tmp_path, paper=False, studies="else")
 

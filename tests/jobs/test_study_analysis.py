@@ -1,11 +1,13 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tactogram.cli import main
 from tactogram.jobs.study_analysis import analyse_study, margins_of, targets_of
-from tactogram.jobs.study_power import power_options, study_power
+from tactogram.jobs.study_power import _power_text, power_options, study_power
+from tactogram.study.power import DESIGNS, PowerTable
 from tactogram.study.study_file import Study
 
 
@@ -87,6 +89,16 @@ def test_a_power_table_is_printed(capsys):
     assert "GEE by participant" in said
     assert main(["study", "power", "two_area", "--participants", "ten"]) == 1
     assert "whole numbers" in capsys.readouterr().err
+
+
+def test_a_size_at_which_the_test_itself_errs_is_named():
+    rows = [
+        {"participants": 20, "trials": trials, "type_1": wrong} for trials, wrong in ((30, 0.2), (60, 0.06))
+    ]
+    table = PowerTable("pairwise", DESIGNS["pairwise"], 2000, 0, 0.05, tuple(rows), {30: None, 60: 40})
+    assert "With 20 x 30 (participants x trials) the test shows what is not there" in _power_text(table)
+    right = replace(table, rows=tuple(rows[1:]))
+    assert "what is not there more often" not in _power_text(right)
 
 
 def test_a_studys_own_margin_and_trials_are_taken_for_its_power():

@@ -17,9 +17,14 @@ def add_verbs(verbs: Verbs) -> None:
         action="append",
         default=[],
         metavar="KEY=VALUE",
-        help="what the experiment leaves open, e.g. model=ar_texture",
+        help="what the experiment leaves open, e.g. model=ar_texture, or of studies_coverage seeds=200",
     )
-    add("--out", metavar="DIR", help="folder for its results (default runs/EXPERIMENT)")
+    add(
+        "--out",
+        metavar="DIR",
+        help="folder for its results (default runs/EXPERIMENT); what a run that was cut short, or smaller, made there "
+        "is not made again",
+    )
 
     verbs.add("table", table)
 

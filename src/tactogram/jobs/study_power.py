@@ -73,7 +73,21 @@ def _power_text(found: PowerTable) -> str:
             "power: of a pair that differs; type_1: that any pair is shown where none differs; equivalence: of a pair, "
             "all_equivalent: of all pairs at once."
         )
-    return "\n".join([*lines, *_reached(found), "", *table_lines(found.rows)])
+    return "\n".join([*lines, *_errs(found), *_reached(found), "", *table_lines(found.rows)])
+
+
+def _errs(found: PowerTable) -> list[str]:
+    """Return where the confirmatory test shows what is not there more often than alpha says, beyond chance."""
+    most = found.alpha + 3 * math.sqrt(found.alpha * (1 - found.alpha) / found.simulations)
+    wrong = [f"{row['participants']} x {row['trials']}" for row in found.rows if row["type_1"] > most]
+    return (
+        [
+            f"With {', '.join(wrong)} (participants x trials) the test shows what is not there more often than "
+            f"{found.alpha:g}: take more of either."
+        ]
+        if wrong
+        else []
+    )
 
 
 def _reached(found: PowerTable) -> list[str]:
