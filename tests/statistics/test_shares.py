@@ -6,7 +6,6 @@ from tactogram.errors import ParameterError
 from tactogram.statistics.clustered import (
     bootstrap_by_participant,
     mixed_difference,
-    mixed_share,
     pooled_share,
 )
 from tactogram.statistics.equivalence import (
@@ -14,6 +13,7 @@ from tactogram.statistics.equivalence import (
     share_equivalence,
     share_equivalence_power,
 )
+from tactogram.statistics.mixed_share import mixed_share
 from tactogram.statistics.shares import (
     abx_share,
     corrected,

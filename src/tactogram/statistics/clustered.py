@@ -162,45 +162,6 @@ def _unanimous(ones: int, people: int, n: int, chance: float, margin: float | No
     )
 
 
-def mixed_share(hits: ArrayLike, groups: dict[str, Sequence[Hashable]]) -> Effect:
-    """Return the share of a typical member of each group: a binomial mixed model with random intercepts.
-
-    By statsmodels' ``BinomialBayesMixedGLM`` with variational Bayes; a check of `pooled_share` with more in the model,
-    not a test. Its posterior takes the intercept as independent of the members, whose spread over their number is
-    therefore added to the intercept's variance. The mode (``fit_map``) is not used: it sets the spreads to 0.
-
-    Parameters
-    ----------
-    hits : array of 0 and 1, shape (answer,)
-    groups : dict from str to sequence, length (answer,)
-        E.g. who answered, and of which texture.
-
-    Raises
-    ------
-    ParameterError
-        If all answers are alike, or no group has two members.
-    """
-    from statsmodels.genmod.bayes_mixed_glm import BinomialBayesMixedGLM
-
-    table = pd.DataFrame({"hit": np.asarray(hits, np.float64), **{k: list(v) for k, v in groups.items()}})
-    members = {name: table[name].nunique() for name in groups if table[name].nunique() > 1}
-    if not members or table["hit"].nunique() < 2:
-        raise ParameterError("a mixed model needs answers of both kinds and two members of a group")
-    parts = {name: f"0 + C({name})" for name in members}
-    with warnings.catch_warnings(), threadpool_limits(1):
-        warnings.simplefilter("ignore")
-        model = BinomialBayesMixedGLM.from_formula("hit ~ 1", parts, table)
-        size = 1 + len(members) + sum(members.values())
-        fit = model.fit_vb(mean=np.zeros(size), sd=np.full(size, 0.5))
-    mean = float(fit.fe_mean[0])
-    spreads = np.exp(np.asarray(fit.vcp_mean, np.float64))
-    counts = np.array(list(members.values()))
-    sd = float(np.sqrt(fit.fe_sd[0] ** 2 + (spreads**2 / counts).sum()))
-    ends = mean + float(stats.norm.isf(0.025)) * sd * np.array([-1, 1])
-    low, high = special.expit(ends)
-    return Effect(float(special.expit(mean)), float(low), float(high))
-
-
 def mixed_difference(
     values: ArrayLike, second: ArrayLike, participants: Sequence[Hashable], items: Sequence[Hashable]
 ) -> Effect:

@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from tactogram.statistics.clustered import PooledShare, mixed_share, pooled_share
+from tactogram.statistics.clustered import PooledShare, pooled_share
 from tactogram.statistics.equivalence import share_equivalence
+from tactogram.statistics.mixed_share import mixed_share
 from tactogram.statistics.multiplicity import holm
 from tactogram.statistics.shares import (
     corrected,
@@ -189,7 +190,7 @@ def _mixed(hits: Any, people: tuple[str, ...], textures: tuple[str, ...]) -> lis
             verdict=shown or "not shown",
             n=len(hits),
             participants=len(set(people)),
-            note="of a typical participant and texture; too wide where they hardly differ (docs/studies.md)",
+            note="; ".join(["of a typical participant and texture", *([found.note] if found.note else [])]),
         )
     ]
 
