@@ -158,7 +158,8 @@ def heard(page, go):
 def pytest_runtest_makereport(item, call):
     """Tell what the page said where a test on it failed."""
     report = yield
-    page = getattr(item, "funcargs", {}).get("tab")
+    values = getattr(item, "funcargs", {})
+    page = values.get("tab") or values.get("page")
     if call.when == "call" and report.failed and page is not None:
         with contextlib.suppress(Exception):  # the page may be what broke
             report.sections.append((f"page {page.url}", page.locator("body").inner_text(timeout=2000)))
