@@ -1,4 +1,7 @@
-"""Share of hits of a typical person and item: a binomial mixed model whose spreads may be 0."""
+"""Share of hits of a typical person and item: a binomial mixed model whose spreads may be 0.
+
+statsmodels has such a model with variational Bayes only, whose prior keeps spreads from 0.
+"""
 
 from __future__ import annotations
 

@@ -85,7 +85,9 @@ def test_the_latest_answers_tell_nothing_of_how_the_study_comes_out(session):
 
 
 def test_who_looks_at_results_early_is_warned(session):
-    assert peeking_text(view_of(session)).startswith("Of 2 enrolled 1 not finished and 1 not begun, and the")
+    assert peeking_text(view_of(session)).startswith(
+        "Of 2 enrolled, 1 has not finished and 1 has not begun; the"
+    )
     session.end()
     assert peeking_text(view_of(session)) == ""
 

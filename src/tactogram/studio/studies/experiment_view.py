@@ -175,10 +175,10 @@ def peeking_text(view: View) -> str:
     """Return what is said before results are looked at while people still take part; "" where nobody does."""
     if not view.unfinished or view.ended:
         return ""
-    left = ((view.going, "not finished"), (view.not_begun, "not begun"))
-    who = " and ".join(f"{count} {how}" for count, how in left if count)
+    left = ((view.going, "finished"), (view.not_begun, "begun"))
+    who = " and ".join(f"{count} {'has' if count == 1 else 'have'} not {how}" for count, how in left if count)
     return (
-        f"Of {len(view.rows)} enrolled {who}, and the study was not ended. Who looks at results "
+        f"Of {len(view.rows)} enrolled, {who}; the study was not ended. Who looks at results "
         "and decides by them whether to go on finds differences by chance more often than alpha says. That the "
         "analysis was looked at will be noted."
     )
