@@ -4,6 +4,7 @@ import subprocess
 import sys
 import threading
 from collections import Counter
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,7 @@ import pytest
 from tactogram.errors import DataError, ParameterError
 from tactogram.study import session_store
 from tactogram.study.session_people import CODE, drawn_code
-from tactogram.study.session_store import SessionStore
+from tactogram.study.session_store import SessionStore, Submitted
 from tactogram.study.simulated import SimulatedEffect, SimulatedParticipant, simulate, take
 
 HASH = "0" * 64
@@ -141,6 +142,89 @@ def test_two_who_write_at_once_lose_nothing_and_store_nothing_twice(make_study, 
             answer(store, code, None)
             own = [row.more["token"] for row in store.answers().where(participant=code)]
             assert len(own) == len(set(own)) == 8 + 3
+
+
+def commits(store):
+    """Return a list that grows by one with each transaction that is committed."""
+    found = []
+    store._connection.set_trace_callback(lambda text: found.append(text) if text == "COMMIT" else None)
+    return found
+
+
+def test_answers_that_are_stored_together_are_one_transaction(store):
+    codes = [store.enrol().code for _ in range(3)]
+    committed = commits(store)
+    found = store.together([partial(store.submit, code, "consent", {"consent": "agreed"}) for code in codes])
+    assert [(one.stored, one.page.token) for one in found] == [(True, "before")] * 3
+    assert len(committed) == 1
+    assert [row.participant for row in store.answers()] == codes
+
+
+def test_a_refused_answer_and_an_error_in_the_program_harm_no_neighbour(store, monkeypatch):
+    first, wrong, broken, last = (store.enrol(code).code for code in ("P1", "P2", "P3", "P4"))
+    monkeypatch.setattr(
+        session_store, "add_device", lambda rows, number, *_: 1 / 0 if number == 3 else None
+    )  # after its rows were written
+    writes = [partial(store.submit, code, "consent", {"consent": "agreed"}) for code in (first, broken, last)]
+    writes.insert(1, partial(store.submit, wrong, "consent", {"consent": "perhaps"}))
+    found = store.together(writes)
+    assert [type(one) for one in found] == [Submitted, ParameterError, ZeroDivisionError, Submitted]
+    assert [row.participant for row in store.answers()] == [first, last]
+    assert [store.page(code).token for code in (first, wrong, broken, last)] == [
+        *("before", "consent"),
+        *("consent", "before"),
+    ]
+
+
+def test_a_double_click_that_is_stored_together_is_stored_once(store):
+    code = store.enrol().code
+    answer(store, code, 2)
+    both = store.together([partial(store.submit, code, "trial-1.1", {"which": side}) for side in "AB"])
+    assert [(one.stored, one.page.token) for one in both] == [(True, "trial-2.1"), (False, "trial-2.1")]
+    [row] = store.answers().where(token="trial-1.1")
+    assert row.answer == "A"
+
+
+def test_a_full_disk_stores_nothing_of_what_was_to_be_stored_together(store):
+    code = store.enrol().code
+    pages = store._connection.execute("PRAGMA page_count").fetchone()[0]
+    store._connection.execute(f"PRAGMA max_page_count = {pages}")
+    consent = partial(store.submit, code, "consent", {"consent": "agreed"})
+    with pytest.raises(DataError, match="nothing was stored: database or disk is full"):
+        store.together([consent, *[partial(store.note, "x" * 4000)] * 9, consent])
+    assert (tokens(store), store.notes()) == ([], [])
+    store._connection.execute("PRAGMA max_page_count = 1000000")
+    assert [one.stored for one in store.together([consent])] == [True]
+
+
+def test_who_reads_waits_for_nobody_who_writes_and_sees_what_is_on_the_disk(store):
+    code = store.enrol().code
+    seen = []
+
+    def look():
+        seen.append((store.page(code).token, store.count, store.progress()[0]["status"], store.ended))
+
+    def write():
+        store.submit(code, "consent", {"consent": "agreed"})
+        reader = threading.Thread(target=look, daemon=True)
+        reader.start()
+        reader.join(10)  # while this thread writes
+
+    store.together([write])
+    look()
+    assert seen == [("consent", 0, "not begun", None), ("before", 1, "active", None)]
+
+
+def test_what_another_process_stores_is_seen_at_once(store):
+    code = store.enrol("P1").code
+    answer(store, code, 3)
+    with SessionStore(store.path.parent) as other:
+        answer(other, code, 1)
+        assert store.page(code).token == "trial-3.1"
+        other.withdraw(code)
+        other.enrol("P1")
+    assert store.page(code).token == "consent"
+    assert store.submit(code, "consent", {"consent": "agreed"}).page.token == "before"
 
 
 def test_a_clock_that_is_set_back_changes_no_order(store, monkeypatch):

@@ -17,6 +17,7 @@ from PIL import Image as Pillow
 from tactogram.errors import DataError, ParameterError
 from tactogram.jobs.study_sessions import begin_session
 from tactogram.jobs.study_stimuli import Stimuli
+from tactogram.studio.participants import routes
 from tactogram.studio.participants.allowance import Allowance
 from tactogram.studio.participants.playing import ServerDisplay
 from tactogram.studio.participants.sessions import Sessions
@@ -249,6 +250,31 @@ def test_a_sound_is_the_drive_and_is_logged_as_played(tmp_path, opened, person):
     behind = one.get("sound", token=page["token"], slot="A")
     assert (behind.status_code, behind.json()["error"][:7]) == (409, "this be")
     assert one.get("sound", token=one.page()["token"]).status_code == 400
+
+
+def test_a_sound_whose_page_is_answered_while_it_is_made_is_not_sent(tmp_path, opened, person, monkeypatch):
+    _, session, client = opened(tmp_path)
+    one = person(client, session.join_path)
+    token, wav_bytes = one.go_to("abx")["token"], routes.wav_bytes
+
+    def answered_meanwhile(drive):
+        session.store.submit(one.code, token, {"which": "A"})
+        return wav_bytes(drive)
+
+    monkeypatch.setattr(routes, "wav_bytes", answered_meanwhile)
+    behind = one.get("sound", token=token, slot="A")
+    assert (behind.status_code, session.store.played_log(one.code)) == (409, [])
+
+
+def test_a_ticket_is_known_after_a_restart_whatever_is_asked_first(tmp_path, opened, person):
+    sessions, session, client = opened(tmp_path)
+    one = person(client, session.join_path)
+    page = one.page()
+    sessions.shut(session.folder)
+    session = sessions.open(session.folder)
+    assert one.answer(page).json()["stored"]
+    session.store.withdraw(one.code)
+    assert (one.answer(page).status_code, one.get("page").status_code) == (404, 404)
 
 
 def test_silence_is_as_long_as_what_it_stands_beside(tmp_path, opened, person):
