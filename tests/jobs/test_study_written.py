@@ -3,7 +3,7 @@ import json
 import pytest
 
 from tactogram.jobs.study_analysis import JSON_FILE, analyse_study
-from tactogram.jobs.study_written import remove_earlier
+from tactogram.jobs.study_written import HASHES, hashes_of, remove_earlier
 
 
 @pytest.fixture(scope="module")
@@ -27,19 +27,23 @@ def test_an_earlier_analysis_leaves_no_figure_beside_a_new_report_and_own_files_
     stale = sorted(name for name in earlier if name.startswith("two_area") and name.endswith(".png"))
     assert stale
     (tmp_path / "photo.png").write_bytes(b"mine")
-    found = analyse_study(tables / "abx.csv", tmp_path, draws=100)["files"]
+    found = analyse_study(tables / "abx.csv", tmp_path, draws=100)
+    assert found[HASHES] == hashes_of({name: (tmp_path / name).read_bytes() for name in found[HASHES]})
+    found = found["files"]
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*found, "photo.png"])
     assert not set(stale) & set(found)
     alone = analyse_study(tables / "abx.csv", tmp_path, draws=100, figures=False)["files"]
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*alone, "photo.png"])
 
 
-def test_a_figure_that_somebody_changed_is_theirs_and_stays(tables, tmp_path):
-    files = analyse_study(tables / "abx.csv", tmp_path, draws=100)["files"]
-    [figure, *others] = [name for name in files if name.endswith(".png")]
-    (tmp_path / figure).write_bytes(b"with an arrow drawn in")
-    assert remove_earlier(tmp_path, JSON_FILE, kept=()) == others
-    assert (tmp_path / figure).read_bytes() == b"with an arrow drawn in"
+def test_a_figure_that_somebody_changed_is_theirs_and_stays(tmp_path):
+    figures = {"abx_correct.png": b"drawn", "abx_shares.png": b"drawn, too"}
+    said = {"sections": [], "files": [JSON_FILE, *figures], HASHES: hashes_of(figures)}
+    (tmp_path / JSON_FILE).write_text(json.dumps(said))
+    (tmp_path / "abx_correct.png").write_bytes(b"with an arrow drawn in")
+    (tmp_path / "abx_shares.png").write_bytes(b"drawn, too")
+    assert remove_earlier(tmp_path, JSON_FILE, kept=()) == ["abx_shares.png"]
+    assert (tmp_path / "abx_correct.png").read_bytes() == b"with an arrow drawn in"
 
 
 @pytest.mark.parametrize(
