@@ -6,9 +6,10 @@ which makes its stimuli ahead. "1 to 3 s" is how long they think on each page, a
 "all at once" is nobody thinking, and no sounds: every answer meets 29 others. An answer's time is from sending it
 until the next page is there; it is on the disk then (SQLite, WAL, full sync). "lost" are answers that were
 acknowledged and are not in the store, "doubled" pages that stand there twice, both counted after the end. "processor"
-is what the server had of the processors for each answer, with its page and sounds and what it still made ahead. "load"
-is the machine's load average at the beginning: above the number of cores, times are those of a busy machine, unless
-"nice" is below 0: then server and participants went before all other work.
+is what the server had of the processors for each answer, with its page and sounds and what it still made ahead. "disk"
+is the p99 of 200 flushes of 8 KiB to that disk just before, with nobody there: where nobody thinks, a slow one holds up
+all 30. "load" is the machine's load average at the beginning: above the number of cores, times are those of a busy
+machine, unless "nice" is below 0: then server and participants went before all other work.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ import psutil
 
 from tactogram.study.session_store import SessionStore
 
-CASES = (("1 to 3 s", (1.0, 3.0), 30, 2), ("all at once", None, 30, 2))
+CASES = (("1 to 3 s", (1.0, 3.0), 30, 2), ("all at once", None, 30, 5))
 """How they are called, seconds of thinking, participants, repetitions."""
 READY_S = 10.0
 """Before anybody joins: the server makes its stimuli ahead."""
@@ -45,6 +46,7 @@ def run():
         for repetition in range(repetitions):
             load = os.getloadavg()[0]
             with tempfile.TemporaryDirectory() as folder:
+                disk = flushed_ms(Path(folder) / "flushed")
                 found = taken(Path(folder) / "session", participants, thinking)
             rows.append(
                 {
@@ -52,12 +54,25 @@ def run():
                     "pace": pace,
                     "repetition": repetition + 1,
                     **found,
+                    "disk p99 ms": disk,
                     "load": load,
                     "nice": os.nice(0),
                 }
             )
             sys.stderr.write(f"{rows[-1]}\n")
     return rows
+
+
+def flushed_ms(path):
+    """Return the p99 of 200 flushes of 8 KiB, appended to a file."""
+    found = []
+    with path.open("wb", buffering=0) as file:
+        for _ in range(200):
+            file.write(bytes(8192))
+            begun = time.perf_counter()
+            os.fsync(file.fileno())
+            found.append(time.perf_counter() - begun)
+    return 1e3 * float(np.percentile(found, 99))
 
 
 def taken(folder, participants, thinking):
