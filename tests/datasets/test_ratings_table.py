@@ -189,7 +189,7 @@ BROKEN = {
         LONG + "r3,p,rough,much\n",
         r"row 5 \(r3, p, rough\): score must be a number, got 'much'",
     ),
-    "an infinite score": (LONG + "r3,p,rough,inf\n", "row 5 .*must be a number, got 'inf'"),
+    "an infinite score": (LONG + "r3,p,rough,inf\n", "row 5 .*must be a finite number, got 'inf'"),
     "a row without an item": (LONG + "r3,,rough,2\n", "row 5: item must not be empty"),
     "a row without a rater": (LONG + ",p,rough,2\n", "row 5: rater must not be empty"),
     "a row that is too short": (LONG + "r3,p,rough\n", "row 5: must have 4 cells, got 3"),

@@ -7,12 +7,12 @@ import math
 from tactogram.errors import DataError
 
 
-def finite_number(where: str, name: str, text: str | None) -> float:
+def finite_number(where: object, name: str, text: str | None) -> float:
     """Return a cell's text as a finite number.
 
     Parameters
     ----------
-    where : str
+    where : object
         File and row, as an error begins.
     name : str
         Of the column.
@@ -24,10 +24,11 @@ def finite_number(where: str, name: str, text: str | None) -> float:
     DataError
         If it is no number, or not a finite one.
     """
+    said = (text or "").strip()
     try:
-        value = float(text or "")
+        value = float(said)
     except ValueError:
-        value = math.nan
+        raise DataError(f"{where}: {name} must be a number, got {said!r}") from None
     if not math.isfinite(value):
-        raise DataError(f"{where}: {name} must be a number, got {text!r}")
+        raise DataError(f"{where}: {name} must be a finite number, got {said!r}")
     return value

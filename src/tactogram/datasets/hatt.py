@@ -37,6 +37,7 @@ from xml.etree.ElementTree import Element, ParseError, fromstring
 import numpy as np
 from numpy.typing import NDArray
 
+from tactogram.datasets.cells import finite_number
 from tactogram.datasets.importing import Item
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError, ParameterError
@@ -193,7 +194,7 @@ def _model(where: str, node: Element, rate: float) -> AutoregressiveModel:
 
 
 def _polynomial(where: str, node: Element, name: str) -> NDArray[np.float64]:
-    lines = [_float(where, name, value.text) for value in node.findall(f"{name}/value")]
+    lines = [finite_number(where, name, value.text) for value in node.findall(f"{name}/value")]
     if not lines:
         raise DataError(f"{where}: expected values in {name}, found none")
     try:
@@ -203,7 +204,7 @@ def _polynomial(where: str, node: Element, name: str) -> NDArray[np.float64]:
 
 
 def _triangles(path: Path, root: Element, count: int) -> NDArray[np.intp] | None:
-    rows = [[_float(path, "tri", v.text) for v in tri.findall("value")] for tri in root.findall("tri")]
+    rows = [[finite_number(path, "tri", v.text) for v in tri.findall("value")] for tri in root.findall("tri")]
     if not rows:
         return None
     if any(len(row) != 3 or not all(1 <= v <= count and v == int(v) for v in row) for row in rows):
@@ -257,14 +258,4 @@ def _text(where: object, node: Element, name: str) -> str:
 
 
 def _number(where: object, node: Element, name: str) -> float:
-    return _float(where, name, _text(where, node, name))
-
-
-def _float(where: object, name: str, text: str | None) -> float:
-    try:
-        value = float(text or "")
-    except ValueError:
-        value = np.nan
-    if not np.isfinite(value):
-        raise DataError(f"{where}: {name} must be a finite number, got {(text or '').strip()!r}")
-    return value
+    return finite_number(where, name, _text(where, node, name))
