@@ -15,12 +15,13 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from tactogram.datasets import Split, Store, open_store
-from tactogram.errors import DataError, ParameterError
+from tactogram.datasets import Split, Store
+from tactogram.errors import ParameterError
 from tactogram.evaluation.image_quality import ImageQuality
 from tactogram.evaluation.image_spread import ImageSpread
 from tactogram.evaluation.label_following import Following, following
 from tactogram.experiments._jobs import Jobs
+from tactogram.experiments._stores import given_or_simulated
 from tactogram.models.tactile_image_cgan.images import as_floats, square
 from tactogram.signal import Image
 from tactogram.training.run import write_text
@@ -37,14 +38,7 @@ Array = NDArray[np.float64]
 
 def store_of(jobs: Jobs, folder: Path, set_name: str, given: str = "") -> Store:
     """Return the store at ``given``, or a simulated set, made once in ``folder``."""
-    if given:
-        return open_store(given)
-    made = folder / set_name
-    try:
-        return open_store(made)
-    except DataError:
-        jobs.simulate(set_name, made, seed=0)
-        return open_store(made)
+    return given_or_simulated(jobs, folder / set_name, set_name, given=given)
 
 
 @dataclass(frozen=True, eq=False)

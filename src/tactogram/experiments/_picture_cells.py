@@ -10,9 +10,9 @@ from typing import Any
 
 from scipy.stats import ttest_rel
 
-from tactogram.datasets import Store, open_store
-from tactogram.errors import DataError
+from tactogram.datasets import Store
 from tactogram.experiments._jobs import Jobs
+from tactogram.experiments._stores import given_or_simulated
 from tactogram.recipe import Prepare
 from tactogram.training.run import write_text
 
@@ -36,14 +36,7 @@ PHOTOGRAPHS = 9
 
 def data_of(jobs: Jobs, folder: Path, data: str) -> Store:
     """Return the store at ``data``, or simulated surfaces, made once."""
-    if data:
-        return open_store(data)
-    made = folder / "data"
-    try:
-        return open_store(made)
-    except DataError:
-        jobs.simulate(SIMULATED, made, seed=0, photographs=PHOTOGRAPHS)
-        return open_store(made)
+    return given_or_simulated(jobs, folder / "data", SIMULATED, given=data, photographs=PHOTOGRAPHS)
 
 
 def axis_of(store: Store) -> dict[str, Any]:

@@ -17,10 +17,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from tactogram.datasets import Store, open_store
+from tactogram.datasets import Store
 from tactogram.errors import DataError, ParameterError, UnitError
 from tactogram.evaluation.report import save_figure
 from tactogram.experiments._jobs import Jobs
+from tactogram.experiments._stores import given_or_simulated
 from tactogram.models import ModelFacts, available, find
 from tactogram.rendering.catalogue import open_display, shipped
 from tactogram.rendering.display import Display
@@ -172,12 +173,7 @@ def _texture(
 
 def _store(jobs: Jobs, folder: Path, facts: ModelFacts) -> Store:
     name, options = OWN_DATA.get(facts.name, DATA[facts.needs[0]])
-    place = folder / name
-    try:
-        return open_store(place)
-    except DataError:
-        jobs.simulate(name, place, seed=0, **options)
-        return open_store(place)
+    return given_or_simulated(jobs, folder / name, name, **options)
 
 
 def _condition(store: Store, facts: ModelFacts) -> dict[str, Any]:

@@ -10,9 +10,8 @@ from pathlib import Path
 from statistics import mean, stdev
 from typing import Any
 
-from tactogram.datasets import open_store
-from tactogram.errors import DataError
 from tactogram.experiments._jobs import Jobs
+from tactogram.experiments._stores import given_or_simulated
 
 HELD_OUT_AT_ONCE = 3
 
@@ -20,11 +19,7 @@ HELD_OUT_AT_ONCE = 3
 def run(jobs: Jobs, folder: Path, *, paper: bool) -> dict[str, Any]:
     """Return, over the turns, how many known recordings pass, unknown ones are refused, and the AUROC."""
     data = folder / "data"
-    try:
-        store = open_store(data)
-    except DataError:
-        jobs.simulate("stroking9", data, seed=0, per_class=30)
-        store = open_store(data)
+    store = given_or_simulated(jobs, data, "stroking9", per_class=30)
     names = sorted({str(info.material) for info in store.index})
     turns = [names[i::HELD_OUT_AT_ONCE] for i in range(len(names) // HELD_OUT_AT_ONCE)]
     rows = []

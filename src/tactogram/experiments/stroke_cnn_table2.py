@@ -12,9 +12,8 @@ from pathlib import Path
 from statistics import mean, stdev
 from typing import Any
 
-from tactogram.datasets import open_store
-from tactogram.errors import DataError
 from tactogram.experiments._jobs import Jobs
+from tactogram.experiments._stores import given_or_simulated
 
 PUBLISHED = {"100": 89.0, "200": 88.0, "400": 93.2, "mixed": 88.9}
 """Table II, classification accuracy in %, windows. The printed rows P, R, V, X, Y, Z of Table I are corrupt."""
@@ -26,11 +25,7 @@ BENCH = {"config.window": 200, "config.batch_size": 32, "config.steps": 300}
 def run(jobs: Jobs, folder: Path, *, paper: bool) -> dict[str, Any]:
     """Return accuracy per speed and mixed, in %, mean and spread over folds; makes the data when it is not there."""
     data = folder / "data"
-    try:
-        store = open_store(data)
-    except DataError:
-        jobs.simulate("stroking30", data, seed=0)
-        store = open_store(data)
+    store = given_or_simulated(jobs, data, "stroking30")
     options: dict[str, Any] = {"folds": 10, "label": "material+contactor", "recipe": "paper"}
     if not paper:
         options |= {

@@ -12,12 +12,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from tactogram.datasets import open_store
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import log_spectral_distance
 from tactogram.evaluation.report import save_figure
 from tactogram.evaluation.spectrogram_figures import spectrograms_figure
 from tactogram.experiments._jobs import Jobs
+from tactogram.experiments._stores import given_or_simulated
 from tactogram.signal import Image, Signal
 
 FIGURES = {
@@ -31,11 +31,7 @@ FIGURES = {
 def run(jobs: Jobs, folder: Path, *, paper: bool, model: str = "stroke_gan") -> dict[str, Any]:
     """Return where the figures are, and for each texture how far generated strokes are from recorded ones."""
     data = folder / "data"
-    try:
-        store = open_store(data)
-    except DataError:
-        jobs.simulate("stroking9", data, seed=0)
-        store = open_store(data)
+    store = given_or_simulated(jobs, data, "stroking9")
     recipe = "paper" if paper else "quick"
     out = folder / model
     jobs.train(model, data, recipe=recipe, out=out, resume=(out / "recipe.toml").exists())

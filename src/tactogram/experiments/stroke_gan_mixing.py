@@ -15,10 +15,9 @@ from pathlib import Path
 from statistics import mean, stdev
 from typing import Any
 
-from tactogram.datasets import open_store
-from tactogram.errors import DataError
 from tactogram.evaluation.mixing import EndsAlikeError
 from tactogram.experiments._jobs import Jobs
+from tactogram.experiments._stores import given_or_simulated
 
 END = "tile"
 ADDED_TO = "luncheon-mat-03"
@@ -75,11 +74,7 @@ def run(
         Models to compare with, by comma, trained once each; may be empty.
     """
     data = folder / "data"
-    try:
-        store = open_store(data)
-    except DataError:
-        jobs.simulate("stroking9", data, seed=0)
-        store = open_store(data)
+    store = given_or_simulated(jobs, data, "stroking9")
     recipe = "paper" if paper else "quick"
     asked = {"steps": STEPS, "signals": SIGNALS["paper" if paper else "bench"], "seconds": SECONDS}
     lines = {model: range(trainings)} | {

@@ -17,16 +17,17 @@ from typing import Any
 
 import numpy as np
 
-from tactogram.datasets import Ratings, Store, open_store
+from tactogram.datasets import Ratings, Store
 from tactogram.datasets.ratings_table import read_table, write_table
 from tactogram.datasets.simulate.raters import draw_people, score_vibrations
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import ParameterError
 from tactogram.evaluation.rating_figures import word_map_figure
 from tactogram.evaluation.ratings import distances_to_targets, one_rater_error, split_half_error
 from tactogram.evaluation.report import save_figure
 from tactogram.evaluation.reproduction import NEAREST, STRAIGHT
 from tactogram.experiments._figure7_report import RATER_MODEL, figure7_report, figure7_text
 from tactogram.experiments._jobs import Jobs
+from tactogram.experiments._stores import given_or_simulated
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
 from tactogram.training.run import write_text
@@ -72,7 +73,7 @@ def run(
     recipe : str
         Of the generators; by default ``paper``, or ``quick`` for the bench.
     """
-    store = _data(jobs, folder, data)
+    store = given_or_simulated(jobs, folder / "data", "ultrasonic", given=data)
     chosen = _chosen(groups)
     recipe = recipe or ("paper" if paper else "quick")
     changes: dict[str, Any] = {"config.iterations": iterations} if iterations else {}
@@ -168,18 +169,6 @@ def _chosen(groups: str) -> list[str]:
     if unknown := [name for name in names if name not in GROUPS]:
         raise ParameterError(f"groups must be of {', '.join(GROUPS)}, joined by commas; got {unknown[0]!r}")
     return [name for name in GROUPS if name in names]
-
-
-def _data(jobs: Jobs, folder: Path, data: str) -> Store:
-    """Return the store at ``data``, or the simulated study, made once."""
-    if data:
-        return open_store(data)
-    made = folder / "data"
-    try:
-        return open_store(made)
-    except DataError:
-        jobs.simulate("ultrasonic", made, seed=0)
-        return open_store(made)
 
 
 def _group(
