@@ -38,8 +38,14 @@ def test_conditions_are_checked():
 def test_a_kind_refuses_another_rate():
     kind = SignalKind(330, "m/s^2", ("x", "y", "z"))
     kind.check(Signal(np.zeros((3, 4)), 330, "m/s^2"))
-    with pytest.raises(ParameterError, match="signal must be 330 Hz.*got 1000 Hz"):
+    with pytest.raises(ParameterError, match="signal must be 330 Hz.*got 1000 Hz, m/s\\^2, axes x,y,z$"):
         kind.check(Signal(np.zeros((3, 4)), 1000, "m/s^2"))
+
+
+def test_a_kind_says_how_axes_of_other_names_are_read():
+    kind = SignalKind(330, "m/s^2", ("x", "y", "z"))
+    with pytest.raises(ParameterError, match=r"got .* axes ax,ay,az; read it as x,y,z \(--axes\) if these"):
+        kind.check(Signal(np.zeros((3, 4)), 330, "m/s^2", ("ax", "ay", "az")))
 
 
 def test_a_kind_over_displacement_refuses_a_signal_over_time():

@@ -208,7 +208,10 @@ class SignalKind:
         """
         got = (signal.rate, signal.unit, signal.axes, signal.domain)
         if got != (self.rate, self.unit, self.axes, self.domain):
-            raise ParameterError(f"signal must be {_kind(self)}; got {_kind(signal)}")
+            alike = (signal.rate, signal.unit, signal.domain) == (self.rate, self.unit, self.domain)
+            renamed = alike and len(signal.axes) == len(self.axes)
+            hint = f"; read it as {','.join(self.axes)} (--axes) if these are the same" if renamed else ""
+            raise ParameterError(f"signal must be {_kind(self)}; got {_kind(signal)}{hint}")
 
     def by_material(self, examples: Sequence[Example]) -> dict[str, list[Example]]:
         """Return the training examples of each of ``materials``, all of this kind.
