@@ -10,10 +10,12 @@ from pathlib import Path
 import pytest
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.study import session_store
+from tactogram.study import session_standing, session_store
 from tactogram.study.session_people import CODE, drawn_code
+from tactogram.study.session_standing import extended, given_of, row_of
 from tactogram.study.session_store import SessionStore, Submitted
 from tactogram.study.simulated import SimulatedEffect, SimulatedParticipant, simulate, take
+from tactogram.study.trials import Given
 
 HASH = "0" * 64
 
@@ -213,6 +215,29 @@ def test_who_reads_waits_for_nobody_who_writes_and_sees_what_is_on_the_disk(stor
     store.together([write])
     look()
     assert seen == [("consent", 0, "not begun", None), ("before", 1, "active", None)]
+
+
+def test_what_is_next_is_computed_once(store, monkeypatch):
+    computed, next_page = [], session_standing.next_page
+    monkeypatch.setattr(session_standing, "next_page", lambda *a: computed.append(a) or next_page(*a))
+    code = store.enrol().code
+    for token in ("consent", "before", "trial-1.1", "trial-2.1"):
+        page = store.page(code)
+        assert page.token == token
+        store.submit(code, token, {one.key: one.question.options[0].value for one in page.asked})
+    assert len(computed) == 5
+
+
+def test_a_record_of_pages_gives_them_back_whatever_was_written_in_them():
+    texts = ["", "touch \x1f and \x1e", '"}], [{"', "触感\n", "\\u001e"]
+    given = tuple(Given(f"trial-{n}.1", {"comment": text}, {"fact": text}) for n, text in enumerate(texts, 1))
+    rows = [row_of(place, one) for place, one in enumerate(given, 1)]
+    record = ""
+    for row in rows:
+        record = extended(record, row)
+    assert given_of(record) == given
+    assert given_of(extended(extended("", rows[3]), rows[1])) == (given[1], given[3])
+    assert given_of("") == ()
 
 
 def test_what_another_process_stores_is_seen_at_once(store):

@@ -14,8 +14,10 @@ from tactogram.study.study_file import Study
 from tactogram.study.trials import Given, Page, Participant
 
 State = Literal["going", "done", "declined", "aborted"]
-Row = tuple[str, str, str]
-"""An answered page as the file has it: token, responses and facts, both as JSON."""
+Row = tuple[int, str, str, str]
+"""An answered page as the file has it: position from 1, token, responses and facts, both as JSON."""
+FIELD, PAGE = "\x1f", "\x1e"
+"""What divides a record of pages; in JSON both are escaped."""
 
 
 @dataclass(frozen=True)
@@ -43,15 +45,15 @@ class Standing:
     known : Known
     ended : bool
         Whether the experimenter ended the study.
-    rows : tuple of Row
-        Answered pages, in order.
+    record : str
+        Answered pages, as one text.
     way : Way
         What follows from them.
     """
 
     known: Known
     ended: bool
-    rows: tuple[Row, ...]
+    record: str
     way: Way
 
     @property
@@ -86,26 +88,43 @@ class Standing:
             raise NotNowError(ENDED)
 
 
-def way(study: Study, participant: Participant, rows: tuple[Row, ...]) -> Way:
+def way(study: Study, participant: Participant, given: tuple[Given, ...]) -> Way:
     """Return what follows from the pages that a participant answered."""
-    # Read as one text: an hour's hundreds of pages are read again at every answer.
-    texts = json.loads(f"[{','.join(f'[{responses},{facts}]' for _, responses, facts in rows)}]")
-    given = tuple(Given(row[0], *both) for row, both in zip(rows, texts, strict=True))
     return Way(given, next_page(study, participant, given))
 
 
-def row_of(given: Given) -> Row:
+def row_of(position: int, given: Given) -> Row:
     """Return an answered page as the file has it."""
-    return given.token, _text(given.responses), _text(given.facts)
+    return position, given.token, _text(given.responses), _text(given.facts)
 
 
-def rows_of(rows: sqlite3.Connection, participant: Participant) -> tuple[Row, ...]:
-    """Return the pages that a participant answered, in order."""
-    found = rows.execute(
-        "SELECT token, responses, facts FROM pages WHERE participant = ? ORDER BY position",
+def record_of(rows: sqlite3.Connection, participant: Participant) -> str:
+    """Return the pages that a participant answered.
+
+    As one text: SQLite makes it in one step, and the interpreter's lock, which each step gives away, is not waited for
+    as often as there are pages.
+    """
+    [record] = rows.execute(
+        "SELECT group_concat(position || char(31) || token || char(31) || responses || char(31) || facts, char(30)) "
+        "FROM (SELECT * FROM pages WHERE participant = ? ORDER BY position)",
         (participant.number,),
+    ).fetchone()
+    return record or ""
+
+
+def extended(record: str, row: Row) -> str:
+    """Return a record with a page more."""
+    page = FIELD.join(map(str, row))
+    return f"{record}{PAGE}{page}" if record else page
+
+
+def given_of(record: str) -> tuple[Given, ...]:
+    """Return the pages of a record, in the order in which they were answered."""
+    pages = [page.split(FIELD) for page in record.split(PAGE)] if record else []
+    pages.sort(key=lambda page: int(page[0]))
+    return tuple(
+        Given(token, json.loads(responses), json.loads(facts)) for _, token, responses, facts in pages
     )
-    return tuple(found.fetchall())
 
 
 def _text(values: Mapping[str, str]) -> str:

@@ -11,7 +11,6 @@ import re
 import sqlite3
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -22,14 +21,24 @@ from tactogram.study.practice import practised
 from tactogram.study.session_file import add_device, ended_at, now_utc
 from tactogram.study.session_logs import SessionLogs, last_played
 from tactogram.study.session_people import Known, NotNowError, everybody, known
-from tactogram.study.session_standing import Row, Standing, State, row_of, rows_of, way
+from tactogram.study.session_standing import (
+    Row,
+    Standing,
+    State,
+    Way,
+    extended,
+    given_of,
+    record_of,
+    row_of,
+    way,
+)
 from tactogram.study.sitting import answers_to, declined
 from tactogram.study.states import NOT_BEGUN
 from tactogram.study.study_file import Study
 from tactogram.study.trials import Given, Page, Participant
 
-MOST_WAYS = 256
-"""Participants whose next page is kept: it is asked for when the one before is answered, and when it is itself."""
+MOST_WAYS = 1000
+"""Participants of whom what is next is kept: it is asked for as a page is answered, and as the next one is."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +82,7 @@ class SessionStore(SessionLogs):
 
     def __init__(self, folder: Path, study: Study | None = None) -> None:
         super().__init__(folder, study)
-        self._way = lru_cache(maxsize=MOST_WAYS)(partial(way, self.study))
+        self._ways: dict[int, tuple[Participant, str, Way]] = {}
 
     def standing(self, code: str) -> Standing:
         """Return where a participant is.
@@ -133,7 +142,7 @@ class SessionStore(SessionLogs):
         with self._writing() as rows:
             standing = self._standing(rows, known(rows, code))
             standing.check_going()
-            if any(one[0] == token for one in standing.rows):
+            if any(one.token == token for one in standing.way.given):
                 return Submitted(False, standing)
             participant, page = standing.participant, standing.page
             if page is None or page.token != token:
@@ -153,10 +162,11 @@ class SessionStore(SessionLogs):
                 played=last_played(rows, participant, token),
                 device=facts,
             )
-            new = row_of(Given(token, accepted, page.more))
-            self._store(rows, standing, new, answers)
+            new = Given(token, accepted, page.more)
+            row = row_of(len(standing.way.given) + 1, new)
+            _store(rows, participant, row, answers)
             add_device(rows, participant.number, token, facts)
-            return Submitted(True, self._further(standing, new))
+            return Submitted(True, self._further(standing, new, row))
 
     def log_played(
         self, code: str, token: str, slot: str, *, sha256: str, level: str, display: str, gain_db: float = 0.0
@@ -221,26 +231,25 @@ class SessionStore(SessionLogs):
             return int(rows.execute("SELECT count(*) FROM answers").fetchone()[0])
 
     def _standing(self, rows: sqlite3.Connection, one: Known) -> Standing:
-        stored = rows_of(rows, one.participant)
-        return Standing(one, ended_at(rows) is not None, stored, self._way(one.participant, stored))
+        participant, record = one.participant, record_of(rows, one.participant)
+        kept = self._ways.get(participant.number)
+        if kept is not None and kept[:2] == (participant, record):
+            found = kept[2]
+        else:
+            found = self._kept(participant, record, way(self.study, participant, given_of(record)))
+        return Standing(one, ended_at(rows) is not None, record, found)
 
-    def _further(self, standing: Standing, new: Row) -> Standing:
+    def _further(self, standing: Standing, new: Given, row: Row) -> Standing:
         """Return where a participant is after another page."""
-        stored = (*standing.rows, new)
-        return replace(standing, rows=stored, way=self._way(standing.participant, stored))
+        participant, record = standing.participant, extended(standing.record, row)
+        found = way(self.study, participant, (*standing.way.given, new))
+        return replace(standing, record=record, way=self._kept(participant, record, found))
 
-    def _store(
-        self, rows: sqlite3.Connection, standing: Standing, new: Row, answers: Sequence[Answer]
-    ) -> None:
-        number, position = standing.participant.number, len(standing.rows) + 1
-        rows.execute(
-            "INSERT INTO pages (participant, position, token, responses, facts) VALUES (?,?,?,?,?)",
-            (number, position, *new),
-        )
-        rows.executemany(
-            "INSERT INTO answers (participant, position, place, row) VALUES (?,?,?,?)",
-            [(number, position, place, json.dumps(vars(row))) for place, row in enumerate(answers)],
-        )
+    def _kept(self, participant: Participant, record: str, found: Way) -> Way:
+        if len(self._ways) >= MOST_WAYS:
+            self._ways.clear()
+        self._ways[participant.number] = (participant, record, found)
+        return found
 
     def _progress(self, rows: sqlite3.Connection, standing: Standing) -> dict[str, Any]:
         participant, page, given = standing.participant, standing.way.page, standing.way.given
@@ -269,6 +278,18 @@ def _times(rt_ms: Mapping[str, float], accepted: Mapping[str, str]) -> dict[str,
     """Return the times that can be: what a broken or changed clock made of the others is left out."""
     known = {key: value for key, value in rt_ms.items() if key == "" or key in accepted}
     return {key: float(value) for key, value in known.items() if 0 <= value < 86_400_000}
+
+
+def _store(rows: sqlite3.Connection, participant: Participant, row: Row, answers: Sequence[Answer]) -> None:
+    number, position = participant.number, row[0]
+    rows.execute(
+        "INSERT INTO pages (participant, position, token, responses, facts) VALUES (?,?,?,?,?)",
+        (number, *row),
+    )
+    rows.executemany(
+        "INSERT INTO answers (participant, position, place, row) VALUES (?,?,?,?)",
+        [(number, position, place, json.dumps(vars(one))) for place, one in enumerate(answers)],
+    )
 
 
 def _last(rows: sqlite3.Connection, participant: Participant) -> str | None:
