@@ -477,6 +477,7 @@ class TestFolder:
         [
             ("name\nx\n", "needs a column 'file', got name"),
             ("file,force_n\ncork/a.wav,fast\n", "row 2: force_n must be a number, got 'fast'"),
+            ("file,force_n\ncork/a.wav,-3\n", "row 2: force_n must be at least 0, got -3"),
             ("file,force_n\ncork/b.wav,1\n", r"row 2: there is no signal file cork/b.wav"),
             ("file,force_n\ncork/a.wav,1\ncork/a.wav,1\n", r"row 3: cork/a.wav stands in row 2 too"),
             ("file\ncork/a.wav,1\n", "row 2 has more values than there are columns"),

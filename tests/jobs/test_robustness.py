@@ -169,6 +169,8 @@ def test_what_is_added_stays_simulated(texture, tmp_path):
     assert not open_store(tmp_path / "store").simulated
     with pytest.raises(ParameterError, match="speed_mm_s must be finite"):
         add_signal(tmp_path / "store", tmp_path / "made.wav", material="foam", speed_mm_s=np.nan)
+    with pytest.raises(ParameterError, match="force_n must be at least 0, got -3"):
+        add_signal(tmp_path / "store", tmp_path / "made.wav", material="foam", force_n=-3.0)
     added = add_signal(tmp_path / "store", tmp_path / "made.wav", material="foam")
     bigger = open_store(tmp_path / "store")
     assert bigger.info(added["id"]).simulated

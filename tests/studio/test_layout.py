@@ -32,3 +32,19 @@ def test_an_error_that_comes_when_its_page_was_left_is_logged(handler, caplog, m
     assert [record.getMessage() for record in caplog.records] == [
         "nobody was left to be told: expected a, got b"
     ]
+
+
+@pytest.mark.parametrize(
+    ("value", "asked", "says"),
+    [
+        (-3.0, {"least": 0.1}, "Seconds must be at least 0.1, got -3"),
+        (12.0, {"least": 0, "most": 9}, "Seconds must be 0 to 9, got 12"),
+        (2.5, {"whole": True}, "Seconds must be a whole number, got 2.5"),
+        (float("nan"), {"least": 0}, "Seconds must be at least 0, got nan"),
+    ],
+)
+def test_a_number_out_of_range_is_refused_and_not_altered(value, asked, says):
+    with pytest.raises(ParameterError, match=f"^{says}$"):
+        layout.in_range("Seconds", value, **asked)
+    assert layout.in_range("Seconds", 1.0, **asked) == 1.0
+    assert layout.in_range("Seconds", None, **asked) is None

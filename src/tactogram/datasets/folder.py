@@ -226,6 +226,8 @@ def _row(where: str, values: Mapping[str | None, Any]) -> dict[str, Any]:
     for name, text in texts.items():
         if name in (*NUMBERS, "rate", "image_width_mm"):
             row[name] = finite_number(where, name, text)
+            if name in ("speed_mm_s", "force_n") and row[name] < 0:
+                raise DataError(f"{where}: {name} must be at least 0, got {text}")
         elif name.startswith("rating_"):
             row["ratings"][name.removeprefix("rating_")] = finite_number(where, name, text)
         elif name == "axes":

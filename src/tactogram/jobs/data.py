@@ -178,7 +178,7 @@ def add_signal(
     Raises
     ------
     ParameterError
-        If the store has several streams and none was named.
+        If the store has several streams and none was named, or a number cannot be what it says.
     """
     store, file = open_store(path), Path(file)
     if stream is None:
@@ -190,6 +190,8 @@ def add_signal(
     for name, value in known.items():
         if isinstance(value, float) and not math.isfinite(value):
             raise ParameterError(f"{name} must be finite, got {value}")
+        if name in ("speed_mm_s", "force_n") and value is not None and value < 0:
+            raise ParameterError(f"{name} must be at least 0, got {value:g}")
     read = read_file(file, unit=unit, rate=rate, axes=axes)
     recording = Recording(
         streams={stream: read.signal},

@@ -7,6 +7,7 @@ import functools
 import html
 import inspect
 import logging
+import math
 from collections.abc import Callable, Coroutine, Iterator
 from contextlib import contextmanager
 from typing import Any, ParamSpec, TypeVar
@@ -14,7 +15,7 @@ from typing import Any, ParamSpec, TypeVar
 from nicegui import ui
 from nicegui.elements.column import Column
 
-from tactogram.errors import TactogramError
+from tactogram.errors import ParameterError, TactogramError
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -92,6 +93,46 @@ def upload(text: str, **options: Any) -> ui.upload:
     drawn = ui.upload(auto_upload=True, **options).props("flat bordered")
     drawn.add_slot("header", CHOOSER.format(text=html.escape(text)))
     return drawn
+
+
+class Number(ui.number):
+    """A field for a number that leaves it as it was typed; `given` refuses what cannot be used.
+
+    NiceGUI's own pulls a number to the nearer of its ends when the field is left, without a word.
+    """
+
+    def sanitize(self) -> None:
+        """Leave it."""
+
+    def given(self, *, least: float = -math.inf, most: float = math.inf, whole: bool = False) -> float | None:
+        """Return the number, None where the field is empty.
+
+        Raises
+        ------
+        ParameterError
+            Naming the field, if it is not what is asked for.
+        """
+        return in_range(self.label or "number", self.value, least=least, most=most, whole=whole)
+
+
+def in_range(
+    name: str, value: float | None, *, least: float = -math.inf, most: float = math.inf, whole: bool = False
+) -> float | None:
+    """Return ``value`` if it lies in ``least`` to ``most`` and is whole where it must be; None stays None.
+
+    Raises
+    ------
+    ParameterError
+        Otherwise.
+    """
+    if value is None:
+        return None
+    if whole and not float(value).is_integer():
+        raise ParameterError(f"{name} must be a whole number, got {value:g}")
+    if not least <= value <= most:
+        asked = f"at least {least:g}" if most == math.inf else f"{least:g} to {most:g}"
+        raise ParameterError(f"{name} must be {asked}, got {value:g}")
+    return value
 
 
 def told(error: BaseException) -> None:

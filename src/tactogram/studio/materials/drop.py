@@ -14,7 +14,7 @@ from tactogram.jobs.data import add_signal
 from tactogram.signal import Signal
 from tactogram.signal.io import READABLE, SignalFile, read_file
 from tactogram.signal.io.files import SOUND, written_beside
-from tactogram.studio.layout import busy, in_background, page, telling, upload
+from tactogram.studio.layout import Number, busy, in_background, page, telling, upload
 from tactogram.studio.materials.near import draw_near
 from tactogram.studio.materials.parts import HEAD, MaterialsDesk, address
 from tactogram.studio.signals.view import add_routes, signal_card
@@ -102,7 +102,7 @@ class _Drop:
                 f"{signal.extent:.3g} {'s' if signal.domain == 'time' else 'mm'} at {signal.rate:g} {per}, "
                 f"in {signal.unit}, axes {', '.join(signal.axes)}"
             )
-            if known.timing is not None:
+            if known.timing is not None and not known.timing.even:
                 ui.label("Its time stamps were brought to even spacing.").classes("small quiet")
             self._ask(closed=True)
         self.set = self.asked or self._fitting(signal)
@@ -145,7 +145,7 @@ class _Drop:
                 label="Unit",
                 value=self.unit if self.unit in UNITS else "",
             ).classes("w-40")
-            rate = ui.number("Rate, Hz", value=float(self.rate) if self.rate else None, min=0).classes("w-36")
+            rate = Number("Rate, Hz", value=float(self.rate) if self.rate else None).classes("w-36")
             axes = ui.input("Axes", value=self.axes, placeholder="x,y,z").classes("w-36")
             ui.button(
                 "Read it so",
@@ -181,8 +181,8 @@ class _Drop:
                     ui.select(list(store.streams), label="Stream").bind_value(values, "stream").classes(
                         "w-40"
                     )
-                ui.number("Speed, mm/s", min=0).bind_value(values, "speed_mm_s").classes("w-32")
-                ui.number("Force, N", min=0).bind_value(values, "force_n").classes("w-32")
+                Number("Speed, mm/s").bind_value(values, "speed_mm_s").classes("w-32")
+                Number("Force, N").bind_value(values, "force_n").classes("w-32")
                 for name in ("contactor", "session", "subject"):
                     ui.input(name.capitalize()).bind_value(values, name).classes("w-32")
             ui.label("A subject is a code, never a name.").classes("small quiet")

@@ -10,7 +10,7 @@ from nicegui import ui
 
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.jobs.data import list_sets
-from tactogram.studio.layout import in_background, page, telling
+from tactogram.studio.layout import Number, in_background, page, telling
 from tactogram.studio.materials import data_set, drop, recording
 from tactogram.studio.materials.overview import DataSets
 from tactogram.studio.materials.parts import HEAD, MaterialsDesk, add_routes
@@ -59,27 +59,23 @@ def _simulate(desk: MaterialsDesk, sets: dict[str, str]) -> None:
         )
         which.classes("w-full")
         with ui.row().classes("w-full no-wrap"):
-            per_class = ui.number("Recordings per class", placeholder="usual", min=1, precision=0).classes(
-                "col"
-            )
-            seconds = ui.number("Seconds", placeholder="usual", min=0.1).classes("col")
+            per_class = Number("Recordings per class", placeholder="usual").classes("col")
+            seconds = Number("Seconds", placeholder="usual").classes("col")
         with ui.row().classes("w-full no-wrap"):
-            photographs = ui.number(
-                "Photographs per surface", placeholder="one", min=0, max=9, precision=0
-            ).classes("col")
-            seed = ui.number("Seed", value=0, min=0, precision=0).classes("col")
+            photographs = Number("Photographs per surface", placeholder="one").classes("col")
+            seed = Number("Seed", value=0).classes("col")
         name = ui.input("Name", value="").classes("w-full")
 
         def arguments() -> list[str]:
             found = ["data", "simulate", str(which.value), "--out", _place(name.value)]
             for option, value in (
-                ("--seed", seed.value),
-                ("--per-class", per_class.value),
-                ("--seconds", seconds.value),
-                ("--photographs", photographs.value),
+                ("--seed", seed.given(least=0, whole=True)),
+                ("--per-class", per_class.given(least=1, whole=True)),
+                ("--seconds", seconds.given(least=0.1, most=3600)),
+                ("--photographs", photographs.given(least=0, most=9, whole=True)),
             ):
                 if value is not None:
-                    found += [option, f"{value:g}"]
+                    found += [option, f"{value:.10g}"]
             return found
 
         _begin(desk, "simulate", arguments, name, which, lambda: f"{which.value}")
