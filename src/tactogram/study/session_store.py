@@ -1,7 +1,8 @@
 """Answers on the disk before anything else happens: one SQLite file for each study.
 
-When `SessionStore.submit` returns, its page is on the disk (`SessionFile` says how). A page is stored once, whatever is
-sent again. What is next follows from what is stored, in the order of the rows' numbers; no clock decides anything.
+When `SessionStore.submit` returns, its page is on the disk (`SessionFile` says how); where it is called within
+`SessionFile.together`, when that returns. A page is stored once, whatever is sent again. What is next follows from what
+is stored, in the order of the rows' numbers; no clock decides anything.
 """
 
 from __future__ import annotations
@@ -116,7 +117,7 @@ class SessionStore(SessionLogs):
         rt_ms: Mapping[str, float] | None = None,
         device: Mapping[str, Any] | None = None,
     ) -> Submitted:
-        """Store the answers to a page; they are on the disk when this returns.
+        """Store the answers to a page; they are on the disk when this returns, or, within `together`, when that does.
 
         Sent again, by a double click, the back button or a reload, it stores nothing and answers the same.
 
