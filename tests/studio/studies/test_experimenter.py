@@ -71,11 +71,13 @@ def test_the_experimenter_follows_helps_stops_and_exports(page, lab):
         row.get_by_text("trial 2 of 4").wait_for()
         row.get_by_text("6.25 px/mm, finger 490 mm/s").wait_for()
 
-        page.get_by_label("Code (empty: one is drawn)").fill("K7")
+        code = page.get_by_label("Code (empty: one is drawn)")
+        code.fill("K7")
         page.get_by_role("button", name="Enrol").click()
         taken = page.get_by_role("link", name="open their pages").get_attribute("href")
         assert "/take/" in taken
-        page.get_by_label("Code (empty: one is drawn)").fill("Hanako")
+        page.wait_for_function("field => field.value === ''", arg=code.element_handle())
+        code.fill("Hanako")
         page.get_by_role("button", name="Enrol").click()
         page.get_by_text("never a name").wait_for()
 
