@@ -1,4 +1,3 @@
-import gc
 import os
 import tempfile
 import time
@@ -45,7 +44,6 @@ def test_a_folder_goes_with_its_owner(temporary):
     path = scratch_of(owner)
     assert path.is_dir()
     del owner
-    gc.collect()
     assert not path.exists()
 
 
