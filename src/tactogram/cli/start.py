@@ -70,7 +70,8 @@ def _device(a: Arguments) -> None:
     lines = [f"{facts['device']}: {facts['state']}: {facts['line']}"]
     lines += [f"  {name}: {text_of(value)}" for name, value in facts["facts"].items()]
     lines += [
-        f"  {path['title']} ({path['direction']}): tested with {path['simulated']}; real hardware: {path['hardware']}"
+        f"  {path['title']} ({path['direction']}): tested by simulation with: {path['simulated']}; "
+        f"real hardware: {path['hardware']}"
         for path in facts["paths"]
     ]
     lines.append(f"  tactogram {facts['tactogram']}, Python {facts['python']}, {facts['platform']}")

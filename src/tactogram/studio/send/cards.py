@@ -42,7 +42,7 @@ def there(chosen: Chosen | None) -> Chosen:
         If nothing was chosen.
     """
     if chosen is None:
-        raise ParameterError("choose what to send first")
+        raise ParameterError("Choose what to send first.")
     return chosen
 
 

@@ -54,9 +54,11 @@ class FileCards:
             ).classes("w-full")
             self._holds = ui.label().classes("small quiet")
             self._signal = SignalFields(_ways)
-            self._full_scale = ui.number(
-                "What 1 in the file stands for, in the signal's unit (empty: its peak)", min=0
-            ).classes("w-full")
+            self._full_scale = (
+                ui.number("Full scale, in the signal's unit", min=0)
+                .props('hint="what 1 in the file stands for; empty: the signal\'s peak"')
+                .classes("w-full")
+            )
             self._button = ui.button("Write and check", icon="description", on_click=self._write)
         self._told_format()
 

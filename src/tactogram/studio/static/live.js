@@ -145,6 +145,7 @@ function meter(now) {
   const bar = find("live-level"), clip = find("live-clip");
   if (!levels || now.state === "idle") {
     write("live-facts", now.state === "idle" ? "" : "opening the source …");
+    write("live-rms", "");
     if (bar) bar.style.width = "0";
     if (clip) clip.hidden = true;
     return;
