@@ -41,6 +41,14 @@ def test_people_who_differ_widen_it_as_t_of_their_logits():
     assert found.note == ""
 
 
+def test_few_textures_that_differ_leave_the_interval_that_t_of_as_many_values_leaves():
+    hits, groups = answers(np.array([[80, 120, 160]]), 200)
+    found = mixed_share(hits, groups)  # one participant: of textures alone
+    logits = special.logit([0.4, 0.6, 0.8])
+    half = stats.t.isf(0.025, 2) * logits.std(ddof=1) / np.sqrt(3)
+    assert special.logit(found.high) - special.logit(found.low) == pytest.approx(2 * half, rel=0.1)
+
+
 def test_laplace_is_near_the_integral():
     hits = np.array([3.0, 12.0, 20.0, 17.0, 25.0])
     model = Mixed(hits, np.full(5, 30.0), np.eye(5), np.zeros(5, np.int64))

@@ -103,11 +103,12 @@ def mixed_share(
     """Return the share of a typical member of each group: a binomial mixed model with random intercepts.
 
     By maximum likelihood, with the interval of the profile likelihood: where members do not differ the spreads are 0,
-    and it is that of all answers together. Its critical value is that of t. The degrees of freedom are F. E.
-    Satterthwaite's (Biometrics Bull. 2, 1946), of the parts of the variance that the groups' spreads, over their
-    numbers of members, and the answers have: infinite where no spread is left, members - 1 where all is one group's. A
-    check of `pooled_share` with more in the model. Spreads come out above 0 by chance, and never below: where members
-    do not differ, and are few, the interval is still somewhat too wide.
+    and it is that of all answers together. Its critical value is that at which a ratio of likelihoods of normal values
+    is Student's t (J. Neyman, E. S. Pearson, Biometrika 20A, 1928). The degrees of freedom are F. E. Satterthwaite's
+    (Biometrics Bull. 2, 1946), of the parts of the variance that the groups' spreads, over their numbers of members,
+    and the answers have: infinite where no spread is left, members - 1 where all is one group's. A check of
+    `pooled_share` with more in the model. Spreads come out above 0 by chance, and never below: where members do not
+    differ, and are few, the interval is still somewhat too wide.
 
     Parameters
     ----------
@@ -132,7 +133,7 @@ def mixed_share(
         raise ParameterError("a mixed model needs answers of both kinds and two members of a group")
     model, counts = _model(values, several)
     logit, spreads, best = model.fitted()
-    critical = float(stats.t.isf((1 - confidence) / 2, _freedom(model, logit, spreads, counts))) ** 2
+    critical = _critical(_freedom(model, logit, spreads, counts), confidence)
 
     def beyond(x: float) -> float:
         return model.profiled(x, np.maximum(spreads, FIRST / 3))[0] - best - critical
@@ -174,12 +175,18 @@ def _freedom(model: Mixed, logit: float, spreads: Numbers, counts: NDArray[np.in
     return float(whole**2 / max((parts**2 / (counts - 1)).sum(), 1e-12))
 
 
+def _critical(freedom: float, confidence: float) -> float:
+    """Return the deviance above its least at the ends of an interval: chi-squared where there are many values."""
+    t = float(stats.t.isf((1 - confidence) / 2, freedom))
+    return float((freedom + 1) * np.log1p(t**2 / freedom))
+
+
 def _crossing(beyond: Callable[[float], float], middle: float, sign: float) -> float:
     """Return where the profile crosses its critical value on one side of the estimate."""
-    step = FIRST
-    while beyond(middle + sign * step) < 0:
-        step *= 1.6
-        if step > FARTHEST:
+    near, far = 0.0, FIRST
+    while beyond(middle + sign * far) < 0:
+        near, far = far, 1.6 * far
+        if far > FARTHEST:
             return sign * np.inf
-    found = optimize.brentq(lambda far: beyond(middle + sign * far), 0.0, step, xtol=1e-4)
+    found = optimize.brentq(lambda away: beyond(middle + sign * away), near, far, xtol=1e-4)
     return middle + sign * float(found)
