@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from tactogram.jobs.simulate import simulate_to_store
 from tactogram.jobs.training import LoadedRun, load_run, test_part, train
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_signal
+from tactogram.signal.io.files import written_beside
 
 MARK = "made-by-tactogram-demo"
 UNKNOWN = "cork-sheet"
@@ -40,7 +42,7 @@ NAMED = (
 
 
 def demo(out: Path | str = "runs/demo", *, seed: int = 0, progress: Progress = silent) -> dict[str, Any]:
-    """Run the whole chain on simulated surfaces and write ``OUT/report.html``.
+    """Run the whole chain on simulated surfaces and write ``OUT/report.html`` and ``result.json``.
 
     A demo that is already there is replaced.
 
@@ -92,7 +94,7 @@ def demo(out: Path | str = "runs/demo", *, seed: int = 0, progress: Progress = s
             Section("What made this", [Text(_how(seed))]),
         ],
     )
-    return {
+    result = {
         "report": str(report),
         **{name: named[name] for name in NAMED},
         "measures": voice["measures"],
@@ -100,6 +102,9 @@ def demo(out: Path | str = "runs/demo", *, seed: int = 0, progress: Progress = s
         "mixing": mixes.in_words(),
         "simulated": True,
     }
+    with written_beside(folder / "result.json") as part:
+        part.write_text(json.dumps(result, ensure_ascii=False), encoding="utf-8")
+    return result
 
 
 def _fresh(folder: Path) -> Path:
