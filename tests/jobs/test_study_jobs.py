@@ -187,6 +187,6 @@ def test_a_session_is_looked_after_from_the_command_line(study_file, tmp_path, c
     assert (known["participants"][0]["device"], known["notes"][0]["participant"]) == ({"px_per_mm": 4}, "P1")
     assert printed(capsys, "study", "end", folder, "--undo")["ended"] is None
     assert main(["study", "progress", str(folder)]) == 0
-    assert "P1    active  0 of 4" in capsys.readouterr().out
+    assert "P1    not begun  0 of 4" in capsys.readouterr().out
     assert main(["study", "abort", str(folder), "P9"]) == 1
     assert capsys.readouterr().err == "tactogram: no participant has the code 'P9'\n"
