@@ -28,7 +28,7 @@ def test_where_nobody_differs_the_interval_is_that_of_all_answers_together():
     ends = [optimize.brentq(beyond, special.logit(0.6), end) for end in (-1, 2)]
     assert (found.low, found.high) == pytest.approx(special.expit(ends), abs=1e-3)
     assert found.estimate == pytest.approx(0.6, abs=1e-4)
-    assert found.note == "no difference between participants or textures is left"
+    assert found.note == "the fit leaves participants and textures no spread"
 
 
 def test_people_who_differ_widen_it_as_t_of_their_logits():

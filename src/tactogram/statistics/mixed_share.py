@@ -144,7 +144,7 @@ def mixed_share(
         float(special.expit(logit)),
         float(special.expit(low)),
         float(special.expit(high)),
-        note=f"no difference between {'s or '.join(none)}s is left" if none else "",
+        note=f"the fit leaves {'s and '.join(none)}s no spread" if none else "",
     )
 
 
