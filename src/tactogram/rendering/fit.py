@@ -9,10 +9,10 @@ import numpy as np
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.axes import combined
+from tactogram.rendering.constant import without_constant
 from tactogram.rendering.display import Display
 from tactogram.rendering.families import family_module
 from tactogram.rendering.level import Level
-from tactogram.rendering.levelled import MOTION
 from tactogram.rendering.report import SENTENCES, Report, amount, signal_facts
 from tactogram.rendering.safety import safe
 from tactogram.signal.displacement import played
@@ -85,7 +85,7 @@ def fit(
             f"{signal.seconds:.4g} s at {display.rate:g} Hz are more samples than a drive may have, {MOST_SAMPLES:g}: "
             "cut the signal, or render an envelope"
         )
-    signal, constant = _without_constant(signal)
+    signal, constant = without_constant(signal)
     if constant is not None:
         scaled.append(constant)
     source, words = combined(signal, axes if axes is not None else display.axes)
@@ -108,20 +108,6 @@ def fit(
         facts={**{k: v for k, v in facts.items() if k not in SENTENCES}, "safety": safety},
     )
     return Drive(drive, report, source)
-
-
-def _without_constant(signal: Signal) -> tuple[Signal, str | None]:
-    """Return a motion without its mean, and a sentence where that was more than chance; forces and friction keep it."""
-    if signal.unit not in MOTION:
-        return signal, None
-    x = signal.samples.astype(np.float64)
-    mean = x.mean(axis=1, keepdims=True)
-    vibration = signal.with_samples(x - mean)
-    largest = float(np.abs(mean).max())
-    if not largest > 0.05 * float(vibration.samples.std()):
-        return vibration, None
-    words = f"a constant of up to {largest:.3g} {signal.unit} taken out: gravity or an offset, no vibration"
-    return vibration, words
 
 
 def _lost_to_fades(raw: Signal, drive: Signal, display: Display) -> list[str]:

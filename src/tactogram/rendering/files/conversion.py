@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import DataError, ParameterError
+from tactogram.rendering.constant import without_gravity
 from tactogram.rendering.files import hjif
 from tactogram.rendering.files.documents import encoded, parse
 from tactogram.rendering.files.envelope import envelope_of
@@ -123,7 +124,8 @@ def write_haptic(
     Returns
     -------
     dict
-        ``format``, ``holds``, ``reduced_by`` (how axes became one, or None), ``full_scale``, ``scaled_by`` (what the
+        ``format``, ``holds``, ``constant`` (in words, where gravity or an offset was taken out of a motion, or None),
+        ``reduced_by`` (how axes became one, or None), ``full_scale``, ``scaled_by`` (what the
         samples were multiplied with), ``loss`` (by axis, as `Loss`: measured by reading the file back),
         ``resampled_to``, ``bytes``.
 
@@ -137,6 +139,7 @@ def write_haptic(
         raise ParameterError(f"--modality is of HJIF; {kind.title} has none")
     if kind.holds != "waveform" and signal.domain != "time":
         raise ParameterError(f"{kind.title} is over time; say how fast the finger moves with --play-at MM_S")
+    signal, constant = without_gravity(signal)
     chosen, how = to_one_axis(signal, axis) if kind.holds != "waveform" or axis else (signal, None)
     scale = _full_scale(chosen, kind, full_scale)
     ready = chosen.with_samples(chosen.samples.astype(np.float64) / scale, unit="1")
@@ -159,6 +162,7 @@ def write_haptic(
     return {
         "format": kind.name,
         "holds": kind.holds,
+        "constant": constant,
         "reduced_by": how,
         "full_scale": scale,
         "scaled_by": 1 / scale,

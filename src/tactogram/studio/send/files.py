@@ -9,6 +9,7 @@ import numpy as np
 from nicegui import ui
 
 from tactogram.errors import ParameterError
+from tactogram.rendering.constant import without_gravity
 from tactogram.rendering.files.conversion import read_haptic
 from tactogram.rendering.files.envelope import envelope_of
 from tactogram.rendering.files.formats import FORMATS
@@ -131,6 +132,12 @@ class FileCards:
                 size = facts["written"]["bytes"]
                 told = f"{size / 1000:.1f} kB" if size >= 1000 else f"{size} bytes"
                 ui.label(f"{kind.title}: {valid}, {told}").classes("small quiet")
+        for sentence in dict.fromkeys(
+            facts["written"]["constant"]
+            for facts in files.values()
+            if "written" in facts and facts["written"].get("constant")
+        ):
+            ui.label(f"{sentence[0].upper()}{sentence[1:]}.").classes("small quiet")
         if sent.found.get("zip"):
             ui.link(
                 "All of them and the table as a zip", f"/send/result/{sent.id}/{sent.found['zip']}"
@@ -150,7 +157,7 @@ def envelopes(sending: Sending, sent: Sent) -> dict[str, tuple[list[float], list
         if order.play_at is None:
             raise ParameterError("a signal over displacement has a course of strength at a speed only")
         signal = played(signal, order.play_at, signal.rate * order.play_at)
-    one, _ = to_one_axis(signal, order.axis or None)
+    one, _ = to_one_axis(without_gravity(signal)[0], order.axis or None)
     curves = {"signal": _curve(one)}
     for name, facts in sent.found["files"].items():
         if "file" in facts:
