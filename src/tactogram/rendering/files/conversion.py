@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering.constant import without_gravity
+from tactogram.rendering.constant import without_constant
 from tactogram.rendering.files import hjif
 from tactogram.rendering.files.documents import encoded, parse
 from tactogram.rendering.files.envelope import envelope_of
@@ -27,6 +27,8 @@ READ_RATE = 8000.0
 """Rate at which a carrier is made for a file that holds an envelope, Hz."""
 MOST_BYTES = 500_000_000
 """Largest file that is read."""
+GRAVITY = 1.0
+"""A constant of more than so many times what moves (rms) is taken out of a motion; below, a copy stays exact."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +141,7 @@ def write_haptic(
         raise ParameterError(f"--modality is of HJIF; {kind.title} has none")
     if kind.holds != "waveform" and signal.domain != "time":
         raise ParameterError(f"{kind.title} is over time; say how fast the finger moves with --play-at MM_S")
-    signal, constant = without_gravity(signal)
+    signal, constant = without_constant(signal, least=GRAVITY)
     chosen, how = to_one_axis(signal, axis) if kind.holds != "waveform" or axis else (signal, None)
     scale = _full_scale(chosen, kind, full_scale)
     ready = chosen.with_samples(chosen.samples.astype(np.float64) / scale, unit="1")

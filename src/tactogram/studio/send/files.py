@@ -9,8 +9,8 @@ import numpy as np
 from nicegui import ui
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.constant import without_gravity
-from tactogram.rendering.files.conversion import read_haptic
+from tactogram.rendering.constant import without_constant
+from tactogram.rendering.files.conversion import GRAVITY, read_haptic
 from tactogram.rendering.files.envelope import envelope_of
 from tactogram.rendering.files.formats import FORMATS
 from tactogram.rendering.files.reduction import to_one_axis
@@ -157,7 +157,7 @@ def envelopes(sending: Sending, sent: Sent) -> dict[str, tuple[list[float], list
         if order.play_at is None:
             raise ParameterError("a signal over displacement has a course of strength at a speed only")
         signal = played(signal, order.play_at, signal.rate * order.play_at)
-    one, _ = to_one_axis(without_gravity(signal)[0], order.axis or None)
+    one, _ = to_one_axis(without_constant(signal, least=GRAVITY)[0], order.axis or None)
     curves = {"signal": _curve(one)}
     for name, facts in sent.found["files"].items():
         if "file" in facts:
