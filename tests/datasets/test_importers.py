@@ -500,6 +500,7 @@ class TestFolder:
         with pytest.raises(DataError, match=r"cork/a.csv: .* give the rate, e.g. rate=1000 \(Hz\)"):
             imported("folder", tmp_path / "f", tmp_path)
         options = {"rate": 330, "unit": "g", "axes": "x,y,z", "stream": "tap"}
+        assert folder.find(tmp_path / "f", axes=5)[0].info["axes"] == ("5",)
         _, store = imported("folder", tmp_path / "f", tmp_path, options=options)
         [a, b] = (store.signal(info.id, "tap") for info in store.index)
         assert ((a.rate, b.rate), a.unit, a.axes) == ((330.0, 500.0), "m/s^2", ("x", "y", "z"))
@@ -507,7 +508,12 @@ class TestFolder:
 
     @pytest.mark.parametrize(
         ("options", "says"),
-        [({"rate": "often"}, "rate must be a number, got 'often'"), ({"unit": "bar"}, "unit must be one of")],
+        [
+            ({"rate": "often"}, "rate must be a number > 0, got 'often'"),
+            ({"rate": -5}, "rate must be a number > 0, got -5"),
+            ({"unit": "bar"}, "unit must be one of"),
+            ({"unit": 0}, "unit must be one of"),
+        ],
     )
     def test_options_that_say_nothing_are_refused(self, tmp_path, options, says):
         self.write(tmp_path / "f", "cork/a.wav")

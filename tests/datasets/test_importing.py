@@ -124,6 +124,8 @@ def test_a_folder_that_is_no_store_is_not_touched(source, tmp_path):
     with pytest.raises(DataError, match="is not a store"):
         import_dataset("biotac_slide", source, tmp_path / "s")
     assert os.listdir(tmp_path / "s") == ["mine.txt"]
+    with pytest.raises(DataError, match="mine.txt is not a store"):
+        import_dataset("biotac_slide", source, tmp_path / "s" / "mine.txt")
 
 
 BROKEN = {

@@ -1,10 +1,11 @@
 import os
+import socket
 import tempfile
 import time
 
 import pytest
 
-from tactogram.datasets.scratch import HELD, PREFIX, scratch, scratch_of
+from tactogram.datasets.scratch import HELD, prefix, scratch, scratch_of
 from tactogram.signal.io.locks import lock
 
 
@@ -48,14 +49,30 @@ def test_a_folder_goes_with_its_owner(temporary):
 
 
 def test_what_a_killed_process_left_goes_when_the_next_folder_is_made(temporary):
-    left = leftover(temporary, f"{PREFIX}left")
+    left = leftover(temporary, f"{prefix()}left")
     with scratch() as path:
         assert not left.exists()
         assert path.is_dir()
 
 
+def test_what_a_process_killed_while_it_removed_left_goes_too(temporary):
+    left = leftover(temporary, f"{prefix()}left")
+    (left / HELD).unlink()
+    os.utime(left, (time.time() - 7200,) * 2)
+    with scratch():
+        assert not left.exists()
+
+
+def test_what_is_another_machine_s_stays(temporary, monkeypatch):
+    other = leftover(temporary, f"{prefix()}left")
+    monkeypatch.setattr(socket, "gethostname", lambda: "other.lab")
+    with scratch() as path:
+        assert path.name.startswith("tactogram-prepared-other_lab-")
+        assert other.exists()
+
+
 def test_what_is_held_or_young_or_another_s_stays(temporary):
-    held, young = leftover(temporary, f"{PREFIX}held"), leftover(temporary, f"{PREFIX}young", hours=0.1)
+    held, young = leftover(temporary, f"{prefix()}held"), leftover(temporary, f"{prefix()}young", hours=0.1)
     other = leftover(temporary, "tactogram-other")
     with (held / HELD).open("rb") as file:
         assert lock(file.fileno())

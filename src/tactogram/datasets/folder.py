@@ -29,7 +29,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.datasets.cells import finite_number
-from tactogram.datasets.importer import Item, Picture
+from tactogram.datasets.importer import Item, Picture, check_positive
 from tactogram.datasets.photographs import PICTURES
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError
@@ -244,20 +244,21 @@ def _row(where: str, values: Mapping[str | None, Any]) -> dict[str, Any]:
 def _said(unit: str, rate: float | None, axes: str | Sequence[str], stream: str) -> dict[str, Any]:
     """Return what the options say of every file, as a row would; refuse what is none at once."""
     said: dict[str, Any] = {}
-    if unit:
+    if unit != "":
         parse_unit(str(unit))
         said["unit"] = str(unit)
     if rate is not None:
-        said["rate"] = finite_number("the options", "rate", str(rate))
-    if axes:
-        said["axes"] = _names(axes) if isinstance(axes, str) else tuple(map(str, axes))
-    if stream:
+        check_positive(rate=rate)
+        said["rate"] = float(rate)
+    if axes != "":
+        said["axes"] = tuple(map(str, axes)) if isinstance(axes, list | tuple) else _names(str(axes))
+    if stream != "":
         said["stream"] = str(stream)
     return said
 
 
 def _names(text: str) -> tuple[str, ...]:
-    return tuple(re.split(r"[\s,;]+", text.strip()))
+    return tuple(re.findall(r"[^\s,;]+", text))
 
 
 def _yes(where: str, name: str, text: str) -> bool:

@@ -140,7 +140,7 @@ class Facts:
         path = folder / FACTS
         try:
             values = json.loads(path.read_text(encoding="utf-8"))
-        except FileNotFoundError:
+        except (FileNotFoundError, NotADirectoryError):
             raise DataError(
                 f"{folder} is not a store: it has no {FACTS}; make one with data import"
             ) from None

@@ -11,13 +11,21 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from tactogram.datasets.unfinished import host_name
 from tactogram.signal.io.locks import lock
 
-PREFIX = "tactogram-prepared-"
 HELD = "held"
 """Locked as long as the folder is used."""
 YOUNGEST_S = 3600.0
 """A folder that changed since is nobody's leftover, even if it is not held: its process may be about to."""
+
+
+def prefix() -> str:
+    """Return how the names of this machine's folders begin.
+
+    On a file system that several machines share, the locks of one may mean nothing to the others.
+    """
+    return f"tactogram-prepared-{host_name()}-"
 
 
 @contextmanager
@@ -40,7 +48,7 @@ def scratch_of(owner: object) -> Path:
 def _made() -> tuple[Path, int]:
     """Return a new folder and what holds it, once those that killed processes left are gone."""
     _clear(Path(tempfile.gettempdir()))
-    path = Path(tempfile.mkdtemp(prefix=PREFIX))
+    path = Path(tempfile.mkdtemp(prefix=prefix()))
     held = os.open(path / HELD, os.O_CREAT | os.O_RDWR, 0o600)
     with suppress(OSError):  # no locks there: what a kill leaves then stays
         lock(held)
@@ -54,11 +62,12 @@ def _remove(path: Path, held: int) -> None:
 
 def _clear(folder: Path) -> None:
     """Remove the folders in ``folder`` that nobody holds any more; those of other users cannot be opened and stay."""
-    for path in folder.glob(f"{PREFIX}*"):
+    for path in folder.glob(f"{prefix()}*"):
         try:
             if time.time() - path.stat().st_mtime < YOUNGEST_S:
                 continue
-            held = os.open(path / HELD, os.O_RDWR)
+            # Made where it is missing: whoever removed the folder was killed, too.
+            held = os.open(path / HELD, os.O_CREAT | os.O_RDWR, 0o600)
         except OSError:
             continue
         try:

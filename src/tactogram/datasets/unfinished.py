@@ -24,7 +24,7 @@ REPLACED_S = 2.0
 
 def part_folder(path: Path) -> Path:
     """Return the folder beside ``path`` in which this process makes what will be ``path``."""
-    return path.with_name(f"{path.name}.part-{_host()}-{os.getpid()}")
+    return path.with_name(f"{path.name}.part-{host_name()}-{os.getpid()}")
 
 
 def clear_stale_parts(path: Path) -> list[Path]:
@@ -32,9 +32,9 @@ def clear_stale_parts(path: Path) -> list[Path]:
     left = []
     for part in sorted(path.parent.glob(f"{path.name}.part-*")):
         host, _, process = part.name.removeprefix(f"{path.name}.part-").rpartition("-")
-        if host == _host() and process.isdigit() and not psutil.pid_exists(int(process)):
+        if host == host_name() and process.isdigit() and not psutil.pid_exists(int(process)):
             shutil.rmtree(part, ignore_errors=True)
-        elif not (host == _host() and process == str(os.getpid())):
+        elif not (host == host_name() and process == str(os.getpid())):
             left.append(part)
     return left
 
@@ -46,7 +46,7 @@ def clear_unfinished(path: Path) -> list[str]:
     ``shard-*.parquet`` then finds what the store holds. Those of a process that still runs are left alone.
     """
     removed = []
-    for noted in sorted(path.glob(f"*-{_host()}-*.txt")):
+    for noted in sorted(path.glob(f"*-{host_name()}-*.txt")):
         kind, process = noted.stem.partition("-")[0], noted.stem.rpartition("-")[2]
         if kind not in ("adding", "compacting", "replacing") or not process.isdigit():
             continue
@@ -75,7 +75,7 @@ def replacing(path: Path) -> Iterator[None]:
     DataError
         If somebody is adding.
     """
-    mark = path / f"replacing-{_host()}-{os.getpid()}.txt"
+    mark = path / f"replacing-{host_name()}-{os.getpid()}.txt"
     mark.touch()
     try:
         if busy := _at_work(path, "adding"):
@@ -108,7 +108,7 @@ def _at_work(path: Path, kind: str) -> str | None:
     """Return the note of a process that is, as far as can be seen from here, at work on a store."""
     for noted in sorted(path.glob(f"{kind}-*.txt")):
         host, _, process = noted.stem.removeprefix(f"{kind}-").rpartition("-")
-        if host != _host() or not process.isdigit() or psutil.pid_exists(int(process)):
+        if host != host_name() or not process.isdigit() or psutil.pid_exists(int(process)):
             return noted.name
     return None
 
@@ -144,7 +144,7 @@ class NewFiles:
         self, folder: Path, *, adding: bool, durable: bool = False, purpose: Purpose = "adding"
     ) -> None:
         self.folder, self.adding, self.durable = folder, adding, durable
-        self._noted = folder / f"{purpose}-{_host()}-{os.getpid()}.txt"
+        self._noted = folder / f"{purpose}-{host_name()}-{os.getpid()}.txt"
         self._written: list[Path] = []
 
     def parquet(self, kind: str, number: int) -> Path:
@@ -185,5 +185,6 @@ class NewFiles:
         self._noted.unlink(missing_ok=True)
 
 
-def _host() -> str:
+def host_name() -> str:
+    """Return this machine's name as it stands in names of files; a process's number is of one machine."""
     return re.sub(r"[^A-Za-z0-9]+", "_", socket.gethostname()) or "host"
