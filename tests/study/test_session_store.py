@@ -1,3 +1,4 @@
+import contextlib
 import shutil
 import sqlite3
 import subprocess
@@ -178,6 +179,21 @@ def test_a_refused_answer_and_an_error_in_the_program_harm_no_neighbour(store, m
     ]
 
 
+def test_what_raises_after_it_stored_has_stored_nothing_and_harms_no_neighbour(store):
+    first, last = (store.enrol(code).code for code in ("P1", "P2"))
+
+    def shown(code):
+        store.submit(code, "consent", {"consent": "agreed"})
+        raise ZeroDivisionError
+
+    failed, stored = store.together(
+        [partial(shown, first), partial(store.submit, last, "consent", {"consent": "agreed"})]
+    )
+    assert (type(failed), stored.stored) == (ZeroDivisionError, True)
+    assert [row.participant for row in store.answers()] == [last]
+    assert [store.page(code).token for code in (first, last)] == ["consent", "before"]
+
+
 def test_a_double_click_that_is_stored_together_is_stored_once(store):
     code = store.enrol().code
     answer(store, code, 2)
@@ -291,12 +307,26 @@ def test_withdrawal_deletes_every_trace_of_a_code(store):
     assert store.withdraw(gone) == 3
     bytes_left = b"".join(path.read_bytes() for path in store.path.parent.glob("answers.sqlite*"))
     assert b"GONE1" not in bytes_left
+    assert "GONE1" not in str(store._ways)  # nor in memory
     assert b"KEEP1" in bytes_left
     assert store.withdrawn == 1
     assert [note["participant"] for note in store.notes()] == ["KEEP1"]
     with pytest.raises(ParameterError, match="no participant has the code 'GONE1'"):
         store.submit(gone, "trial-2.1", {"which": "A"})
     assert store.enrol("NEXT1").number == 2
+
+
+def test_what_another_keeps_open_is_told_at_a_withdrawal_and_goes_when_all_have_closed_it(store):
+    store.note("x" * 4000, code=store.enrol("GONE1").code)
+    store._connection.execute("PRAGMA busy_timeout = 0")
+    with contextlib.closing(sqlite3.connect(store.path, isolation_level=None)) as other:
+        other.execute("BEGIN")
+        assert other.execute("SELECT count(*) FROM notes").fetchone() == (1,)
+        with pytest.raises(DataError, match="log could not be emptied; close all that has it open"):
+            store.withdraw("GONE1")
+    store.close()
+    [left] = store.path.parent.iterdir()
+    assert b"GONE1" not in left.read_bytes()
 
 
 def test_an_aborted_session_takes_no_answer_until_it_is_opened_again(store):

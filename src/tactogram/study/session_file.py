@@ -26,7 +26,7 @@ T = TypeVar("T")
 FILE = "answers.sqlite"
 TRIES = 40
 """How often opening a file is tried that another process is making."""
-AGAIN = "close what else reads it, and compact it"
+REST = "close all that has it open; what is left of it goes with that"
 WAIT_S = 30.0
 """For another writer. A write takes some ms; only a vacuum takes longer."""
 
@@ -110,7 +110,8 @@ class SessionFile:
         with self._writing():
             for write in writes:
                 try:
-                    found.append(write())
+                    with self._part():
+                        found.append(write())
                 except sqlite3.OperationalError:  # the file's, not one write's
                     raise
                 except Exception as error:  # an error in the program, too, is of one alone
@@ -123,16 +124,17 @@ class SessionFile:
         Raises
         ------
         DataError
-            If another process reads it all the while; what was deleted is deleted, and may stand in the log.
+            If another process reads it all the while; what was deleted is deleted, and may stand in the file or its log
+            until all have closed it.
         """
         with self._lock, self._looking:
             try:
                 self._connection.execute("VACUUM")
                 busy = self._connection.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0]
             except sqlite3.OperationalError as error:
-                raise DataError(f"{self.path}: deleted, but not written anew: {error}; {AGAIN}") from error
+                raise DataError(f"{self.path}: deleted, but not written anew: {error}; {REST}") from error
             if busy:
-                raise DataError(f"{self.path}: deleted, but its log could not be emptied; {AGAIN}")
+                raise DataError(f"{self.path}: deleted, but its log could not be emptied; {REST}")
 
     def _connected(self) -> sqlite3.Connection:
         return sqlite3.connect(self.path, timeout=WAIT_S, isolation_level=None, check_same_thread=False)

@@ -195,6 +195,13 @@ class SessionStore(SessionLogs):
                 (standing.participant.number, token, slot, sha256, level, display, gain_db, now_utc()),
             )
 
+    def withdraw(self, code: str) -> int:
+        """Delete a participant and everything that is kept of them; see `SessionPeople.withdraw`."""
+        try:
+            return super().withdraw(code)
+        finally:
+            self._ways.clear()
+
     def state(self, code: str) -> State:
         """Return whether a participant is going on, done, did not agree to take part, or was aborted.
 
