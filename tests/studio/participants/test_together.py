@@ -125,6 +125,23 @@ def test_what_fails_for_all_is_told_to_all_and_the_next_are_stored(session, monk
     assert after.stored
 
 
+def test_where_no_thread_can_be_had_all_are_told_and_nobody_waits_for_ever(session, monkeypatch):
+    write = consent(session, 1)
+
+    async def none(*args, **kwargs):
+        raise RuntimeError("can't start new thread")
+
+    async def run():
+        with monkeypatch.context() as change:
+            change.setattr("anyio.to_thread.run_sync", none)
+            [task] = await begun(session, write)
+            await asyncio.wait([task], timeout=5)
+        assert isinstance(task.exception(), RuntimeError)
+        return await session.writes.done(write)
+
+    assert asyncio.run(run()).stored
+
+
 def test_the_answer_of_who_has_gone_is_stored_and_the_others_are_told(session):
     writes = [consent(session, 1), consent(session, 2)]
 

@@ -51,7 +51,12 @@ class Together:
             while self._waiting:
                 turn, self._waiting = self._waiting, []
                 writes = [write for write, _ in turn]
-                found = await anyio.to_thread.run_sync(self._stored, writes, limiter=self._thread)
+                try:
+                    found = await anyio.to_thread.run_sync(self._file.together, writes, limiter=self._thread)
+                except (
+                    Exception
+                ) as error:  # of all: the disk is full, the session was closed, there is no thread
+                    found = [error] * len(turn)
                 for (_, told), one in zip(turn, found, strict=True):
                     if told.done():  # who sent it has gone; it is stored all the same
                         continue
@@ -61,9 +66,3 @@ class Together:
                         told.set_result(one)
         finally:
             self._storing = None
-
-    def _stored(self, writes: list[Callable[[], Any]]) -> list[Any]:
-        try:
-            return self._file.together(writes)
-        except Exception as error:  # of all: the disk is full, the session was closed
-            return [error] * len(writes)
