@@ -26,6 +26,7 @@ def strokes(seconds=1.0, rate=1000.0):
 
 def test_a_model_of_ones_own_is_trained_and_used_as_written(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("TACTOGRAM_MODELS", "")  # each main() adds to it; undone at the end
     text = re.search(r"<!-- own model -->\n(.*?)<!-- /own model -->", DOCUMENT.read_text("utf-8"), re.DOTALL)[
         1
     ]
@@ -40,9 +41,14 @@ def test_a_model_of_ones_own_is_trained_and_used_as_written(tmp_path, monkeypatc
     try:
         for line in lines[:-1]:  # judging a generator trains its judges: minutes
             assert main(line[1:]) == 0, line
+        assert "coloured_noise  " in capsys.readouterr().out
+        (tmp_path / "mine/coloured_noise/results.toml").write_text(
+            '[[result]]\nwhat = "mine, dB"\nours = 3.0\n'
+        )
+        assert main(["table", "--models", "mine"]) == 0
     finally:
         sys.modules.pop("coloured_noise", None)
-    assert "coloured_noise  " in capsys.readouterr().out
+    assert "mine, dB" in capsys.readouterr().out
     made = read_signal(tmp_path / "noise.wav")
     assert (made.rate, made.unit, made.seconds) == (1000.0, "m/s^2", 3.0)
     assert read_metadata(tmp_path / "noise.wav")["simulated"] is True

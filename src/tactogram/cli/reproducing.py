@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tactogram.cli.options import Verbs
+from tactogram.cli.options import Verbs, models_option
 from tactogram.cli.printing import Arguments, columns, print_result, text_of
 
 
@@ -26,7 +26,7 @@ def add_verbs(verbs: Verbs) -> None:
         "is not made again",
     )
 
-    verbs.add("table", table)
+    models_option(verbs.add("table", table))
 
 
 def reproduce(a: Arguments) -> None:
