@@ -52,6 +52,12 @@ def test_a_study_is_a_file_with_a_design(workspace):
     assert [path.name for path in workspace.studies()] == ["study.toml"]
 
 
+def test_errors_tell_the_name_of_a_path(workspace):
+    with pytest.raises(DataError) as told, workspace.telling_names():
+        raise DataError(f"{workspace.folder}/runs/a/metrics.csv: lacks the column trial")
+    assert str(told.value) == "runs/a/metrics.csv: lacks the column trial"
+
+
 @pytest.mark.parametrize("path", ["../secret", "/etc/passwd", "a/../../b", "runs/\0"])
 def test_a_path_that_leads_out_is_refused(workspace, path):
     with pytest.raises(ParameterError, match=r"outside of the workspace|NUL"):

@@ -5,10 +5,11 @@ from __future__ import annotations
 import os
 import tomllib
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import DataError, ParameterError, TactogramError
 
 OWN = "studio"
 """Folder for what the studio itself makes: kept results, first voices, its state."""
@@ -79,6 +80,14 @@ class Workspace:
     def name_of(self, path: Path) -> str:
         """Return how a path inside is called: relative to the workspace, with slashes."""
         return path.resolve().relative_to(self.folder).as_posix()
+
+    @contextmanager
+    def telling_names(self) -> Iterator[None]:
+        """Say in errors how a path inside is called (`name_of`), not where on the machine it lies."""
+        try:
+            yield
+        except TactogramError as error:
+            raise DataError(str(error).replace(f"{self.folder}/", "")) from error
 
     def runs(self) -> list[Path]:
         """Return the folders of runs, finished or not, newest first."""

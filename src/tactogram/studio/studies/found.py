@@ -10,7 +10,7 @@ from nicegui import ui
 from tactogram.errors import ParameterError
 from tactogram.studio.layout import busy, in_background, telling
 from tactogram.studio.studies.listed import Begun, analysis_folder, counts_of, pairs_of, power_rows
-from tactogram.studio.workspace import Workspace
+from tactogram.studio.workspace import RUN, STORE, Workspace
 from tactogram.study.answers import SUFFIXES
 
 DESIGNS = ("two_area", "realism", "rating", "evoked", "abx", "staircase", "magnitude", "pairwise")
@@ -82,9 +82,8 @@ def analysis(workspace: Workspace, sessions: list[Begun]) -> None:
                 "quiet"
             )
             return
-        source = ui.select(sources, label="Answers", value=next(iter(sources)), with_input=True).props(
-            "dense"
-        )
+        first = sessions[0].name if sessions else None  # which table holds answers is not known
+        source = ui.select(sources, label="Answers", value=first, with_input=True).props("dense")
         source.classes("w-96")
         with (
             ui.expansion("A table of others, other margins").classes("w-full"),
@@ -107,7 +106,7 @@ def analysis(workspace: Workspace, sessions: list[Begun]) -> None:
                 raise ParameterError("choose the answers first: a session or a table")
             chosen = workspace.inside(source.value)
             out = analysis_folder(workspace, chosen)
-            with busy("analysing the answers", button=button):
+            with busy("analysing the answers", button=button), workspace.telling_names():
                 result = await in_background(
                     analyse_study,
                     chosen,
@@ -146,7 +145,9 @@ def _table(headings: list[str], rows: list[list[str]], *, caption: str) -> None:
 
 
 def _may_be_answers(path: Path) -> bool:
-    """Return whether a file is a table that stands alone: not one of those beside answers, not a store's shard."""
-    if path.name.endswith((".participants.csv", ".notes.csv")) or (path.parent / "dataset.json").is_file():
+    """Return whether a file is a table that stands alone: not one of those beside answers, of a store or of a run."""
+    if path.name.endswith((".participants.csv", ".notes.csv")):
+        return False
+    if any((path.parent / name).is_file() for name in (STORE, RUN)):
         return False
     return not any(parent.name in ("beh", "sourcedata") for parent in path.parents)

@@ -108,9 +108,13 @@ class Begun:
 
 
 def listed(workspace: Workspace) -> list[Listed]:
-    """Return the shipped studies and those of the workspace, each checked."""
-    found = [_listed(name, name, shipped=True) for name in shipped_studies()]
-    return found + [_listed(workspace.name_of(path), path, shipped=False) for path in workspace.studies()]
+    """Return the shipped studies and those of the workspace, each checked; once, also where it holds the package."""
+    shipped = shipped_studies()
+    own = sorted(
+        {path.resolve() for path in workspace.studies()} - {path.resolve() for path in shipped.values()}
+    )
+    found = [_listed(name, name, shipped=True) for name in shipped]
+    return found + [_listed(workspace.name_of(path), path, shipped=False) for path in own]
 
 
 def begun(workspace: Workspace) -> list[Begun]:
