@@ -6,7 +6,7 @@ import pytest
 from tactogram.errors import DeviceError, ParameterError
 from tactogram.studio import listening as module
 from tactogram.studio.certificates import kept_certificate
-from tactogram.studio.listening import Listening, addresses, listening
+from tactogram.studio.listening import Listening, addresses, is_loopback, listening
 
 NUMBERS = ("192.0.2.7", "198.51.100.7")
 
@@ -123,11 +123,28 @@ def test_of_several_addresses_of_a_name_one_that_others_reach_is_listened_on(mon
     assert module._listener("lab-pc", 8123) == ("192.0.2.7", 8123)
 
 
+def test_localhost_is_this_machine_alone_whatever_the_name_stands_for_here(monkeypatch):
+    resolving(monkeypatch, "192.0.2.7")
+    monkeypatch.setattr("socket.create_server", lambda place, **kwargs: place)
+    assert module._listener("localhost", 8123) == ("127.0.0.1", 8123)  # no token is asked for there
+
+
 def test_another_number_of_loopback_is_loopback_too(listener):
     port = Listening(listener, "127.0.0.2")
     assert port.loopback
     assert port.roots == (port.here,) == (f"http://127.0.0.2:{port.port}",)
     assert "127.0.0.2" in port.names
+
+
+@pytest.mark.parametrize(
+    ("host", "alone"),
+    [
+        *(("localhost", True), ("127.0.0.1", True), ("127.0.1.1", True), ("::1", True)),
+        *(("0.0.0.0", False), ("::", False), ("192.0.2.7", False), ("lab-pc", False), ("", False)),
+    ],
+)
+def test_what_is_reached_from_this_machine_alone_is_known(host, alone):
+    assert is_loopback(host) is alone
 
 
 def test_a_taken_port_is_told(listener):

@@ -17,7 +17,8 @@ from tactogram.errors import DeviceError, ParameterError
 from tactogram.extras import imported
 from tactogram.studio.certificates import Certificate, given_certificate, kept_certificate
 
-LOOPBACK = ("127.0.0.1", "localhost", "::1")
+LOCALHOST = "localhost"
+LOOPBACK = ("127.0.0.1", LOCALHOST, "::1")
 EVERYWHERE = ("0.0.0.0", "::")
 CERTIFICATE = "https.pem"
 
@@ -51,7 +52,7 @@ class Listening:
     @property
     def loopback(self) -> bool:
         """Whether it is reached from this machine alone."""
-        return self.host in LOOPBACK or _is_loopback(self.host)
+        return is_loopback(self.host)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -210,15 +211,18 @@ def _address(host: str, family: socket.AddressFamily) -> str:
     """Return which address a host stands for: of several, one that others reach.
 
     Debian writes ``127.0.1.1 NAME`` into /etc/hosts. Who asks for the name means its address on the network; which one
-    that is, and whether all of them are meant, only they know.
+    that is, and whether all of them are meant, only they know. ``localhost`` is this machine alone, whatever
+    /etc/hosts says (RFC 6761, section 6.3): no token is asked for there.
     """
+    if host == LOCALHOST:
+        return LOOPBACK[0]
     try:
         entries = socket.getaddrinfo(host, None, family=family, type=socket.SOCK_STREAM)
     except (OSError, UnicodeError):
         raise DeviceError(f"--host {host}: no such name is known; give an address of this machine") from None
     found = [str(entry[4][0]) for entry in entries]
-    address = next((one for one in found if not _is_loopback(one)), found[0])
-    if _is_loopback(address) and host not in (*LOOPBACK, address):
+    address = next((one for one in found if not is_loopback(one)), found[0])
+    if is_loopback(address) and host != address:
         others = ", ".join(addresses(ipv6=family == socket.AF_INET6)) or "no address of its own at present"
         raise DeviceError(
             f"--host {host}: that name stands for {address} here, which no other machine reaches: for others give "
@@ -227,8 +231,9 @@ def _address(host: str, family: socket.AddressFamily) -> str:
     return address
 
 
-def _is_loopback(address: str) -> bool:
+def is_loopback(host: str) -> bool:
+    """Return whether a name or address is reached from this machine alone."""
     try:
-        return ipaddress.ip_address(address).is_loopback
+        return ipaddress.ip_address(host).is_loopback
     except ValueError:
-        return False
+        return host == LOCALHOST

@@ -1,4 +1,6 @@
+import contextlib
 import signal
+import sqlite3
 import zipfile
 from urllib.parse import unquote, urlsplit
 
@@ -8,9 +10,10 @@ from tactogram.cli import main
 from tactogram.studio.qr_code import svg_qr_code
 from tactogram.study.session_store import SessionStore
 
-LISTENING = ("--host", "127.0.0.2", "--port", "0", "--https", "--no-open")
-"""As if from another machine: no name of this one alone."""
+LISTENING = ("--host", "0.0.0.0", "--port", "0", "--https", "--no-open")
+"""For other machines: the address that is printed has a token, which the browser takes to the page."""
 SETS = ("design.repeats=4", "practice.trials=1", 'grid.items=["tile"]')
+ANSWERED = "fetch('/static/studio.css', {signal: AbortSignal.timeout(10000)}).then(answer => answer.status)"
 UNNAMED = """() => [...document.querySelectorAll('button, a, input, textarea, select')].filter(e => {
     if (e.closest('[aria-hidden=true]') || e.type === 'hidden' || !e.offsetParent) return false;
     const label = e.labels && [...e.labels].map(l => l.textContent).join('');
@@ -90,6 +93,13 @@ def test_the_experimenter_follows_helps_stops_and_exports(page, lab):
         page.get_by_role("textbox", name="Note").fill("The fan was on")
         page.get_by_role("button", name="Write down").click()
         page.get_by_text("the study: The fan was on").wait_for()
+
+        with contextlib.closing(sqlite3.connect(store.path, isolation_level=None)) as other:
+            other.execute("BEGIN IMMEDIATE")  # another program writes for long
+            page.get_by_role("textbox", name="Note").fill("The fan was off")
+            page.get_by_role("button", name="Write down").click()
+            assert page.evaluate(ANSWERED) == 200  # nobody else waits with who clicked
+        page.get_by_text("the study: The fan was off").wait_for()
 
         row.get_by_role("button", name="Abort").click()
         yes(page, "Abort")

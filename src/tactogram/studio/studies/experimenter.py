@@ -228,13 +228,13 @@ class Experiment:
                 ).classes("small whitespace-pre-wrap")
 
     async def _note(self) -> None:
-        self.store.note(self.text.value or "", code=self.about.value or None)
+        await in_background(self.store.note, self.text.value or "", code=self.about.value or None)
         self.text.value = ""
         await self.look()
 
     async def _end(self) -> None:
-        if self.store.ended:
-            self.store.go_on()
+        if await in_background(lambda: self.store.ended):
+            await in_background(self.store.go_on)
         else:
             left = self.view.unfinished if self.view else 0
             who = f" {left} who have not finished, or not begun, can answer no more." if left else ""
@@ -242,7 +242,7 @@ class Experiment:
                 f"End the study?{who} What was answered stays, and it can be let go on.", "End the study"
             ):
                 return
-            self.store.end()
+            await in_background(self.store.end)
         await self.look()
 
     @telling
@@ -263,7 +263,8 @@ class Experiment:
         with busy("analysing the answers", button=button):
             await in_background(analyse_study, folder, report_of(folder).parent)
         if warning:
-            self.store.note(f"The analysis was looked at before the end: {view.summary()}")
+            said = f"The analysis was looked at before the end: {view.summary()}"
+            await in_background(self.store.note, said)
         self._report_link("The report is there")
         await self.look()
 
@@ -336,9 +337,9 @@ class _Shown:
 
     async def _abort(self) -> None:
         if self.stop.text == "Reopen":
-            self.of.store.reopen(self.code)
+            await in_background(self.of.store.reopen, self.code)
         elif await asked(f"End the session of {self.code} now? It can be reopened.", "Abort"):
-            self.of.store.abort(self.code)
+            await in_background(self.of.store.abort, self.code)
         await self.of.look()
 
     async def _withdraw(self) -> None:

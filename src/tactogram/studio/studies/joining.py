@@ -8,8 +8,8 @@ from urllib.parse import urlsplit
 
 from nicegui import ui
 
-from tactogram.studio.layout import telling
-from tactogram.studio.listening import LOOPBACK
+from tactogram.studio.layout import in_background, telling
+from tactogram.studio.listening import is_loopback
 from tactogram.studio.qr_code import svg_qr_code
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ class Joining:
     @property
     def alone(self) -> bool:
         """Whether the addresses lead nowhere on another device, so that a QR code of them would be of no use."""
-        return urlsplit(self.root).hostname in LOOPBACK
+        return is_loopback(urlsplit(self.root).hostname or "")
 
     def pages_here(self, code: str) -> str:
         """Return the address of a participant's pages for the experimenter's browser."""
@@ -107,7 +107,7 @@ class Joining:
 
     async def _enrol(self) -> None:
         wanted = (self.code.value or "").strip() or None
-        participant = self.opened.store.enrol(wanted, language=self.language.value)
+        participant = await in_background(self.opened.store.enrol, wanted, language=self.language.value)
         self.code.value = ""
         with self.enrolled, ui.row().classes("items-center gap-2"):
             ui.label(participant.code).classes("h2")
@@ -127,7 +127,7 @@ def reached_at(server: str, roots: tuple[str, ...]) -> tuple[str, ...]:
     """
     if server in roots:
         return tuple(dict.fromkeys((server, *roots)))
-    return (*roots, server) if not roots or urlsplit(server).hostname not in LOOPBACK else roots
+    return (*roots, server) if not roots or not is_loopback(urlsplit(server).hostname or "") else roots
 
 
 def _drawn(address: str, what: str) -> None:
