@@ -166,9 +166,8 @@ def addresses(*, ipv6: bool = False) -> tuple[str, ...]:
 
 def _towards_others(family: socket.AddressFamily) -> tuple[str, ...]:
     """Return from which address this machine would send to others; connecting a datagram socket sends nothing."""
-    elsewhere = (
-        "192.0.2.1" if family == socket.AF_INET else "2001:db8::1"
-    )  # for documentation: RFC 5737, 3849
+    # Addresses for documentation: RFC 5737, 3849.
+    elsewhere = "192.0.2.1" if family == socket.AF_INET else "2001:db8::1"
     with suppress(OSError), socket.socket(family, socket.SOCK_DGRAM) as asked:
         asked.connect((elsewhere, 9))
         return (str(asked.getsockname()[0]),)
@@ -177,11 +176,10 @@ def _towards_others(family: socket.AddressFamily) -> tuple[str, ...]:
 
 def _reaches_others(address: str) -> bool:
     try:
-        found = ipaddress.ip_address(
-            address
-        )  # link-local ones of IPv6 need a zone, which browsers do not take
+        found = ipaddress.ip_address(address)
     except ValueError:
         return False
+    # Link-local ones of IPv6 need a zone, which browsers do not take.
     return not (found.is_loopback or found.is_link_local or found.is_unspecified)
 
 

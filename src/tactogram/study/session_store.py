@@ -83,6 +83,7 @@ class SessionStore(SessionLogs):
 
     def __init__(self, folder: Path, study: Study | None = None) -> None:
         super().__init__(folder, study)
+        # By number, with what each follows from: it counts only while the file says the same, whoever wrote there.
         self._ways: dict[int, tuple[Participant, str, Way]] = {}
 
     def standing(self, code: str) -> Standing:

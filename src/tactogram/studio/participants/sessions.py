@@ -168,9 +168,8 @@ class Sessions:
     ) -> None:
         self.workspace = None if workspace is None else workspace.resolve()
         self.display = ServerDisplay(device, full_scale)
-        self._open: dict[
-            Path, OpenSession
-        ] = {}  # replaced, never changed: whoever looks at it waits for nobody
+        # Replaced, never changed: whoever looks at it waits for nobody.
+        self._open: dict[Path, OpenSession] = {}
         self._guard = threading.RLock()
 
     def begin(
