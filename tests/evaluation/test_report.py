@@ -72,6 +72,12 @@ def test_a_spectrogram_is_of_the_signal_alone():
     assert (trace.get_xlabel(), picture.get_xlim()) == ("time, s (the first 1 s)", (0.0, 2.1))
 
 
+def test_a_signal_of_one_frame_has_a_spectrogram():
+    _, picture, *_ = figures.signal_figure(stroke().cut(0, 100)).axes
+    edges = picture.collections[0].get_coordinates()[0, :, 0]
+    np.testing.assert_allclose(edges * stroke().rate, [25, 75])  # as wide as its hop
+
+
 def test_a_confusion_matrix_shows_shares_of_the_true_class():
     figure = figures.confusion_figure(np.array([[3, 1], [0, 4]]), ("a", "b"))
     np.testing.assert_allclose(figure.axes[0].images[0].get_array(), [[0.75, 0.25], [0, 1]])

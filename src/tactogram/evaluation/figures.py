@@ -54,20 +54,19 @@ def signal_figure(signal: Signal, *, title: str = "", seconds: float = 2.0) -> F
     shown = signal.cut(0, min(len(signal), max(2, round(seconds * signal.rate))))
     time = np.arange(len(shown)) / shown.rate
     pictures = []
+    window = min(256, len(signal))
     for row, name in enumerate(signal.axes):
         grid[row, 0].plot(time, shown.axis(name), lw=0.6, color=AXIS_COLOURS[row % len(AXIS_COLOURS)])
         grid[row, 0].set_ylabel(f"{name}  {unit_text(signal.unit)}")
         grid[row, 0].margins(x=0)
-        window = min(256, len(signal))
         frames = {"nperseg": window, "noverlap": window // 2, "boundary": None, "padded": False}
         f, t, z = stft(signal.axis(name), signal.rate, "hamming", **frames)
         pictures.append((grid[row, 1], f, t, 20 * np.log10(np.abs(z) + 1e-12)))
         grid[row, 1].set_ylabel("Hz")
     top = max(float(np.max(db)) for *_, db in pictures)
     for place, f, t, db in pictures:
-        mesh = place.pcolormesh(
-            t, f, db, vmin=top - 70, vmax=top, cmap="magma", shading="nearest", rasterized=True
-        )
+        cells = _edges(t, (window - window // 2) / signal.rate), _edges(f, signal.rate / window)
+        mesh = place.pcolormesh(*cells, db, vmin=top - 70, vmax=top, cmap="magma", rasterized=True)
     figure.colorbar(mesh, ax=grid[:, 1], fraction=0.06, pad=0.02, label=f"dB re 1 {unit_text(signal.unit)}")
     part = "" if len(shown) == len(signal) else f" (the first {len(shown) / signal.rate:g} s)"
     grid[-1, 0].set_xlabel(f"time, s{part}")
@@ -75,6 +74,11 @@ def signal_figure(signal: Signal, *, title: str = "", seconds: float = 2.0) -> F
     if title:
         figure.suptitle(title, fontsize=10)
     return figure
+
+
+def _edges(middles: NDArray[np.float64], step: float) -> NDArray[np.float64]:
+    """Return where cells begin and end, one of ``step`` where there is only one."""
+    return np.append(middles - step / 2, middles[-1] + step / 2)
 
 
 def spectra_figure(signals: Mapping[str, Sequence[Signal]], *, title: str = "") -> Figure:
