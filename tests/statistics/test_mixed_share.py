@@ -72,3 +72,28 @@ def test_what_has_no_model_is_refused():
         mixed_share([0, 1], {"participant": ["a", "a"]})
     with pytest.raises(ParameterError, match="answers of both kinds"):
         mixed_share([1, 1], {"participant": ["a", "b"]})
+
+
+def test_effects_are_the_likeliest_where_whole_newton_steps_go_back_and_forth():
+    hits, asked, logit, spread = np.array([0.0, 59, 12]), np.full(3, 60.0), 2.4, 4.9
+    model = Mixed(hits, asked, np.eye(3), np.zeros(3, np.int64))
+
+    def alone(hit):
+        def below(u):
+            eta = logit + spread * u
+            return u**2 - 2 * (hit * eta - 60 * np.logaddexp(0, eta))
+
+        found = optimize.minimize_scalar(below, bracket=(-9, 9), options={"xtol": 1e-12})
+        p = special.expit(logit + spread * found.x)
+        return found.fun + np.log(1 + spread**2 * 60 * p * (1 - p))
+
+    assert model.deviance(logit, np.array([spread])) == pytest.approx(sum(map(alone, hits)), abs=1e-6)
+
+
+def test_a_spread_that_comes_to_0_on_the_way_can_grow_again():
+    hits = np.array([[1, 0, 0], [4, 2, 1], [0, 0, 0], [1, 0, 0], [5, 5, 5]], np.float64)
+    members = np.hstack([np.repeat(np.eye(5), 3, 0), np.tile(np.eye(3), (5, 1))])
+    model = Mixed(hits.ravel(), np.full(15, 5.0), members, np.repeat([0, 1], [5, 3]))
+    logits, spreads = np.linspace(-3, 1, 5), np.linspace(0, 5, 6)
+    least = min(model.deviance(a, np.array([b, c])) for a in logits for b in spreads for c in spreads)
+    assert model.fitted()[2] <= least

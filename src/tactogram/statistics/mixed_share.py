@@ -56,45 +56,65 @@ class Mixed:
             Standard deviations, logits.
         """
         z = self.members * spreads[self.group]
+        effects = self._likeliest(logit, z)
+        eta = logit + z @ effects
+        return float(-2 * self._fit(eta, effects) + np.linalg.slogdet(self._bent(eta, z))[1])
+
+    def _likeliest(self, logit: float, z: Numbers) -> Numbers:
+        """Return the members' effects that are likeliest, by Newton's method.
+
+        Concave, but far from its top a whole step can go beyond it, and the next back, for ever: such a step is halved.
+        """
         effects = np.zeros(z.shape[1])
-        one = np.eye(z.shape[1])
-        for _ in range(60):
-            p = special.expit(logit + z @ effects)
-            bent = z.T @ (z * (self.asked * p * (1 - p))[:, None]) + one
-            step = np.linalg.solve(bent, z.T @ (self.hits - self.asked * p) - effects)
-            step *= min(
-                1.0, 2.0 / max(float(np.abs(step).max()), 1e-12)
-            )  # concave: a bounded step cannot run away
-            effects = effects + step
+        eta = logit + z @ effects
+        fit = self._fit(eta, effects)
+        for _ in range(100):
+            slope = z.T @ (self.hits - self.asked * special.expit(eta)) - effects
+            step = np.linalg.solve(self._bent(eta, z), slope)
             if np.abs(step).max() < 1e-8:
                 break
-        eta = logit + z @ effects
-        fit = (self.hits * eta - self.asked * np.logaddexp(0, eta)).sum()
+            for _ in range(60):
+                eta = logit + z @ (effects + step)
+                if (tried := self._fit(eta, effects + step)) >= fit - 1e-9:  # rounding of a sum of many
+                    break
+                step = step / 2
+            effects, fit = effects + step, tried
+        return effects
+
+    def _fit(self, eta: Numbers, effects: Numbers) -> float:
+        """Return the log likelihood of the answers and of the effects, but for a constant."""
+        answered = (self.hits * eta - self.asked * np.logaddexp(0, eta)).sum()
+        return float(answered - effects @ effects / 2)
+
+    def _bent(self, eta: Numbers, z: Numbers) -> Numbers:
+        """Return its negative second derivatives, shape (member, member)."""
         p = special.expit(eta)
-        bent = z.T @ (z * (self.asked * p * (1 - p))[:, None]) + one
-        return float(-2 * fit + effects @ effects + np.linalg.slogdet(bent)[1])
+        return np.asarray(z.T @ (z * (self.asked * p * (1 - p))[:, None]) + np.eye(z.shape[1]))
 
     def fitted(self) -> tuple[float, Numbers, float]:
-        """Return the logit and the spreads of the smallest deviance, and that deviance."""
+        """Return the logit and the spreads of the smallest deviance, and that deviance.
+
+        Found over the variances: of a spread the deviance is level at 0, and a search that came there would stay.
+        """
         count = int(self.group.max()) + 1
         start = special.logit(self.hits.sum() / self.asked.sum())
         found = optimize.minimize(
-            lambda x: self.deviance(float(x[0]), x[1:]),
-            [float(start), *[FIRST] * count],
+            lambda x: self.deviance(float(x[0]), np.sqrt(x[1:])),
+            [float(start), *[FIRST**2] * count],
             method="L-BFGS-B",
-            bounds=[(-FARTHEST, FARTHEST), *[(0.0, WIDEST)] * count],
+            bounds=[(-FARTHEST, FARTHEST), *[(0.0, WIDEST**2)] * count],
         )
-        return float(found.x[0]), np.asarray(found.x[1:]), float(found.fun)
+        return float(found.x[0]), np.sqrt(found.x[1:]), float(found.fun)
 
     def profiled(self, logit: float, start: Numbers) -> tuple[float, Numbers]:
         """Return the smallest deviance over all spreads, and the spreads."""
         found = optimize.minimize(
-            lambda spreads: self.deviance(logit, spreads),
-            start,
+            lambda variances: self.deviance(logit, np.sqrt(variances)),
+            start**2,
             method="L-BFGS-B",
-            bounds=[(0.0, WIDEST)] * len(start),
+            bounds=[(0.0, WIDEST**2)] * len(start),
         )
-        return float(found.fun), np.asarray(found.x)
+        return float(found.fun), np.sqrt(found.x)
 
 
 def mixed_share(
