@@ -266,6 +266,20 @@ def test_a_sound_whose_page_is_answered_while_it_is_made_is_not_sent(tmp_path, o
     assert (behind.status_code, session.store.played_log(one.code)) == (409, [])
 
 
+def test_what_cannot_be_stored_is_told_without_where_it_lies_and_is_stored_when_sent_again(
+    tmp_path, opened, person, caplog
+):
+    _, session, client = opened(tmp_path)
+    one = person(client, session.join_path)
+    page = one.page()
+    session.store._connection.execute("PRAGMA query_only=ON")
+    refused = one.answer(page)
+    assert (refused.status_code, refused.json()) == (503, {"error": routes.NOT_STORED})
+    assert f"{session.store.path}: nothing was stored: attempt to write a readonly" in caplog.text
+    session.store._connection.execute("PRAGMA query_only=OFF")
+    assert one.answer(page).json()["stored"]
+
+
 def test_a_ticket_is_known_after_a_restart_whatever_is_asked_first(tmp_path, opened, person):
     sessions, session, client = opened(tmp_path)
     one = person(client, session.join_path)

@@ -114,3 +114,12 @@ class Refused(BaseModel):
     """Why not, in one sentence."""
 
     error: str
+
+
+def plain(value: Any) -> Any:
+    """Return JSON values without infinities, which JSON has not: they become null."""
+    if isinstance(value, float) and value - value != 0:
+        return None
+    if isinstance(value, dict):
+        return {key: plain(inner) for key, inner in value.items()}
+    return [plain(inner) for inner in value] if isinstance(value, list | tuple) else value

@@ -40,6 +40,7 @@ from tactogram.studio.participants.bodies import (
     SlotName,
     Stopped,
     Stored,
+    plain,
 )
 from tactogram.studio.participants.playing import InUseError
 from tactogram.studio.participants.prepared import wav_bytes
@@ -59,6 +60,7 @@ NO_LINK = (
 )
 BEHIND = "this belongs to another page than the present one; reload it"
 CANNOT_PLAY = "this stimulus cannot be played; please call the experimenter"
+NOT_STORED = "this could not be stored; please call the experimenter"
 PROGRAM = "this did not work because of an error in the program; please call the experimenter"
 
 Handler = Callable[[Request], Coroutine[Any, Any, Response]]
@@ -67,6 +69,10 @@ log = logging.getLogger("tactogram.studio")
 
 class BehindError(TactogramError):
     """What was sent belongs to another page than the present one."""
+
+
+class CannotPlayError(TactogramError):
+    """A stimulus could not be made or played."""
 
 
 class TooOftenError(TactogramError):
@@ -98,6 +104,10 @@ class SentenceRoute(APIRoute):
                 )
             except TooOftenError as error:
                 return _refused(429, str(error), {"retry-after": str(max(1, round(error.wait_s)))})
+            except DataError as error:
+                # Where the file lies, and what is wrong with it, is for the experimenter.
+                log.warning("%s", error)
+                return _refused(503, NOT_STORED)
             except TactogramError as error:
                 return _refused(_status(error), str(error))
             except Exception:
@@ -276,7 +286,7 @@ def _blind(session: OpenSession) -> Iterator[None]:
         troubles = session.stimuli.troubles
         if str(error) not in troubles.values():
             troubles[""] = " ".join(str(error).split())[:300] or type(error).__name__
-        raise DataError(CANNOT_PLAY) from error
+        raise CannotPlayError(CANNOT_PLAY) from error
 
 
 async def _holder(sessions: Sessions, ticket: str) -> tuple[OpenSession, str]:
@@ -322,15 +332,6 @@ def _shown(session: OpenSession, standing: Standing) -> dict[str, Any]:
         "progress": {"trial": 0 if page is None else page.trial, "of": 0 if page is None else page.total},
         "state": standing.state,
     }
-
-
-def plain(value: Any) -> Any:
-    """Return JSON values without infinities, which JSON has not: they become null."""
-    if isinstance(value, float) and value - value != 0:
-        return None
-    if isinstance(value, dict):
-        return {key: plain(inner) for key, inner in value.items()}
-    return [plain(inner) for inner in value] if isinstance(value, list | tuple) else value
 
 
 def _by_code(session: OpenSession, body: Join, guesses: dict[str, Allowance], address: str) -> Participant:
