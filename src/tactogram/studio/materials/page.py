@@ -75,7 +75,7 @@ def _simulate(desk: MaterialsDesk, sets: dict[str, str]) -> None:
                 ("--photographs", photographs.given(least=0, most=9, whole=True)),
             ):
                 if value is not None:
-                    found += [option, f"{value:.10g}"]
+                    found += [option, f"{value:.16g}"]
             return found
 
         _begin(desk, "simulate", arguments, name, which, lambda: f"{which.value}")
