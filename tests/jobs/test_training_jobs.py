@@ -186,6 +186,7 @@ def test_a_run_travels_in_one_file(run, tmp_path, texture):
     left = part_folder(tmp_path / "again")
     left = left.with_name(f"{left.name.rpartition('-')[0]}-99999999")  # of a process that is gone
     left.mkdir()
+    part_folder(tmp_path / "again").mkdir()  # of one that is gone, whose number this one has got
     import_run(tmp_path / "r.zip", tmp_path / "again")
     assert not left.exists()
     assert classify(tmp_path / "again", texture("cork", 3)) == classify(run.folder, texture("cork", 3))

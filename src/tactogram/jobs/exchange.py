@@ -48,6 +48,7 @@ def import_run(file: Path | str, out: Path | str) -> dict[str, Any]:
     target.parent.mkdir(parents=True, exist_ok=True)
     clear_stale_parts(target)
     part = part_folder(target)
+    shutil.rmtree(part, ignore_errors=True)  # of a killed process whose number this one has got
     part.mkdir(mode=0o700)
     try:
         with zipfile.ZipFile(file) as packed:
