@@ -4,6 +4,8 @@ from scipy import special, stats
 
 from tactogram.statistics.clustered import pooled_share
 from tactogram.statistics.multiplicity import holm
+from tactogram.study.analysis.preference import ALIKE, APART, analyse_preference
+from tactogram.study.answers import Answer, Answers
 from tactogram.study.bradley_terry import bradley_terry, strengths_by_participant
 from tactogram.study.power_preferences import (
     Compared,
@@ -74,3 +76,45 @@ def test_studies_without_tables_are_as_those_with_tables_of_each_participant(peo
     assert found == pytest.approx(strengths)
     centre = np.eye(items) - 1 / items
     assert centre @ error @ centre == pytest.approx(covariance, rel=1e-4, abs=1e-6)
+
+
+def compared(*answered):
+    """Return answers about pairs, from who, first item, second item, and what share preferred the first."""
+    return Answers(
+        tuple(
+            Answer("s", who, design="pairwise", stimulus=first, other=second, value=value)
+            for who, first, second, value in answered
+        )
+    )
+
+
+def test_items_that_were_never_compared_are_not_called_equivalent():
+    people = ("P1", "P2", "P3")
+    won = [(who, first, second, 1.0) for who in people for first, second in ("AB", "CD")]
+    lost = [(who, first, second, 0.0) for who in people[1:] for first, second in ("AB", "CD")]
+    found = {f.of: f for f in analyse_preference(compared(*won, *lost), margin=0.7).role("confirmatory")}
+    apart = found["A over C"]  # as strong to the prior, and without error
+    assert (apart.estimate, apart.p, apart.equivalence_p, apart.low, apart.verdict) == (
+        0,
+        None,
+        None,
+        None,
+        "",
+    )
+    assert apart.note == APART
+    assert found["A over B"].p is not None
+
+
+def test_participants_who_all_say_the_same_leave_the_error_of_independent_answers():
+    both = [(who, "A", "B", value) for who in ("P1", "P2") for value in (0.0, 1.0)]
+    said = analyse_preference(compared(*both), margin=0.7)
+    [found] = said.role("confirmatory")
+    assert found.high == pytest.approx(stats.t.isf(0.025, 1) * np.sqrt(1 / (1 / 18 + 1)))
+    assert (found.verdict, found.note) == ("undecided", ALIKE)
+    [strengths] = said.tables.values()
+    assert [row["high"] for row in strengths] == pytest.approx(
+        [found.high / 2] * 2
+    )  # half of the difference each
+    options = {"items": 30, "effect": 0.0, "person_sd": 0.0, "studies": 20, "rng": np.random.default_rng(0)}
+    for gaps, errors in simulated_preferences(2, 1, **options):  # most items are never asked about
+        assert not any(of.any() for of in shown_and_equal(gaps, errors, people=2, margin=0.7, alpha=0.05))

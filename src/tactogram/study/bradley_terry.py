@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 Numbers = NDArray[np.float64]
 PRIOR_SD = 3.0
 """Of log strengths: keeps those of what always wins finite, and moves others little (a factor of 20 is one SD)."""
+LEAST = 1e-6
+"""Smaller standard errors of a difference are none: what rounding leaves."""
 
 
 def bradley_terry(wins: ArrayLike, *, prior_sd: float = PRIOR_SD) -> Numbers:
@@ -77,6 +79,39 @@ def strengths_by_participant(tables: ArrayLike, *, prior_sd: float = PRIOR_SD) -
 def curvature(wins: Numbers, strengths: Numbers, *, prior_sd: float = PRIOR_SD) -> Numbers:
     """Return the negative second derivatives of what `bradley_terry` makes largest, shape (…, item, item)."""
     return _bent(wins + np.swapaxes(wins, -1, -2), _preferred(strengths), 1 / prior_sd**2)
+
+
+def gap_errors(
+    covariance: Numbers, curved: Numbers, first: NDArray[np.int64], second: NDArray[np.int64]
+) -> tuple[Numbers, NDArray[np.bool_]]:
+    """Return the standard error of differences of two strengths, and where all participants say the same of them.
+
+    There the jackknife leaves none, however few they are, and it is that of independent answers.
+
+    Parameters
+    ----------
+    covariance : float64 array, shape (…, item, item)
+        By participant.
+    curved : float64 array, shape (…, item, item)
+        `curvature` of all answers.
+    first, second : int64 array, shape (pair,)
+
+    Returns
+    -------
+    errors : float64 array, shape (…, pair)
+    alike : bool array, shape (…, pair)
+    """
+    variance = _of_gaps(covariance, first, second)
+    alike = variance < LEAST**2
+    if alike.any():
+        alone = np.asarray(np.linalg.inv(curved), np.float64)
+        variance = np.where(alike, _of_gaps(alone, first, second), variance)
+    return np.sqrt(variance), alike
+
+
+def _of_gaps(covariance: Numbers, first: NDArray[np.int64], second: NDArray[np.int64]) -> Numbers:
+    own = np.diagonal(covariance, axis1=-2, axis2=-1)
+    return np.asarray(own[..., first] + own[..., second] - 2 * covariance[..., first, second])
 
 
 def _preferred(strengths: Numbers) -> Numbers:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special, stats
 
-from tactogram.study.bradley_terry import bradley_terry, curvature
+from tactogram.study.bradley_terry import bradley_terry, curvature, gap_errors
 
 Numbers = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -103,10 +103,10 @@ def simulated_preferences(
         one, other = first[place], second[place]
         gap = np.take_along_axis(strengths, one, -1) - np.take_along_axis(strengths, other, -1)
         won = rng.binomial(asked, special.expit(gap))
-        found, covariance = jackknifed(Compared(one, other, asked, won, items))
-        own = np.diagonal(covariance, axis1=1, axis2=2)
-        variance = own[:, first] + own[:, second] - 2 * covariance[:, first, second]
-        yield found[:, first] - found[:, second], np.sqrt(np.maximum(variance, 1e-24))
+        answers = Compared(one, other, asked, won, items)
+        found, covariance = jackknifed(answers)
+        errors, _ = gap_errors(covariance, curvature(answers.tables(), found), first, second)
+        yield found[:, first] - found[:, second], errors
 
 
 def jackknifed(answers: Compared) -> tuple[Numbers, Numbers]:

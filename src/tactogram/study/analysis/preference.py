@@ -15,10 +15,19 @@ from tactogram.statistics.multiplicity import holm
 from tactogram.statistics.shares import share_of
 from tactogram.study.analysis.finding import Finding, Section, answered, verdict_of
 from tactogram.study.answers import Answer, Answers
-from tactogram.study.bradley_terry import PRIOR_SD, bradley_terry, strengths_by_participant
+from tactogram.study.bradley_terry import (
+    LEAST,
+    PRIOR_SD,
+    bradley_terry,
+    curvature,
+    gap_errors,
+    strengths_by_participant,
+)
 
 Numbers = NDArray[np.float64]
 TEST = "Bradley-Terry by participant"
+APART = "never compared, not even through others: not tested"
+ALIKE = "all participants say the same of the two: error as of independent answers"
 
 
 def analyse_preference(answers: Answers, *, margin: float | None = None) -> Section:
@@ -26,7 +35,8 @@ def analyse_preference(answers: Answers, *, margin: float | None = None) -> Sect
 
     Confirmatory are the differences of strengths by participant (`strengths_by_participant`), Student's t with
     participants - 1 degrees of freedom, and Holm's correction over all pairs; with two items this is the share that
-    prefers the first. Intervals, p and equivalence rest on one standard error.
+    prefers the first. Intervals, p and equivalence rest on one standard error. Two items that were never compared, not
+    even through others, are not tested: between them stands the prior alone.
 
     Parameters
     ----------
@@ -64,7 +74,7 @@ def analyse_preference(answers: Answers, *, margin: float | None = None) -> Sect
     findings = _pairs(items, table, strengths, covariance, margin)
     if len(people) == 1:
         notes += ("one participant: no interval over people",)
-    if not _connected(table.sum(0)):
+    if _joined(table.sum(0)).any():
         notes += (
             "some items were never compared, not even through others: their strengths rest on the prior",
         )
@@ -98,7 +108,10 @@ def _rows(
     items: Sequence[str], table: Numbers, strengths: Numbers, covariance: Numbers
 ) -> list[dict[str, Any]]:
     wins = table.sum(0)
-    halves = _t95(len(table)) * np.sqrt(np.diag(covariance))
+    middle = np.eye(len(items)) - 1 / len(items)
+    alone = np.diag(middle @ np.linalg.inv(curvature(wins, strengths)) @ middle)
+    own = np.diag(covariance)
+    halves = _t95(len(table)) * np.sqrt(np.where(own < LEAST**2, alone, own))
     order = np.argsort(-strengths, kind="stable")
     return [
         {
@@ -125,18 +138,26 @@ def _pairs(
     wins, people = table.sum(0), len(table)
     first, second = (np.array([pair[k] for pair in names]) for k in (0, 1))
     gaps = strengths[first] - strengths[second]
+    part = _joined(wins)
+    notes = [APART if part[a] != part[b] else "" for a, b in names]
+    tested = [k for k, note in enumerate(notes) if not note] if people > 1 else []
     ps: list[float | None] = [None] * len(names)
     equals = list(ps)
     halves = np.full(len(names), np.nan)
-    if people > 1:
-        spread = covariance[first, first] + covariance[second, second] - 2 * covariance[first, second]
-        se = np.sqrt(np.maximum(spread, 1e-24))
-        halves = _t95(people) * se
-        ps = [*holm(2 * stats.t.sf(np.abs(gaps) / se, people - 1))]
+    if tested:
+        se, alike = gap_errors(covariance, curvature(wins, strengths), first[tested], second[tested])
+        far = np.abs(gaps[tested])
+        halves[tested] = _t95(people) * se
+        shown = holm(2 * stats.t.sf(far / se, people - 1))
+        equal_ps: list[float | None] = [None] * len(tested)
         if margin is not None:
-            equals = [*holm(stats.t.sf((margin - np.abs(gaps)) / se, people - 1))]
+            equal_ps = [*holm(stats.t.sf((margin - far) / se, people - 1))]
+        for k, p, equal, same in zip(tested, shown, equal_ps, alike, strict=True):
+            ps[k], equals[k], notes[k] = p, equal, ALIKE if same else ""
     findings = []
-    for (a, b), gap, half, p, equal in zip(names, gaps.tolist(), halves.tolist(), ps, equals, strict=True):
+    for (a, b), gap, half, p, equal, note in zip(
+        names, gaps.tolist(), halves.tolist(), ps, equals, notes, strict=True
+    ):
         name = f"{items[a]} over {items[b]}"
         findings.append(
             Finding(
@@ -155,6 +176,7 @@ def _pairs(
                 equivalence_p=equal,
                 margin=None if equal is None else margin,
                 correction="Holm",
+                note=note,
             )
         )
         direct = int(wins[a, b] + wins[b, a])
@@ -178,10 +200,11 @@ def _pairs(
     return findings
 
 
-def _connected(wins: Numbers) -> bool:
+def _joined(wins: Numbers) -> NDArray[np.int64]:
+    """Return of each item which of the parts it is in: items of a part are compared, or through others of it."""
     from scipy.sparse.csgraph import connected_components
 
-    return bool(connected_components(wins + wins.T, directed=False)[0] == 1)
+    return np.asarray(connected_components(wins + wins.T, directed=False)[1], np.int64)
 
 
 def _circular(table: Numbers) -> int:
