@@ -41,6 +41,16 @@ def test_a_verb_refuses_what_it_could_not_write_before_all_else(words, capsys):
     assert said == f"tactogram: {NOWHERE}: cannot be written ({os.strerror(20)}); give another place\n"
 
 
+@pytest.mark.parametrize(
+    "words", [["demo"], ["study", "run", "two-area"], ["study", "analyse", str(Path(__file__).parent)]]
+)
+def test_a_file_where_a_folder_is_needed_is_refused(words, tmp_path, capsys):
+    (tmp_path / "file").write_text("mine")
+    assert main([*words, "--out", str(tmp_path / "file")]) == 1
+    assert "file: is a file; a folder is needed here" in capsys.readouterr().err
+    assert (tmp_path / "file").read_text() == "mine"
+
+
 def test_a_training_does_not_prepare_what_it_could_not_keep(store, monkeypatch):
     monkeypatch.setattr(training, "_material", lambda *_: pytest.fail("recordings were prepared"))
     with pytest.raises(ParameterError, match="cannot be written"):

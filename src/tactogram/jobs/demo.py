@@ -23,6 +23,7 @@ from tactogram.jobs.training import LoadedRun, load_run, test_part, train
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_signal
 from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.writable import check_writable
 
 MARK = "made-by-tactogram-demo"
 UNKNOWN = "cork-sheet"
@@ -109,6 +110,7 @@ def demo(out: Path | str = "runs/demo", *, seed: int = 0, progress: Progress = s
 
 def _fresh(folder: Path) -> Path:
     """Return an empty folder in place of an earlier demo; refuse to touch anything else."""
+    check_writable(folder, folder=True)
     if folder.exists() and any(folder.iterdir()):
         if not (folder / MARK).exists():
             raise RunError(f"{folder}: holds something else than an earlier demo; give another --out")

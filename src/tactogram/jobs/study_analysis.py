@@ -19,6 +19,7 @@ from tactogram.jobs.study_answers import open_answers, study_of
 from tactogram.jobs.study_report import Taken, write_study_report
 from tactogram.jobs.study_written import HASHES, hashes_of, remove_earlier
 from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.writable import check_writable
 from tactogram.study.analysis import MARGINS, Analysis, Plan, analyse
 from tactogram.study.analysis.words import Targets
 from tactogram.study.answers import Answers, read_cells
@@ -98,8 +99,9 @@ def analyse_study(
     Raises
     ------
     TactogramError
-        In one line: what is wrong with the table, the margins or the targets.
+        In one line: what is wrong with the table, the margins or the targets, or why ``out`` cannot be written to.
     """
+    check_writable(Path(out), folder=True)
     answers = _opened(Path(source), design, columns, constants, encoding)
     if practice:
         answers = practice_of(answers)

@@ -18,6 +18,7 @@ from types import TracebackType
 from typing import Any, Self, TypeVar
 
 from tactogram.errors import DataError
+from tactogram.signal.io.writable import check_writable
 from tactogram.study.session_tables import STEPS, TABLES, VERSION
 from tactogram.study.study_file import Study
 
@@ -44,12 +45,16 @@ class SessionFile:
     ------
     DataError
         If the folder holds another study, or a file that is no session store.
+    ParameterError
+        If a study cannot be begun or gone on with there.
     """
 
     def __init__(self, folder: Path, study: Study | None = None) -> None:
         self.path = folder / FILE
         if study is None and not self.path.is_file():
             raise DataError(f"{folder}: no study was begun here; run one, or say which folder holds it")
+        if study is not None:
+            check_writable(folder, folder=True)
         folder.mkdir(parents=True, exist_ok=True)
         self._lock, self._looking = threading.RLock(), threading.Lock()
         try:
