@@ -46,23 +46,34 @@ def test_a_figure_that_somebody_changed_is_theirs_and_stays(tmp_path):
     assert (tmp_path / "abx_correct.png").read_bytes() == b"with an arrow drawn in"
 
 
+X = hashes_of({"x": b"x"})["x"]
+
+
 @pytest.mark.parametrize(
     ("said", "removed"),
     [
-        ({"sections": [], "files": ["a.png"]}, ["a.png"]),  # as earlier versions wrote it
-        ({"sections": [], "files": ["../a.png", "notes.txt", 3]}, []),
-        ({"files": ["a.png"]}, []),
+        ({"sections": [], HASHES: {"a.png": X}}, ["a.png"]),
+        (
+            {"sections": [], "files": ["a.png"]},
+            [],
+        ),  # an earlier version said names only: nobody knows if it is as drawn
+        ({"sections": [], HASHES: {"../a.png": X, "notes.txt": X, "\0.png": X, "a" * 300 + ".png": X}}, []),
+        ({"sections": [], HASHES: {"link.png": X, "folder.png": X, "a.png": 3}}, []),
+        ({HASHES: {"a.png": X}}, []),
+        ({"sections": [], HASHES: ["a.png"]}, []),
         (["a.png"], []),
-        ("broken", []),
+        ("{", []),
+        ("[" * 100_000, []),
     ],
 )
 def test_only_what_an_analysis_says_it_wrote_goes(tmp_path, said, removed):
     folder = tmp_path / "out"
-    folder.mkdir()
-    for path in (tmp_path / "a.png", folder / "a.png", folder / "notes.txt"):
+    (folder / "folder.png").mkdir(parents=True)
+    own = [tmp_path / "a.png", folder / "a.png", folder / "notes.txt"]
+    for path in own:
         path.write_text("x")
-    (folder / JSON_FILE).write_text("{" if said == "broken" else json.dumps(said))
+    (folder / "link.png").symlink_to(tmp_path / "a.png")
+    (folder / JSON_FILE).write_text(said if isinstance(said, str) else json.dumps(said))
     assert remove_earlier(folder, JSON_FILE, kept=()) == removed
-    assert (tmp_path / "a.png").is_file()
-    assert (folder / "notes.txt").is_file()
-    assert (folder / "a.png").is_file() == (not removed)
+    assert [path for path in own if not path.is_file()] == [folder / name for name in removed]
+    assert (folder / "link.png").is_symlink()

@@ -20,7 +20,8 @@ def hashes_of(figures: Mapping[str, bytes]) -> dict[str, str]:
 def remove_earlier(folder: Path, listed: str, *, kept: Collection[str]) -> list[str]:
     """Remove the figures of an earlier analysis that the next does not write, and return their names.
 
-    Of those that the earlier one says it wrote, a figure that was changed since is somebody's own and stays.
+    Only a file whose SHA-256 the earlier one gave goes: what was changed since, a link, and whatever an analysis
+    without such numbers names, may be somebody's own and stays.
 
     Parameters
     ----------
@@ -30,27 +31,25 @@ def remove_earlier(folder: Path, listed: str, *, kept: Collection[str]) -> list[
     kept : collection of str
         Names that are about to be written.
     """
-    earlier = _earlier(folder / listed)
-    known = earlier.get(HASHES)
-    known = known if isinstance(known, dict) else {}
     removed = []
-    for name in earlier.get("files") or ():
-        if not isinstance(name, str) or Path(name).name != name or not name.endswith(".png") or name in kept:
-            continue
+    for name, digest in _earlier(folder / listed).items():
         path = folder / name
-        if not path.is_file():
+        if Path(name).name != name or path.suffix != ".png" or name in kept:
             continue
-        digest = sha256(path.read_bytes()).hexdigest()
-        if known.get(name, digest) == digest:  # an earlier version said names only
-            path.unlink()
-            removed.append(name)
+        try:
+            if not path.is_symlink() and sha256(path.read_bytes()).hexdigest() == digest:
+                path.unlink()
+                removed.append(name)
+        except (OSError, ValueError):  # no such file, or no name of a file; not ours to remove
+            continue
     return removed
 
 
 def _earlier(path: Path) -> dict[str, Any]:
+    """Return what an analysis says are the SHA-256 of its figures; none where it is none, or broken."""
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return {}
-    ours = isinstance(found, dict) and isinstance(found.get("files"), list) and "sections" in found
-    return found if ours else {}
+    known = found.get(HASHES) if isinstance(found, dict) and "sections" in found else None
+    return known if isinstance(known, dict) else {}
