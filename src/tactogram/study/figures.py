@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import ScalarFormatter
+from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
 from tactogram.statistics.figures import AXIS_COLOURS, BLUE, GRAY, INK, ORANGE, error_figure
 from tactogram.study.analysis.finding import SHOWN, Finding, Section
@@ -240,13 +240,16 @@ def magnitude_figure(section: Section) -> Figure:
     axes.errorbar(at, means, np.abs(ends - means[:, None]).T, fmt="o", color=BLUE, capsize=3)
     axes.set_yscale("log")
     axes.yaxis.set_major_formatter(ScalarFormatter())
-    axes.yaxis.set_minor_formatter(ScalarFormatter())
+    far = ends.max() > 4 * ends.min()  # over less than that, 1, 2 and 5 may not be there to be named
+    axes.yaxis.set_minor_formatter(NullFormatter() if far else ScalarFormatter())
+    if far:
+        axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     if known:
         axes.set_xscale("log")
         slope = section.role("confirmatory")[0].estimate
         middle = np.log(means).mean() - slope * np.log(at).mean()
         line = np.sort(at)
-        axes.set_xticks(line, [f"{value:g}" for value in line])
+        axes.set_xticks(line, [f"{value:.3g}" for value in line])
         axes.set_xticks([], minor=True)
         axes.plot(
             line, np.exp(middle + slope * np.log(line)), color=ORANGE, lw=1, label=f"exponent {slope:.2f}"
