@@ -48,6 +48,7 @@ def test_a_usage_error_exits_2(arguments, capsys):
             ["train", "nothing", "--data", "STORE"],
             "model must be one of ar_texture, frictgan, nearest_photo, pix2pix",
         ),
+        (["train", "nothing", "--data", "STORE"], "or of a folder given by --models, got 'nothing'"),
         (
             ["train", "stroke_cnn", "--data", "STORE", "--recipe", "x"],
             "recipe of stroke_cnn must be one of paper",

@@ -175,7 +175,9 @@ def find(name: str, folders: Iterable[Path | str] = ()) -> ModelFacts:
     """
     models = available(folders)
     if name not in models:
-        raise ParameterError(f"model must be one of {', '.join(models)}, got {name!r}")
+        raise ParameterError(
+            f"model must be one of {', '.join(models)}, or of a folder given by --models, got {name!r}"
+        )
     return models[name]
 
 
