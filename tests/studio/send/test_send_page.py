@@ -10,6 +10,7 @@ from tactogram.rendering.files.formats import FORMATS
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
 from tactogram.studio.shelf import Shelf
+from tactogram.studio.signals.pictures import card_height
 
 
 @pytest.fixture(scope="module", name="kept")
@@ -18,6 +19,15 @@ def kept_fixture(workspace):
     noise = np.random.default_rng(0).standard_normal((3, 4000)).astype(np.float32)
     shelf = Shelf(workspace / "studio" / "kept")
     return shelf.keep(Signal(noise, 1000, "m/s^2", ("x", "y", "z")), title="Cork", facts={"simulated": True})
+
+
+def drawn(tab):
+    """Wait until the signal's pictures stand, in the room that was kept for them: nothing below has moved."""
+    signal = tab.get_by_label("The signal")
+    signal.locator(".spectrogram").wait_for()
+    assert signal.locator(".pictures").bounding_box()["height"] == pytest.approx(
+        card_height(3, small=True), abs=2
+    )
 
 
 def saved(tab, link, folder):
@@ -31,6 +41,7 @@ def saved(tab, link, folder):
 
 def test_a_kept_result_becomes_a_drive_that_plays_and_stops(tab, kept, workspace, tmp_path):
     tab.goto(f"/send?of=kept:{kept.id}")
+    drawn(tab)
     tab.get_by_label("The signal").get_by_text("simulated", exact=True).wait_for()
     tab.get_by_role("button", name="Fit to the display").click()
     report = tab.get_by_role("region", name="Fit report")
@@ -61,7 +72,7 @@ def test_a_kept_result_becomes_a_drive_that_plays_and_stops(tab, kept, workspace
 
 def test_a_kept_result_becomes_every_file(tab, kept, tmp_path):
     tab.goto(f"/send?of=kept:{kept.id}")
-    tab.get_by_label("The signal").get_by_text("Cork").wait_for()
+    drawn(tab)
     tab.get_by_role("tab", name="To a haptic file").click()
     tab.get_by_role("button", name="Write and check").click()
     files = tab.get_by_role("region", name="Files")

@@ -17,7 +17,7 @@ from tactogram.studio.send.files import FileCards
 from tactogram.studio.send.sending import Chosen, Sending
 from tactogram.studio.send.speaker import Speaker
 from tactogram.studio.shelf_view import ask_removal, ask_title
-from tactogram.studio.signals.view import add_routes, signal_card
+from tactogram.studio.signals.view import add_routes, signal_card, waiting
 from tactogram.studio.studio import Studio
 from tactogram.studio.uploads import read_uploaded_signal, safe_name
 
@@ -69,6 +69,7 @@ class SendPage:
         self.studio, self.sending = studio, sending
         self.kept: dict[str, Any] = app.storage.user.setdefault(KEPT, {})
         self.chosen: Chosen | None = None
+        self._reading = bool(of or self.kept.get("of"))
         of = of or str(self.kept.get("of", ""))
         self.kept["of"] = of
         with ui.element("div").classes("grid-2"):
@@ -186,10 +187,13 @@ class SendPage:
 
     @telling
     async def _take(self, of: str) -> None:
-        self.chosen = await in_background(self.sending.chosen, of)
-        self.kept["of"] = of
-        self.signal = await in_background(self.chosen.signal)
-        self._signal.refresh()
+        try:
+            chosen = await in_background(self.sending.chosen, of)
+            self.chosen, self.signal = chosen, await in_background(chosen.signal)
+            self.kept["of"] = of
+        finally:
+            self._reading = False
+            self._signal.refresh()
         self.display.signal_chosen(self.signal)
         self.files.signal_chosen(self.signal)
 
@@ -197,7 +201,10 @@ class SendPage:
     def _signal(self) -> None:
         if self.chosen is None:
             with ui.element("section").classes("card w-full").props('aria-label="The signal"'):
-                ui.label("Choose a kept result, a file or a recording.").classes("quiet")
+                if self._reading:
+                    waiting("Reading", small=True)
+                else:
+                    ui.label("Choose a kept result, a file or a recording.").classes("quiet")
             return
         with ui.element("div").props('aria-label="The signal" role="region"').classes("w-full"):
             top = signal_card(

@@ -102,6 +102,19 @@ def waveform_height(traits: Traits) -> int:
     return 84 * len(traits.axes) + 22
 
 
+def card_height(axes: int, *, small: bool) -> int:
+    """Return the height that a card's pictures and words take, pixels, so that nothing moves when they come.
+
+    Parameters
+    ----------
+    axes : int
+        Of the signal.
+    small : bool
+        Whether the spectrum is left out.
+    """
+    return 84 * axes + 268 + (0 if small else 206)
+
+
 def spectrogram_png(
     traits: Traits, *, width: int = 640, height: int = 160, scales: Scales | None = None
 ) -> bytes:

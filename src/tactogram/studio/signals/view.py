@@ -11,8 +11,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from tactogram.errors import TactogramError
+from tactogram.signal import Signal
 from tactogram.studio.layout import in_background, telling
 from tactogram.studio.signals.pictures import (
+    card_height,
     spectrogram_png,
     spectrum_options,
     waveform_height,
@@ -58,6 +60,7 @@ def add_routes() -> None:
         return Response(png, media_type="image/png", headers=KEPT)
 
 
+USUAL_AXES = 3
 KEPT = {"Cache-Control": "private, max-age=3600"}
 """What follows from the samples alone may be kept by the browser."""
 
@@ -114,15 +117,28 @@ def signal_cards(entries: Sequence[Entry], *, same_gain: bool = False, small: bo
     if all(held is not None for held in known):
         _fill(entries, [held for held in known if held], places, same_gain=same_gain, small=small)
     else:
-        for place in places:
+        for entry, place in zip(entries, places, strict=True):
             with place:
-                ui.label("Drawing").classes("small quiet drawing")
+                waiting("Drawing", axes=_axes_of(entry.source), small=small)
 
         async def fill() -> None:
             await _fill_later(entries, places, same_gain=same_gain, small=small)
 
         ui.timer(0, telling(fill), once=True)
     return [top for top, _ in frames]
+
+
+def waiting(words: str, *, axes: int = USUAL_AXES, small: bool = False) -> None:
+    """Say that a signal's pictures come, in the room that they will take: what stands below does not move."""
+    from nicegui import ui
+
+    height = card_height(axes, small=small)
+    ui.label(words).classes("small quiet").style(f"min-height: {height}px")
+
+
+def _axes_of(source: Source) -> int:
+    """Return how many axes a source has; of a file, before it is read, the usual number."""
+    return len(source.axes) if isinstance(source, Signal) else USUAL_AXES
 
 
 def _frame(entry: Entry) -> tuple[Any, Any]:
