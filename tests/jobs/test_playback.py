@@ -155,7 +155,8 @@ def test_an_interrupted_playback_is_waited_for_until_it_has_faded(tmp_path, monk
 
     monkeypatch.setattr(Playback, "run", run)
     write_signal(tmp_path / "drive.npz", made())
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where a shell begins a job with &
+    # Ignored, where a shell began the tests with &.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         assert play_drive(tmp_path / "drive.npz", "audio")["faded"]
     finally:
