@@ -53,9 +53,8 @@ class Together:
                 writes = [write for write, _ in turn]
                 try:
                     found = await anyio.to_thread.run_sync(self._file.together, writes, limiter=self._thread)
-                except (
-                    Exception
-                ) as error:  # of all: the disk is full, the session was closed, there is no thread
+                except Exception as error:
+                    # Of all: the disk is full, the session was closed, there is no thread.
                     found = [error] * len(turn)
                 for (_, told), one in zip(turn, found, strict=True):
                     if told.done():  # who sent it has gone; it is stored all the same
