@@ -102,9 +102,8 @@ def compact(path: Path | str, *, progress: Progress | None = None) -> Compacted:
     for name in (*(shard.file for shard in old), facts.ids):
         try:
             (path / name).unlink(missing_ok=True)
-        except (
-            OSError
-        ):  # open elsewhere, on a system that then keeps it: it stays noted, and the next removes it
+        except OSError:
+            # Open elsewhere, on a system that then keeps it: it stays noted, and the next removes it.
             kept = True
     if not kept:
         files.forget_notes()

@@ -248,9 +248,8 @@ def _messages(packet: bytes) -> list[tuple[str, list[Any]]] | None:
         osc = imported("pythonosc.osc_packet", extra="devices", what="OSC")
         read = osc.OscPacket(packet)
         return [(m.message.address, list(m.message.params)) for m in read.messages]
-    except (
-        Exception
-    ):  # whatever its bytes lead the parser to, none of it is ours; or the parser is not installed
+    except Exception:
+        # Whatever its bytes lead the parser to, none of it is ours; or the parser is not installed.
         return None
 
 
