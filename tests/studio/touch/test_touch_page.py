@@ -300,7 +300,7 @@ def test_what_the_pointer_does_on_the_pad_is_what_is_played(touch):
     assert np.mean(np.array(near) < 0.3) > 0.95  # a pixel is 0.26 mm; the last one of a picture may stand in
     counts = touch.evaluate(COUNTS)
     heard = {name: counts[name] - before[name] for name in before}
-    assert heard["used"] > 0  # a busy machine hands some over too late to be played
+    assert heard["used"] > 0.5 * len(track)  # a busy machine hands some over too late to be played
     assert sum(heard.values()) == len(track)
     assert track[-1]["force"] == 0
 
