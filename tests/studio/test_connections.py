@@ -1,4 +1,5 @@
 import asyncio
+import socket
 from dataclasses import dataclass
 from unittest.mock import Mock
 
@@ -11,6 +12,7 @@ from tactogram.studio.connections import (
     MOST_WRITTEN,
     Connection,
     Limits,
+    Server,
     gives_way,
     limits_here,
 )
@@ -80,6 +82,37 @@ def test_a_connection_waits_while_it_is_the_other_side_s_turn():
     # Nothing, half a head, half a body, all of it, and after the answer.
     assert found == [(True, False), (True, False), (True, False), (False, True), (True, True)]
     assert held == set()
+
+
+UPGRADE = (
+    b"GET / HTTP/1.1\r\nHost: a\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+)
+CLOSE = bytes([0x88, 0x82, 0, 0, 0, 0, 0x03, 0xE8])  # masked, 1000
+
+
+def test_the_server_ends_while_a_websocket_is_closing():
+    heard = []
+
+    async def sends_much(scope, receive, send):
+        heard.append((await receive())["type"])
+        await send({"type": "websocket.accept"})
+        # More than the system holds for a client that does not read, so that the connection stays until it does.
+        await send({"type": "websocket.send", "bytes": bytes(2**25)})
+        client.sendall(CLOSE)
+        heard.append((await receive())["type"])
+        server.should_exit = True  # as Ctrl-C does
+
+    with socket.create_server(("127.0.0.1", 0)) as listener, socket.socket() as client:
+        server = Server(
+            sends_much,
+            listener,
+            ready=lambda: (client.connect(listener.getsockname()), client.sendall(UPGRADE)),
+            lifespan="off",
+        )
+        asyncio.run(server.serve())
+    assert heard == ["websocket.connect", "websocket.disconnect"]
+    assert not server.server_state.connections
 
 
 def test_connections_leave_files_to_the_rest(monkeypatch):

@@ -20,6 +20,7 @@ from typing import Any, Protocol
 import h11
 import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 MOST_FILES = 8192
 """Open files that a process asks the system for: connections, and what the studio reads."""
@@ -180,6 +181,20 @@ class Connection(H11Protocol):
         self._write.end()
 
 
+class Websocket(WebSocketsSansIOProtocol):
+    """A websocket that also ends while its other side is closing it.
+
+    uvicorn's sends a close frame then, too, which its protocol refuses; the exception would end the server.
+    """
+
+    def shutdown(self) -> None:
+        """Close it; abort the connection where it is being closed already, as nothing more can be said on it."""
+        if self.transport.is_closing():
+            self.transport.abort()
+        else:
+            super().shutdown()
+
+
 def gives_way(held: set[Held]) -> list[Held]:
     """Return the connections that are closed where there are too many.
 
@@ -229,6 +244,7 @@ class Server(uvicorn.Server):
             access_log=False,  # tickets and the token stand in addresses
             server_header=False,
             http=Connection,  # of h11: httptools takes headers without end
+            ws=Websocket,
             timeout_keep_alive=self.limits.idle_s,
             timeout_graceful_shutdown=2,
             **options,
