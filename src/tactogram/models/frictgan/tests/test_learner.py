@@ -138,6 +138,15 @@ def test_epochs_are_passes_over_the_training_windows():
     assert made.stages(EXAMPLES)[-1].steps == 3 * 9
 
 
+@pytest.mark.parametrize(
+    ("changes", "pairs"), [({}, 8), ({"critic_updates": 5}, 20), ({"adversarial": 0.0}, 4)]
+)
+def test_a_step_takes_a_batch_for_each_update_of_the_critic(changes, pairs):
+    made = learner(**changes)
+    photo, friction = next(made.batches(made.stages(EXAMPLES)[-1], EXAMPLES, seed=0))
+    assert len(photo) == len(friction) == pairs
+
+
 def test_critic_loss_is_equation_2_and_weights_are_clipped():
     made = learner(clip=0.01)
     made.step(made.stages(EXAMPLES)[0], (EXAMPLES,))

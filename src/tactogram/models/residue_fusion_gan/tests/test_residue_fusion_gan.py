@@ -39,15 +39,26 @@ def test_critic_judges_each_pair_by_itself():
     torch.testing.assert_close(critic(x)[-1][1:2], critic(x[1:2])[-1])
 
 
-def test_perceptual_loss_is_zero_for_the_same_and_flows_into_the_made_picture():
+def test_perceptual_loss_is_the_weighted_distance_after_five_layers_of_vgg():
+    """relu1_1, 2_1, 3_1, 4_1 and 5_1, with 1/32 to 1: the authors' code of pix2pixHD."""
     try:
         loss = PerceptualLoss("", random=True)
     except ImportError as error:
         pytest.skip(str(error))
-    made, real = torch.rand(1, 1, 32, 32, requires_grad=True), torch.rand(1, 1, 32, 32)
-    assert loss(real, real).item() == 0
-    loss(made, real).backward()
+    torch.manual_seed(0)
+    made, real = torch.rand(1, 1, 32, 32, requires_grad=True), torch.rand(1, 1, 32, 32, requires_grad=True)
+    layers = [layer for part in loss.slices for layer in part]
+    a, b, expected = made.repeat(1, 3, 1, 1), real.repeat(1, 3, 1, 1), 0.0
+    weights = {1: 1 / 32, 6: 1 / 16, 11: 1 / 8, 20: 1 / 4, 29: 1.0}
+    for place, layer in enumerate(layers):
+        a, b = layer(a), layer(b)
+        expected += weights.get(place, 0.0) * (a - b).abs().mean()
+        assert isinstance(layer, torch.nn.ReLU) or place not in weights
+    found = loss(made, real)
+    torch.testing.assert_close(found, expected)
+    found.backward()
     assert bool(made.grad.abs().sum() > 0)
+    assert real.grad is None
 
 
 def test_weights_of_vgg_are_asked_for_by_a_training_alone(tmp_path):
