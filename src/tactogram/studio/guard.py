@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import asyncio
 import html
-import json
 import logging
-from collections.abc import Awaitable, Callable, MutableMapping
-from http.cookies import SimpleCookie
-from typing import Any
 from urllib.parse import quote
+
+from starlette.datastructures import MutableHeaders
+from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from tactogram.studio.guard_rules import (
     PARTICIPANTS,
@@ -28,12 +28,6 @@ from tactogram.studio.guard_rules import (
     refusal,
     token_in_query,
 )
-
-Message = MutableMapping[str, Any]
-Scope = MutableMapping[str, Any]
-Receive = Callable[[], Awaitable[Message]]
-Send = Callable[[Message], Awaitable[None]]
-App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 STRICT = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; media-src 'self' blob:; "
@@ -81,7 +75,7 @@ class Guard:
     settings : Guarding
     """
 
-    def __init__(self, app: App, settings: Guarding) -> None:
+    def __init__(self, app: ASGIApp, settings: Guarding) -> None:
         self.app, self.settings = app, settings
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -94,23 +88,25 @@ class Guard:
             await self.app(scope, receive, send)
 
     async def _http(self, scope: Scope, receive: Receive, send: Send) -> None:
+        send = with_usual_headers(scope, send)
         refused = refusal(scope, self.settings)
         if refused is None and needs_token(scope, self.settings):
-            if await self._exchanged(scope, send):
+            if (exchanged := self._exchanged(scope)) is not None:
+                await exchanged(scope, receive, send)
                 return
             refused = TOKEN_NEEDED
         if refused is not None:
-            await refuse(refused, scope, send)
+            await refuse(refused, scope)(scope, receive, send)
             return
         body = _Body(scope, receive, self.settings)
-        answer = _Answer(scope, send, body)
+        answer = _Answer(send, body)
         try:
             await self.app(scope, body.receive, answer.send)
         except Exception:
             if body.refused is None:
                 log.exception("%s %s failed", scope["method"], _place(scope))
         if not answer.started:
-            await refuse(body.refused or FAILED, scope, send)
+            await refuse(body.refused or FAILED, scope)(scope, receive, send)
 
     async def _websocket(self, scope: Scope, receive: Receive, send: Send) -> None:
         if refusal(scope, self.settings) or needs_token(scope, self.settings):
@@ -133,26 +129,16 @@ class Guard:
         except Exception:
             log.exception("websocket %s failed", _place(scope))
 
-    async def _exchanged(self, scope: Scope, send: Send) -> bool:
-        """Take the token out of an address into a cookie; return whether it was there and right."""
+    def _exchanged(self, scope: Scope) -> Response | None:
+        """Take the token out of an address into a cookie; None if it is not there, or not right."""
         found = token_in_query(scope)
         if found is None or scope["method"] != "GET" or not is_token(found[0], self.settings):
-            return False
-        named = cookie_name(scope)
-        cookie: SimpleCookie = SimpleCookie({named: found[0]})
-        flags = {"httponly": True, "samesite": "Strict", "path": "/", "secure": is_secure(scope)}
-        for name, value in flags.items():
-            cookie[named][name] = value
-        headers = [
-            ("location", found[1]),
-            ("set-cookie", cookie[named].OutputString()),
-            ("content-length", "0"),
-        ]
-        await send(
-            {"type": "http.response.start", "status": 303, "headers": _encoded([*headers, *_usual(scope)])}
+            return None
+        answer = RedirectResponse(found[1], 303)
+        answer.set_cookie(
+            cookie_name(scope), found[0], secure=is_secure(scope), httponly=True, samesite="strict"
         )
-        await send({"type": "http.response.body", "body": b""})
-        return True
+        return answer
 
 
 class _Body:
@@ -188,51 +174,48 @@ class _Body:
 
 
 class _Answer:
-    """What goes out, with the headers that every answer has; nothing of the application's after a refusal."""
+    """What goes out: nothing of the application's after a refusal."""
 
-    def __init__(self, scope: Scope, send: Send, body: _Body) -> None:
-        self._scope, self._send, self._body = scope, send, body
+    def __init__(self, send: Send, body: _Body) -> None:
+        self._send, self._body = send, body
         self.started = False
 
     async def send(self, message: Message) -> None:
-        if self._body.refused is not None and not self.started:
-            return
-        if message["type"] == "http.response.start":
+        if self.started or self._body.refused is None:
             self.started = True
-            own = list(message.get("headers", []))
-            said = {name.lower() for name, _ in own}
-            usual = [(name, value) for name, value in _encoded(_usual(self._scope)) if name not in said]
-            message = {**message, "headers": [*own, *usual]}
-        await self._send(message)
+            await self._send(message)
 
 
-async def refuse(why: Refusal, scope: Scope, send: Send) -> None:
-    """Answer with a status and a sentence: a page for a browser that asks for one, else JSON; then hang up."""
-    if "text/html" in (header(scope, "accept") or ""):
-        kind = "text/html; charset=utf-8"
-        text = html.escape(why.sentence)
-        # After a link from elsewhere a browser sends the cookie only from here on: followed from this page, it does.
-        again = quote("/" + str(scope["path"]).lstrip("/"))
-        body = (
-            "<!doctype html><html lang='en'><meta charset='utf-8'><title>tactogram</title>"
-            f"<p>{text}</p><p><a href='{again}'>Open this page again</a></p></html>"
-        ).encode()
-    else:
-        kind, body = "application/json", json.dumps({"error": why.sentence}).encode()
-    headers = [("content-type", kind), ("content-length", str(len(body))), ("connection", "close")]
-    await send(
-        {"type": "http.response.start", "status": why.status, "headers": _encoded([*headers, *_usual(scope)])}
-    )
-    await send({"type": "http.response.body", "body": b"" if scope.get("method") == "HEAD" else body})
-
-
-def _usual(scope: Scope) -> list[tuple[str, str]]:
+def with_usual_headers(scope: Scope, send: Send) -> Send:
+    """Return ``send`` with the headers that every answer has; those that an answer sets itself stay."""
     policy = STRICT if str(scope["path"]).startswith(PARTICIPANTS) else STUDIO
-    return [*ALWAYS, ("content-security-policy", policy)]
+
+    async def headed(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            headers = MutableHeaders(
+                raw=[(name.lower(), value) for name, value in message.get("headers", [])]
+            )
+            for name, value in (*ALWAYS, ("content-security-policy", policy)):
+                headers.setdefault(name, value)
+            message = {**message, "headers": headers.raw}
+        await send(message)
+
+    return headed
 
 
-def _encoded(pairs: list[tuple[str, str]]) -> list[tuple[bytes, bytes]]:
-    return [(name.encode("latin-1"), value.encode("latin-1")) for name, value in pairs]
+def refuse(why: Refusal, scope: Scope) -> Response:
+    """Return an answer of one sentence: a page for a browser that asks for one, else JSON; then the server hangs up."""
+    ends = {"connection": "close"}
+    if "text/html" not in (header(scope, "accept") or ""):
+        return JSONResponse({"error": why.sentence}, why.status, ends)
+    # After a link from elsewhere a browser sends the cookie only from here on: followed from this page, it does.
+    again = quote("/" + str(scope["path"]).lstrip("/"))
+    return HTMLResponse(
+        "<!doctype html><html lang='en'><meta charset='utf-8'><title>tactogram</title>"
+        f"<p>{html.escape(why.sentence)}</p><p><a href='{again}'>Open this page again</a></p></html>",
+        why.status,
+        ends,
+    )
 
 
 def _place(scope: Scope) -> str:

@@ -11,9 +11,10 @@ import ipaddress
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from http.cookies import CookieError, SimpleCookie
 from typing import Any
 from urllib.parse import parse_qsl, quote, urlencode, urlsplit
+
+from starlette.requests import cookie_parser
 
 from tactogram.errors import ParameterError
 
@@ -220,7 +221,8 @@ def needs_token(scope: Scope, settings: Guarding) -> bool:
     """Return whether a request has to show the token, and does not."""
     if settings.token is None or str(scope["path"]).startswith(settings.open_to_all):
         return False
-    return not any(is_token(found, settings) for found in _cookies(scope))
+    cookies = (cookie_parser(text) for text in headers(scope, "cookie"))
+    return not any(is_token(found.get(cookie_name(scope), ""), settings) for found in cookies)
 
 
 def cookie_name(scope: Scope) -> str:
@@ -254,18 +256,6 @@ def headers(scope: Scope, name: str) -> list[str]:
     """Return all headers of a name."""
     wanted = name.encode()
     return [value.decode("latin-1") for key, value in scope["headers"] if key.lower() == wanted]
-
-
-def _cookies(scope: Scope) -> list[str]:
-    found = []
-    for text in headers(scope, "cookie"):
-        try:
-            cookie = SimpleCookie(text).get(cookie_name(scope))
-        except CookieError:
-            continue
-        if cookie is not None:
-            found.append(cookie.value)
-    return found
 
 
 def _name(host: str) -> str:

@@ -10,13 +10,15 @@ import webbrowser
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tactogram.extras import imported
-from tactogram.studio.guard import Guard
-from tactogram.studio.guard_rules import Guarding
 from tactogram.studio.listening import Listening
 from tactogram.studio.secret_files import write_secret
 from tactogram.studio.studio import Studio
+
+if TYPE_CHECKING:
+    from tactogram.studio.guard import Guard
 
 STATIC = Path(__file__).parent / "static"
 PAGES = ("home", "make", "touch", "materials", "train", "send", "live", "studies", "reports")
@@ -67,6 +69,8 @@ def make_app(
     from nicegui import ui
     from nicegui.storage import Storage
 
+    from tactogram.studio.guard import Guard
+    from tactogram.studio.guard_rules import Guarding
     from tactogram.studio.layout import told
     from tactogram.studio.participants.routes import participant_router
 

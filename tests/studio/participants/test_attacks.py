@@ -791,7 +791,7 @@ def test_missing_token_at_the_whole_server(study_server, asking):
     assert asking.get(f"/join/{facts['join'].rpartition('/')[2]}").status_code == 200
     told = asking.get(f"/{path}?token={token}")
     assert (told.status_code, told.headers["location"]) == (303, f"/{path}")
-    assert {"HttpOnly", "SameSite=Strict", "Secure"} <= set(told.headers["set-cookie"].split("; "))
+    assert {"HttpOnly", "SameSite=strict", "Secure"} <= set(told.headers["set-cookie"].split("; "))
     shown = asking.get(f"/{path}")
     assert shown.status_code == 200
     # NiceGUI's own, too, is for this server and encrypted connections alone.
