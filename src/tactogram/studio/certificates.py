@@ -22,7 +22,7 @@ from tactogram.studio.secret_files import write_secret
 
 if TYPE_CHECKING:
     from cryptography.x509 import Certificate as Parsed
-    from cryptography.x509 import GeneralName, KeyUsage
+    from cryptography.x509 import GeneralName
 
 VALID = timedelta(days=397)
 """Of our own. Browsers of Apple's refuse more than 825 days (support.apple.com/103769); 398 are for authorities'."""
@@ -130,7 +130,7 @@ def kept_certificate(path: Path, names: Sequence[str], *, now: datetime | None =
     """
     imported("cryptography", extra="studio", what="certificates")
     now = now or datetime.now(UTC)
-    wanted = {str(_general(name).value) for name in names if _fits(name)}
+    wanted = {str(held.value) for name in names if (held := _held(name))}
     try:
         if path.is_file():
             if path.stat().st_mode & 0o077:
@@ -159,9 +159,10 @@ def _make(path: Path, names: Sequence[str], now: datetime) -> None:
     name = x509.Name(
         [x509.NameAttribute(x509.NameOID.COMMON_NAME, f"tactogram on {socket.gethostname()}"[:64])]
     )
-    held = x509.SubjectAlternativeName([_general(name) for name in dict.fromkeys(names) if _fits(name)])
+    held = x509.SubjectAlternativeName([value for text in dict.fromkeys(names) if (value := _held(text))])
     # No authority: a tablet that is made to trust it trusts this server, and no other in its name.
     constraints = x509.BasicConstraints(ca=False, path_length=None)
+    signs_handshakes = x509.KeyUsage(True, *[False] * 8)  # and nothing else
     purpose = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH])
     certificate = (
         x509.CertificateBuilder(name, name, key.public_key(), x509.random_serial_number())
@@ -169,7 +170,7 @@ def _make(path: Path, names: Sequence[str], now: datetime) -> None:
         .not_valid_after(now + VALID)
         .add_extension(held, critical=False)
         .add_extension(constraints, critical=True)
-        .add_extension(_signs_handshakes(), critical=True)
+        .add_extension(signs_handshakes, critical=True)
         .add_extension(purpose, critical=False)
         .sign(key, hashes.SHA256())
     )
@@ -177,23 +178,6 @@ def _make(path: Path, names: Sequence[str], now: datetime) -> None:
     written = key.private_bytes(pem, serialization.PrivateFormat.PKCS8, plain) + certificate.public_bytes(pem)
     path.parent.mkdir(parents=True, exist_ok=True)
     write_secret(path, written, over=True)
-
-
-def _signs_handshakes() -> KeyUsage:
-    """Return what its key is for: signatures in handshakes, and no others' certificates."""
-    from cryptography import x509
-
-    return x509.KeyUsage(
-        digital_signature=True,
-        content_commitment=False,
-        key_encipherment=False,
-        data_encipherment=False,
-        key_agreement=False,
-        key_cert_sign=False,
-        crl_sign=False,
-        encipher_only=False,
-        decipher_only=False,
-    )
 
 
 def _read(path: Path, what: str) -> bytes:
@@ -239,19 +223,11 @@ def _as_here(name: str) -> str:
     return name.replace("*", socket.gethostname().partition(".")[0], 1) if name.startswith("*.") else name
 
 
-def _general(name: str) -> GeneralName:
+def _held(name: str) -> GeneralName | None:
+    """Return a name or address as a certificate holds it; None if no host is called so."""
     from cryptography import x509
 
     try:
         return x509.IPAddress(ipaddress.ip_address(name))
     except ValueError:
-        return x509.DNSName(name)
-
-
-def _fits(name: str) -> bool:
-    """Return whether a certificate can hold a name: an address, or letters that a host has."""
-    try:
-        ipaddress.ip_address(name)
-    except ValueError:
-        return _NAME.fullmatch(name) is not None
-    return True
+        return x509.DNSName(name) if _NAME.fullmatch(name) else None
