@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image as Pillow
 
-from tactogram.datasets import cdplab, haptex, lmt108, open_store
+from tactogram.datasets import cdplab, haptex, open_store
 from tactogram.datasets.importing import import_dataset
 from tactogram.datasets.simulate.photo import photographs
 from tactogram.datasets.simulate.sets import SETS, STROKING_9
@@ -96,14 +96,6 @@ class TestLmt108:
         assert report["photographs"] == 3
         assert report["skipped"][0]["source"].endswith("train2.jpg")
         assert len(store.photographs_of("G4Bamboo")) == 3
-
-    def test_the_nine_materials_are_one_of_each_group(self):
-        assert [name[:2] for name in lmt108.NINE_MATERIALS] == [f"G{n}" for n in range(1, 10)]
-
-    @pytest.mark.real_data
-    def test_the_nine_materials_are_in_the_real_set(self, real_data):
-        names = (real_data("lmt108_sound") / "index.csv").read_text()
-        assert all(f",{material}," in names for material in lmt108.NINE_MATERIALS)
 
 
 def write_stroke(

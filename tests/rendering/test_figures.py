@@ -1,10 +1,10 @@
-"""What a drive and a response look like."""
+"""What a drive looks like."""
 
 import numpy as np
 import pytest
 
 from tactogram.rendering.catalogue import open_display
-from tactogram.rendering.figures import drive_figure, response_figure
+from tactogram.rendering.figures import drive_figure
 from tactogram.rendering.fit import fit
 from tactogram.rendering.level import parse_level
 from tactogram.signal import Signal
@@ -37,14 +37,3 @@ def test_a_long_drive_is_drawn_as_its_range():
     (shape,) = sent.collections
     top = max(path.vertices[:, 1].max() for path in shape.get_paths())
     assert top == pytest.approx(drive.signal.samples.max(), rel=0.01)
-
-
-def test_a_response_shows_its_resonance():
-    figure = response_figure(open_display("voice-coil"), coherence=[(20.0, 0.5), (1000.0, 1.0)])
-    gain = figure.axes[0].lines[0]
-    f, level = gain.get_data()
-    assert f[np.argmax(level)] == pytest.approx(70, abs=4)
-    assert level.max() == pytest.approx(20 * np.log10(8.27), abs=0.1)
-    assert len(figure.axes) == 3
-    with pytest.raises(ValueError, match="no response"):
-        response_figure(open_display("audio"))

@@ -6,17 +6,31 @@ import pytest
 from pydantic import ValidationError
 
 from tactogram.rendering.resonance_simulation import (
-    DRIFTING,
     Drifting,
-    SettlingAdmittance,
     SimulatedAdmittance,
     Touch,
     followed,
 )
 from tactogram.rendering.resonance_tracking import ResonanceTracker, TrackingError, TrackingSettings
 from tactogram.rendering.transducer import preset
+from tactogram.rendering.transducer_simulation import TransducerSimulation
 
 METHODS = ["climb_admittance", "dither_admittance", "dither_conductance", "motional_phase"]
+DRIFTING = Drifting(preset("plate"))
+
+
+class SettlingAdmittance(SimulatedAdmittance):
+    """Lets the carrier ring in at each frequency for 50 ms before it measures."""
+
+    def __init__(self, drifting, *, noise, rng):
+        super().__init__(drifting, noise=noise, rng=rng)
+        self._simulation = TransducerSimulation(drifting.at(0), rate=4000, carrier_hz=28_200)
+
+    def __call__(self, frequency):
+        self._simulation.change(transducer=self.transducer, carrier_hz=frequency)
+        _, current = self._simulation.process(np.ones(200))
+        wrong = self._rng.standard_normal(2) * self.noise
+        return complex(current[-50:].mean()) * complex(1 + wrong[0], wrong[1])
 
 
 def measured(drifting=DRIFTING, *, noise=0.01, seed=0):

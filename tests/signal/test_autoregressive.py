@@ -15,7 +15,11 @@ from tactogram.recipe import Prepare
 from tactogram.signal import Signal
 from tactogram.signal.autoregressive import AutoregressiveModel, mix
 from tactogram.signal.autoregressive_fit import fit_autoregressive
-from tactogram.signal.line_spectrum import reflection_of_polynomial
+from tactogram.signal.line_spectrum import (
+    polynomial_of_reflection,
+    reflection_of_line_spectrum,
+    reflection_of_polynomial,
+)
 from tactogram.signal.synthesis import synthesise
 
 RATE = 1000.0
@@ -61,9 +65,8 @@ def test_spectrum_is_scipys():
 
 def test_line_spectrum_and_coefficients_are_the_same_model():
     model = resonance(150, 0.9, 0.3)
-    again = AutoregressiveModel.from_line_spectrum(
-        model.line_spectrum, model.variance, rate=RATE, unit="m/s^2"
-    )
+    [polynomial] = map(polynomial_of_reflection, map(reflection_of_line_spectrum, model.line_spectrum))
+    again = AutoregressiveModel.from_coefficients(polynomial, model.variance, rate=RATE, unit="m/s^2")
     np.testing.assert_allclose(again.coefficients, model.coefficients, atol=1e-12)
     np.testing.assert_allclose(again.power, model.power)
 

@@ -1,4 +1,3 @@
-import base64
 import io
 import pickle
 import zipfile
@@ -16,7 +15,6 @@ from tactogram.signal import Signal
 from tactogram.signal.io import WRITABLE, read_signal, write_signal
 from tactogram.studio import uploads
 from tactogram.studio.uploads import (
-    read_data_url,
     read_uploaded_image,
     read_uploaded_signal,
     read_uploaded_study,
@@ -211,28 +209,6 @@ def test_what_is_no_picture_is_refused_in_one_sentence(name, data, message):
     with pytest.raises(TactogramError, match=message.replace("a image", "an? image")) as caught:
         read_uploaded_image(name, data)
     assert "\n" not in str(caught.value)
-
-
-def test_a_camera_s_picture_comes_as_a_data_address():
-    text = "data:image/png;base64," + base64.b64encode(picture_bytes()).decode()
-    assert read_data_url(text).size == (6, 8)
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "",
-        "http://evil.example/a.png",
-        "data:text/html;base64,AAAA",
-        "data:image/svg+xml;base64,AAAA",
-        "data:image/png;base64,äää",
-        "data:image/png;base64,AAA",
-        "data:image/png;base64," + base64.b64encode(bomb_png()).decode(),
-    ],
-)
-def test_what_is_no_camera_s_picture_is_refused(text):
-    with pytest.raises(TactogramError, match="camera.png: "):
-        read_data_url(text)
 
 
 def test_a_study_is_read_and_checked_by_its_keys():

@@ -1,11 +1,12 @@
 from collections import Counter
 from itertools import pairwise
+from typing import get_args
 
 import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.study.orders import RULES, balanced_sides, generator, latin_square, ordered, williams_square
+from tactogram.study.orders import Rule, balanced_sides, generator, latin_square, ordered, williams_square
 
 
 @pytest.mark.parametrize("n", [1, 2, 5, 8])
@@ -25,7 +26,7 @@ def test_each_follows_each_other_equally_often_in_a_williams_design(n, times):
     assert all(Counter(column.tolist()) == dict.fromkeys(range(n), times) for column in square.T)
 
 
-@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("rule", get_args(Rule))
 def test_an_order_holds_each_item_as_often_as_asked_and_follows_from_the_seed(rule):
     def shown(seed, participant):
         return ordered("abcde", rule=rule, repeats=3, seed=seed, participant=participant)

@@ -48,20 +48,6 @@ DESCRIPTION = (
 
 ACCELERATION_RATE = 10_000.0
 
-NINE_MATERIALS = (
-    "G1SquaredAluminumMesh",
-    "G2GraniteTypeVeneziano",
-    "G3AluminumPlate",
-    "G4Bamboo",
-    "G5SolidRubberPlateVersion1",
-    "G6Carpet",
-    "G7FineFoamVersion1",
-    "G8Cardboard",
-    "G9Jeans",
-)
-"""One material of each group, as in the visual-tactile GAN (Sec. 4.1), which follows TactGAN. It names no versions: of
-"Solid Rubber Plate" and "Fine Foam" there are two each, of which the first is taken here."""
-
 _SOUND = re.compile(r"(G\d+)(.+)_Sound_Movement_([A-Za-z]*)(\d+)\.(?:flac|wav)", re.IGNORECASE)
 _AXIS = re.compile(r"(G\d+)(.+)_Movement_([XYZ])_([A-Za-z]*)(\d+)\.txt", re.IGNORECASE)
 _IMAGE = re.compile(r"(G\d+)(.+?)_Image(?:_\d+)?_([A-Za-z]*)(\d+)", re.IGNORECASE)

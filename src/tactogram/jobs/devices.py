@@ -112,19 +112,6 @@ def device_names() -> tuple[str, ...]:
     return tuple(dict.fromkeys(path.name for path in PATHS))
 
 
-def devices_table() -> str:
-    """Return the list as a table of Markdown."""
-    lines = [
-        "| path | direction | extra | tested by simulation with | has touched real hardware | `doctor --device` |",
-        "| --- | --- | --- | --- | --- | --- |",
-    ]
-    lines += [
-        f"| {p.title} | {p.direction} | {p.extra or 'none'} | {p.simulated} | {p.hardware} | `{p.name}` |"
-        for p in PATHS
-    ]
-    return "\n".join(lines)
-
-
 def try_device(name: str) -> dict[str, Any]:
     """Try a path as far as it goes on this machine; never raises because of a device.
 

@@ -73,11 +73,6 @@ class ElectrovibrationStream:
         self._count = 0
         self._stopped = False
 
-    @property
-    def released(self) -> bool:
-        """Whether the voltage is 0 because the finger was lost, or after `stop`."""
-        return self._gain == 0.0
-
     def process(
         self, place_mm: ArrayLike | None, length: int, *, contact: bool = True
     ) -> NDArray[np.float32]:

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from tactogram.rendering.display import Display
 from tactogram.rendering.fit import Drive
 from tactogram.rendering.report import SENTENCES
-from tactogram.rendering.response import Table
 from tactogram.signal.signal import Signal
 
 LINE = 40_000
@@ -62,41 +61,6 @@ def drive_figure(drive: Drive, display: Display, *, title: str = "") -> Figure:
     lower.text(0.01, 1, text, va="top", ha="left", fontsize=7.5, family="monospace")
     heading = title or f"{display.title}\nlevel {drive.report.level['asked']}"
     figure.suptitle(heading, fontsize=10, multialignment="center")
-    return figure
-
-
-def response_figure(display: Display, *, coherence: Sequence[tuple[float, float]] = ()) -> Figure:
-    """Return a display's response: gain in dB and phase over frequency, and the coherence where it was measured.
-
-    Parameters
-    ----------
-    display : Display
-        With a response.
-    coherence : sequence of (frequency in Hz, share)
-    """
-    figure = Figure(figsize=(7, 5), layout="constrained")
-    rows: Any = figure.subplots(3 if coherence else 2, 1, sharex=True)
-    response = display.response
-    if response is None:
-        raise ValueError(f"{display.name} has no response")
-    if isinstance(response, Table):
-        low, high = response.range
-    else:
-        low, high = display.band or (10.0, display.rate / 2)
-    frequency = np.geomspace(low, high, 400)
-    values = response.at(frequency)
-    rows[0].semilogx(frequency, 20 * np.log10(np.abs(values)))
-    rows[0].set_ylabel(f"gain, dB re\n1 {response.unit} per {display.unit}")
-    rows[1].semilogx(frequency, np.degrees(np.unwrap(np.angle(values))))
-    rows[1].set_ylabel("phase, °")
-    if coherence:
-        at, share = np.array(coherence).T
-        rows[2].semilogx(at, share)
-        rows[2].set(ylabel="coherence", ylim=(0, 1.05))
-    rows[-1].set_xlabel("frequency, Hz")
-    for axes in rows:
-        axes.grid(alpha=0.3, which="both")
-    figure.suptitle(display.title, fontsize=10)
     return figure
 
 

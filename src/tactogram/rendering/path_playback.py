@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
-from tactogram.errors import ParameterError, UnitError
+from tactogram.errors import ParameterError
 from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
 
@@ -152,55 +152,6 @@ class PathPlayback:
             return np.clip(places, 0, self._end)
         turned = np.mod(places, 2 * self._end)
         return np.asarray(np.where(turned > self._end, 2 * self._end - turned, turned))
-
-
-def played_along(
-    texture: Signal,
-    path: Signal,
-    *,
-    rate: float,
-    highest_hz: float = 1000.0,
-    hysteresis_mm: float = 0.1,
-    outside: Literal["mirror", "hold"] = "mirror",
-    block: int = 32,
-) -> Signal:
-    """Return what a finger meets along a whole path, over time.
-
-    Parameters
-    ----------
-    texture : Signal
-        One axis, over displacement.
-    path : Signal
-        One axis over time, m.
-    rate : float, Hz
-        Of the result.
-    highest_hz, hysteresis_mm, outside
-        As `PathPlayback`.
-    block : int
-        Samples over which the speed is taken.
-
-    Raises
-    ------
-    UnitError
-        If the path is not in m.
-    ParameterError
-        If the path is not one axis over time, or as `PathPlayback`.
-    """
-    if path.unit != "m":
-        raise UnitError(f"a path is in m, got {path.unit}")
-    if path.domain != "time" or len(path.axes) != 1:
-        raise ParameterError(f"a path is one axis over time, got {len(path.axes)} over {path.domain}")
-    playback = PathPlayback(
-        texture, rate=rate, highest_hz=highest_hz, hysteresis_mm=hysteresis_mm, outside=outside
-    )
-    count = max(1, round(path.seconds * rate))
-    at = np.arange(count) / rate
-    places = 1e3 * np.interp(at, np.arange(len(path)) / path.rate, path.samples[0].astype(np.float64))
-    parts = [
-        playback.process(places[start : start + block], len(places[start : start + block]))
-        for start in range(0, count, block)
-    ]
-    return Signal(np.concatenate(parts), rate, texture.unit, texture.axes)
 
 
 def _details(texture: Signal) -> list[_Held]:

@@ -8,10 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.errors import ParameterError
 from tactogram.rendering.resonance_tracking import ResonanceTracker, TrackingSettings
-from tactogram.rendering.transducer import Transducer, preset
-from tactogram.rendering.transducer_simulation import TransducerSimulation
+from tactogram.rendering.transducer import Transducer
 
 
 @dataclass(frozen=True)
@@ -54,10 +52,6 @@ class Drifting:
         return moved
 
 
-DRIFTING = Drifting(preset("plate"))
-"""Q 300 and 80 Hz over 300 steps."""
-
-
 class SimulatedAdmittance:
     """Measures a simulated transducer: its admittance by formula, with noise.
 
@@ -82,43 +76,6 @@ class SimulatedAdmittance:
         """Return the measured admittance in S at ``frequency`` in Hz."""
         wrong = self._rng.standard_normal(2) * self.noise
         return complex(self.transducer.admittance(frequency)) * complex(1 + wrong[0], wrong[1])
-
-
-class SettlingAdmittance(SimulatedAdmittance):
-    """The same over time: the carrier goes to a frequency, rings in for ``dwell_s``, and is measured at the end.
-
-    Parameters
-    ----------
-    drifting, noise, rng
-        As `SimulatedAdmittance`.
-    dwell_s : float
-        How long a frequency is held; too short a time measures the last frequency's ringing as well.
-    rate : float, Hz
-    """
-
-    def __init__(
-        self,
-        drifting: Drifting,
-        *,
-        noise: float,
-        rng: np.random.Generator,
-        dwell_s: float = 0.05,
-        rate: float = 4000.0,
-    ) -> None:
-        super().__init__(drifting, noise=noise, rng=rng)
-        self._count = int(dwell_s * rate)
-        if self._count < 4:
-            raise ParameterError(f"dwell_s must be four samples at least, got {dwell_s:g} s at {rate:g} Hz")
-        self._simulation = TransducerSimulation(
-            drifting.at(0), rate=rate, carrier_hz=drifting.transducer.resonance_hz
-        )
-
-    def __call__(self, frequency: float) -> complex:
-        """Return the admittance in S as measured at the end of the dwell, with noise."""
-        self._simulation.change(transducer=self.transducer, carrier_hz=frequency)
-        _, current = self._simulation.process(np.ones(self._count))
-        wrong = self._rng.standard_normal(2) * self.noise
-        return complex(current[-self._count // 4 :].mean()) * complex(1 + wrong[0], wrong[1])
 
 
 @dataclass(frozen=True)

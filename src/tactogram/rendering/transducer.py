@@ -88,11 +88,6 @@ class Transducer:
         return math.sqrt(1 - (self.resonance_hz / self.antiresonance_hz) ** 2)
 
     @property
-    def figure_of_merit(self) -> float:
-        """Q C1 / C0: how much the resonance stands out of C0's current."""
-        return self.q * self.c1_farad / self.c0_farad
-
-    @property
     def envelope_cutoff_hz(self) -> float:
         """Where the envelope is at -3 dB with the carrier at resonance, f_s / (2 Q)."""
         return self.resonance_hz / (2 * self.q)
@@ -121,20 +116,6 @@ class Transducer:
         """
         f = np.asarray(frequency, np.float64)
         return np.asarray(1 / (1 + 1j * f / self.envelope_cutoff_hz))
-
-    def sidebands_response(
-        self, frequency: ArrayLike, *, carrier_hz: float | None = None
-    ) -> NDArray[np.complex128]:
-        """Return the same from the two sidebands of the motional branch itself, for any carrier, 1 at 0.
-
-        For a small depth: the mean of the upper and the conjugate lower sideband, each relative to the carrier.
-        """
-        f = np.asarray(frequency, np.float64)
-        carrier = self.resonance_hz if carrier_hz is None else carrier_hz
-        middle = self.motional_admittance(carrier)
-        upper = self.motional_admittance(carrier + f) / middle
-        lower = self.motional_admittance(carrier - f) / middle
-        return np.asarray((upper + np.conj(lower)) / 2)
 
     def shifted(self, by_hz: float) -> Transducer:
         """Return the same with its resonance moved, as by temperature: Q, R1 and C0 stay."""

@@ -120,29 +120,6 @@ class AutoregressiveModel:
         rows = [reflection_of_polynomial(row) for row in np.atleast_2d(np.asarray(coefficients, np.float64))]
         return cls(np.array(rows), _covariance(innovation), rate, unit, tuple(axes), _maybe(mean))
 
-    @classmethod
-    def from_line_spectrum(
-        cls,
-        lines: ArrayLike,
-        innovation: ArrayLike,
-        *,
-        rate: float,
-        unit: str,
-        axes: Sequence[str] = ("z",),
-        mean: ArrayLike | None = None,
-    ) -> AutoregressiveModel:
-        """Return the model of given line spectral frequencies; otherwise as `from_coefficients`.
-
-        Parameters
-        ----------
-        lines : float array, shape (axis, order), rad/sample
-            Rising, within 0 to pi.
-        innovation, rate, unit, axes, mean
-            As of `from_coefficients`.
-        """
-        rows = [reflection_of_line_spectrum(row) for row in np.atleast_2d(np.asarray(lines, np.float64))]
-        return cls(np.array(rows), _covariance(innovation), rate, unit, tuple(axes), _maybe(mean))
-
     @property
     def order(self) -> int:
         """Number of past samples that the next one depends on."""

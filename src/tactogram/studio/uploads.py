@@ -8,8 +8,6 @@ sentence with the name in it, and leaves nothing behind.
 
 from __future__ import annotations
 
-import base64
-import binascii
 import io
 import re
 import tempfile
@@ -65,7 +63,6 @@ HEADS: dict[str, tuple[bytes, ...]] = {
 """How a file of a suffix begins; those that are not here are text, or pictures, which Pillow tells apart."""
 _TEXT = (".csv", ".tsv", ".txt", ".toml")
 _RESERVED = {"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(1, 10))}
-_DATA_URL = re.compile(r"data:image/(png|jpeg|webp);base64,")
 _saving = threading.Lock()
 
 
@@ -142,26 +139,6 @@ def read_uploaded_image(
     """
     name = checked(name, data, kind="image")
     return decode_image(data, name=name, mm_per_pixel=mm_per_pixel, width_mm=width_mm)
-
-
-def read_data_url(text: str, *, name: str = "camera.png") -> Image:
-    """Return the picture in a ``data:`` address, as a camera's canvas or a paste gives it.
-
-    Raises
-    ------
-    DataError, ParameterError
-        If it is no PNG, JPEG or WebP in base64, or one that is refused as a file.
-    """
-    found = _DATA_URL.match(text)
-    if found is None:
-        raise ParameterError(f"{name}: expected data:image/png, jpeg or webp in base64, got {text[:30]!r}")
-    if len(text) > MOST_OTHER_BYTES * 4 // 3 + 100:
-        raise DataError(f"{name}: {_too_long(MOST_OTHER_BYTES)}")
-    try:
-        data = base64.b64decode(text[found.end() :], validate=True)
-    except (binascii.Error, ValueError) as error:
-        raise DataError(f"{name}: not base64: {_line(error)}") from None
-    return read_uploaded_image(name, data)
 
 
 def read_uploaded_study(name: str, data: bytes) -> Study:

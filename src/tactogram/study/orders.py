@@ -16,7 +16,6 @@ from tactogram.errors import ParameterError
 
 T = TypeVar("T")
 Rule = Literal["random", "blocks", "latin", "williams", "as-listed"]
-RULES: tuple[str, ...] = ("random", "blocks", "latin", "williams", "as-listed")
 
 
 def generator(seed: int, participant: int, purpose: str, *more: int) -> np.random.Generator:

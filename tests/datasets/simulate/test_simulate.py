@@ -9,7 +9,7 @@ from scipy.signal import welch
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 
 from tactogram.datasets.simulate import make, simulate, simulated_sets, tasks
-from tactogram.datasets.simulate.contact import FINGER, PEN, STEEL, feel, transmission
+from tactogram.datasets.simulate.contact import FINGER, PEN, Bristles, feel, transmission
 from tactogram.datasets.simulate.materials import STROKING_9, STROKING_30
 from tactogram.datasets.simulate.photo import photograph
 from tactogram.datasets.simulate.sensor import GRAVITY, sense, turn, wired, wireless
@@ -80,7 +80,8 @@ def dragged(speed, mass=1e-3, seconds=2.0):
     )
     flat = Surface("flat", (Grating(1, 0),), friction=0.5, stiction=1.8, stribeck_mm_s=10)
     moved = steady(speed, seconds=seconds, force=0.5)
-    return feel(flat, block, moved, start_mm=(0, 0), direction_deg=0, bristles=STEEL)
+    steel = Bristles(1e5, 1e5**0.5, 0.4)  # Canudas de Wit et al. 1995
+    return feel(flat, block, moved, start_mm=(0, 0), direction_deg=0, bristles=steel)
 
 
 @pytest.mark.parametrize("speed", [10, 50])

@@ -11,7 +11,7 @@ from tactogram.rendering.catalogue import open_display
 from tactogram.rendering.fit import fit
 from tactogram.rendering.level import parse_level
 from tactogram.rendering.response import Resonator
-from tactogram.rendering.streaming.equaliser import WITHIN_DB, Equaliser, equaliser, least_phase
+from tactogram.rendering.streaming.equaliser import WITHIN_DB, Equaliser, _cut, _impulse, equaliser
 from tactogram.rendering.streaming.output import DisplayOutput, equalised
 from tactogram.rendering.transducer import Transducer
 from tactogram.rendering.transducer_simulation import recovered_envelope
@@ -136,7 +136,7 @@ def test_the_delay_that_is_told_is_measured():
 def test_least_phase_has_the_magnitude_and_is_early():
     frequency = np.linspace(0, 4000, 4097)
     gain = 1 / np.hypot(1, frequency / 200)
-    taps = least_phase(gain, 400)
+    taps = _cut(_impulse(gain), 400)
     assert np.abs(np.fft.rfft(taps, 8192)) == pytest.approx(gain, rel=0.02)
     assert np.abs(taps[:60]).sum() > 0.98 * np.abs(taps).sum()
 

@@ -42,20 +42,33 @@ def test_a_plain_block_has_the_documented_bytes():
     assert packets.block_packet(block) == head + struct.pack("<ffff", 1, 3, 2, 4)
 
 
-@pytest.mark.parametrize("form", ["plain", "osc"])
-def test_every_message_comes_back_as_it_was_sent(form):
-    motion, tap, mix = (
-        (packets.motion_packet, packets.tap_packet, packets.mix_packet)
-        if form == "plain"
-        else (packets.motion_message, packets.tap_message, packets.mix_message)
-    )
+TAP = b"/tactogram/1/tap\0\0\0\0" + b",idf\0\0\0\0" + struct.pack(">idf", 2, 2.5, 0.5)
+NAME = "körk".encode()
+
+
+@pytest.mark.parametrize(
+    ("packet", "message"),
+    [
+        (b"TGTA" + struct.pack("<HHIdf", 1, 0, 2, 2.5, 0.5), Tap(9.0, 0.5)),
+        (TAP, Tap(9.0, 0.5)),
+        (b"TGMX" + struct.pack("<HHIdf", 1, len(NAME), 2, 2.5, 0.25) + NAME, Weights({"körk": 0.25})),
+        (
+            b"/tactogram/1/mix\0\0\0\0" + b",idsf\0\0\0" + struct.pack(">id8sf", 2, 2.5, NAME, 0.25),
+            Weights({"körk": 0.25}),
+        ),
+    ],
+)
+def test_a_tap_and_a_mix_are_read_from_the_documented_bytes(packet, message):
+    assert packets.parse(packet, 9.0) == [Received(2, message)]
+
+
+@pytest.mark.parametrize("motion", [packets.motion_packet, packets.motion_message])
+def test_motion_comes_back_as_it_was_sent(motion):
     sample = packets.parse(motion(4_000_000_000, 2.5, x_mm=1.0, y_mm=2.0, force_n=0.25), 9.0)
     assert sample[0].sequence == 4_000_000_000
     found = sample[0].message
     assert (found.time_s, found.arrival_s, found.x_mm, found.y_mm, found.force_n) == (2.5, 9.0, 1, 2, 0.25)
     assert math.isnan(found.speed_mm_s)
-    assert packets.parse(tap(1, 2.5, 0.5), 9.0) == [Received(1, Tap(9.0, 0.5))]
-    assert packets.parse(mix(2, 2.5, "körk", 0.25), 9.0) == [Received(2, Weights({"körk": 0.25}))]
 
 
 @pytest.mark.parametrize("write", [packets.block_packet, packets.block_message])
@@ -72,8 +85,8 @@ def test_a_block_comes_back_as_it_was_sent(write):
 
 
 def test_a_bundle_may_say_several_things():
-    first, second = packets.motion_message(1, 0.5, force_n=1.0), packets.tap_message(2, 0.5, 1.0)
-    parts = b"".join(struct.pack(">i", len(m)) + m for m in (first, second))
+    first = packets.motion_message(1, 0.5, force_n=1.0)
+    parts = b"".join(struct.pack(">i", len(m)) + m for m in (first, TAP))
     bundle = b"#bundle\0" + struct.pack(">Q", 1) + parts
     assert [r.sequence for r in packets.parse(bundle, 0.0)] == [1, 2]
 
@@ -98,7 +111,7 @@ def test_another_version_is_not_understood():
     newer = bytearray(packets.motion_packet(1, 0.0, force_n=1.0))
     newer[4] = 2
     assert packets.parse(bytes(newer), 0.0) is None
-    assert packets.parse(packets.tap_message(1, 0.0, 1.0).replace(b"/1/", b"/2/"), 0.0) is None
+    assert packets.parse(TAP.replace(b"/1/", b"/2/"), 0.0) is None
 
 
 @pytest.fixture(name="port")

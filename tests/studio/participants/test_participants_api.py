@@ -21,7 +21,7 @@ from tactogram.studio.participants import routes
 from tactogram.studio.participants.allowance import Allowance
 from tactogram.studio.participants.playing import ServerDisplay
 from tactogram.studio.participants.sessions import Sessions
-from tactogram.studio.participants.tickets import join_key_of, keys_of, ticket_of
+from tactogram.studio.participants.tickets import keys_of
 from tactogram.study import session_store
 from tactogram.study.session_people import CODE
 from tactogram.study.session_store import SessionStore
@@ -183,8 +183,12 @@ def test_tickets_are_the_same_after_a_restart_and_differ_between_sessions(tmp_pa
     one = person(client, session.join_path)
     page = one.go_to("abx")
     other = sessions.begin("abx", tmp_path / "other")
-    assert ticket_of(other.folder, one.code) != one.ticket == ticket_of(session.folder, one.code.lower())
-    assert session.join_path == f"/join/{join_key_of(session.folder)}"
+    assert (
+        keys_of(other.folder).ticket(one.code)
+        != one.ticket
+        == keys_of(session.folder).ticket(one.code.lower())
+    )
+    assert session.join_path == f"/join/{keys_of(session.folder).join}"
     with Closing(Sessions(tmp_path)) as again:
         assert [found.folder for found in again.reopen([tmp_path, session.folder, other.folder])] == [
             session.folder,
@@ -284,7 +288,7 @@ def test_a_ticket_is_known_after_a_restart_whatever_is_asked_first(tmp_path, ope
     sessions, session, client = opened(tmp_path)
     one = person(client, session.join_path)
     page = one.page()
-    sessions.shut(session.folder)
+    sessions.close()
     session = sessions.open(session.folder)
     assert one.answer(page).json()["stored"]
     session.store.withdraw(one.code)

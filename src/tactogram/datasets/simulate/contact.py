@@ -23,8 +23,6 @@ class Bristles:
     sigma2: float
 
 
-STEEL = Bristles(1e5, 1e5**0.5, 0.4)
-"""The canonical constants of Canudas de Wit et al. 1995."""
 SKIN = Bristles(1e4, 3.0, 0.2)
 """Our assumption: skin and plastic give way ten times as much."""
 

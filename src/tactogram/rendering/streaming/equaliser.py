@@ -181,15 +181,6 @@ class Equaliser:
         return np.asarray(made)
 
 
-def least_phase(gain: Array, taps: int) -> Array:
-    """Return a filter of ``taps`` taps with ``gain`` (over 0 to half the rate, even steps) and least phase.
-
-    By the folded cepstrum (Oppenheim & Schafer, Discrete-Time Signal Processing, 3rd ed., Sec. 13.5.2); the end is
-    faded out by a quarter of a cosine.
-    """
-    return _cut(_impulse(gain), taps)
-
-
 def _impulse(gain: Array) -> Array:
     floor = gain.max() * 10 ** (-DEEPEST_DB / 20)
     cepstrum = np.fft.irfft(np.log(np.maximum(gain, floor)))

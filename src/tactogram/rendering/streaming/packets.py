@@ -103,17 +103,6 @@ def motion_packet(
     return MOTION.pack(b"TGMO", VERSION, flags, sequence & NO_MOTION, time_s, *values)
 
 
-def tap_packet(sequence: int, time_s: float, strength: float) -> bytes:
-    """Return a plain packet of a tap."""
-    return TAP.pack(b"TGTA", VERSION, 0, sequence & NO_MOTION, time_s, strength)
-
-
-def mix_packet(sequence: int, time_s: float, name: str, weight: float) -> bytes:
-    """Return a plain packet of one texture's weight."""
-    text = name.encode()
-    return MIX.pack(b"TGMX", VERSION, len(text), sequence & NO_MOTION, time_s, weight) + text
-
-
 def motion_message(
     sequence: int,
     time_s: float,
@@ -126,16 +115,6 @@ def motion_message(
     """Return an OSC message of motion; NaN is not known."""
     values = (("f", x_mm), ("f", y_mm), ("f", speed_mm_s), ("f", force_n))
     return _osc("motion", (("i", _signed(sequence)), ("d", time_s), *values))
-
-
-def tap_message(sequence: int, time_s: float, strength: float) -> bytes:
-    """Return an OSC message of a tap."""
-    return _osc("tap", (("i", _signed(sequence)), ("d", time_s), ("f", strength)))
-
-
-def mix_message(sequence: int, time_s: float, name: str, weight: float) -> bytes:
-    """Return an OSC message of one texture's weight."""
-    return _osc("mix", (("i", _signed(sequence)), ("d", time_s), ("s", name), ("f", weight)))
 
 
 def block_packet(block: BlockPacket) -> bytes:

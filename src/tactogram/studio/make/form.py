@@ -18,7 +18,6 @@ MOST_SEED = 2**31 - 1
 MOST_COUNT = 8
 LONGEST_S = 60.0
 """Longest that this page shows; the verb makes up to an hour."""
-LARGEST_WEIGHT = 1.0
 DRAWN = ("latent",)
 """Conditions without a field: the seed draws them, whatever the other values are."""
 FIELDS: Mapping[str, str] = {

@@ -240,14 +240,6 @@ class Sessions:
         """Return those that are open, in the order in which they were opened."""
         return list(self._open.values())
 
-    def shut(self, folder: Path) -> None:
-        """Close one session; its links end until it is opened again."""
-        with self._guard:
-            session = self._open.get(self._inside(folder))
-            self._open = {path: other for path, other in self._open.items() if other is not session}
-        if session is not None:
-            session.close()
-
     def close(self) -> None:
         """Close all, and let the display rest."""
         self.display.stop_all()

@@ -82,15 +82,5 @@ def keys_of(folder: Path) -> Keys:
     return keys
 
 
-def ticket_of(folder: Path, code: str) -> str:
-    """Return the ticket of a participant's code in a session's folder; their pages are at ``/take/TICKET``."""
-    return keys_of(folder).ticket(code)
-
-
-def join_key_of(folder: Path) -> str:
-    """Return the key of a session's folder; people join at ``/join/KEY``."""
-    return keys_of(folder).join
-
-
 def _text(data: bytes) -> str:
     return base64.urlsafe_b64encode(data).decode().rstrip("=")

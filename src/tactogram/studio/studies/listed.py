@@ -32,8 +32,6 @@ ASKS: Mapping[str, str] = {
     "magnitude": "How strong does it feel, as a number?",
     "pairwise": "Which of two is preferred?",
 }
-POWER: Mapping[str, tuple[str, ...]] = {"two_area": ("two_area", "realism")}
-"""Power tables of a design; of the others the one of the same name."""
 
 
 @dataclass(frozen=True)
