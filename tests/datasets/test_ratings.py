@@ -241,16 +241,6 @@ class TestStore:
         (store.path / "dataset.json").write_text(json.dumps(facts))
         assert problems(open_store(store.path)) != []
 
-    def test_a_store_of_before_there_were_ratings_opens(self, tmp_path):
-        store = create_store(tmp_path / "s", surfaces(), **FACTS)
-        facts = json.loads((store.path / "dataset.json").read_text())
-        del facts["ratings"], facts["ratings_sha256"]
-        (store.path / "dataset.json").write_text(json.dumps(facts))
-        old = open_store(store.path)
-        assert old.ratings is None
-        assert old.sha256 == store.sha256
-        assert problems(old) == []
-
     def test_ratings_are_added_once_and_replaced_when_it_is_said(self, tmp_path):
         store = create_store(tmp_path / "s", surfaces(), **FACTS)
         rated = add_ratings(store, table())

@@ -162,12 +162,8 @@ class Facts:
                 values[kind] = tuple(StoredFile(**entry) for entry in values[kind])
             for kind in ("duplicates", "skipped"):
                 values[kind] = tuple(values[kind])
-            # Stores of before materials had photographs do not say so.
-            values["photographs"] = {m: dict(held) for m, held in values.get("photographs", {}).items()}
-            # Nor do those of before there were ratings.
-            ratings = values.get("ratings")
-            values["ratings"] = None if ratings is None else StoredFile(**ratings)
-            values.setdefault("ratings_sha256", "")
+            values["photographs"] = {m: dict(held) for m, held in values["photographs"].items()}
+            values["ratings"] = None if values["ratings"] is None else StoredFile(**values["ratings"])
             return cls(**{f.name: values[f.name] for f in fields(cls)})
         except (KeyError, TypeError, AttributeError) as error:
             raise DataError(f"{path} lacks or misspells {error}; import the data again") from error

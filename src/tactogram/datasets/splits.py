@@ -245,7 +245,6 @@ class Split:
                 seed=values["seed"],
                 gap_s=values["gap_s"],
                 groups=values["groups"],
-                # Splits of before photographs were split do not say so.
                 photographs={
                     part: tuple(Region(*region) for region in held)
                     for part, held in values.get("photographs", {}).items()

@@ -19,7 +19,7 @@ from typing import Any, Self, TypeVar
 
 from tactogram.errors import DataError
 from tactogram.signal.io.writable import check_writable
-from tactogram.study.session_tables import STEPS, TABLES, VERSION
+from tactogram.study.session_tables import TABLES, VERSION
 from tactogram.study.study_file import Study
 
 T = TypeVar("T")
@@ -152,9 +152,9 @@ class SessionFile:
         connection.execute("PRAGMA foreign_keys=ON")
         with self._writing() as rows:
             version = rows.execute("PRAGMA user_version").fetchone()[0]
-            if not 0 <= version <= VERSION:
+            if version not in (0, VERSION):
                 raise DataError(
-                    f"{self.path}: is of version {version}, this program knows versions up to {VERSION}; "
+                    f"{self.path}: is of version {version}, this program reads version {VERSION}; "
                     "open it with the program that made it"
                 )
             if version == 0:
@@ -165,11 +165,7 @@ class SessionFile:
                 rows.execute(
                     "INSERT INTO study (id, facts, begun) VALUES (1,?,?)", (study.as_json(), now_utc())
                 )
-            else:
-                for older in range(version, VERSION):
-                    for step in STEPS[older]:
-                        rows.execute(step)
-            rows.execute(f"PRAGMA user_version = {VERSION}")
+                rows.execute(f"PRAGMA user_version = {VERSION}")
             [facts] = rows.execute("SELECT facts FROM study").fetchone()
         begun = Study.of(json.loads(facts), where=str(self.path))
         if study is not None and study.sha256 != begun.sha256:

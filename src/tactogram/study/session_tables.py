@@ -1,19 +1,10 @@
-"""The tables of a session store, and the steps from one version of them to the next."""
+"""The tables of a session store."""
 
 VERSION = 3
 """Kept as ``user_version`` of the file."""
-_DEVICE = (
-    # What devices said of themselves: with an answer, or ("") when a participant began or went on.
-    "CREATE TABLE device (id INTEGER PRIMARY KEY AUTOINCREMENT, participant INTEGER NOT NULL REFERENCES participants, "
-    "token TEXT NOT NULL, facts TEXT NOT NULL, at TEXT NOT NULL)",
-    "CREATE INDEX device_by_page ON device (participant, token)",
-)
-_ENDED = ("ALTER TABLE study ADD COLUMN ended TEXT",)
-STEPS = {1: _DEVICE, 2: _ENDED}
-"""What leads from a version to the next. An older folder is brought to the present one when it opens."""
-TABLES_1 = (
+TABLES = (
     "CREATE TABLE study (id INTEGER PRIMARY KEY CHECK (id = 1), facts TEXT NOT NULL, begun TEXT NOT NULL, "
-    "withdrawn INTEGER NOT NULL DEFAULT 0)",
+    "withdrawn INTEGER NOT NULL DEFAULT 0, ended TEXT)",
     "CREATE TABLE participants (number INTEGER PRIMARY KEY, code TEXT NOT NULL UNIQUE COLLATE NOCASE, "
     "language TEXT NOT NULL, simulated INTEGER NOT NULL, session TEXT NOT NULL, status TEXT NOT NULL "
     "CHECK (status IN ('active', 'aborted')))",
@@ -31,6 +22,8 @@ TABLES_1 = (
     "CREATE INDEX played_by_page ON played (participant, token)",
     "CREATE TABLE notes (id INTEGER PRIMARY KEY AUTOINCREMENT, participant INTEGER REFERENCES participants, "
     "text TEXT NOT NULL, at TEXT NOT NULL)",
+    # What devices said of themselves: with an answer, or ("") when a participant began or went on.
+    "CREATE TABLE device (id INTEGER PRIMARY KEY AUTOINCREMENT, participant INTEGER NOT NULL REFERENCES participants, "
+    "token TEXT NOT NULL, facts TEXT NOT NULL, at TEXT NOT NULL)",
+    "CREATE INDEX device_by_page ON device (participant, token)",
 )
-TABLES = (*TABLES_1, *_DEVICE, *_ENDED)
-"""Of a new folder: those of version 1, and every step since."""
