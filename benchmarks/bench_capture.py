@@ -10,9 +10,9 @@ import time
 from pathlib import Path
 
 from tactogram.capture import SourceEnded, read_log
-from tactogram.capture.twelite import Parser
-from tactogram.capture.twelite_simulated import SimulatedPort, SimulatedReceiver, transmissions, write_log
-from tactogram.capture.twelite_source import TweliteSource
+from tactogram.capture.sources.twelite import TweliteSource
+from tactogram.capture.twelite.parser import Parser
+from tactogram.capture.twelite.simulator import SimulatedPort, SimulatedReceiver, transmissions, write_log
 
 SECONDS = 120
 

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from tactogram.rendering.catalogue import open_display, shipped
-from tactogram.rendering.fit import fit
-from tactogram.rendering.level import parse_level
+from tactogram.rendering.displays.catalogue import open_display, shipped
+from tactogram.rendering.drive.fit import fit
+from tactogram.rendering.drive.level import parse_level
 from tactogram.signal import Signal, resample
 
 RATE, SECONDS = 1000.0, 10.0

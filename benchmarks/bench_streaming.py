@@ -14,12 +14,12 @@ import os
 
 import numpy as np
 
-from tactogram.rendering.catalogue import open_display
-from tactogram.rendering.level import parse_level
+from tactogram.rendering.displays.catalogue import open_display
+from tactogram.rendering.drive.level import parse_level
 from tactogram.rendering.streaming.backends import Clock, run_miniaudio, run_unpaced
 from tactogram.rendering.streaming.engine import Engine
-from tactogram.rendering.streaming.hand import SimulatedHand
 from tactogram.rendering.streaming.output import DisplayOutput
+from tactogram.rendering.streaming.simulated_hand import SimulatedHand
 from tactogram.rendering.streaming.stream import Stream
 from tactogram.rendering.streaming.texture_table import TextureTable
 from tactogram.rendering.streaming.textures import AutoregressiveTexture

@@ -29,13 +29,13 @@ from playwright.sync_api import sync_playwright
 from benchmarks.bench_streaming import made_up
 from tactogram.rendering.streaming.backends import run_unpaced
 from tactogram.rendering.streaming.engine import Engine
-from tactogram.rendering.streaming.hand import SimulatedHand
+from tactogram.rendering.streaming.simulated_hand import SimulatedHand
 from tactogram.rendering.streaming.stream import Stream
 from tactogram.rendering.streaming.surface import SurfaceTexture
 from tactogram.rendering.streaming.texture_table import TextureTable
 from tactogram.rendering.streaming.textures import AutoregressiveTexture
 from tactogram.signal import Signal
-from tactogram.studio.touch.tables import table_of_map, table_of_signal
+from tactogram.studio.pages.touch.tables import table_of_map, table_of_signal
 
 RATE, SECONDS, REPETITIONS = 48_000.0, 10.0, 5
 COUNTS = (1, 2, 5, 10)

@@ -12,10 +12,10 @@ import sys
 import matplotlib.pyplot as plt
 import numpy as np
 
-from tactogram.rendering.electrovibration import Settings, friction
-from tactogram.rendering.electrovibration_stream import ElectrovibrationStream
-from tactogram.rendering.friction_calibration import Pairs, calibrated
-from tactogram.rendering.level import Level
+from tactogram.rendering.drive.friction_calibration import Pairs, calibrated
+from tactogram.rendering.drive.level import Level
+from tactogram.rendering.families.electrovibration import Settings, friction
+from tactogram.rendering.streaming.electrovibration import ElectrovibrationStream
 from tactogram.signal import Signal
 
 figure, (left, middle, right) = plt.subplots(1, 3, figsize=(14.5, 4.2), layout="constrained")

@@ -4,8 +4,8 @@ import pytest
 
 from tactogram import models
 from tactogram.experiments import stroke_cnn_table2, visual_tactile_gan_table3, visual_tactile_gan_table4
-from tactogram.jobs.table import table
 from tactogram.recipe import Recipe
+from tactogram.workflows.table import table
 
 PAPER = {
     # Saga et al. 2020, Sec. II-B.

@@ -13,39 +13,39 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from tactogram.datasets import open_store as open_store
-    from tactogram.jobs.classify import classify as classify
-    from tactogram.jobs.convert import convert as convert
-    from tactogram.jobs.crossval import crossval as crossval
-    from tactogram.jobs.evaluate import evaluate as evaluate
-    from tactogram.jobs.generate import generate as generate
-    from tactogram.jobs.search import search as search
-    from tactogram.jobs.stream import stream as stream
-    from tactogram.jobs.stream_settings import StreamSettings as StreamSettings
-    from tactogram.jobs.training import load_run as load_run
-    from tactogram.jobs.training import train as train
-    from tactogram.rendering.catalogue import open_display as open_display
-    from tactogram.rendering.fit import fit as fit
+    from tactogram.rendering.displays.catalogue import open_display as open_display
+    from tactogram.rendering.drive.fit import fit as fit
     from tactogram.signal import Signal as Signal
     from tactogram.signal.io import read_signal as read_signal
     from tactogram.signal.io import write_signal as write_signal
+    from tactogram.workflows.data.convert import convert as convert
+    from tactogram.workflows.evaluation.crossval import crossval as crossval
+    from tactogram.workflows.evaluation.evaluate import evaluate as evaluate
+    from tactogram.workflows.generation.generate import generate as generate
+    from tactogram.workflows.recognition.classify import classify as classify
+    from tactogram.workflows.recognition.search import search as search
+    from tactogram.workflows.streaming.settings import StreamSettings as StreamSettings
+    from tactogram.workflows.streaming.stream import stream as stream
+    from tactogram.workflows.training.train import load_run as load_run
+    from tactogram.workflows.training.train import train as train
 
 _PLACES = {
     "Signal": "tactogram.signal",
     "read_signal": "tactogram.signal.io",
     "write_signal": "tactogram.signal.io",
     "open_store": "tactogram.datasets",
-    "train": "tactogram.jobs.training",
-    "load_run": "tactogram.jobs.training",
-    "crossval": "tactogram.jobs.crossval",
-    "evaluate": "tactogram.jobs.evaluate",
-    "classify": "tactogram.jobs.classify",
-    "search": "tactogram.jobs.search",
-    "generate": "tactogram.jobs.generate",
-    "convert": "tactogram.jobs.convert",
-    "open_display": "tactogram.rendering.catalogue",
-    "fit": "tactogram.rendering.fit",
-    "stream": "tactogram.jobs.stream",
-    "StreamSettings": "tactogram.jobs.stream_settings",
+    "train": "tactogram.workflows.training.train",
+    "load_run": "tactogram.workflows.training.train",
+    "crossval": "tactogram.workflows.evaluation.crossval",
+    "evaluate": "tactogram.workflows.evaluation.evaluate",
+    "classify": "tactogram.workflows.recognition.classify",
+    "search": "tactogram.workflows.recognition.search",
+    "generate": "tactogram.workflows.generation.generate",
+    "convert": "tactogram.workflows.data.convert",
+    "open_display": "tactogram.rendering.displays.catalogue",
+    "fit": "tactogram.rendering.drive.fit",
+    "stream": "tactogram.workflows.streaming.stream",
+    "StreamSettings": "tactogram.workflows.streaming.settings",
 }
 
 __all__ = list(_PLACES)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tactogram.capture import SourceLost, open_source
-from tactogram.capture.queued import BlockQueue
+from tactogram.capture.stream.sample_queue import BlockQueue
 from tactogram.errors import DeviceError
 
 

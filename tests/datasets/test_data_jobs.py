@@ -8,8 +8,8 @@ import soundfile
 
 from tactogram.datasets import Recording, create_store, open_store
 from tactogram.errors import DataError, ParameterError
-from tactogram.jobs.data import add_signal, check_store, import_store, list_sets, store_info
 from tactogram.signal import Signal
+from tactogram.workflows.data.stores import add_signal, check_store, import_store, list_sets, store_info
 
 
 @pytest.fixture

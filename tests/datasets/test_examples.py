@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tactogram.datasets import Recording, create_store
 from tactogram.datasets.examples import Examples, random_windows, regular_windows, signal_kind
-from tactogram.datasets.splits import Segment
+from tactogram.datasets.splits.split import Segment
 from tactogram.errors import ParameterError
 from tactogram.model import Example
 from tactogram.recipe import Prepare

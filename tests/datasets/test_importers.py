@@ -9,17 +9,8 @@ import soundfile
 from PIL import Image as Pillow
 from scipy import signal as scipy_signal
 
-from tactogram.datasets import (
-    Ratings,
-    add_ratings,
-    biotac_slide,
-    cluster,
-    folder,
-    item_of,
-    lmt108,
-    open_store,
-    vibviz,
-)
+from tactogram.datasets import Ratings, add_ratings, item_of, open_store
+from tactogram.datasets.importers import biotac_slide, cluster, folder, lmt108, vibviz
 from tactogram.datasets.importing import import_dataset
 from tactogram.errors import DataError, TactogramError
 from tactogram.signal import Signal

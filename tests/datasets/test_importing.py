@@ -10,10 +10,11 @@ import psutil
 import pytest
 from PIL import Image as Pillow
 
-from tactogram.datasets import add_recordings, biotac_slide, open_store
+from tactogram.datasets import add_recordings, open_store
+from tactogram.datasets.importers import biotac_slide
 from tactogram.datasets.importing import import_dataset, importers
-from tactogram.datasets.store import problems
-from tactogram.datasets.unfinished import clear_stale_parts
+from tactogram.datasets.store.pending import clear_stale_parts
+from tactogram.datasets.store.store import problems
 from tactogram.errors import DataError, ParameterError
 
 
@@ -254,7 +255,9 @@ KILLED_AT_EACH_STEP = """
 import os, shutil, sys
 from pathlib import Path
 import pyarrow.parquet as pq
-from tactogram.datasets import add_recordings, biotac_slide, open_store, shard_writing
+from tactogram.datasets import add_recordings, open_store
+from tactogram.datasets.importers import biotac_slide
+from tactogram.datasets.store import shard_writing
 from tactogram.datasets.importing import import_dataset, importers
 
 kind, source, folder = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3])

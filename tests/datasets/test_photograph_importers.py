@@ -13,14 +13,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image as Pillow
 
-from tactogram.datasets import cdplab, haptex, open_store
+from tactogram.datasets import open_store
+from tactogram.datasets.importers import cdplab, haptex
 from tactogram.datasets.importing import import_dataset
 from tactogram.datasets.simulate.photo import photographs
 from tactogram.datasets.simulate.sets import SETS, STROKING_9
-from tactogram.datasets.store import problems
+from tactogram.datasets.store.store import problems
 from tactogram.errors import DataError, ParameterError
-from tactogram.jobs.data import store_info
-from tactogram.jobs.simulate import simulate_to_store
+from tactogram.workflows.data.simulate import simulate_to_store
+from tactogram.workflows.data.stores import store_info
 
 
 def write_photo(path, seed, *, rows=32, columns=48):
@@ -313,7 +314,7 @@ class TestFolder:
 
 @pytest.mark.real_data
 def test_photographs_of_biotac_slide_are_one_per_material(real_data):
-    from tactogram.datasets import biotac_slide
+    from tactogram.datasets.importers import biotac_slide
 
     items = biotac_slide.find(real_data("biotac_slide"))
     assert len({item.image for item in items}) == 15

@@ -2,8 +2,8 @@
 
 import pytest
 
-from tactogram.capture.live import Guess, Heard
-from tactogram.capture.session_plan import SessionPlan
+from tactogram.capture.live.recognition import Guess, Heard
+from tactogram.capture.session.plan import SessionPlan
 from tactogram.experiments import capture_session as experiment
 
 

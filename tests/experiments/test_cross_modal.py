@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from tactogram.datasets import Recording, create_store
-from tactogram.datasets.ratings import EVOKED, SEVEN_POINT, Ratings
-from tactogram.datasets.words import WORDS
+from tactogram.datasets.ratings.ratings import EVOKED, SEVEN_POINT, Ratings
+from tactogram.datasets.ratings.words import WORDS
 from tactogram.errors import ParameterError
-from tactogram.evaluation.image_spread import ImageSpread
+from tactogram.evaluation.pictures.image_spread import ImageSpread
 from tactogram.experiments import cross_modal
 from tactogram.experiments import tactile_image_cgan_figure4 as figure4
 from tactogram.model import ImageKind

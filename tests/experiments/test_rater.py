@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from tactogram.datasets import Ratings, Recording, create_store
-from tactogram.datasets.ratings_table import write_table
-from tactogram.datasets.words import WORDS
+from tactogram.datasets.ratings.table import write_table
+from tactogram.datasets.ratings.words import WORDS
 from tactogram.errors import ParameterError
 from tactogram.experiments import rater_phac2, rater_vibviz, ultrasonic_cgan_figure7
-from tactogram.jobs.rating_judging import judge_reproduction
 from tactogram.signal import Signal
+from tactogram.workflows.evaluation.ratings import judge_reproduction
 
 PLATES = ("plate01", "plate02", "plate03")
 

@@ -10,8 +10,8 @@ from tactogram.datasets import Recording, create_store
 from tactogram.errors import ParameterError
 from tactogram.experiments import stroke_gan_figures, stroke_gan_mixing
 from tactogram.experiments.stroke_gan_mixing import END, SEEN, spread_of
-from tactogram.jobs.reproduce import reproduce
 from tactogram.signal import Signal
+from tactogram.workflows.reproduce import reproduce
 
 MATERIALS = sorted((*SEEN, END))
 

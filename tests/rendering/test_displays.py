@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError, UnitError
-from tactogram.rendering.catalogue import open_display, shipped
-from tactogram.rendering.families import MODULES
-from tactogram.rendering.fit import fit
-from tactogram.rendering.level import parse_level
+from tactogram.rendering.displays.catalogue import open_display, shipped
+from tactogram.rendering.displays.families import MODULES
+from tactogram.rendering.drive.fit import fit
+from tactogram.rendering.drive.level import parse_level
 from tactogram.signal import Signal
 
 DISPLAYS = sorted(shipped())

@@ -3,9 +3,9 @@ import itertools
 import numpy as np
 import pytest
 
-from tactogram.jobs.convert import convert
 from tactogram.signal import Signal
 from tactogram.signal.io import WRITABLE, read_metadata, read_signal, write_signal
+from tactogram.workflows.data.convert import convert
 
 
 @pytest.mark.parametrize(("source", "target"), list(itertools.product(WRITABLE, WRITABLE)))

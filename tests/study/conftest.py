@@ -1,6 +1,6 @@
 import pytest
 
-from tactogram.study.session_store import SessionStore
+from tactogram.study.session.store import SessionStore
 from tactogram.study.study_file import Study
 
 DESIGNS = {

@@ -7,11 +7,11 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.statistics.clustered import pooled_share
 from tactogram.statistics.shares import share_of
 from tactogram.study.analysis import EQUIVALENT, NOT_SHOWN, SHOWN, UNDECIDED, Plan, analyse
-from tactogram.study.analysis.finding import verdict_of
+from tactogram.study.analysis.figures import figures_of
+from tactogram.study.analysis.findings import verdict_of
 from tactogram.study.analysis.preference import bradley_terry
 from tactogram.study.analysis.reversals import reversals_of
-from tactogram.study.answers import Answer, Answers
-from tactogram.study.figures import figures_of
+from tactogram.study.session.answers import Answer, Answers
 
 ITEMS = ("cloth", "cork", "tile")
 

@@ -1,11 +1,11 @@
 """Signals out of sensors."""
 
-from tactogram.capture.addresses import open_source, sources
-from tactogram.capture.gaps import filled, gap_free, gaps
-from tactogram.capture.log import Logged, read_log
-from tactogram.capture.rate_estimate import RateEstimate, estimate_rate
+from tactogram.capture.catalogue import open_source, sources
+from tactogram.capture.logs.log import Logged, read_log
+from tactogram.capture.logs.xdf import read_xdf
 from tactogram.capture.source import Block, Source, SourceEnded, SourceLost
-from tactogram.capture.xdf import read_xdf
+from tactogram.capture.stream.gaps import filled, gap_free, gaps
+from tactogram.capture.stream.rate_estimate import RateEstimate, estimate_rate
 
 __all__ = [
     "Block",

@@ -23,7 +23,7 @@ def add_verbs(verbs: Verbs) -> None:
 
 def calibrate(a: Arguments) -> None:
     """Fit voltage to friction, person by person, for an electrovibration display."""
-    from tactogram.jobs.actuators import calibrate
+    from tactogram.workflows.rendering.actuators import calibrate
 
     result = calibrate(a.pairs, a.out, normal_force_n=a.force, confidence=a.confidence)
     rows = [("person", "k_e, N/V^2", "interval", "mu_0", "exponent", "square law", "pairs")]
@@ -49,7 +49,7 @@ def calibrate(a: Arguments) -> None:
 
 def transducer(a: Arguments) -> None:
     """Tell a transducer's resonance and Q from its measured admittance."""
-    from tactogram.jobs.actuators import transducer
+    from tactogram.workflows.rendering.actuators import transducer
 
     result = transducer(a.sweep)
     print_result(a, result, lines_of(result))
@@ -58,8 +58,8 @@ def transducer(a: Arguments) -> None:
 @ended_as_by_ctrl_c()
 def track(a: Arguments) -> None:
     """Keep a carrier at a transducer's resonance, by its measured voltage and current."""
-    from tactogram.jobs.resonance import TrackSettings, track
     from tactogram.recipe import parse_changes
+    from tactogram.workflows.rendering.resonance import TrackSettings, track
 
     settings = TrackSettings(
         generator=a.generator,
@@ -96,13 +96,13 @@ def _told(line: str) -> None:
 def play(a: Arguments) -> None:
     """Play a rendered drive on a sound card, or an envelope on a generator that makes the carrier itself."""
     if a.device.partition(":")[0] in ("audio", "null"):
-        from tactogram.jobs.playback import play_drive
+        from tactogram.workflows.rendering.playback import play_drive
 
         result = play_drive(
             a.file, a.display, device=a.device, strength=a.strength, loop_s=a.loop, full_scale=a.full_scale
         )
     else:
-        from tactogram.jobs.actuators import play
+        from tactogram.workflows.rendering.actuators import play
 
         result = play(a.file, a.display, device=a.device, channel=a.channel, loop_s=a.loop)
     print_result(a, result, lines_of(result))

@@ -40,7 +40,7 @@ def add_verbs(verbs: Verbs) -> None:
 
 def sources(a: Arguments) -> None:
     """List what can be recorded from, and what is not installed for it."""
-    from tactogram.jobs.capture_log import list_sources
+    from tactogram.workflows.capture.logs import list_sources
 
     found = list_sources(find_s=a.find)
     rows = [(one["address"] or f"({one['kind']})", one["missing"] or one["what"]) for one in found]
@@ -49,8 +49,8 @@ def sources(a: Arguments) -> None:
 
 def capture_log(a: Arguments) -> None:
     """Read a log of a sensor offline into files or a store, with its gaps."""
-    from tactogram.jobs.capture_log import capture_log
     from tactogram.recipe import parse_changes
+    from tactogram.workflows.capture.logs import capture_log
 
     known: dict[str, Any] = {
         "material": a.material,

@@ -10,8 +10,8 @@ from tactogram.cli.options import Verbs, models_option
 from tactogram.cli.printing import Arguments, columns, print_result, text_of
 
 if TYPE_CHECKING:
-    from tactogram.capture.live import Guess
-    from tactogram.jobs.live import Listener
+    from tactogram.capture.live.recognition import Guess
+    from tactogram.workflows.capture.live import Listener
 
 SOURCE = "twelite:/dev/ttyUSB0, serial:PORT, lsl:NAME, audio:NAME, ni:Dev1/ai0:2, digilent:, log:FILE, played:STORE"
 
@@ -54,8 +54,8 @@ def add_verbs(verbs: Verbs) -> None:
 def capture(a: Arguments) -> None:
     """Record a session by a plan, or go on with one: every accepted take is kept at once."""
     from tactogram.errors import ParameterError
-    from tactogram.jobs.capture import capture, plans
     from tactogram.recipe import parse_changes
+    from tactogram.workflows.capture.session import capture, plans
 
     if a.list:
         found = plans()
@@ -82,7 +82,7 @@ def capture(a: Arguments) -> None:
 
 def live(a: Arguments) -> None:
     """Say what a sensor feels while it feels it, by a trained classifier."""
-    from tactogram.jobs.live import live
+    from tactogram.workflows.capture.live import live
 
     with _shown(a) as (begin, show):
         result = live(
@@ -104,8 +104,8 @@ def _shown(a: Arguments) -> Iterator[tuple[Callable[[Listener], None], Callable[
     import json
     import sys
 
-    from tactogram.capture.live import Latencies
-    from tactogram.capture.live_display import line, panel
+    from tactogram.capture.live.recognition import Latencies
+    from tactogram.capture.live.terminal_view import line, panel
 
     latencies = Latencies()
 

@@ -23,7 +23,7 @@ def add_verbs(verbs: Verbs) -> None:
 
 def data_list(a: Arguments) -> None:
     """List what can be imported and simulated."""
-    from tactogram.jobs.data import list_sets
+    from tactogram.workflows.data.stores import list_sets
 
     facts = list_sets()
     rows = [(name, s["title"], s["licence"]) for name, s in facts["import"].items()]
@@ -34,9 +34,9 @@ def data_list(a: Arguments) -> None:
 
 def data_import(a: Arguments) -> None:
     """Import a data set into a store."""
-    from tactogram.jobs.data import import_store
-    from tactogram.jobs.progress import shown
     from tactogram.recipe import parse_changes
+    from tactogram.workflows.data.stores import import_store
+    from tactogram.workflows.progress import shown
 
     options = parse_changes(a.options)
     with shown() as progress:
@@ -54,8 +54,8 @@ def data_import(a: Arguments) -> None:
 
 def data_simulate(a: Arguments) -> None:
     """Make a data set of simulated surfaces."""
-    from tactogram.jobs.progress import shown
-    from tactogram.jobs.simulate import simulate_to_store
+    from tactogram.workflows.data.simulate import simulate_to_store
+    from tactogram.workflows.progress import shown
 
     options = {
         "per_class": a.per_class,
@@ -83,7 +83,7 @@ def _speeds(text: str) -> list[float]:
 
 def data_info(a: Arguments) -> None:
     """Say what a store holds."""
-    from tactogram.jobs.data import store_info
+    from tactogram.workflows.data.stores import store_info
 
     facts = store_info(a.path)
     ratings = facts["ratings"]
@@ -93,7 +93,7 @@ def data_info(a: Arguments) -> None:
 
 def data_ratings(a: Arguments) -> None:
     """Write the ratings of a store as a table."""
-    from tactogram.jobs.rating_tables import export_ratings
+    from tactogram.workflows.data.rating_tables import export_ratings
 
     facts = export_ratings(a.path, a.out, form="wide" if a.wide else "long")
     print_result(a, facts, lines_of(facts))
@@ -101,7 +101,7 @@ def data_ratings(a: Arguments) -> None:
 
 def data_check(a: Arguments) -> int:
     """Read every shard of a store and compare it with its hash."""
-    from tactogram.jobs.data import check_store
+    from tactogram.workflows.data.stores import check_store
 
     facts = check_store(a.path)
     print_result(a, facts, lines_of(facts))
@@ -110,8 +110,8 @@ def data_check(a: Arguments) -> int:
 
 def data_compact(a: Arguments) -> None:
     """Write many small shards of a store, one per take of a session, anew as few large ones."""
-    from tactogram.jobs.data import compact_store
-    from tactogram.jobs.progress import shown
+    from tactogram.workflows.data.stores import compact_store
+    from tactogram.workflows.progress import shown
 
     with shown() as progress:
         facts = compact_store(a.path, progress=progress)
@@ -120,7 +120,7 @@ def data_compact(a: Arguments) -> None:
 
 def data_add(a: Arguments) -> None:
     """Put a recording into a store."""
-    from tactogram.jobs.data import add_signal
+    from tactogram.workflows.data.stores import add_signal
 
     facts = add_signal(
         a.path,
@@ -141,8 +141,8 @@ def data_add(a: Arguments) -> None:
 
 def data_like(a: Arguments) -> None:
     """Find the recordings of a store whose spectra are nearest to a file's; no run is needed."""
-    from tactogram.jobs.likeness import like
     from tactogram.signal.io import read_signal
+    from tactogram.workflows.recognition.spectral_search import like
 
     facts = like(a.path, read_signal(a.file, **signal_arguments(a)), stream=a.stream, count=a.count)
     rows = [(f["material"] or "", f"{f['distance']:.2f} dB", f["id"]) for f in facts["nearest"]]
@@ -151,8 +151,8 @@ def data_like(a: Arguments) -> None:
 
 def data_rate(a: Arguments) -> None:
     """Put tables of ratings into a store."""
-    from tactogram.jobs.rating_tables import rate_store
     from tactogram.recipe import parse_changes
+    from tactogram.workflows.data.rating_tables import rate_store
 
     facts = rate_store(a.path, a.files, scale=a.scale, settings=parse_changes(a.options), replace=a.replace)
     print_result(a, facts, lines_of({name: shortened(value) for name, value in facts.items()}))

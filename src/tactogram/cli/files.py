@@ -42,8 +42,8 @@ def convert(a: Arguments) -> int:
     from pathlib import Path
 
     from tactogram.errors import ParameterError
-    from tactogram.jobs import convert as jobs
-    from tactogram.jobs.progress import shown
+    from tactogram.workflows.data import convert as jobs
+    from tactogram.workflows.progress import shown
 
     if a.check:
         if a.target is not None:

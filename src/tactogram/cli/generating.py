@@ -51,9 +51,9 @@ def generate(a: Arguments) -> None:
     from pathlib import Path
 
     from tactogram.errors import ParameterError
-    from tactogram.jobs.asked_words import goes_by_words
-    from tactogram.jobs.generate import generate_files, parse_mix
-    from tactogram.jobs.training import load_run
+    from tactogram.workflows.generation.generate import generate_files, parse_mix
+    from tactogram.workflows.generation.word_scores import goes_by_words
+    from tactogram.workflows.training.train import load_run
 
     runs = [load_run(folder) for folder in a.run_folders]
     by_words = {"words": a.words, "rest": a.rest, "like": a.like, "vibration": a.vibration, "rater": a.rater}
@@ -88,8 +88,8 @@ def generate(a: Arguments) -> None:
 def _generate_from_words(a: Arguments, runs: list[Any]) -> None:
     from pathlib import Path
 
-    from tactogram.jobs.from_words import generate_from_words
-    from tactogram.jobs.generate import parse_words
+    from tactogram.workflows.generation.generate import parse_words
+    from tactogram.workflows.generation.words_to_touch import generate_from_words
 
     result = generate_from_words(
         runs,
@@ -128,8 +128,8 @@ def mix(a: Arguments) -> None:
     """Mix two materials step by step, and measure where each step lies between them."""
     from pathlib import Path
 
-    from tactogram.jobs.mixing import mixing_ladder
-    from tactogram.jobs.progress import shown
+    from tactogram.workflows.evaluation.mixing_ladder import mixing_ladder
+    from tactogram.workflows.progress import shown
 
     condition = {"speed_mm_s": a.speed, "force_n": a.force}
     with shown() as progress:

@@ -35,9 +35,9 @@ def add_verbs(verbs: Verbs) -> None:
 
 def classify(a: Arguments) -> None:
     """Name the material of recordings."""
-    from tactogram.jobs.classify import classify
-    from tactogram.jobs.training import load_run
     from tactogram.signal.io import read_signal
+    from tactogram.workflows.recognition.classify import classify
+    from tactogram.workflows.training.train import load_run
 
     loaded = load_run(a.run_folder)
     results = {file: classify(loaded, read_signal(file, **signal_arguments(a))) for file in a.files}
@@ -50,8 +50,8 @@ def classify(a: Arguments) -> None:
 
 def score(a: Arguments) -> None:
     """Score recordings, generated signals or images in sensory words, as a rater model has it."""
-    from tactogram.jobs.score import score_file
-    from tactogram.jobs.training import load_run
+    from tactogram.workflows.recognition.score import score_file
+    from tactogram.workflows.training.train import load_run
 
     loaded = load_run(a.run_folder, model_folders=a.models)
     results = {file: score_file(loaded, file, **signal_arguments(a)) for file in a.files}
@@ -68,8 +68,8 @@ def score(a: Arguments) -> None:
 
 def search(a: Arguments) -> None:
     """Find what is most like a recording, or say that nothing is."""
-    from tactogram.jobs.search import search
     from tactogram.signal.io import read_signal
+    from tactogram.workflows.recognition.search import search
 
     signal = read_signal(a.file, **signal_arguments(a))
     result = search(a.run_folder, signal, data=a.data, count=a.count)

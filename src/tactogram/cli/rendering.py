@@ -61,8 +61,8 @@ def add_verbs(verbs: Verbs) -> None:
 
 def displays(a: Arguments) -> None:
     """List the displays that are known, or show one."""
-    from tactogram.jobs.render import list_displays, show_display
     from tactogram.recipe import parse_changes
+    from tactogram.workflows.rendering.render import list_displays, show_display
 
     if a.name is None:
         found = list_displays()
@@ -75,8 +75,8 @@ def displays(a: Arguments) -> None:
 
 def render(a: Arguments) -> None:
     """Write the drive that renders a signal on a display, with a report of what that changed."""
-    from tactogram.jobs.render import render
     from tactogram.recipe import parse_changes
+    from tactogram.workflows.rendering.render import render
 
     result = render(
         a.file,
@@ -98,8 +98,8 @@ def render(a: Arguments) -> None:
 
 def sweep(a: Arguments) -> None:
     """Write the sweep that a display's response is measured with."""
-    from tactogram.jobs.render import write_sweep
     from tactogram.recipe import parse_changes
+    from tactogram.workflows.rendering.render import write_sweep
 
     facts = write_sweep(
         a.display,
@@ -114,7 +114,7 @@ def sweep(a: Arguments) -> None:
 
 def response(a: Arguments) -> None:
     """Tell a display's response from a sweep that was played and what was recorded of it."""
-    from tactogram.jobs.render import write_identified
+    from tactogram.workflows.rendering.render import write_identified
 
     facts = write_identified(
         a.played,

@@ -31,15 +31,15 @@ def add_verbs(verbs: Verbs) -> None:
 
 def reproduce(a: Arguments) -> None:
     """Run the experiment behind a published table or figure."""
-    from tactogram.jobs.experiment_list import experiments
+    from tactogram.workflows.experiment_list import experiments
 
     if a.list or a.experiment is None:
         found = experiments()
         print_result(a, found, columns(list(found.items())))
         return
-    from tactogram.jobs.progress import shown
-    from tactogram.jobs.reproduce import reproduce
     from tactogram.recipe import parse_changes
+    from tactogram.workflows.progress import shown
+    from tactogram.workflows.reproduce import reproduce
 
     with shown() as progress:
         result = reproduce(
@@ -50,7 +50,7 @@ def reproduce(a: Arguments) -> None:
 
 def table(a: Arguments) -> None:
     """Show every model's published results beside ours."""
-    from tactogram.jobs.table import table
+    from tactogram.workflows.table import table
 
     rows = table()
     shown_rows = [

@@ -25,8 +25,8 @@ def add_verbs(verbs: Verbs) -> None:
 
 def demo(a: Arguments) -> None:
     """Simulate, classify, search and give a voice to surfaces; leaves a report."""
-    from tactogram.jobs.demo import demo
-    from tactogram.jobs.progress import shown
+    from tactogram.workflows.demo import demo
+    from tactogram.workflows.progress import shown
 
     with shown() as progress:
         result = demo(a.out, seed=a.seed, progress=progress)
@@ -44,7 +44,7 @@ def demo(a: Arguments) -> None:
 
 def doctor(a: Arguments) -> None:
     """Say what is installed, what is missing and what for, and which device is used."""
-    from tactogram.jobs.doctor import doctor
+    from tactogram.workflows.doctor import doctor
 
     if a.device:
         _device(a)
@@ -64,7 +64,7 @@ def doctor(a: Arguments) -> None:
 
 
 def _device(a: Arguments) -> None:
-    from tactogram.jobs.devices import try_device
+    from tactogram.workflows.rendering.devices import try_device
 
     facts = try_device(a.device)
     lines = [f"{facts['device']}: {facts['state']}: {facts['line']}"]

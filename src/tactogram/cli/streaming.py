@@ -72,11 +72,11 @@ def stream(a: Arguments) -> None:
     """Play textures that follow a finger, and measure how late they are."""
     from pathlib import Path
 
-    from tactogram.jobs.generate import parse_mix
-    from tactogram.jobs.stream import stream
-    from tactogram.jobs.stream_report import latency_lines
-    from tactogram.jobs.stream_settings import StreamSettings
     from tactogram.recipe import parse_changes
+    from tactogram.workflows.generation.generate import parse_mix
+    from tactogram.workflows.streaming.report import latency_lines
+    from tactogram.workflows.streaming.settings import StreamSettings
+    from tactogram.workflows.streaming.stream import stream
 
     settings = StreamSettings(
         motion=a.motion,

@@ -11,7 +11,7 @@ from tactogram.cli.options import Add, Verbs, models_option
 from tactogram.cli.printing import Arguments, lines_of
 
 if TYPE_CHECKING:
-    from tactogram.studio.listening import Listening
+    from tactogram.studio.server.listening import Listening
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -52,14 +52,14 @@ def taken_port(a: Arguments) -> AbstractContextManager[Listening]:
     from tactogram.extras import imported
 
     imported("nicegui", extra="studio", what="the studio")
-    from tactogram.studio.listening import listening
+    from tactogram.studio.server.listening import listening
 
     return listening(a.host, a.port, https=a.https, certificate=a.certificate, key=a.key)
 
 
 def shown_qr_code(address: str) -> str:
     """Return a QR code to be added to what is printed; none where that goes elsewhere, or has no room or letters."""
-    from tactogram.studio.qr_code import terminal_qr_code
+    from tactogram.studio.server.qr_code import terminal_qr_code
 
     if not sys.stdout.isatty():
         return ""
@@ -74,8 +74,8 @@ def shown_qr_code(address: str) -> str:
 def studio(a: Arguments) -> int:
     """Open the studio in the browser: make, touch, train, send, and studies with people."""
     with taken_port(a) as port:
-        from tactogram.studio.server import Answering, serve
-        from tactogram.studio.studio import Studio
+        from tactogram.studio.context import Studio
+        from tactogram.studio.server.application import Answering, serve
 
         def ready(answering: Answering) -> None:
             told = {

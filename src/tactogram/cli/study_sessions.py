@@ -28,8 +28,8 @@ def add_session_verbs(study: Verbs) -> None:
 
 def progress(a: Arguments) -> None:
     """Say where each participant of a session stands."""
-    from tactogram.jobs.study_sessions import session_progress
-    from tactogram.study.states import called, counted
+    from tactogram.study.session.states import called, counted
+    from tactogram.workflows.study.sessions import session_progress
 
     facts = session_progress(a.folder)
     rows = [("code", "status", "trials", "last answer", "")]
@@ -52,7 +52,7 @@ def progress(a: Arguments) -> None:
 
 def note(a: Arguments) -> None:
     """Write down what the experimenter saw."""
-    from tactogram.jobs.study_sessions import write_note
+    from tactogram.workflows.study.sessions import write_note
 
     facts = write_note(a.folder, a.text, code=a.participant)
     print_result(a, facts, lines_of(facts))
@@ -60,7 +60,7 @@ def note(a: Arguments) -> None:
 
 def abort(a: Arguments) -> None:
     """End a participant's session now; what was answered stays."""
-    from tactogram.jobs.study_sessions import abort_participant
+    from tactogram.workflows.study.sessions import abort_participant
 
     facts = abort_participant(a.folder, a.code, undo=a.undo)
     print_result(a, facts, lines_of(facts))
@@ -68,7 +68,7 @@ def abort(a: Arguments) -> None:
 
 def end(a: Arguments) -> None:
     """End a study: nobody joins, and who has not finished does not go on."""
-    from tactogram.jobs.study_sessions import end_session
+    from tactogram.workflows.study.sessions import end_session
 
     facts = end_session(a.folder, undo=a.undo)
     print_result(a, facts, lines_of(facts))

@@ -77,7 +77,7 @@ def add_verbs(verbs: Verbs) -> None:
 
 def studies(a: Arguments) -> None:
     """List the studies that come with the package."""
-    from tactogram.jobs.study import list_studies
+    from tactogram.workflows.study.studies import list_studies
 
     found = list_studies()
     rows = [(name, s["design"], f"{s['trials']} trials", s["title"]) for name, s in found.items()]
@@ -86,8 +86,8 @@ def studies(a: Arguments) -> None:
 
 def check(a: Arguments) -> None:
     """Check a study's file and say what it asks of a participant."""
-    from tactogram.jobs.study import check_study
     from tactogram.recipe import parse_changes
+    from tactogram.workflows.study.studies import check_study
 
     facts = check_study(a.study, changes=parse_changes(a.set), stimuli=a.stimuli)
     shown = {**facts, "rendered": None if facts["rendered"] is None else f"{len(facts['rendered'])} stimuli"}
@@ -113,7 +113,7 @@ def run(a: Arguments) -> int:
         sys.stderr.write("Ctrl-C ends it; run again it goes on\n")
 
     with taken_port(a) as port:
-        from tactogram.studio.studies.run import run_study
+        from tactogram.studio.pages.studies.run import run_study
 
         run_study(
             a.study,
@@ -134,8 +134,8 @@ def simulate(a: Arguments) -> None:
     """Let simulated participants take a study, with an effect that is put in, or none."""
     import sys
 
-    from tactogram.jobs.study_simulated import simulate_study
     from tactogram.recipe import parse_changes
+    from tactogram.workflows.study.simulation import simulate_study
 
     def progress(done: int) -> None:
         sys.stderr.write(f"\r{done} of {a.participants} simulated participants")
@@ -159,7 +159,7 @@ def simulate(a: Arguments) -> None:
 
 def export(a: Arguments) -> int:
     """Write the answers of a session as a tidy table or a BIDS folder."""
-    from tactogram.jobs.study_export import export_study
+    from tactogram.workflows.study.export import export_study
 
     facts = export_study(a.folder, table=a.out, bids=a.bids)
     print_result(a, facts, lines_of(facts))
@@ -168,7 +168,7 @@ def export(a: Arguments) -> int:
 
 def withdraw(a: Arguments) -> None:
     """Delete a participant and all that is kept of them; tables exported before are to be exported again."""
-    from tactogram.jobs.study_sessions import withdraw
+    from tactogram.workflows.study.sessions import withdraw
 
     facts = withdraw(a.folder, a.code)
     print_result(a, facts, _withdrawn_text(facts))
@@ -176,8 +176,8 @@ def withdraw(a: Arguments) -> None:
 
 def analyse(a: Arguments) -> None:
     """Test what answers show, as the publication did and as repeated answers ask for, with intervals and verdicts."""
-    from tactogram.datasets.ratings import SEVEN_POINT, scale_of
-    from tactogram.jobs.study_analysis import analyse_study, margins_of
+    from tactogram.datasets.ratings.ratings import SEVEN_POINT, scale_of
+    from tactogram.workflows.study.analysis import analyse_study, margins_of
 
     result = analyse_study(
         a.source,
@@ -203,8 +203,8 @@ def analyse(a: Arguments) -> None:
 
 def power(a: Arguments) -> None:
     """Say what a study of some size can show, before it is run: exactly, and with simulated participants."""
-    from tactogram.jobs.progress import shown
-    from tactogram.jobs.study_power import study_power
+    from tactogram.workflows.progress import shown
+    from tactogram.workflows.study.power import study_power
 
     with shown() as progress:
         result = study_power(

@@ -57,9 +57,9 @@ def add_verbs(verbs: Verbs) -> None:
 
 def train(a: Arguments) -> None:
     """Train a model on a data set, or go on with a run."""
-    from tactogram.jobs.progress import shown
-    from tactogram.jobs.resuming import resume
-    from tactogram.jobs.training import train
+    from tactogram.workflows.progress import shown
+    from tactogram.workflows.training.resume import resume
+    from tactogram.workflows.training.train import train
 
     taken = training_arguments(a)
     machine = {"accelerator": taken["accelerator"], "devices": a.devices}
@@ -96,9 +96,9 @@ def _only_resumes(a: Arguments) -> None:
 
 def crossval(a: Arguments) -> None:
     """Cross-validate a classifier, by recording, or a predictor of ratings, by item or rater."""
-    from tactogram.jobs.crossval import crossval
-    from tactogram.jobs.progress import shown
     from tactogram.models import find
+    from tactogram.workflows.evaluation.crossval import crossval
+    from tactogram.workflows.progress import shown
 
     if find(a.model, a.models).task == "prediction":
         _crossval_ratings(a)
@@ -118,11 +118,11 @@ def crossval(a: Arguments) -> None:
 
 def evaluate(a: Arguments) -> None:
     """Judge a run on recordings that it was not trained on."""
-    from tactogram.jobs.evaluate import evaluate
-    from tactogram.jobs.judges import Judging
-    from tactogram.jobs.progress import shown
     from tactogram.recipe import parse_changes
     from tactogram.validation import validated
+    from tactogram.workflows.evaluation.evaluate import evaluate
+    from tactogram.workflows.evaluation.reference_models import Judging
+    from tactogram.workflows.progress import shown
 
     judging = validated(Judging, parse_changes(a.judging, option="--judging"), where="--judging")
     with shown() as progress:
@@ -157,14 +157,14 @@ def evaluate(a: Arguments) -> None:
 
 def run_export(a: Arguments) -> None:
     """Pack a run into one .zip file."""
-    from tactogram.jobs.exchange import export_run
+    from tactogram.workflows.training.run_archive import export_run
 
     print_result(a, facts := export_run(a.source, a.out), lines_of(facts))
 
 
 def run_import(a: Arguments) -> None:
     """Unpack a run from a .zip file."""
-    from tactogram.jobs.exchange import import_run
+    from tactogram.workflows.training.run_archive import import_run
 
     print_result(a, facts := import_run(a.source, a.out), lines_of(facts))
 
@@ -190,8 +190,8 @@ def _images_lines(result: Any) -> list[str]:
 
 def _crossval_ratings(a: Arguments) -> None:
     from tactogram.errors import ParameterError
-    from tactogram.jobs.progress import shown
-    from tactogram.jobs.rating_crossval import crossval_ratings
+    from tactogram.workflows.evaluation.rating_crossval import crossval_ratings
+    from tactogram.workflows.progress import shown
 
     if a.split or a.only_folds:
         raise ParameterError(
@@ -211,7 +211,7 @@ def _crossval_ratings(a: Arguments) -> None:
 
 
 def _words_text(result: dict[str, Any]) -> str:
-    from tactogram.jobs.rating_crossval import COLUMNS
+    from tactogram.workflows.evaluation.rating_crossval import COLUMNS
 
     rows = [("word", *COLUMNS.values())]
     rows += [

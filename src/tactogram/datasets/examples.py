@@ -17,17 +17,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.datasets.labels import Label, label_of
-from tactogram.datasets.part_photographs import (
+from tactogram.datasets.ratings.ratings import item_of
+from tactogram.datasets.recording import RecordingInfo
+from tactogram.datasets.scratch import scratch_of
+from tactogram.datasets.splits.part_photographs import (
     Photographs,
     by_material,
     cut_out,
     materials_without_recordings,
 )
-from tactogram.datasets.ratings import item_of
-from tactogram.datasets.recording import RecordingInfo
-from tactogram.datasets.scratch import scratch_of
-from tactogram.datasets.splits import Region, Segment
-from tactogram.datasets.store import Store
+from tactogram.datasets.splits.split import Region, Segment
+from tactogram.datasets.store.store import Store
 from tactogram.errors import ParameterError
 from tactogram.model import Example, Rated, SignalKind
 from tactogram.recipe import Prepare

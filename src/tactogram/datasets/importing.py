@@ -8,32 +8,27 @@ from collections.abc import Callable, Mapping
 from contextlib import closing
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, cast
 
-import tactogram.datasets
+from tactogram.datasets import importers as package
 from tactogram.datasets.importer import Importer, Item, Picture
-from tactogram.datasets.photographs import Photograph, read_photograph
-from tactogram.datasets.ratings import Ratings, item_of
+from tactogram.datasets.ratings.ratings import Ratings, item_of
 from tactogram.datasets.reading import read_all
 from tactogram.datasets.recording import Recording
-from tactogram.datasets.store import Store, open_store
-from tactogram.datasets.unfinished import clear_stale_parts
-from tactogram.datasets.writer import StoreWriter
-from tactogram.datasets.writing import new_store
+from tactogram.datasets.store.pending import clear_stale_parts
+from tactogram.datasets.store.photographs import Photograph, read_photograph
+from tactogram.datasets.store.store import Store, open_store
+from tactogram.datasets.store.writer import StoreWriter
+from tactogram.datasets.store.writing import new_store
 from tactogram.errors import DataError, ParameterError, TactogramError
 
 __all__ = ["Importer", "Item", "Picture", "import_dataset", "importers"]
 
 
 def importers() -> dict[str, Importer]:
-    """Return every importer by its ``NAME``: the modules of this package that offer what one has to."""
-    found: dict[str, Importer] = {}
-    for module in pkgutil.iter_modules(tactogram.datasets.__path__):
-        if not module.ispkg:
-            candidate = import_module(f"tactogram.datasets.{module.name}")
-            if all(hasattr(candidate, name) for name in ("NAME", "TITLE", "LICENCE", "find", "read")):
-                found[candidate.NAME] = candidate
-    return dict(sorted(found.items()))
+    """Return every importer by its ``NAME``: the modules of `tactogram.datasets.importers`."""
+    modules = (import_module(f"{package.__name__}.{m.name}") for m in pkgutil.iter_modules(package.__path__))
+    return dict(sorted((module.NAME, cast("Importer", module)) for module in modules))
 
 
 def import_dataset(

@@ -27,7 +27,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.datasets.ratings import EVOKED, Ratings
+from tactogram.datasets.ratings.ratings import EVOKED, Ratings
 from tactogram.errors import DataError
 
 TABLE, FEATURES = "object_adjectives.csv", "phac2_static_features.npz"

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from tactogram.datasets.unfinished import host_name
+from tactogram.datasets.store.pending import host_name
 from tactogram.signal.io.locks import lock
 
 HELD = "held"

@@ -9,8 +9,8 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
+from tactogram.evaluation.ratings.reproduction import STRAIGHT
 from tactogram.evaluation.report import Picture, Section, Table, Text, write_report
-from tactogram.evaluation.reproduction import STRAIGHT
 
 RATER_MODEL = "a rater model"
 KNOWS_NEAREST = (

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from tactogram.datasets import Split, Store
 from tactogram.errors import ParameterError
-from tactogram.evaluation.image_quality import ImageQuality
-from tactogram.evaluation.image_spread import ImageSpread
-from tactogram.evaluation.label_following import Following, following
+from tactogram.evaluation.pictures.image_quality import ImageQuality
+from tactogram.evaluation.pictures.image_spread import ImageSpread
+from tactogram.evaluation.ratings.label_following import Following, following
 from tactogram.experiments._jobs import Jobs
 from tactogram.experiments._stores import given_or_simulated
 from tactogram.models.tactile_image_cgan.images import as_floats, square

@@ -15,94 +15,94 @@ Facts = Callable[..., dict[str, Any]]
 
 
 class Jobs(Protocol):
-    """What `tactogram.jobs.reproduce` hands down; the job of each name says what it takes and returns."""
+    """What `tactogram.workflows.reproduce` hands down; the job of each name says what it takes and returns."""
 
     @property
     def simulate(self) -> Facts:
-        """`tactogram.jobs.simulate.simulate_to_store`."""
+        """`tactogram.workflows.data.simulate.simulate_to_store`."""
         ...
 
     @property
     def import_store(self) -> Facts:
-        """`tactogram.jobs.data.import_store`."""
+        """`tactogram.workflows.data.stores.import_store`."""
         ...
 
     @property
     def train(self) -> Callable[..., Run]:
-        """`tactogram.jobs.training.train`."""
+        """`tactogram.workflows.training.train.train`."""
         ...
 
     @property
     def load_run(self) -> Callable[..., Any]:
-        """`tactogram.jobs.training.load_run`, which returns a `LoadedRun`."""
+        """`tactogram.workflows.training.train.load_run`, which returns a `LoadedRun`."""
         ...
 
     @property
     def crossval(self) -> Facts:
-        """`tactogram.jobs.crossval.crossval`."""
+        """`tactogram.workflows.evaluation.crossval.crossval`."""
         ...
 
     @property
     def crossval_ratings(self) -> Facts:
-        """`tactogram.jobs.rating_crossval.crossval_ratings`."""
+        """`tactogram.workflows.evaluation.rating_crossval.crossval_ratings`."""
         ...
 
     @property
     def evaluate(self) -> Facts:
-        """`tactogram.jobs.evaluate.evaluate`."""
+        """`tactogram.workflows.evaluation.evaluate.evaluate`."""
         ...
 
     @property
     def judge_pictures(self) -> Facts:
-        """`tactogram.jobs.pictures.judge_pictures`."""
+        """`tactogram.workflows.evaluation.pictures.judge_pictures`."""
         ...
 
     @property
     def compare_pictures(self) -> Callable[..., Path]:
-        """`tactogram.jobs.pictures.compare_pictures`."""
+        """`tactogram.workflows.evaluation.pictures.compare_pictures`."""
         ...
 
     @property
     def judge_reproduction(self) -> Facts:
-        """`tactogram.jobs.rating_judging.judge_reproduction`."""
+        """`tactogram.workflows.evaluation.ratings.judge_reproduction`."""
         ...
 
     @property
     def predicted_ratings(self) -> Callable[..., Ratings]:
-        """`tactogram.jobs.rating_judging.predicted_ratings`."""
+        """`tactogram.workflows.evaluation.ratings.predicted_ratings`."""
         ...
 
     @property
     def score(self) -> Facts:
-        """`tactogram.jobs.score.score`."""
+        """`tactogram.workflows.recognition.score.score`."""
         ...
 
     @property
     def generate(self) -> Callable[..., Iterator[Signal | Image]]:
-        """`tactogram.jobs.generate.generate`."""
+        """`tactogram.workflows.generation.generate.generate`."""
         ...
 
     @property
     def made_by_words(self) -> Callable[..., Any]:
-        """`tactogram.jobs.made_by_words.made_by_words`, which returns a `MadeByWords`."""
+        """`tactogram.workflows.evaluation.word_signals.made_by_words`, which returns a `MadeByWords`."""
         ...
 
     @property
     def mixing_ladder(self) -> Facts:
-        """`tactogram.jobs.mixing.mixing_ladder`."""
+        """`tactogram.workflows.evaluation.mixing_ladder.mixing_ladder`."""
         ...
 
     @property
     def recorded(self) -> Callable[..., list[Signal]]:
-        """`tactogram.jobs.mixing.recorded`."""
+        """`tactogram.workflows.evaluation.mixing_ladder.recorded`."""
         ...
 
     @property
     def capture(self) -> Facts:
-        """`tactogram.jobs.capture.capture`."""
+        """`tactogram.workflows.capture.session.capture`."""
         ...
 
     @property
     def live(self) -> Facts:
-        """`tactogram.jobs.live.live`."""
+        """`tactogram.workflows.capture.live.live`."""
         ...

@@ -15,11 +15,11 @@ import numpy as np
 from scipy.special import expit, ndtr, ndtri
 
 from tactogram.statistics.shares import abx_share
-from tactogram.study.analysis.finding import EQUIVALENT, SHOWN
-from tactogram.study.analysis.standing_out import REST, WHOLE
-from tactogram.study.simulated import UNIT, SimulatedEffect, typical
+from tactogram.study.analysis.findings import EQUIVALENT, SHOWN
+from tactogram.study.analysis.item_contrasts import REST, WHOLE
+from tactogram.study.analysis.threshold import SETTLED_3_DOWN
+from tactogram.study.power.simulated_participants import UNIT, SimulatedEffect, typical
 from tactogram.study.study_file import Study
-from tactogram.study.threshold import SETTLED_3_DOWN
 
 Truth = Callable[[SimulatedEffect, Study, int], float]
 """Of an effect, the study as it was taken, and the seed of the answers."""

@@ -22,13 +22,13 @@ from typing import Any
 import numpy as np
 
 from tactogram.capture import read_log
-from tactogram.capture.live import Guess
-from tactogram.capture.live_figures import live_figure
-from tactogram.capture.take import restored
+from tactogram.capture.live.figures import live_figure
+from tactogram.capture.live.recognition import Guess
+from tactogram.capture.session.take import restored
 from tactogram.datasets import create_store, open_store
 from tactogram.datasets.simulate.materials import STROKING_30
 from tactogram.datasets.simulate.sets import make, tasks
-from tactogram.datasets.store import problems
+from tactogram.datasets.store.store import problems
 from tactogram.errors import DataError
 from tactogram.evaluation.report import save_figure
 from tactogram.experiments._jobs import Jobs

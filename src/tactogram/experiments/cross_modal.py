@@ -18,11 +18,11 @@ from typing import Any
 import numpy as np
 
 from tactogram.datasets import Ratings, Store
-from tactogram.datasets.ratings_table import read_table
+from tactogram.datasets.ratings.table import read_table
 from tactogram.datasets.simulate.raters import draw_people, score_together, score_vibrations
 from tactogram.errors import ParameterError
-from tactogram.evaluation.cross_modal import ALPHA, CrossModal, compare_cross_modal, errors_of
-from tactogram.evaluation.cross_modal_figures import overall_figure, per_word_figure
+from tactogram.evaluation.ratings.cross_modal import ALPHA, CrossModal, compare_cross_modal, errors_of
+from tactogram.evaluation.ratings.cross_modal_figures import overall_figure, per_word_figure
 from tactogram.evaluation.report import save_figure
 from tactogram.experiments._image_cells import WEIGHTS, draws_of, image_run, plates_of, store_of
 from tactogram.experiments._jobs import Jobs

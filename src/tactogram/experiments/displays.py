@@ -23,11 +23,11 @@ from tactogram.evaluation.report import save_figure
 from tactogram.experiments._jobs import Jobs
 from tactogram.experiments._stores import given_or_simulated
 from tactogram.models import ModelFacts, available, find
-from tactogram.rendering.catalogue import open_display, shipped
-from tactogram.rendering.display import Display
-from tactogram.rendering.figures import drive_figure
-from tactogram.rendering.fit import Drive, fit
-from tactogram.rendering.level import parse_level
+from tactogram.rendering.displays.catalogue import open_display, shipped
+from tactogram.rendering.displays.display import Display
+from tactogram.rendering.drive.figures import drive_figure
+from tactogram.rendering.drive.fit import Drive, fit
+from tactogram.rendering.drive.level import parse_level
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_signal
 from tactogram.training.run import write_text

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from tactogram.errors import DataError
+from tactogram.study.analysis.psychometric import fit_psychometric, reversal_threshold
+from tactogram.study.analysis.threshold import SETTLED_3_DOWN, estimate_threshold
 from tactogram.study.designs.staircase import Staircase, Track
-from tactogram.study.psychometric import fit_psychometric, reversal_threshold
-from tactogram.study.simulated import SimulatedEffect
+from tactogram.study.power.simulated_participants import SimulatedEffect
 from tactogram.study.study_file import Study
-from tactogram.study.threshold import SETTLED_3_DOWN, estimate_threshold
 from tactogram.training.run import write_text
 
 Numbers = NDArray[np.float64]

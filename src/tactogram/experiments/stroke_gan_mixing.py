@@ -4,7 +4,7 @@ The paper mixes labels in two ways and looks at spectrograms: Place Mat 03 (here
 0 to 1 (Figure 15), and weights that sum to 1, Tile with each of the others (Figures 16 to 18). It sees the mix change
 "especially on the X-axis", and Tile's feature where its weight is over 0.4, except with Cloth and Carpet.
 
-Here each step is placed between the two ends (`tactogram.evaluation.mixing`), on several trainings with seeds of
+Here each step is placed between the two ends (`evaluation.mixing.placement`), on several trainings with seeds of
 their own. The recordings are simulated: whether the same textures dominate says as much of them as of the model.
 """
 
@@ -15,7 +15,7 @@ from pathlib import Path
 from statistics import mean, stdev
 from typing import Any
 
-from tactogram.evaluation.mixing import EndsAlikeError
+from tactogram.evaluation.mixing.placement import EndsAlikeError
 from tactogram.experiments._jobs import Jobs
 from tactogram.experiments._stores import given_or_simulated
 

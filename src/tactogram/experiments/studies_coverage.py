@@ -20,8 +20,8 @@ from tactogram.experiments._coverage_cases import CASES, Case
 from tactogram.experiments._study_recovery import Looked, recovery
 from tactogram.statistics.shares import share_of
 from tactogram.study.analysis import Plan, analyse
-from tactogram.study.analysis.finding import EQUIVALENT, SHOWN
-from tactogram.study.simulated import SimulatedEffect, simulated_answers
+from tactogram.study.analysis.findings import EQUIVALENT, SHOWN
+from tactogram.study.power.simulated_participants import SimulatedEffect, simulated_answers
 from tactogram.study.study_file import Study
 from tactogram.training.run import write_text
 

@@ -13,8 +13,13 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.image_figures import GeneratedRow, TradeOff, generated_figure, trade_off_figure
-from tactogram.evaluation.image_quality import TITLES, ImageQuality
+from tactogram.evaluation.pictures.image_figures import (
+    GeneratedRow,
+    TradeOff,
+    generated_figure,
+    trade_off_figure,
+)
+from tactogram.evaluation.pictures.image_quality import TITLES, ImageQuality
 from tactogram.evaluation.report import save_figure
 from tactogram.experiments._image_cells import (
     DRAWS,

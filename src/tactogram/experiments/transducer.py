@@ -16,12 +16,18 @@ from numpy.typing import NDArray
 
 from tactogram.evaluation.report import save_figure
 from tactogram.experiments._jobs import Jobs
-from tactogram.rendering.resonance_simulation import Drifting, Followed, SimulatedAdmittance, Touch, followed
-from tactogram.rendering.resonance_tracking import TrackingSettings
-from tactogram.rendering.transducer import PRESETS, Transducer
-from tactogram.rendering.transducer_figures import Passed, admittance_figure, envelope_figure, tracking_figure
-from tactogram.rendering.transducer_simulation import demodulated, recovered_envelope, simulate_waveform
-from tactogram.rendering.ultrasonic import Settings, modulated
+from tactogram.rendering.families.ultrasonic import Settings, modulated
+from tactogram.rendering.transducer.circuit import PRESETS, Transducer
+from tactogram.rendering.transducer.figures import Passed, admittance_figure, envelope_figure, tracking_figure
+from tactogram.rendering.transducer.resonance_simulation import (
+    Drifting,
+    Followed,
+    SimulatedAdmittance,
+    Touch,
+    followed,
+)
+from tactogram.rendering.transducer.resonance_tracking import TrackingSettings
+from tactogram.rendering.transducer.simulation import demodulated, recovered_envelope, simulate_waveform
 from tactogram.signal import Signal
 from tactogram.signal.crest_factor import low_crest_phases, periodic_signal
 
@@ -64,7 +70,7 @@ def run(jobs: Jobs, folder: Path, *, paper: bool, seeds: int = 20) -> dict[str, 
     result: dict[str, Any] = {
         "section": "III-C",
         "simulated": True,
-        "data": "simulated transducers, tactogram.rendering.transducer.PRESETS and Q as said",
+        "data": "simulated transducers, tactogram.rendering.transducer.circuit.PRESETS and Q as said",
         "modulating": f"lines from {LINES[0]} to {LINES[1]} Hz every {LINES[2]} Hz, equally strong, crest factor low",
         "arriving": arriving,
         "waveform_check": _waveform_check(signal),

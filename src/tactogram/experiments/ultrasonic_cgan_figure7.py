@@ -18,13 +18,13 @@ from typing import Any
 import numpy as np
 
 from tactogram.datasets import Ratings, Store
-from tactogram.datasets.ratings_table import read_table, write_table
+from tactogram.datasets.ratings.table import read_table, write_table
 from tactogram.datasets.simulate.raters import draw_people, score_vibrations
 from tactogram.errors import ParameterError
-from tactogram.evaluation.rating_figures import word_map_figure
-from tactogram.evaluation.ratings import distances_to_targets, one_rater_error, split_half_error
+from tactogram.evaluation.ratings.figures import word_map_figure
+from tactogram.evaluation.ratings.prediction import distances_to_targets, one_rater_error, split_half_error
+from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT
 from tactogram.evaluation.report import save_figure
-from tactogram.evaluation.reproduction import NEAREST, STRAIGHT
 from tactogram.experiments._figure7_report import RATER_MODEL, figure7_report, figure7_text
 from tactogram.experiments._jobs import Jobs
 from tactogram.experiments._stores import given_or_simulated

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.datasets.examples import Examples, require_photographs
-from tactogram.datasets.part_photographs import Photographs
-from tactogram.datasets.photographs import image_key
+from tactogram.datasets.splits.part_photographs import Photographs
+from tactogram.datasets.store.photographs import image_key
 from tactogram.errors import ParameterError
 from tactogram.features.photo_crops import PhotoCrops
 from tactogram.features.spectrogram_picture import SpectrogramPicture

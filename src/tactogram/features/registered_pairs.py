@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from PIL import Image as Pillow
 from torch import Tensor
 
-from tactogram.datasets.photographs import image_key
+from tactogram.datasets.store.photographs import image_key
 from tactogram.errors import ParameterError
 from tactogram.model import Example
 from tactogram.signal import Image, Signal

@@ -330,7 +330,7 @@ def test_what_cannot_be_simulated_is_refused(options, message):
 
 def test_a_store_is_marked_simulated_and_the_same_from_any_number_of_processes(tmp_path: Path):
     from tactogram.datasets import open_store
-    from tactogram.jobs.simulate import simulate_to_store
+    from tactogram.workflows.data.simulate import simulate_to_store
 
     report = simulate_to_store("stroking9", tmp_path / "s", seed=1, per_class=1, seconds=0.5, workers=2)
     store = open_store(tmp_path / "s")

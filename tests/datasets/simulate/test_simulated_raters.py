@@ -3,7 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tactogram.datasets.ratings import EVOKED, SEVEN_POINT
+from tactogram.datasets.ratings.ratings import EVOKED, SEVEN_POINT
+from tactogram.datasets.ratings.words import WORDS
 from tactogram.datasets.simulate.display_signals import drives
 from tactogram.datasets.simulate.metal_plates import PLATES
 from tactogram.datasets.simulate.raters import (
@@ -18,7 +19,6 @@ from tactogram.datasets.simulate.raters.felt import TouchCues, touch_cues, touch
 from tactogram.datasets.simulate.raters.seen import SightCues, sight_cues, sight_words
 from tactogram.datasets.simulate.tactile_images import FAMILIES, tactile_image
 from tactogram.datasets.simulate.touch import display_touched, plate_touched
-from tactogram.datasets.words import WORDS
 from tactogram.errors import ParameterError
 from tactogram.signal import Image
 from tactogram.statistics.reliability import intraclass_correlation

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.files import android, gamepad, vibration
 from tactogram.rendering.files.envelope import envelope_of
+from tactogram.rendering.files.formats import android, gamepad, vibration
 from tactogram.signal import Signal
 
 RATE = 2000

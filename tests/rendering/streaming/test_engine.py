@@ -9,8 +9,8 @@ from scipy import signal as dsp
 from tactogram.errors import ParameterError
 from tactogram.rendering.streaming.contact import ContactSettings, Transients
 from tactogram.rendering.streaming.engine import Engine
-from tactogram.rendering.streaming.hand import SimulatedHand
 from tactogram.rendering.streaming.motion import MotionSettings, Tap, Weights
+from tactogram.rendering.streaming.simulated_hand import SimulatedHand
 from tactogram.rendering.streaming.surface import SurfaceTexture, looped
 from tactogram.rendering.streaming.texture_table import TextureTable, summed
 from tactogram.rendering.streaming.textures import AutoregressiveTexture

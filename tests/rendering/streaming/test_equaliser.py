@@ -7,14 +7,14 @@ from hypothesis import strategies as st
 from scipy import signal as dsp
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.catalogue import open_display
-from tactogram.rendering.fit import fit
-from tactogram.rendering.level import parse_level
-from tactogram.rendering.response import Resonator
+from tactogram.rendering.displays.catalogue import open_display
+from tactogram.rendering.displays.response import Resonator
+from tactogram.rendering.drive.fit import fit
+from tactogram.rendering.drive.level import parse_level
 from tactogram.rendering.streaming.equaliser import WITHIN_DB, Equaliser, _cut, _impulse, equaliser
 from tactogram.rendering.streaming.output import DisplayOutput, equalised
-from tactogram.rendering.transducer import Transducer
-from tactogram.rendering.transducer_simulation import recovered_envelope
+from tactogram.rendering.transducer.circuit import Transducer
+from tactogram.rendering.transducer.simulation import recovered_envelope
 from tactogram.signal import Signal
 
 

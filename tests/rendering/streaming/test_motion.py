@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.streaming.following import Follower
+from tactogram.rendering.streaming.finger_path import Follower
 from tactogram.rendering.streaming.motion import Finger, MotionSample, MotionSettings
 
 NAN = math.nan

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from tactogram.errors import DataError, DeviceError, ParameterError
-from tactogram.rendering.catalogue import open_display
-from tactogram.rendering.level import parse_level
+from tactogram.rendering.displays.catalogue import open_display
+from tactogram.rendering.drive.level import parse_level
 from tactogram.rendering.streaming import backends
 from tactogram.rendering.streaming.backends import (
     Clock,
@@ -27,10 +27,10 @@ from tactogram.rendering.streaming.backends import (
     run_unpaced,
 )
 from tactogram.rendering.streaming.engine import Engine
-from tactogram.rendering.streaming.hand import HandSettings, SimulatedHand
 from tactogram.rendering.streaming.latency import Durations
 from tactogram.rendering.streaming.output import DisplayOutput
 from tactogram.rendering.streaming.recorded_motion import MotionFile, MouseMotion, mouse_step
+from tactogram.rendering.streaming.simulated_hand import HandSettings, SimulatedHand
 from tactogram.rendering.streaming.stream import Stream
 from tactogram.rendering.streaming.surface import SurfaceTexture
 from tactogram.rendering.streaming.texture_table import TextureTable
@@ -91,7 +91,7 @@ class Broken:
 
 def test_the_drive_is_that_of_a_fitted_file(engine, output):
     """Streamed and rendered as a whole, the same signal gives the same level in every octave of the band."""
-    from tactogram.rendering.fit import fit
+    from tactogram.rendering.drive.fit import fit
 
     out = output()
     plain = Stream(engine(), record_s=3.0)

@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tactogram.errors import DataError
-from tactogram.jobs.convert import convert
 from tactogram.signal import Signal
 from tactogram.signal.io import WRITABLE, read_file, read_metadata, read_signal, write_signal
+from tactogram.workflows.data.convert import convert
 
 ROWS = "time [s],x,y,z\n0.00,1,2,3\n0.01,1,2,3\n0.02,1,2,3\n0.03,1,2,3\n"
 

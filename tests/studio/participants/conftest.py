@@ -15,11 +15,11 @@ import tomli_w
 
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal
-from tactogram.studio.connections import Server
-from tactogram.studio.guard import Guard
-from tactogram.studio.guard_rules import Guarding
 from tactogram.studio.participants.routes import make_participant_app
 from tactogram.studio.participants.sessions import Sessions
+from tactogram.studio.server.connections import Server
+from tactogram.studio.server.guard import Guard
+from tactogram.studio.server.guard_rules import Guarding
 
 LOCAL = "http://127.0.0.1"
 SETTINGS = Guarding(body_seconds=1.0)

@@ -5,11 +5,11 @@ import socket
 import sys
 from pathlib import Path
 
-from tactogram.studio.connections import Server
-from tactogram.studio.guard import Guard
-from tactogram.studio.guard_rules import Guarding
 from tactogram.studio.participants.routes import make_participant_app
 from tactogram.studio.participants.sessions import Sessions
+from tactogram.studio.server.connections import Server
+from tactogram.studio.server.guard import Guard
+from tactogram.studio.server.guard_rules import Guarding
 
 folder, port = Path(sys.argv[1]), int(sys.argv[2])
 sessions = Sessions(folder, device="null")

@@ -4,11 +4,11 @@ import socket
 import sys
 from pathlib import Path
 
-from tactogram.studio.connections import Server
-from tactogram.studio.guard import Guard
-from tactogram.studio.guard_rules import Guarding
 from tactogram.studio.participants.routes import make_participant_app
 from tactogram.studio.participants.sessions import Sessions
+from tactogram.studio.server.connections import Server
+from tactogram.studio.server.guard import Guard
+from tactogram.studio.server.guard_rules import Guarding
 
 workspace, study, folder, changes = Path(sys.argv[1]), sys.argv[2], Path(sys.argv[3]), sys.argv[4:]
 sessions = Sessions(workspace, device="null")

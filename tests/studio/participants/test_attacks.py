@@ -21,16 +21,16 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError, TactogramError
-from tactogram.studio.certificates import kept_certificate
-from tactogram.studio.connections import Limits
-from tactogram.studio.guard import Guard
-from tactogram.studio.guard_rules import COOKIE, Guarding
 from tactogram.studio.participants.routes import make_participant_app
 from tactogram.studio.participants.sessions import Sessions
 from tactogram.studio.participants.tickets import keys_of
-from tactogram.studio.uploads import read_uploaded_image, read_uploaded_signal, save_upload
-from tactogram.studio.workspace import Workspace
-from tactogram.study.session_store import SessionStore
+from tactogram.studio.server.certificates import kept_certificate
+from tactogram.studio.server.connections import Limits
+from tactogram.studio.server.guard import Guard
+from tactogram.studio.server.guard_rules import COOKIE, Guarding
+from tactogram.studio.workspace.folder import Workspace
+from tactogram.studio.workspace.uploads import read_uploaded_image, read_uploaded_signal, save_upload
+from tactogram.study.session.store import SessionStore
 
 JSON = {"content-type": "application/json"}
 MARKUP = "<script>alert('x')</script><img src=x onerror=alert(1)>\"'&{{7*7}}"

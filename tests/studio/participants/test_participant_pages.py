@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tactogram.study.session_store import SessionStore
+from tactogram.study.session.store import SessionStore
 from tactogram.study.study_file import Study
 
 HERE = Path(__file__).parent

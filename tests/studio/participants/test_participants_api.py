@@ -15,16 +15,16 @@ import soundfile
 from PIL import Image as Pillow
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.jobs.study_sessions import begin_session
-from tactogram.jobs.study_stimuli import Stimuli
 from tactogram.studio.participants import routes
 from tactogram.studio.participants.allowance import Allowance
 from tactogram.studio.participants.playing import ServerDisplay
 from tactogram.studio.participants.sessions import Sessions
 from tactogram.studio.participants.tickets import keys_of
-from tactogram.study import session_store
-from tactogram.study.session_people import CODE
-from tactogram.study.session_store import SessionStore
+from tactogram.study.session import store as session_store
+from tactogram.study.session.participants import CODE
+from tactogram.study.session.store import SessionStore
+from tactogram.workflows.study.sessions import begin_session
+from tactogram.workflows.study.stimuli import Stimuli
 
 
 def tokens(store, code):

@@ -12,9 +12,9 @@ from nicegui import Client, ui
 from tactogram.errors import DataError
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
-from tactogram.studio.signals import shown as holding
+from tactogram.studio.signals import registry as holding
 from tactogram.studio.signals import view
-from tactogram.studio.signals.shown import Shown, key_of
+from tactogram.studio.signals.registry import Shown, key_of
 from tactogram.studio.signals.traits import traits_of
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactogram.datasets.ratings import Ratings, joined
+from tactogram.datasets.ratings.ratings import Ratings, joined
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.simulate.display_signals import drives
 from tactogram.datasets.simulate.metal_plates import PLATES

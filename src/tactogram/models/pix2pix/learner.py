@@ -9,7 +9,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from tactogram.evaluation.picture_choice import picture_choice
+from tactogram.evaluation.pictures.checkpoint_choice import picture_choice
 from tactogram.model import Condition, Example, SignalKind, Stage, check_condition
 from tactogram.models.pix2pix.config import Config
 from tactogram.models.pix2pix.networks import discriminator, generator

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from tactogram.evaluation.picture_choice import Choice
+from tactogram.evaluation.pictures.checkpoint_choice import Choice
 from tactogram.nn.adversarial_loss import Kind
 from tactogram.nn.photo_translation import PairConfig
 

@@ -11,7 +11,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from tactogram.evaluation.picture_choice import Choice
+from tactogram.evaluation.pictures.checkpoint_choice import Choice
 from tactogram.nn.label_predictor import PredictorConfig
 from tactogram.nn.photo_translation import PairConfig
 

@@ -8,7 +8,7 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from tactogram.evaluation.picture_choice import picture_choice
+from tactogram.evaluation.pictures.checkpoint_choice import picture_choice
 from tactogram.model import Condition, Example, SignalKind, Stage, check_condition
 from tactogram.models.residue_fusion_gan.config import Config
 from tactogram.models.residue_fusion_gan.networks import discriminator, generator

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.image_spread import ImageSpread, image_spread, mean_distance
+from tactogram.evaluation.pictures.image_spread import ImageSpread, image_spread, mean_distance
 from tactogram.model import Condition, ImageExample, ImageKind, Kind, Stage, check_condition, unit_scores
 from tactogram.models.tactile_image_cgan.config import Config
 from tactogram.models.tactile_image_cgan.images import LabelledImages, as_floats, as_pixels

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.cluster.hierarchy import dendrogram
 
-from tactogram.evaluation.selection import Rule, smoothed
+from tactogram.evaluation.checkpoint_selection import Rule, smoothed
 from tactogram.models.ultrasonic_cgan.surfaces import Surfaces
 from tactogram.models.ultrasonic_cgan.trained import Trained
 from tactogram.statistics.figures import AXIS_COLOURS, BLUE, INK, ORANGE

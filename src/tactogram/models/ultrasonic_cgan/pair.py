@@ -11,7 +11,7 @@ import torch.nn.functional as F
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from tactogram.evaluation.selection import Chosen, Follower, Rule
+from tactogram.evaluation.checkpoint_selection import Chosen, Follower, Rule
 from tactogram.models.ultrasonic_cgan.config import Config
 from tactogram.models.ultrasonic_cgan.networks import Discriminator, Generator
 from tactogram.nn.bare_and_fixed import bare, fixed

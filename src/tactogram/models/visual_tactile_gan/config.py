@@ -16,7 +16,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from tactogram.evaluation.picture_choice import Choice
+from tactogram.evaluation.pictures.checkpoint_choice import Choice
 from tactogram.nn.label_predictor import PredictorConfig
 from tactogram.nn.photo_translation import PairConfig
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.picture_choice import picture_choice
+from tactogram.evaluation.pictures.checkpoint_choice import picture_choice
 from tactogram.model import Condition, Example, SignalKind, Stage, check_condition, material_weights
 from tactogram.models.visual_tactile_gan.config import Config
 from tactogram.models.visual_tactile_gan.networks import discriminator, generator

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering.constant import without_constant
-from tactogram.rendering.files import hjif
+from tactogram.rendering.drive.mean_removal import without_constant
+from tactogram.rendering.files.catalogue import FORMATS, HapticFormat, format_of
 from tactogram.rendering.files.documents import encoded, parse
 from tactogram.rendering.files.envelope import envelope_of
-from tactogram.rendering.files.formats import FORMATS, HapticFormat, format_of
+from tactogram.rendering.files.formats import hjif
 from tactogram.rendering.files.loss import loss_between
 from tactogram.rendering.files.reduction import to_one_axis
 from tactogram.signal import Signal

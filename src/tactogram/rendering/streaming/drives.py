@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.rendering import electrovibration, linear, ultrasonic
-from tactogram.rendering.display import Display
-from tactogram.rendering.electrovibration_stream import ElectrovibrationStream
-from tactogram.rendering.level import Level
-from tactogram.rendering.levelled import kinematic_power
-from tactogram.rendering.modulation import pre_emphasis
-from tactogram.rendering.response import EDGE_OCTAVES
+from tactogram.rendering.displays.display import Display
+from tactogram.rendering.displays.response import EDGE_OCTAVES
+from tactogram.rendering.drive.level import Level
+from tactogram.rendering.drive.level_scaling import kinematic_power
+from tactogram.rendering.drive.modulation import pre_emphasis
+from tactogram.rendering.families import electrovibration, linear, ultrasonic
+from tactogram.rendering.streaming.electrovibration import ElectrovibrationStream
 from tactogram.rendering.streaming.equaliser import Equaliser, EqualiserDesign, equaliser
-from tactogram.rendering.streaming.following import MotionBlock
+from tactogram.rendering.streaming.finger_path import MotionBlock
 from tactogram.rendering.streaming.surface import SurfaceTexture
 
 Array = NDArray[np.float64]
@@ -45,7 +45,7 @@ class StreamDrive(Protocol):
 
 
 class LinearDrive:
-    """A factor, and what makes up for the response; see `tactogram.rendering.linear`."""
+    """A factor, and what makes up for the response; see `tactogram.rendering.families.linear`."""
 
     def __init__(self, display: Display, unit: str, found: Mapping[str, Any]) -> None:
         settings = display.settings
@@ -75,7 +75,7 @@ class LinearDrive:
 
 
 class UltrasonicDrive:
-    """The amplitude of a carrier, whose phase goes on from block to block; see `tactogram.rendering.ultrasonic`."""
+    """The amplitude of a carrier, whose phase goes on from block to block; see `rendering.families.ultrasonic`."""
 
     def __init__(self, display: Display, unit: str, found: Mapping[str, Any]) -> None:
         settings = display.settings
@@ -162,7 +162,7 @@ class ElectrovibrationDrive:
 
 
 def _linear_design(display: Display, settings: linear.Settings, motion: int) -> EqualiserDesign:
-    """Return a filter with the magnitude of `tactogram.rendering.linear`: band, capped inverse, unit."""
+    """Return a filter with the magnitude of `tactogram.rendering.families.linear`: band, capped inverse, unit."""
     response, band = display.response, linear.reachable_band(display)
     # A file's cosine edges lie inside of the band; between them and its ends the two may differ.
     inner = (band[0] * 2**EDGE_OCTAVES, band[1] / 2**EDGE_OCTAVES)
@@ -181,7 +181,7 @@ def _linear_design(display: Display, settings: linear.Settings, motion: int) -> 
 
 
 def _envelope_design(display: Display, settings: ultrasonic.Settings) -> EqualiserDesign:
-    """Return a filter with the magnitude of `tactogram.rendering.modulation`: band, and capped pre-emphasis."""
+    """Return a filter with the magnitude of `tactogram.rendering.drive.modulation`: band, and capped pre-emphasis."""
     band = display.band or ultrasonic.BAND
     if not (settings.pre_emphasis and settings.q):
         return equaliser(display.rate, band, np.ones_like)

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from tactogram.errors import ParameterError
 from tactogram.rendering.streaming.block_clock import BlockClock
 from tactogram.rendering.streaming.contact import ContactSettings, Transients
-from tactogram.rendering.streaming.following import STATES, Follower
+from tactogram.rendering.streaming.finger_path import STATES, Follower
 from tactogram.rendering.streaming.latency import Latency
 from tactogram.rendering.streaming.motion import (
     Finger,

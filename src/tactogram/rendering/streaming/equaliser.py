@@ -1,7 +1,7 @@
 """What makes up for a display's response in a stream: causal, of least phase, its errors told before it plays.
 
 A whole file is divided by the response in one spectrum, within the display's band and with a cap on what is raised
-(`tactogram.rendering.response.inverse`). A stream has only the past. Its equaliser has the same magnitude and, of all
+(`rendering.displays.response.inverse`). A stream has only the past. Its equaliser has the same magnitude and, of all
 causal filters with that magnitude, the least delay: recursive edges at the ends of the band, and in between a
 transversal filter, as long as it takes to come within `WITHIN_DB` of the file's.
 """

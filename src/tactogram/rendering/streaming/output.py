@@ -1,6 +1,6 @@
 """From blocks of a texture to blocks of a display's drive, causally, with the display's own guard at the end.
 
-`tactogram.rendering.fit` sees a whole signal; a stream has only the past. So a *rehearsal* (seconds of the same
+`tactogram.rendering.drive.fit` sees a whole signal; a stream has only the past. So a *rehearsal* (seconds of the same
 textures under a simulated hand) is fitted first, with its level and its report, and the factor that it found is kept;
 what makes up for the response is an `equaliser`, in the family's `drives`.
 An electrovibration display needs no rehearsal: the whole of its surface is known.
@@ -16,18 +16,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.rendering import linear, ultrasonic
-from tactogram.rendering.display import Display
-from tactogram.rendering.fit import fit
-from tactogram.rendering.level import Level
-from tactogram.rendering.safety import Guard
+from tactogram.rendering.displays.display import Display
+from tactogram.rendering.drive.fit import fit
+from tactogram.rendering.drive.level import Level
+from tactogram.rendering.drive.safety import Guard
+from tactogram.rendering.families import linear, ultrasonic
 from tactogram.rendering.streaming.drives import (
     ElectrovibrationDrive,
     LinearDrive,
     StreamDrive,
     UltrasonicDrive,
 )
-from tactogram.rendering.streaming.following import MotionBlock
+from tactogram.rendering.streaming.finger_path import MotionBlock
 from tactogram.rendering.streaming.surface import SurfaceTexture
 from tactogram.signal.signal import Signal
 

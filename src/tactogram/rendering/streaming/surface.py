@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.streaming.following import MotionBlock
+from tactogram.rendering.streaming.finger_path import MotionBlock
 from tactogram.signal.displacement import over_displacement
 from tactogram.signal.joining import join
 from tactogram.signal.signal import Signal

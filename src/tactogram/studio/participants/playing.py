@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from tactogram.errors import TactogramError
-from tactogram.jobs.playback import NULL, Playback, full_scale_of
-from tactogram.rendering.display import Display
+from tactogram.rendering.displays.display import Display
 from tactogram.signal import Signal
+from tactogram.workflows.rendering.playback import NULL, Playback, full_scale_of
 
 PATIENCE_S = 2.0
 """How long somebody's former stimulus may take to fade out before the next."""
@@ -28,7 +28,7 @@ class ServerDisplay:
     device : str
         ``audio``, ``audio:NAME``, or ``null``, which plays to nobody, at the right pace.
     full_scale : float, optional
-        What 1.0 of the device stands for in the unit of drives; see `tactogram.jobs.playback.full_scale_of`.
+        What 1.0 of the device stands for in the unit of drives; see `workflows.rendering.playback.full_scale_of`.
     """
 
     device: str = "audio"

@@ -13,13 +13,13 @@ from typing import TypeVar
 import numpy as np
 
 from tactogram.errors import ParameterError, TactogramError
-from tactogram.jobs.study_stimuli import Played, Stimuli
-from tactogram.rendering.catalogue import open_display, shipped
-from tactogram.rendering.display import Display
+from tactogram.rendering.displays.catalogue import open_display, shipped
+from tactogram.rendering.displays.display import Display
 from tactogram.signal import Signal
 from tactogram.study.stimuli import Stimulus
 from tactogram.study.study_file import Study
 from tactogram.study.trials import Page, Presented
+from tactogram.workflows.study.stimuli import Played, Stimuli
 
 T = TypeVar("T")
 

@@ -1,7 +1,7 @@
 """The routes that participants' pages speak to. A ticket reaches its own participant, and nothing else.
 
 Nothing that is sent says which stimulus is which: no names, no files, no conditions; an error in making one is told to
-the experimenter only. Answers are on the disk before the next page is known (`tactogram.study.session_store`).
+the experimenter only. Answers are on the disk before the next page is known (`tactogram.study.session.store`).
 """
 
 from __future__ import annotations
@@ -23,7 +23,6 @@ from fastapi.routing import APIRoute
 from starlette.exceptions import HTTPException
 
 from tactogram.errors import DataError, ParameterError, TactogramError
-from tactogram.jobs.study_stimuli import Played
 from tactogram.studio.participants.allowance import Allowance
 from tactogram.studio.participants.bodies import (
     Answers,
@@ -45,9 +44,10 @@ from tactogram.studio.participants.bodies import (
 from tactogram.studio.participants.playing import InUseError
 from tactogram.studio.participants.prepared import wav_bytes
 from tactogram.studio.participants.sessions import NO_TICKET, OpenSession, Sessions, UnknownError
-from tactogram.study.session_people import NobodyError, NotNowError
-from tactogram.study.session_standing import Standing
+from tactogram.study.session.participants import NobodyError, NotNowError
+from tactogram.study.session.progress import Standing
 from tactogram.study.trials import Page, Participant
+from tactogram.workflows.study.stimuli import Played
 
 STATIC = Path(__file__).parent / "static"
 KINDS = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}

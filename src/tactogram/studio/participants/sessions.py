@@ -11,19 +11,19 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import DataError, ParameterError, TactogramError
-from tactogram.jobs.study import study_folder
-from tactogram.jobs.study_sessions import begin_session, origin_folder
 from tactogram.studio.participants.playing import ServerDisplay
 from tactogram.studio.participants.prepared import PreparedStimuli
 from tactogram.studio.participants.tickets import FILE as KEYS
 from tactogram.studio.participants.tickets import Keys, keys_of
 from tactogram.studio.participants.together import Together
-from tactogram.study.session_people import NobodyError
-from tactogram.study.session_standing import Standing
-from tactogram.study.session_store import SessionStore
+from tactogram.study.session.participants import NobodyError
+from tactogram.study.session.progress import Standing
+from tactogram.study.session.store import SessionStore
 from tactogram.study.study_file import Study, shipped_studies
 from tactogram.study.trials import Participant
 from tactogram.study.wording import Language
+from tactogram.workflows.study.sessions import begin_session, origin_folder
+from tactogram.workflows.study.studies import study_folder
 
 MOST_ATTEMPTS = 1000
 """Attempts to join that are remembered, so that a double click makes one participant."""

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tactogram.errors import DataError
-from tactogram.studio.secret_files import write_secret
-from tactogram.study.session_people import DIGITS, LETTERS
+from tactogram.studio.server.secret_files import write_secret
+from tactogram.study.session.participants import DIGITS, LETTERS
 
 FILE = "keys.json"
 TICKET_BYTES = 24

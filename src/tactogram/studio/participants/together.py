@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import anyio
 import anyio.to_thread
 
-from tactogram.study.session_file import SessionFile
+from tactogram.study.session.file import SessionFile
 
 T = TypeVar("T")
 

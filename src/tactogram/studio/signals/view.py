@@ -12,7 +12,7 @@ from typing import Any
 
 from tactogram.errors import TactogramError
 from tactogram.signal import Signal
-from tactogram.studio.layout import in_background, telling
+from tactogram.studio.pages.layout import in_background, telling
 from tactogram.studio.signals.pictures import (
     card_height,
     spectrogram_png,
@@ -20,7 +20,7 @@ from tactogram.studio.signals.pictures import (
     waveform_height,
     waveform_options,
 )
-from tactogram.studio.signals.shown import SHOWN, Held, Source
+from tactogram.studio.signals.registry import SHOWN, Held, Source
 from tactogram.studio.signals.sound import NORMAL_PEAK, WALKED_MM_S, common_gain, sound_of
 from tactogram.studio.signals.traits import Scales, Traits, scales_of, unit_of
 

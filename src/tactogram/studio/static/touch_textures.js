@@ -2,7 +2,7 @@
  * Textures that follow a finger: `tactogram.rendering.streaming.textures` and `.surface`, of one axis, in the browser.
  *
  * What has to be worked out beforehand (models on a grid over speed and force, copies of a surface with less and less
- * detail, the kernel between two rates) comes with the table from `tactogram.studio.touch.tables`.
+ * detail, the kernel between two rates) comes with the table from `tactogram.studio.pages.touch.tables`.
  */
 
 const PHASES = 128;

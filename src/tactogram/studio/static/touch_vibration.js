@@ -1,7 +1,7 @@
 /**
  * What a phone's vibrator is told: on and off, so that the share of time on follows the texture's strength.
  *
- * The rules are those of the display `phone-on-off` (`tactogram.rendering.pattern`): steps of 20 ms, error diffusion,
+ * The rules are those of the display `phone-on-off` (`tactogram.rendering.families.pattern`): steps of 20 ms, error diffusion,
  * no pulse or pause shorter than two steps. The strength is known beforehand, by speed, force and place, so that a
  * pattern is made for what comes next.
  */

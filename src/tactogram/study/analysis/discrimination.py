@@ -24,8 +24,8 @@ from tactogram.statistics.shares import (
     share_of,
     smallest_significant,
 )
-from tactogram.study.analysis.finding import Finding, Section, answered, verdict_of
-from tactogram.study.answers import Answers
+from tactogram.study.analysis.findings import Finding, Section, answered, verdict_of
+from tactogram.study.session.answers import Answers
 
 CORRECT = "share correct"
 

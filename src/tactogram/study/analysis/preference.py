@@ -13,9 +13,7 @@ from scipy import special, stats
 from tactogram.errors import DataError
 from tactogram.statistics.multiplicity import holm
 from tactogram.statistics.shares import share_of
-from tactogram.study.analysis.finding import Finding, Section, answered, verdict_of
-from tactogram.study.answers import Answer, Answers
-from tactogram.study.bradley_terry import (
+from tactogram.study.analysis.bradley_terry import (
     LEAST,
     PRIOR_SD,
     bradley_terry,
@@ -23,6 +21,8 @@ from tactogram.study.bradley_terry import (
     gap_errors,
     strengths_by_participant,
 )
+from tactogram.study.analysis.findings import Finding, Section, answered, verdict_of
+from tactogram.study.session.answers import Answer, Answers
 
 Numbers = NDArray[np.float64]
 TEST = "Bradley-Terry by participant"

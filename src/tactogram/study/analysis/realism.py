@@ -20,8 +20,8 @@ from tactogram.statistics.equivalence import paired_equivalence
 from tactogram.statistics.multiplicity import holm
 from tactogram.statistics.signed_rank import pseudomedian, signed_rank_p
 from tactogram.statistics.summary import Summary, summary
-from tactogram.study.analysis.finding import Finding, Role, Section, answered, verdict_of
-from tactogram.study.answers import Answers
+from tactogram.study.analysis.findings import Finding, Role, Section, answered, verdict_of
+from tactogram.study.session.answers import Answers
 
 Numbers = NDArray[np.float64]
 

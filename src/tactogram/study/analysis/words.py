@@ -4,7 +4,7 @@ Printed were the mean absolute error of all scores with its standard error (n = 
 Steel-Dwass [2, Fig. 5 and 6]. Both take each score as independent, which the 120 of one person are not. Here: each
 participant's own mean error, Friedman and Wilcoxon's signed ranks, intervals by bootstrap over participants.
 
-[1], [2] as in `tactogram.datasets.words`.
+[1], [2] as in `tactogram.datasets.ratings.words`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.datasets.words import WORDS
+from tactogram.datasets.ratings.words import WORDS
 from tactogram.errors import DataError
 from tactogram.statistics.clustered import bootstrap_by_participant
 from tactogram.statistics.comparison import (
@@ -29,11 +29,11 @@ from tactogram.statistics.comparison import (
     student_t,
 )
 from tactogram.statistics.multiplicity import holm
-from tactogram.study.analysis.finding import Finding, Section, answered, verdict_of
+from tactogram.study.analysis.findings import Finding, Section, answered, verdict_of
+from tactogram.study.analysis.item_contrasts import standing_out
 from tactogram.study.analysis.ordinal import ordinal_findings
 from tactogram.study.analysis.realism import holm_paired
-from tactogram.study.analysis.standing_out import standing_out
-from tactogram.study.answers import Answers
+from tactogram.study.session.answers import Answers
 
 Numbers = NDArray[np.float64]
 Targets = Mapping[str, Mapping[str, float]]

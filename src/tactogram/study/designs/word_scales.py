@@ -11,7 +11,7 @@ from typing import Any, Literal, Self
 
 from pydantic import Field, field_validator
 
-from tactogram.datasets.words import JAPANESE, WORDS
+from tactogram.datasets.ratings.words import JAPANESE, WORDS
 from tactogram.errors import ParameterError
 from tactogram.study.designs.design import Design
 from tactogram.study.orders import generator, ordered

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy import signal as dsp
 from scipy.stats import kurtosis
 
+from tactogram.datasets.ratings.words import WORDS
 from tactogram.datasets.simulate.touch import RATE, Touched
-from tactogram.datasets.words import WORDS
 from tactogram.signal.perception import weighted
 
 PACINIAN_HZ = (40.0, 1000.0)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.datasets.words import WORDS
+from tactogram.datasets.ratings.words import WORDS
 from tactogram.errors import ParameterError
 
 LEAN, LEAN_WORD, SPREAD, SENSITIVITY_DB, OWN_TASTE = 0.45, 0.35, 0.20, 4.0, 0.55

@@ -8,13 +8,13 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.datasets.ratings import EVOKED, SEVEN_POINT, Ratings, Scale
+from tactogram.datasets.ratings.ratings import EVOKED, SEVEN_POINT, Ratings, Scale
+from tactogram.datasets.ratings.words import WORDS
 from tactogram.datasets.simulate.metal_plates import Plate
 from tactogram.datasets.simulate.raters.felt import TouchCues, touch_cues, touch_words
 from tactogram.datasets.simulate.raters.people import OWN_TASTE, SIGHT_TASTE, Person
 from tactogram.datasets.simulate.raters.seen import sight_cues, sight_words
 from tactogram.datasets.simulate.touch import display_touched, plate_touched
-from tactogram.datasets.words import WORDS
 from tactogram.errors import ParameterError
 from tactogram.signal import Image, Signal
 

@@ -14,7 +14,7 @@ from PIL import Image as Pillow
 from scipy.ndimage import black_tophat, gaussian_filter, white_tophat
 from scipy.stats import skew
 
-from tactogram.datasets.words import WORDS
+from tactogram.datasets.ratings.words import WORDS
 from tactogram.signal import Image
 
 SEEN_AT = 64

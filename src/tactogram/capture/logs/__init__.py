@@ -1,0 +1,1 @@
+"""Logs of receivers, boards and recorders."""

@@ -1,0 +1,1 @@
+"""Recording sessions: plan, takes, checks, console."""

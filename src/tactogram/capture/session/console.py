@@ -1,0 +1,136 @@
+"""Talking with whoever records: what is shown, what is asked, and answers that come from a person or from a script."""
+
+from __future__ import annotations
+
+import os
+import select
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Protocol, Self, TextIO
+
+from tactogram.capture.stream.feed import Levels
+
+
+@dataclass(frozen=True)
+class Status:
+    """What is going on, for whoever watches.
+
+    Parameters
+    ----------
+    place : str
+        Which take of how many, and what is to be done.
+    phase : str
+        ``"countdown"``, ``"recording"``, ``"question"``.
+    text : str
+        The question, or how long it takes yet.
+    share : float
+        How much of the phase is over, 0 to 1.
+    levels : Levels or None
+    """
+
+    place: str
+    phase: str
+    text: str
+    share: float = 0.0
+    levels: Levels | None = None
+
+
+class Console(Protocol):
+    """Where a session is shown and asked."""
+
+    def show(self, status: Status) -> None:
+        """Show how it goes; called many times a second."""
+        ...
+
+    def say(self, text: str) -> None:
+        """Write a line that stays."""
+        ...
+
+    def ask(self, question: str, keys: Mapping[str, str], *, default: str, idle: Callable[[], None]) -> str:
+        """Return one of ``keys`` (what each means is its value); ``idle`` is called while nobody answers."""
+        ...
+
+
+class LineConsole:
+    """Lines out on stderr; answers from a script, from lines of a pipe, or always the default.
+
+    Parameters
+    ----------
+    answers : text file or None
+        One answer a line, of which the first letter counts; an empty line is the default, the end of the file is
+        ``q``. None answers with the default (``--yes``).
+    out : text file
+    """
+
+    def __init__(self, answers: TextIO | None, out: TextIO | None = None) -> None:
+        self._answers = answers
+        self._read = bytearray()
+        self._out = sys.stderr if out is None else out
+        self._shown: tuple[str, str] = ("", "")
+
+    def show(self, status: Status) -> None:
+        """Write a line when a phase begins."""
+        if (status.place, status.phase) != self._shown and status.phase == "recording":
+            self.say(f"{status.place}: recording")
+        self._shown = (status.place, status.phase)
+
+    def say(self, text: str) -> None:
+        """Write a line."""
+        self._out.write(text + "\n")
+        self._out.flush()
+
+    def ask(self, question: str, keys: Mapping[str, str], *, default: str, idle: Callable[[], None]) -> str:
+        """Return the default, or the next answer that is one of ``keys``."""
+        if self._answers is None:
+            idle()
+            return default
+        choices = ", ".join(f"{key} {meaning}" for key, meaning in keys.items())
+        while True:
+            self.say(f"{question} ({choices}; default {default})")
+            line = self._line(idle)
+            if line is None:
+                return "q"
+            answer = line.strip().lower()[:1] or default
+            if answer in keys:
+                return answer
+            self.say(f"answer must be one of {', '.join(keys)}, got {line.strip()!r}")
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Leave everything open: it was before."""
+
+    def _line(self, idle: Callable[[], None]) -> str | None:
+        """Return the next line, None at the end; ``idle`` runs while there is none yet."""
+        idle()
+        number = _handle(self._answers)
+        if self._answers is None or number is None:
+            line = self._answers.readline() if self._answers is not None else ""
+            return line or None
+        # Not by readline: what it has read ahead, select would not know of.
+        while b"\n" not in self._read:
+            if not select.select([number], [], [], 0)[0]:
+                idle()
+                continue
+            if not (more := os.read(number, 4096)):
+                break
+            self._read += more
+        line_read, newline, rest = bytes(self._read).partition(b"\n")
+        self._read = bytearray(rest)
+        return line_read.decode(errors="replace") + newline.decode() or None
+
+
+def _handle(answers: TextIO | None) -> int | None:
+    """Return what the system calls a file by; None for a text in memory, and where only sockets can be waited for."""
+    if sys.platform == "win32":
+        return None
+    try:
+        return None if answers is None else answers.fileno()
+    except (OSError, ValueError):
+        return None

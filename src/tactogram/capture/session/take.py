@@ -1,0 +1,214 @@
+"""One take: the samples between go and stop as they came, and the recording that is made of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.capture.source import Block
+from tactogram.capture.stream.gaps import gaps
+from tactogram.datasets import Recording
+from tactogram.errors import DataError, ParameterError
+from tactogram.signal import Signal
+
+RATE_TOLERANCE = 1e-3
+"""By how much a measured rate may differ from the reference, as a share, and still be called by it: what a crystal and
+the fit of a few seconds of arrivals are off together. A difference of 0.1 % moves 100 Hz by 0.1 Hz."""
+
+RATE_KNOWN = 0.005
+"""Half the interval of a measured rate, as a share, from which on a take may begin: some seconds of arrivals."""
+
+RECEIVED = "received"
+"""Stream beside a take with losses: 1 where a sample came, 0 where it was lost."""
+
+STREAM_OF_UNIT = {"m/s^2": "acceleration", "m/s": "velocity", "m": "position", "N": "force"}
+
+
+@dataclass(frozen=True, eq=False)
+class Take:
+    """What came between go and stop.
+
+    Parameters
+    ----------
+    samples : float32 array, shape (axis, time), ``unit``
+        NaN in every axis where a sample was lost.
+    axes : tuple of str
+    unit : str
+    rate : float, Hz
+        What the samples are taken to have; see `rate_of`.
+    measured : float or None, Hz
+        What the source measured, or None.
+    first_index : int
+        Place of the first sample since the source was opened, lost ones included: where it stands in the raw log.
+    """
+
+    samples: NDArray[np.float32]
+    axes: tuple[str, ...]
+    unit: str
+    rate: float
+    measured: float | None
+    first_index: int
+
+    def __len__(self) -> int:
+        """Return the number of samples per axis, lost ones included."""
+        return int(self.samples.shape[1])
+
+    @property
+    def seconds(self) -> float:
+        """Length in s."""
+        return len(self) / self.rate
+
+    @property
+    def received(self) -> NDArray[np.bool_]:
+        """Where a sample came, bool, shape (time,)."""
+        return np.asarray(~np.isnan(self.samples).any(axis=0))
+
+    @property
+    def lost(self) -> int:
+        """How many samples did not come."""
+        return int(len(self) - np.count_nonzero(self.received))
+
+
+def joined(blocks: Sequence[Block], *, start: int, stop: int) -> NDArray[np.float32]:
+    """Return samples ``start`` to ``stop`` (exclusive) of the source out of its blocks, float32, (axis, time).
+
+    Raises
+    ------
+    DataError
+        If there are none, or one block does not go on where the one before ended.
+    """
+    held = [b for b in blocks if b.first_index < stop and b.first_index + len(b) > start]
+    if not held:
+        raise DataError("no sample came between go and stop")
+    for before, after in pairwise(held):
+        if after.first_index != before.first_index + len(before):
+            raise DataError(
+                f"blocks must follow each other, got one at sample {after.first_index} after one that ended at "
+                f"{before.first_index + len(before)}"
+            )
+    samples = np.concatenate([b.samples for b in held], axis=1)
+    first = held[0].first_index
+    return samples[:, max(0, start - first) : stop - first]
+
+
+def rate_of(measured: Mapping[str, float] | None, reference: float | None) -> float | None:
+    """Return the rate that a take is written with, Hz; None while it is not known.
+
+    ``reference`` until a measurement contradicts it: one that is known to `RATE_KNOWN`, whose interval does not hold
+    the reference, and that differs by more than `RATE_TOLERANCE`. A few arrivals on a busy computer contradict nothing.
+    Without a reference the measured one once it is known so well.
+
+    Parameters
+    ----------
+    measured : mapping or None
+        ``hz``, ``low``, ``high``, as a source's facts have them.
+    reference : float or None, Hz
+    """
+    if measured is None:
+        return reference
+    hz, low, high = measured["hz"], measured["low"], measured["high"]
+    if high - low > 2 * RATE_KNOWN * hz:
+        return reference
+    agrees = reference is not None and (abs(hz / reference - 1) <= RATE_TOLERANCE or low <= reference <= high)
+    return reference if agrees else hz
+
+
+def bridged(samples: NDArray[np.float32]) -> tuple[NDArray[np.float32], list[tuple[int, int]]]:
+    """Return ``samples`` with straight lines over what was lost, and where that is.
+
+    Ten samples on either side say nothing band-limited about the ten between them, so nothing more clever is tried; at
+    an end the nearest sample is held.
+
+    Parameters
+    ----------
+    samples : float32 array, shape (axis, time)
+        NaN in every axis where a sample was lost.
+
+    Returns
+    -------
+    samples : float32 array, shape (axis, time)
+        Finite.
+    gaps : list of (int, int)
+        First sample of each loss, and the first after it.
+
+    Raises
+    ------
+    DataError
+        If no sample came at all.
+    """
+    came = ~np.isnan(samples).any(axis=0)
+    if not came.any():
+        raise DataError(f"all {samples.shape[1]} samples were lost")
+    lost = gaps(samples)
+    if not lost:
+        return samples, lost
+    places, known = np.arange(samples.shape[1]), np.flatnonzero(came)
+    filled = samples.copy()
+    for axis in filled:
+        axis[~came] = np.interp(places[~came], known, axis[known])
+    return filled, lost
+
+
+def recording_of(take: Take, *, stream: str = "", what: Mapping[str, Any], simulated: bool) -> Recording:
+    """Return ``take`` as a recording for the store.
+
+    A store holds finite samples. Losses are bridged by straight lines, `RECEIVED` stands beside them, and ``history``
+    says how many and where, so that whoever uses the recording can leave them out, and no one takes them for measured.
+
+    Parameters
+    ----------
+    take : Take
+    stream : str
+        Its name; by default by the unit.
+    what : mapping
+        Fields of `Recording` besides streams and history.
+    simulated : bool
+        Whether the source is.
+    """
+    samples, lost = bridged(take.samples)
+    name = stream or STREAM_OF_UNIT.get(take.unit, "signal")
+    if name == RECEIVED:
+        raise ParameterError(f"stream must not be called {RECEIVED!r}: that is where losses are marked")
+    streams = {name: Signal(samples, take.rate, take.unit, take.axes)}
+    history = [rate_text(take)]
+    if lost:
+        mask = take.received[None].astype(np.float32)
+        streams[RECEIVED] = Signal(mask, take.rate, "1", (RECEIVED,))
+        history.append(loss_text(take, lost))
+    return Recording(streams=streams, history=tuple(history), simulated=simulated, **what)
+
+
+def restored(recording: Recording, *, stream: str = "") -> NDArray[np.float32]:
+    """Return the samples of a recording as they came: NaN where they were lost, float32, (axis, time).
+
+    The way back from `recording_of`.
+    """
+    name = stream or next(name for name in recording.streams if name != RECEIVED)
+    samples = np.array(recording.stream(name).samples)
+    if RECEIVED in recording.streams:
+        samples[:, recording.stream(RECEIVED).samples[0] == 0] = np.nan
+    return samples
+
+
+def rate_text(take: Take) -> str:
+    """Return a line on the rate."""
+    if take.measured is None:
+        return f"{take.rate:g} Hz as the source says; not measured"
+    if take.measured == take.rate:
+        return f"{take.rate:.8g} Hz as measured"
+    return f"{take.rate:g} Hz; measured {take.measured:.6g} Hz ({1e6 * (take.measured / take.rate - 1):+.0f} ppm)"
+
+
+def loss_text(take: Take, lost: Sequence[tuple[int, int]]) -> str:
+    """Return a line on what was lost and where; the first ten losses by place, all of them by number."""
+    places = ", ".join(f"{a / take.rate:.3f}-{b / take.rate:.3f}" for a, b in lost[:10])
+    more = ", …" if len(lost) > 10 else ""
+    return (
+        f"lost {take.lost} of {len(take)} samples in {len(lost)} gaps (s: {places}{more}); bridged by straight lines, "
+        f"marked in stream {RECEIVED}"
+    )

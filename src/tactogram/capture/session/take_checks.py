@@ -1,0 +1,202 @@
+"""Whether a take is any good, said before it is accepted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.capture.session.plan import Limits
+from tactogram.capture.session.take import Take
+from tactogram.capture.stream.gaps import gaps
+
+LEAST_RMS = {"m/s^2": 0.12}
+"""`Limits.least_rms` by unit, where the plan says nothing."""
+STUCK_SAMPLES = 3
+"""Samples in a row at the take's own extreme that look like clipping where full scale is not known."""
+COARSE_STEPS = 16
+"""Steps of a sensor within which a signal stays at one value by rounding alone."""
+FLAT_S = 0.5
+"""An axis that does not change for so long is broken: quantised noise of a working sensor does."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was looked at.
+
+    Parameters
+    ----------
+    name : str
+        ``length``, ``losses``, ``clipping``, ``flat``, ``level`` or ``rate``.
+    verdict : {"good", "note", "bad"}
+    text : str
+        What was found, and against which limit, in a few words.
+    """
+
+    name: str
+    verdict: Literal["good", "note", "bad"]
+    text: str
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What was found in a take.
+
+    Parameters
+    ----------
+    findings : tuple of Finding
+    """
+
+    findings: tuple[Finding, ...]
+
+    @property
+    def good(self) -> bool:
+        """Whether nothing is bad."""
+        return all(finding.verdict != "bad" for finding in self.findings)
+
+    def __str__(self) -> str:
+        """Return what is bad, or else what is worth noting, in a line."""
+        bad = [f.text for f in self.findings if f.verdict == "bad"]
+        notes = [f.text for f in self.findings if f.verdict == "note"]
+        if bad:
+            return "bad: " + "; ".join(bad)
+        return "good" + (": " + "; ".join(notes) if notes else "")
+
+    def facts(self) -> dict[str, Any]:
+        """Return it as JSON knows it."""
+        return {"good": self.good} | {f.name: {"verdict": f.verdict, "text": f.text} for f in self.findings}
+
+
+def checked(
+    take: Take,
+    limits: Limits,
+    *,
+    seconds: float,
+    nominal: float | None = None,
+    full_scale: float | None = None,
+) -> Verdict:
+    """Return whether ``take`` is any good.
+
+    Parameters
+    ----------
+    take : Take
+    limits : Limits
+    seconds : float
+        How long it should be.
+    nominal : float, optional
+        Rate that the source or the plan says, Hz.
+    full_scale : float, optional
+        Where the source says that it clips; ``limits.full_scale`` comes before it.
+    """
+    found = [_length(take, limits, seconds), *_losses(take, limits), _rate(take, limits, nominal)]
+    if take.lost < len(take):
+        found += [
+            _clipping(take, limits, limits.full_scale or full_scale),
+            _flat(take),
+            _level(take, limits),
+        ]
+    return Verdict(tuple(found))
+
+
+def _length(take: Take, limits: Limits, seconds: float) -> Finding:
+    verdict: Literal["good", "bad"] = "good" if take.seconds >= limits.shortest * seconds else "bad"
+    return Finding("length", verdict, f"{take.seconds:.2f} of {seconds:g} s")
+
+
+def _losses(take: Take, limits: Limits) -> list[Finding]:
+    if take.lost == len(take):
+        return [Finding("losses", "bad", "every sample was lost")]
+    lost = gaps(take.samples)
+    if not lost:
+        return [Finding("losses", "good", "nothing lost")]
+    share, longest = take.lost / len(take), max(b - a for a, b in lost) / take.rate
+    text = f"{100 * share:.2g} % lost in {len(lost)} gaps, the longest {longest:.2g} s"
+    bad = share > limits.most_lost or longest > limits.longest_gap_s
+    limit = f" (at most {100 * limits.most_lost:g} % and {limits.longest_gap_s:g} s)" if bad else ""
+    return [Finding("losses", "bad" if bad else "note", text + limit)]
+
+
+def _rate(take: Take, limits: Limits, nominal: float | None) -> Finding:
+    if take.measured is None:
+        return Finding("rate", "note", f"rate not measured, taken for {take.rate:g} Hz")
+    text = f"measured {take.measured:.5g} Hz"
+    if nominal is None:
+        return Finding("rate", "good", text)
+    off = abs(take.measured / nominal - 1)
+    if off > limits.rate_off:
+        return Finding("rate", "bad", f"{text} instead of {nominal:g} Hz")
+    return Finding("rate", "good" if take.rate == nominal else "note", f"{text}, nominal {nominal:g} Hz")
+
+
+def clipped(samples: NDArray[np.float32], full_scale: float | None) -> int:
+    """Return how many of ``samples`` (axis, time) are clipped in any axis.
+
+    Where full scale is not known: those that stay at their axis's own largest or smallest value for at least
+    `STUCK_SAMPLES` in a row, unless that is 0 (a force before contact) or so near the median that the sensor's steps
+    are what is seen.
+    """
+    if full_scale is not None:
+        return int(np.count_nonzero((np.abs(samples) >= 0.999 * full_scale).any(axis=0)))
+    stuck = np.zeros(samples.shape[1], bool)
+    for axis in samples:
+        finite = axis[np.isfinite(axis)]
+        if not finite.size or finite.min() == finite.max():
+            continue
+        far = COARSE_STEPS * float(np.diff(np.unique(finite)).min())
+        for extreme in (finite.min(), finite.max()):
+            if extreme != 0 and abs(extreme - np.median(finite)) >= far:
+                stuck |= _in_runs(axis == extreme, STUCK_SAMPLES)
+    return int(np.count_nonzero(stuck))
+
+
+def _clipping(take: Take, limits: Limits, full_scale: float | None) -> Finding:
+    count = clipped(take.samples, full_scale)
+    if not count:
+        return Finding("clipping", "good", "no clipping")
+    where = f"at {full_scale:g} {take.unit}" if full_scale is not None else "at the take's own extreme"
+    bad = count > limits.most_clipped * len(take)
+    return Finding("clipping", "bad" if bad else "note", f"{count} samples clipped {where}")
+
+
+def _flat(take: Take) -> Finding:
+    longest = round(FLAT_S * take.rate)
+    flat = []
+    for name, axis in zip(take.axes, take.samples, strict=True):
+        came = axis[np.isfinite(axis)]
+        if len(came) > 1 and _in_runs(np.diff(came) == 0, min(longest, len(came) - 1)).any():
+            flat.append(name)
+    if not flat:
+        return Finding("flat", "good", "every axis moves")
+    text = f"axis {', '.join(flat)} stands still for {min(FLAT_S, take.seconds):.2g} s"
+    return Finding("flat", "bad", text)
+
+
+def level(samples: NDArray[np.float32]) -> float:
+    """Return the rms about the mean, root of the sum of squares over axes; lost samples are left out."""
+    came = samples[:, np.isfinite(samples).all(axis=0)].astype(np.float64)
+    return float(np.sqrt(came.var(axis=1).sum())) if came.size else 0.0
+
+
+def _level(take: Take, limits: Limits) -> Finding:
+    least = limits.least_rms if limits.least_rms is not None else LEAST_RMS.get(take.unit)
+    rms = level(take.samples)
+    text = f"{rms:.3g} {take.unit} rms"
+    if least is not None and rms < least:
+        return Finding("level", "bad", f"{text}, less than {least:g}: was the surface stroked?")
+    return Finding("level", "good", text)
+
+
+def _in_runs(hits: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:
+    """Return where ``hits`` lies in a run of at least ``shortest``."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], hits.astype(np.int8), [0]])))
+    kept = np.zeros(len(hits), bool)
+    for begin, end in _pairs(edges.tolist()):
+        kept[begin:end] = end - begin >= shortest
+    return kept
+
+
+def _pairs(edges: Sequence[int]) -> list[tuple[int, int]]:
+    return list(zip(edges[::2], edges[1::2], strict=True))

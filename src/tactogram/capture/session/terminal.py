@@ -1,0 +1,136 @@
+"""A session on a terminal: a panel on stderr with a level meter, and single keys for answers."""
+
+from __future__ import annotations
+
+import os
+import select
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from math import log10
+from types import TracebackType
+from typing import Any, Self
+
+from rich.console import Console as RichConsole
+from rich.console import Group, RenderableType
+from rich.live import Live
+from rich.panel import Panel
+from rich.progress_bar import ProgressBar
+from rich.table import Table
+from rich.text import Text
+
+from tactogram.capture.session.console import Status
+from tactogram.capture.stream.feed import Levels
+
+FLOOR_DB, TOP_DB = -40.0, 0.0
+"""What the meter spans, dB relative to full scale; without a full scale relative to `NO_FULL_SCALE`."""
+NO_FULL_SCALE = 100.0
+WIDTH = 44
+
+
+def meter(levels: Levels) -> RenderableType:
+    """Return the level meter: a bar of the rms, the peak, clipping, rate and losses."""
+    top = levels.full_scale or NO_FULL_SCALE
+    share = (_db(levels.rms, top) - FLOOR_DB) / (TOP_DB - FLOOR_DB)
+    bar = ProgressBar(
+        total=1.0, completed=min(1.0, max(0.0, share)), width=WIDTH,
+        complete_style="red" if levels.clipped else "green", finished_style="red",
+    )  # fmt: skip
+    table = Table.grid(padding=(0, 1))
+    table.add_row("level", bar, f"{levels.rms:8.3f} rms  peak {levels.peak:8.2f}")
+    rate = "unknown yet" if levels.rate is None else f"{levels.rate:.2f} Hz"
+    clip = Text(" CLIPPED ", style="bold white on red") if levels.clipped else Text("")
+    table.add_row("rate", Text(f"{rate}   lost so far {levels.lost}"), clip)
+    return table
+
+
+def panel(status: Status) -> RenderableType:
+    """Return all that is shown of a session at a moment."""
+    parts: list[RenderableType] = []
+    if status.phase == "question":
+        parts.append(Text(status.text, style="bold yellow"))
+    else:
+        bar = ProgressBar(total=1.0, completed=min(1.0, max(0.0, status.share)), width=WIDTH)
+        row = Table.grid(padding=(0, 1))
+        row.add_row(Text(status.phase, style="bold"), bar, status.text)
+        parts.append(row)
+    if status.levels is not None:
+        parts.append(meter(status.levels))
+    return Panel(Group(*parts), title=status.place, title_align="left")
+
+
+class TerminalConsole:
+    """A panel that is drawn anew, ten times a second, and keys that need no Enter; a context manager."""
+
+    def __init__(self) -> None:
+        self._rich = RichConsole(stderr=True)
+        self._live: Live | None = None
+        self._status: Status | None = None
+
+    def __enter__(self) -> Self:
+        """Begin to draw."""
+        self._live = Live(console=self._rich, refresh_per_second=10, transient=True)
+        self._live.__enter__()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Leave the terminal as it was."""
+        if self._live is not None:
+            self._live.__exit__(kind, error, trace)
+            self._live = None
+
+    def show(self, status: Status) -> None:
+        """Draw it."""
+        self._status = status
+        if self._live is not None:
+            self._live.update(panel(status))
+
+    def say(self, text: str) -> None:
+        """Write a line above the panel."""
+        self._rich.print(text, markup=False, highlight=False)
+
+    def ask(self, question: str, keys: Mapping[str, str], *, default: str, idle: Callable[[], None]) -> str:
+        """Return the key that was pressed; Enter and space are the default, Ctrl-C and Ctrl-D are ``q``."""
+        choices = "   ".join(f"[{key}] {meaning}" for key, meaning in keys.items())
+        text = f"{question}\n{choices}   (Enter: {keys[default]})"
+        with _single_keys() as pressed:
+            while True:
+                idle()
+                levels = self._status.levels if self._status is not None else None
+                place = self._status.place if self._status is not None else ""
+                self.show(Status(place, "question", text, levels=levels))
+                key = pressed()
+                if key in ("\r", "\n", " "):
+                    return default
+                if key in ("\x03", "\x04"):
+                    return "q"
+                if key and key.lower() in keys:
+                    return key.lower()
+
+
+@contextmanager
+def _single_keys() -> Iterator[Callable[[], str]]:
+    """Give a function that returns the key pressed, "" if none was; the terminal is set back afterwards."""
+    import termios
+    import tty
+
+    number = sys.stdin.fileno()
+    before: Any = termios.tcgetattr(number)
+    tty.setcbreak(number)
+
+    def pressed() -> str:
+        if not select.select([number], [], [], 0)[0]:
+            return ""
+        # The end of the input (a closed terminal) reads as nothing: nobody will answer any more.
+        return os.read(number, 8).decode(errors="replace")[:1] or "\x04"
+
+    try:
+        yield pressed
+    finally:
+        termios.tcsetattr(number, termios.TCSADRAIN, before)
+
+
+def _db(value: float, top: float) -> float:
+    return 20 * log10(max(value, 1e-9) / top)

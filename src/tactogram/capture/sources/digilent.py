@@ -1,0 +1,179 @@
+"""Digilent Analog Discovery and its kin: analogue inputs by WaveForms."""
+
+from __future__ import annotations
+
+from time import monotonic, sleep
+from types import TracebackType
+from typing import Any, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from tactogram.capture.source import Block, SourceLost
+from tactogram.capture.stream.rate_estimate import RateMeter
+from tactogram.errors import ParameterError
+from tactogram.extras import device_errors, imported, one_line
+from tactogram.signal.units import parse_unit
+
+_POLL_S = 0.002
+
+
+class ScopeFormat(BaseModel):
+    """How the inputs of an Analog Discovery are to be read."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    channels: str = "1"
+    """Numbers of the inputs as they are printed, from 1, separated by commas."""
+    rate: float = Field(default=10000.0, gt=0, allow_inf_nan=False)
+    """Up to a few 100 kHz over USB; what is lost beyond is marked."""
+    range: float = Field(default=5.0, gt=0, allow_inf_nan=False)
+    """Width of the input's range, V peak to peak; the device takes the next one it has."""
+    axes: str | None = None
+    unit: str = "V"
+    scale: float = Field(default=1.0, allow_inf_nan=False)
+    """``unit`` per V."""
+    filter: Literal["decimate", "average"] = "average"
+    """What becomes of the samples between two, which the converter takes at its own rate."""
+
+
+class DigilentSource:
+    """Inputs of an Analog Discovery; see `tactogram.capture.source.Source`.
+
+    Parameters
+    ----------
+    serial : str
+        Serial number; empty for the first device.
+    form : ScopeFormat
+    name : str
+        The address.
+    """
+
+    def __init__(self, serial: str, form: ScopeFormat, *, name: str) -> None:
+        self.name, self.form, self._serial = name, form, serial
+        self.rate: float | None = form.rate
+        self.unit, factor = parse_unit(form.unit)
+        self._factor = form.scale * factor
+        self.full_scale = form.range / 2 * abs(self._factor)
+        self._channels = _channels(form, name)
+        count = len(self._channels)
+        default = {1: ("z",), 3: ("x", "y", "z")}.get(count, tuple(f"c{c + 1}" for c in self._channels))
+        self.axes: tuple[str, ...] = tuple(a.strip() for a in form.axes.split(",")) if form.axes else default
+        if len(self.axes) != count:
+            raise ParameterError(f"{name}: axes must be {count} names, got {form.axes!r}")
+        self.meter = RateMeter()
+        self.corrupted = 0
+        self._device: Any = None
+        self._next = self._received = self._lost = 0
+
+    def __enter__(self) -> Self:
+        """Open and start it.
+
+        Raises
+        ------
+        MissingExtraError, DeviceError
+            If dwfpy or WaveForms is not installed, or the device is not there.
+        """
+        dwfpy = imported("dwfpy", extra="dwf", what="Digilent devices")
+        with device_errors(self.name, library="dwfpy"):
+            device = dwfpy.Device(serial_number=self._serial or None)
+            device.open()
+            try:
+                inputs = device.analog_input
+                for channel in self._channels:
+                    inputs.setup_channel(
+                        channel, range=self.form.range, filter=self.form.filter, enabled=True
+                    )
+                # A record without a length goes on until it is stopped.
+                inputs.setup_acquisition(
+                    mode="record", sample_rate=self.form.rate, record_length=0, configure=True, start=True
+                )
+                self.rate = float(inputs.frequency)
+            except BaseException:
+                device.close()
+                raise
+        self._device = device
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close it."""
+        device, self._device = self._device, None
+        if device is not None:
+            try:
+                device.close()
+            except (OSError, RuntimeError):
+                return
+
+    def read(self, timeout_s: float = 0.1) -> Block | None:
+        """Return what has come; None if nothing did within ``timeout_s``.
+
+        Raises
+        ------
+        SourceLost
+            If the device went away.
+        """
+        if self._device is None:
+            raise SourceLost(f"{self.name}: is not open")
+        until = monotonic() + timeout_s
+        inputs = self._device.analog_input
+        while True:
+            try:
+                inputs.read_status(read_data=True)
+                available, lost, corrupted = inputs.record_status
+                if available:
+                    columns = [inputs.channels[c].get_data(0, available) for c in self._channels]
+            except Exception as error:
+                # WaveForms raises its own kinds, which cannot be named without it.
+                raise SourceLost(f"{self.name}: went away while it was read ({one_line(error)})") from error
+            if available or lost:
+                break
+            if monotonic() >= until:
+                return None
+            sleep(_POLL_S)
+        samples = np.full((len(self.axes), lost + available), np.nan, np.float32)
+        if available:
+            samples[:, lost:] = np.stack(columns) * self._factor
+        # What was written over while it was read is the oldest of it.
+        samples[:, lost : lost + corrupted] = np.nan
+        corrupted = min(corrupted, available)
+        now, first = monotonic(), self._next
+        self.corrupted += corrupted
+        self._lost += lost + corrupted
+        self._received += available - corrupted
+        self._next += lost + available
+        self.meter.add(self._next, now)
+        return Block(samples, first, now)
+
+    def facts(self) -> dict[str, Any]:
+        """Return what is known."""
+        estimate = self.meter.estimate()
+        return {
+            "samples": self._received,
+            "lost": self._lost,
+            "corrupted": self.corrupted,
+            "rejected": {},
+            "rate": None if estimate is None else estimate.facts(),
+            "simulated": False,
+        }
+
+
+def digilent_devices() -> list[str]:
+    """Return the serial numbers of the Digilent devices.
+
+    Raises
+    ------
+    MissingExtraError, DeviceError
+        If dwfpy or WaveForms is not installed.
+    """
+    dwfpy = imported("dwfpy", extra="dwf", what="Digilent devices")
+    with device_errors("digilent", library="dwfpy"):
+        return [str(d.serial_number) for d in dwfpy.Device.enumerate()]
+
+
+def _channels(form: ScopeFormat, name: str) -> list[int]:
+    found = [part.strip() for part in form.channels.split(",")]
+    if not all(part.isdigit() and 1 <= int(part) <= 16 for part in found) or len(set(found)) != len(found):
+        raise ParameterError(f"{name}: channels must be numbers from 1, like 1,2, got {form.channels!r}")
+    return [int(part) - 1 for part in found]

@@ -1,0 +1,1 @@
+"""From bytes and packets to evenly spaced samples."""

@@ -1,0 +1,1 @@
+"""TWE-Lite receivers: parser, messages, simulator."""

@@ -1,0 +1,1 @@
+"""Importers of published data sets and of plain folders, one module each."""

@@ -1,0 +1,173 @@
+"""LMT-108 surface materials: sound and acceleration of a tool stroked freely over a surface, and photographs.
+
+M. Strese, C. Schuwerk, A. Iepure, E. Steinbach, "Multimodal Feature-Based Surface Material Classification",
+IEEE Transactions on Haptics 10(2), 2017.
+
+Read from ``index.csv`` (columns ``file`` with a path relative to it, ``material``, ``group``, ``recording``) where
+there is one, else from file names: ``G1RhombAluminumMesh_Sound_Movement_train1.flac`` (or ``.wav``), and
+accelerations ``G1RhombAluminumMesh_Movement_X_train1.txt``, one number per line, one file per axis, 10 kHz.
+Sound and acceleration of one stroke become one recording.
+
+Photographs are ``ImageScans/NoFlash/Training/G1RhombAluminumMesh_Image_1_train1.jpg``, ten per material and part, of
+320 x 480 pixels without a scale; those in a folder ``Flash`` are left out, as in the visual-tactile GAN (Sec. 4.1).
+They belong to their material, not to a stroke: which place was photographed and which was stroked is unknown.
+
+Sound (44.1 kHz FLAC with ``index.csv``, and WAV by name) was checked on real files. **No real acceleration file
+was at hand**: that they are in m/s^2 is our assumption, which ``history`` repeats. **No real photograph was at hand**:
+folder and file names are those that public code for this set opens. Sound is of a microphone, full
+scale 1: band-limit it to 20-1000 Hz before treating it as vibration, and call it what it is.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.datasets.importer import Item, Picture
+from tactogram.datasets.recording import Recording
+from tactogram.datasets.store.photographs import PICTURES
+from tactogram.errors import DataError
+from tactogram.signal import Signal
+from tactogram.signal.io import read_signal
+
+NAME = "lmt108"
+TITLE = "LMT-108 surface materials"
+LICENCE = "not stated"
+DESCRIPTION = (
+    "index.csv, or files named G1Material_Sound_Movement_train1.flac|wav (sound, full scale) and "
+    "G1Material_Movement_X_train1.txt (acceleration, taken as m/s^2, 10 kHz). Sound checked on real files, "
+    "acceleration not; ImageScans/NoFlash/**/G1Material_Image_1_train1.jpg (photographs of materials), not checked "
+    "either."
+)
+
+ACCELERATION_RATE = 10_000.0
+
+_SOUND = re.compile(r"(G\d+)(.+)_Sound_Movement_([A-Za-z]*)(\d+)\.(?:flac|wav)", re.IGNORECASE)
+_AXIS = re.compile(r"(G\d+)(.+)_Movement_([XYZ])_([A-Za-z]*)(\d+)\.txt", re.IGNORECASE)
+_IMAGE = re.compile(r"(G\d+)(.+?)_Image(?:_\d+)?_([A-Za-z]*)(\d+)", re.IGNORECASE)
+
+
+def find(folder: Path) -> list[Item]:
+    """Return an item per stroke."""
+    index = folder / "index.csv"
+    entries = _indexed(index) if index.is_file() else _named(folder)
+    strokes: dict[tuple[str, ...], dict[str, Any]] = {}
+    for kind, path, group, material, part, number in entries:
+        stroke = strokes.setdefault(
+            (material, part, number),
+            {"material": material, "group": group, "part": part, "recording": number},
+        )
+        if kind in stroke and stroke[kind] != path:
+            raise DataError(f"{path}: a second {kind} of {material}, recording {part}{number}; keep one")
+        stroke[kind] = path
+    items = []
+    for stroke in strokes.values():
+        paths = [stroke[kind] for kind in ("sound", "X", "Y", "Z") if kind in stroke]
+        if 0 < sum(kind in stroke for kind in "XYZ") < 3:
+            # The reader names the axis that is missing.
+            there = next(kind for kind in "XYZ" if kind in stroke)
+            paths = [stroke["sound"]] if "sound" in stroke else []
+            paths += [_sibling(stroke[there], there, kind) for kind in "XYZ"]
+        items.append(Item(paths[0].relative_to(folder).as_posix(), tuple(paths), stroke))
+    return items
+
+
+def photographs(folder: Path) -> list[Picture]:
+    """Return the photographs taken without flash."""
+    found = []
+    for path in folder.rglob("*_Image_*"):
+        named = _IMAGE.fullmatch(path.stem)
+        relative = path.relative_to(folder)
+        flash = any(part.lower() == "flash" for part in relative.parts)
+        if named and not flash and path.suffix.lower() in PICTURES:
+            group, material, part, number = named.groups()
+            name = group.upper() + material
+            place = (int(group[1:]), name, part.lower(), int(number))
+            found.append((place, Picture(relative.as_posix(), path, name)))
+    return [picture for _, picture in sorted(found, key=lambda f: (f[0], f[1].name))]
+
+
+def read(item: Item) -> list[Recording]:
+    """Return one stroke."""
+    streams, history = {}, []
+    tables = [path for path in item.paths if path.suffix.lower() == ".txt"]
+    if tables:
+        columns = [_numbers(path) for path in tables]
+        if len({len(column) for column in columns}) > 1:
+            lengths = ", ".join(f"{path.name} {len(c)}" for path, c in zip(tables, columns, strict=True))
+            raise DataError(f"{item.name}: axes must be equally long, got {lengths}")
+        streams["acceleration"] = Signal(np.stack(columns), ACCELERATION_RATE, "m/s^2")
+        history.append("acceleration taken as m/s^2 at 10 kHz: the files do not say")
+    for path in item.paths:
+        if path not in tables:
+            streams["sound"] = read_signal(path, unit="1")
+            history.append("sound of a microphone, full scale 1")
+    known = item.info
+    labels = {"recording": known["recording"], "group": known["group"], "part": known["part"]}
+    return [
+        Recording(
+            streams=streams,
+            material=known["material"],
+            contactor="tool",
+            labels={name: text for name, text in labels.items() if text},
+            source=item.name,
+            history=tuple(history),
+        )
+    ]
+
+
+def _indexed(index: Path) -> Iterator[tuple[str, Path, str, str, str, str]]:
+    """Yield kind, path, group, material, part and number of each row of ``index.csv``."""
+    with index.open(encoding="utf-8-sig", newline="") as file:
+        for row, values in enumerate(csv.DictReader(file), 2):
+            missing = [name for name in ("file", "material", "recording") if not values.get(name)]
+            if missing:
+                raise DataError(f"{index}: row {row} lacks {', '.join(missing)}")
+            path = index.parent / values["file"]
+            axis, sound = _AXIS.fullmatch(path.name), _SOUND.fullmatch(path.name)
+            part = axis[4] if axis else sound[3] if sound else ""
+            kind = axis[3].upper() if axis else "sound"
+            yield kind, path, values.get("group") or "", values["material"], part.lower(), values["recording"]
+
+
+def _named(folder: Path) -> Iterator[tuple[str, Path, str, str, str, str]]:
+    """Yield the same from the names of all files below ``folder``, materials first, numbers as numbers."""
+    found = []
+    for path in folder.rglob("*_Movement_*"):
+        axis, sound = _AXIS.fullmatch(path.name), _SOUND.fullmatch(path.name)
+        if axis:
+            group, material, kind, part, number = axis.groups()
+            found.append((kind.upper(), path, group.upper(), group.upper() + material, part.lower(), number))
+        elif sound:
+            group, material, part, number = sound.groups()
+            found.append(("sound", path, group.upper(), group.upper() + material, part.lower(), number))
+    if not found:
+        raise DataError(
+            f"{folder}: has no index.csv and no file named like G1Material_Sound_Movement_train1.flac"
+        )
+    yield from sorted(found, key=lambda f: (int(f[2][1:]), f[3], f[4], int(f[5]), f[0], f[1].suffix))
+
+
+def _sibling(path: Path, axis: str, other: str) -> Path:
+    return path.with_name(re.sub(f"_Movement_{axis}_", f"_Movement_{other}_", path.name, flags=re.IGNORECASE))
+
+
+def _numbers(path: Path) -> NDArray[np.float64]:
+    """Return one number per line, float64, shape (time,)."""
+    values = []
+    with path.open(encoding="ascii", errors="replace") as file:
+        for row, line in enumerate(file, 1):
+            try:
+                if line.strip():
+                    values.append(float(line))
+            except ValueError:
+                raise DataError(f"{path}: row {row} must be one number, got {line.strip()[:40]!r}") from None
+    if not values:
+        raise DataError(f"{path}: no samples")
+    return np.array(values)

@@ -1,0 +1,55 @@
+"""Ratings to files and back: Parquet with scale and words inside."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from tactogram.datasets.ratings.ratings import Ratings, Scale
+from tactogram.errors import DataError
+
+COLUMNS = ("rater", "item", "word", "score", "order", "session")
+
+
+def write_ratings(path: Path, ratings: Ratings) -> None:
+    """Write a Parquet file, beside first and then renamed."""
+    about = {"scale": asdict(ratings.scale), "words": list(ratings.words)}
+    table = pa.table({name: pa.array(getattr(ratings, name)) for name in COLUMNS})
+    part = path.with_name(f"{path.name}.part-{os.getpid()}")
+    try:
+        pq.write_table(table.replace_schema_metadata({"tactogram": json.dumps(about)}), part)
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def read_ratings(path: Path) -> Ratings:
+    """Read what `write_ratings` wrote.
+
+    Raises
+    ------
+    DataError
+        If it is something else.
+    """
+    try:
+        table = pq.read_table(path)
+        about = json.loads((table.schema.metadata or {})[b"tactogram"])
+        columns = {name: table[name].to_pylist() for name in COLUMNS}
+        return Ratings(
+            tuple(columns["rater"]),
+            tuple(columns["item"]),
+            tuple(columns["word"]),
+            np.array(columns["score"], np.float64),
+            Scale(**about["scale"]),
+            np.array(columns["order"], np.int64),
+            tuple(columns["session"]),
+            tuple(about["words"]),
+        )
+    except (OSError, pa.ArrowException, KeyError, TypeError, ValueError, DataError) as error:
+        raise DataError(f"{path}: not a table of ratings: {error}") from error

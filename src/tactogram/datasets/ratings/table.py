@@ -1,0 +1,341 @@
+"""Tables of ratings as people keep them: CSV, TSV or Parquet, a row per score or a row per rater and item.
+
+*Long*: columns ``rater``, ``item``, ``word``, ``score``. *Wide*: ``rater``, ``item``, and a column per word. ``order``
+and ``session`` may stand beside them, in any order of columns. The ten words of [1] and [2] are known in English,
+Japanese and romaji (`words.word_of`).
+
+The tables of the published study (IEEE DataPort, DOI 10.21227/5jwn-qx81) were not at hand. What the paper says of them
+([1], Sec. III-A and III-C): 384 instances of ten scores for 12 plates by 32 people, and 1,248 for 39 signals. Expected
+is therefore the wide form, once per table; whatever the columns are called, `Columns.named` says so.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from io import StringIO
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from tactogram.datasets.cells import finite_number
+from tactogram.datasets.ratings.files import read_ratings, write_ratings
+from tactogram.datasets.ratings.ratings import SEVEN_POINT, Ratings, Scale, check_rows
+from tactogram.datasets.ratings.words import WORDS, word_of
+from tactogram.errors import DataError, ParameterError
+
+NAMED = ("rater", "item", "word", "score", "order", "session")
+MISSING = ("", "na", "n/a", "nan", "none", "null", "-", "–")
+"""Cells that hold no score, in any case."""
+SUFFIXES = (".csv", ".tsv", ".parquet")
+Form = Literal["long", "wide"]
+
+
+@dataclass(frozen=True)
+class Columns:
+    """How to read a table.
+
+    Parameters
+    ----------
+    named : mapping from str to str
+        The table's own heading of ``rater``, ``item``, ``word``, ``score``, ``order``, ``session`` or of a word.
+    words : tuple of str
+        What was asked; by default the ten words. In the wide form each must have a column.
+    ignored : tuple of str
+        Headings of what is no rating, such as an age.
+    item : str
+        What an item is called in the store, after its cell: ``plate{:0>2}`` makes ``7`` ``plate07``.
+    encoding : str
+        Of a CSV or TSV file; ``cp932`` is what Japanese Excel writes.
+    """
+
+    named: Mapping[str, str] = field(default_factory=dict)
+    words: tuple[str, ...] = ()
+    ignored: tuple[str, ...] = ()
+    item: str = "{}"
+    encoding: str = "utf-8-sig"
+
+    def __post_init__(self) -> None:
+        for name in self.named:
+            if name not in (*NAMED, *self.asked):
+                raise ParameterError(
+                    f"a column must be one of {', '.join((*NAMED, *self.asked))}, got {name!r}"
+                )
+        try:
+            "".encode(self.encoding)  # refuses what is no text
+        except LookupError:
+            raise ParameterError(f"encoding must be one that Python knows, got {self.encoding!r}") from None
+        try:
+            self.item.format("1")
+        except (IndexError, KeyError, ValueError):
+            raise ParameterError(
+                f"item must say where the cell goes, as plate{{:0>2}} does, got {self.item!r}"
+            ) from None
+
+    @property
+    def asked(self) -> tuple[str, ...]:
+        """The words."""
+        return self.words or WORDS
+
+    def word(self, text: str) -> str | None:
+        """Return which of the words a heading or a cell means, or None."""
+        text = text.strip()
+        if text in self.asked:
+            return text
+        known = word_of(text)
+        return known if known in self.asked else None
+
+
+@dataclass(frozen=True)
+class RatingsTable:
+    """What was read.
+
+    Parameters
+    ----------
+    ratings : Ratings
+    blank : mapping from str to int
+        Cells without a score, by rater; raters without any are left out.
+    """
+
+    ratings: Ratings
+    blank: Mapping[str, int]
+
+
+def read_table(path: Path, *, scale: Scale = SEVEN_POINT, columns: Columns | None = None) -> RatingsTable:
+    """Read a table of ratings.
+
+    Parameters
+    ----------
+    path : Path
+        ``.csv``, ``.tsv`` or ``.parquet``; one that `ratings_io.write_ratings` wrote brings its own scale and words.
+    scale : Scale
+    columns : Columns, optional
+
+    Raises
+    ------
+    DataError
+        Naming file and row, where a score is no number or off the scale, a word is unknown, a rating stands there
+        twice, a cell that must be filled is empty, a column is missing or unknown, or there is no row.
+    """
+    columns = columns or Columns()
+    if path.suffix.lower() not in SUFFIXES:
+        raise DataError(f"{path}: a table of ratings must be {', '.join(SUFFIXES)}, got {path.suffix!r}")
+    if path.suffix.lower() == ".parquet":
+        if b"tactogram" in (_parquet(path).schema.metadata or {}):
+            return RatingsTable(read_ratings(path), {})
+        headings, rows = _parquet_rows(_parquet(path))
+    else:
+        headings, rows = _text_rows(path, columns.encoding)
+    return _Reader(path, scale, columns, headings).read(rows)
+
+
+def write_table(path: Path, ratings: Ratings, *, form: Form = "long") -> None:
+    """Write a table that `read_table` reads, beside first and then renamed; Parquet is always long.
+
+    Raises
+    ------
+    ParameterError
+        For another suffix or form.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES or form not in ("long", "wide"):
+        raise ParameterError(
+            f"a table of ratings must be {', '.join(SUFFIXES)}, long or wide, got {path.name} {form}"
+        )
+    if suffix == ".parquet":
+        write_ratings(path, ratings)
+        return
+    rows = _long(ratings) if form == "long" else _wide(ratings)
+    part = path.with_name(f"{path.name}.part-{os.getpid()}")
+    try:
+        with part.open("w", encoding="utf-8", newline="") as file:
+            csv.writer(file, delimiter="\t" if suffix == ".tsv" else ",").writerows(rows)
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+class _Reader:
+    """Finds the columns of one table, and reads its rows."""
+
+    def __init__(self, path: Path, scale: Scale, columns: Columns, headings: Sequence[str]) -> None:
+        self.path, self.scale, self.columns = path, scale, columns
+        self.headings = [heading.strip() for heading in headings]
+        self.place: dict[str, int] = {}
+        theirs = {heading: ours for ours, heading in columns.named.items()}
+        for number, heading in enumerate(self.headings):
+            if heading in columns.ignored:
+                continue
+            name = theirs.get(heading) or self._own(heading)
+            if name is None:
+                raise DataError(
+                    f"{path}: column {number + 1} {heading!r} is no word and none of {', '.join(NAMED)}; "
+                    "--set column.NAME=HEADING says what it is, --set ignore=HEADING leaves it out"
+                )
+            if name in self.place:
+                raise DataError(f"{path}: columns {self.place[name] + 1} and {number + 1} both are {name!r}")
+            self.place[name] = number
+        self.words = [word for word in columns.asked if word in self.place]
+        self.wide = bool(self.words)
+        for ours, heading in columns.named.items():
+            if ours not in self.place:
+                raise DataError(f"{path}: has no column {heading!r}, but {self._held()}")
+        self._check()
+
+    def _own(self, heading: str) -> str | None:
+        lower = heading.casefold()
+        return lower if lower in NAMED and lower not in self.columns.named else self.columns.word(heading)
+
+    def _held(self) -> str:
+        return ", ".join(self.headings) or "none"
+
+    def _check(self) -> None:
+        if self.wide and ("word" in self.place or "score" in self.place):
+            raise DataError(
+                f"{self.path}: must have columns word and score, or a column per word, got both: {self._held()}"
+            )
+        needed = ("rater", "item", *(self.columns.asked if self.wide else ("word", "score")))
+        if missing := [name for name in needed if name not in self.place]:
+            hint = (
+                "--set words=A,B says which were asked" if self.wide else "--set column.NAME=HEADING names it"
+            )
+            raise DataError(f"{self.path}: lacks the column {', '.join(missing)}, has {self._held()}; {hint}")
+
+    def read(self, rows: Iterator[tuple[int, list[str]]]) -> RatingsTable:
+        blank: Counter[str] = Counter()
+        found: list[tuple[int, str, str, str, float, int, str]] = []
+        count = 0
+        for number, cells in rows:
+            count += 1
+            where = f"{self.path}: row {number}"
+            if len(cells) != len(self.headings):
+                raise DataError(f"{where}: must have {len(self.headings)} cells, got {len(cells)}")
+            rater, item = self._filled(where, "rater", cells), self._filled(where, "item", cells)
+            item = self.columns.item.format(item)
+            order, session = self._order(where, cells), self._cell("session", cells)
+            for word, text in self._scores(where, cells):
+                if text.casefold() in MISSING:
+                    blank[rater] += 1
+                else:
+                    score = finite_number(f"{where} ({rater}, {item}, {word})", "score", text)
+                    found.append((number, rater, item, word, score, order, session))
+        if not found:
+            rest = f"score in any of its rows ({count})" if count else "row below its headings"
+            raise DataError(f"{self.path}: holds no {rest}")
+        numbers, raters, items, words, scores, orders, sessions = zip(*found, strict=True)
+        asked = self.columns.words or (
+            self.columns.asked if self.wide else tuple(word for word in WORDS if word in set(words))
+        )
+        table = f"{self.path}: "
+        check_rows(raters, items, words, scores, sessions, asked, self.scale, rows=numbers, table=table)
+        ratings = Ratings(
+            raters, items, words, np.array(scores), self.scale, np.array(orders), sessions, words=asked
+        )
+        return RatingsTable(ratings, dict(sorted(blank.items())))
+
+    def _scores(self, where: str, cells: Sequence[str]) -> Iterator[tuple[str, str]]:
+        if self.wide:
+            for word in self.words:
+                yield word, cells[self.place[word]].strip()
+            return
+        text = self._filled(where, "word", cells)
+        named = self.columns.word(text)
+        if named is None:
+            raise DataError(f"{where}: word must be one of {', '.join(self.columns.asked)}, got {text!r}")
+        yield named, self._cell("score", cells)
+
+    def _cell(self, name: str, cells: Sequence[str]) -> str:
+        return cells[self.place[name]].strip() if name in self.place else ""
+
+    def _filled(self, where: str, name: str, cells: Sequence[str]) -> str:
+        text = self._cell(name, cells)
+        if not text:
+            raise DataError(f"{where}: {name} must not be empty")
+        return text
+
+    def _order(self, where: str, cells: Sequence[str]) -> int:
+        text = self._cell("order", cells)
+        if not text:
+            return -1
+        order = finite_number(where, "order", text)
+        if order < 1 or order != int(order):
+            raise DataError(f"{where}: order must be a whole number from 1, got {text!r}")
+        return int(order)
+
+
+def _text_rows(path: Path, encoding: str) -> tuple[list[str], Iterator[tuple[int, list[str]]]]:
+    """Return the headings, and the rows that are not empty with their numbers as a spreadsheet shows them."""
+    try:
+        text = path.read_bytes().decode(encoding)
+    except OSError as error:
+        raise DataError(f"{path}: not readable: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        name = "UTF-8" if encoding == "utf-8-sig" else encoding
+        raise DataError(
+            f"{path}: must be {name} text, got the byte {error.object[error.start]:#04x} at {error.start}; "
+            "--set encoding=cp932 reads what Japanese Excel writes"
+        ) from error
+    first = text.partition("\n")[0]
+    divider = "\t" if path.suffix.lower() == ".tsv" else max(",;\t", key=first.count)
+    try:
+        rows = list(csv.reader(StringIO(text, newline=""), delimiter=divider, strict=True))
+    except csv.Error as error:
+        raise DataError(f"{path}: not a table: {error}") from error
+    if not rows or not any(cell.strip() for cell in rows[0]):
+        raise DataError(f"{path}: must begin with a row of headings, got none")
+    return rows[0], ((n, row) for n, row in enumerate(rows[1:], 2) if any(cell.strip() for cell in row))
+
+
+def _parquet(path: Path) -> pa.Table:
+    try:
+        return pq.read_table(path)
+    except (OSError, pa.ArrowException) as error:
+        raise DataError(f"{path}: not a readable Parquet file: {error}") from error
+
+
+def _parquet_rows(table: pa.Table) -> tuple[list[str], Iterator[tuple[int, list[str]]]]:
+    """Return the columns' names, and the rows from 1 as text."""
+    lists = [[_text(value) for value in column.to_pylist()] for column in table.columns]
+    return table.column_names, ((n, list(row)) for n, row in enumerate(zip(*lists, strict=True), 1))
+
+
+def _text(value: Any) -> str:
+    """Return a cell as a spreadsheet shows it: 3.0 and 3 are the same score, rater or item."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return str(int(value))
+    return repr(int(value)) if isinstance(value, float) and value.is_integer() else str(value)
+
+
+def _long(ratings: Ratings) -> Iterator[list[Any]]:
+    yield list(NAMED)
+    orders = np.asarray(ratings.order).tolist()
+    columns = (ratings.rater, ratings.item, ratings.word, ratings.score.tolist(), orders, ratings.session)
+    for rater, item, word, score, order, session in zip(*columns, strict=True):
+        yield [rater, item, word, _text(score), order if order > 0 else "", session]
+
+
+def _wide(ratings: Ratings) -> Iterator[list[Any]]:
+    yield ["rater", "item", "order", "session", *ratings.words]
+    met: dict[tuple[str, str, str, int], dict[str, float]] = {}
+    orders = np.asarray(ratings.order).tolist()
+    for key in zip(
+        ratings.rater,
+        ratings.item,
+        ratings.session,
+        orders,
+        ratings.word,
+        ratings.score.tolist(),
+        strict=True,
+    ):
+        met.setdefault(key[:4], {})[key[4]] = key[5]
+    for (rater, item, session, order), scores in met.items():
+        cells = [_text(scores[word]) if word in scores else "" for word in ratings.words]
+        yield [rater, item, order if order > 0 else "", session, *cells]

@@ -1,0 +1,245 @@
+"""Many small shards into few large ones: what a recording session leaves, a shard per take, is quick to open again.
+
+The recordings stay as they are, in their order, and with them ids, splits and the store's sha256. New shards are
+written beside the old ones and checked, sample by sample; then ``dataset.json`` is replaced, at once; then the old ones
+go. Until then a kill leaves the old store, from then on the new one; what else it leaves is noted and removed by the
+next (`tactogram.datasets.store.pending`). Whoever has the store open goes on reading (`Store`).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+
+from tactogram.datasets.recording import content_id
+from tactogram.datasets.store import shard_writing
+from tactogram.datasets.store.index import Places
+from tactogram.datasets.store.layout import FACTS, Facts, StoredFile, file_hash, schema
+from tactogram.datasets.store.parquet import let_go, opened, plain_parquet, stored_file
+from tactogram.datasets.store.pending import NewFiles, clear_unfinished, replacing, to_disk
+from tactogram.datasets.store.store import Store, ids_problem, open_store
+from tactogram.errors import DataError
+
+SMALL = 0.5
+"""A shard with less than this share of what one may hold is small, and goes together with its neighbours."""
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Compacted:
+    """What became of a store's shards."""
+
+    recordings: int
+    shards_before: int
+    shards: int
+    bytes_before: int
+    bytes: int
+    rewritten: int
+    """Old shards whose recordings stand in new ones."""
+    cleared: int
+    """Files that a killed process had left."""
+
+
+def compact(path: Path | str, *, progress: Progress | None = None) -> Compacted:
+    """Write runs of small shards of the store at ``path`` anew, as few large ones.
+
+    Parameters
+    ----------
+    path : Path
+    progress : callable, optional
+        Called with the number of recordings checked and their total.
+
+    Raises
+    ------
+    DataError
+        If something in the store is damaged, or somebody adds to it at the same time; it is as it was then.
+    OSError
+        If the disk is full: all that is rewritten stands there twice for a while.
+    """
+    path = Path(path)
+    store = open_store(path)
+    cleared = clear_unfinished(path)
+    facts = store.facts
+    runs = list(_runs(facts.shards))
+    old = [shard for run in runs if len(run) > 1 for shard in run]
+    if not old:
+        return _result(facts, facts, 0, len(cleared))
+    if problem := ids_problem(store):
+        raise DataError(f"{problem}; nothing was changed, see data check")
+    files = NewFiles(path, adding=True, durable=True, purpose="compacting")
+    named = ""
+    try:
+        new = _written(store, runs, files)
+        named = new.ids
+        _check(store, Store(path, new), runs, progress)
+        # What goes is noted before: a kill may come between the two.
+        files.note(*(path / shard.file for shard in old), path / facts.ids)
+        part = path / f"{FACTS}.part-{os.getpid()}"
+        files.begin(part)
+        part.write_text(new.text(), encoding="utf-8")
+        files.to_disk()
+        with replacing(path):
+            if Facts.load(path) != facts:
+                raise DataError(  # noqa: TRY301
+                    f"{path} was changed by another process; nothing was changed here, repeat it"
+                )
+            part.replace(path / FACTS)
+        to_disk(path)
+    except BaseException:
+        # An interrupt may come when it was just replaced: what it names stays.
+        if Facts.load(path).ids != named:
+            files.remove()
+            files.forget_notes()
+        raise
+    kept = False
+    for name in (*(shard.file for shard in old), facts.ids):
+        try:
+            (path / name).unlink(missing_ok=True)
+        except OSError:
+            # Open elsewhere, on a system that then keeps it: it stays noted, and the next removes it.
+            kept = True
+    if not kept:
+        files.forget_notes()
+    return _result(facts, new, len(old), len(cleared))
+
+
+def _result(before: Facts, after: Facts, rewritten: int, cleared: int) -> Compacted:
+    return Compacted(
+        recordings=after.rows,
+        shards_before=len(before.shards),
+        shards=len(after.shards),
+        bytes_before=sum(shard.bytes for shard in before.shards),
+        bytes=sum(shard.bytes for shard in after.shards),
+        rewritten=rewritten,
+        cleared=cleared,
+    )
+
+
+def _runs(shards: Sequence[StoredFile]) -> Iterator[list[StoredFile]]:
+    """Return the shards in their order: small neighbours together, each of the others alone."""
+    for small, run in groupby(shards, _is_small):
+        if small:
+            yield list(run)
+        else:
+            yield from ([shard] for shard in run)
+
+
+def _is_small(shard: StoredFile) -> bool:
+    return shard.bytes < SMALL * shard_writing.SHARD_BYTES and shard.rows < SMALL * shard_writing.SHARD_ROWS
+
+
+def _written(store: Store, runs: Sequence[Sequence[StoredFile]], files: NewFiles) -> Facts:
+    """Write the new shards and the new list of ids, and return what ``dataset.json`` shall say."""
+    facts, columns = store.facts, schema(store.streams)
+    shards: list[StoredFile] = []
+    for run in runs:
+        if len(run) == 1:
+            shards += run
+            continue
+        tables = (
+            _whole(table, columns) for shard in run for table in _groups(store.path / shard.file, shard)
+        )
+        shards += _merged(tables, columns, files, first=len(shards))
+    old, new = Places(facts.shards, store._ids), Places(tuple(shards), store._ids)
+    ids = np.array(store._ids)
+    place = np.array(old.begins)[ids["shard"]] + ids["row"]
+    ids["shard"] = np.searchsorted(new.ends, place, side="right")
+    ids["row"] = place - np.array(new.begins)[ids["shard"]]
+    # Not under the name of the list that stands: that is what a kill now leaves in use.
+    name = f"ids-{facts.sha256[:16]}-{os.urandom(4).hex()}.npy"
+    files.begin(store.path / name)
+    with (store.path / name).open("wb") as file:
+        np.save(file, ids, allow_pickle=False)
+    return replace(facts, shards=new.shards, ids=name)
+
+
+def _check(
+    store: Store, written: Store, runs: Sequence[Sequence[StoredFile]], progress: Progress | None
+) -> None:
+    """Read every recording that was written anew, and compare it with what it was."""
+    total = sum(shard.rows for run in runs if len(run) > 1 for shard in run)
+    done = end = 0
+    for run in runs:
+        begin, end = end, end + sum(shard.rows for shard in run)
+        for place in range(begin, end) if len(run) > 1 else ():
+            was, now = store.index[place], written.index[place]
+            streams = {name: written.signal(was.id, name) for name in written.streams_of(was.id)}
+            same_picture = store.image_id(was.id) == written.image_id(was.id)
+            if was != now or not same_picture or content_id(streams) != was.id:
+                raise DataError(
+                    f"{store.path}: {was.source or was.id} would not be what it was; nothing was changed, see data "
+                    "check"
+                )
+            done += 1
+            if progress is not None:
+                progress(done, total)
+
+
+def _groups(path: Path, stored: StoredFile) -> Iterator[pa.Table]:
+    """Yield the row groups of a shard, one at a time in memory.
+
+    Raises
+    ------
+    DataError
+        If it is not as it was written: what is written anew has a hash of its own, by which no damage would show.
+    """
+    file = opened(path, stored)
+    if file_hash(path) != stored.sha256:
+        raise DataError(
+            f"{path}: changed since it was written (sha256 differs); nothing was changed, see data check"
+        )
+    for number in range(file.num_row_groups):
+        yield file.read_row_group(number)
+
+
+def _whole(table: pa.Table, columns: pa.Schema) -> pa.Table:
+    """Return ``table`` with all columns of a store: null where its shard has no such stream or axis."""
+    there = set(table.column_names)
+    arrays = [
+        table[column.name] if column.name in there else pa.nulls(len(table), column.type)
+        for column in columns
+    ]
+    return pa.Table.from_arrays(arrays, schema=columns)
+
+
+def _merged(
+    tables: Iterator[pa.Table], columns: pa.Schema, files: NewFiles, *, first: int
+) -> Iterator[StoredFile]:
+    """Write row groups into shards of full size, numbered from ``first``, and yield each when it is complete."""
+    path, file, rows, size = files.folder, None, 0, 0
+    try:
+        for group in _gathered(tables):
+            if file is None:
+                path = files.parquet("shard", first)
+                file = plain_parquet(path, columns)
+            file.write_table(group, row_group_size=len(group))
+            rows, size = rows + len(group), size + group.nbytes
+            if size >= shard_writing.SHARD_BYTES or rows >= shard_writing.SHARD_ROWS:
+                file.close()
+                yield stored_file(path, rows)
+                file, rows, size, first = None, 0, 0, first + 1
+        if file is not None:
+            file.close()
+            yield stored_file(path, rows)
+    finally:
+        let_go(file)
+
+
+def _gathered(tables: Iterator[pa.Table]) -> Iterator[pa.Table]:
+    """Yield tables of about the size of a row group, each of one chunk: one page per column."""
+    held: list[pa.Table] = []
+    for table in tables:
+        size, rows = (sum(sizes) for sizes in zip(*((t.nbytes, len(t)) for t in [*held, table]), strict=True))
+        if held and (size > shard_writing.GROUP_BYTES or rows > shard_writing.GROUP_ROWS):
+            yield pa.concat_tables(held).combine_chunks()
+            held = []
+        held.append(table)
+    if held:
+        yield pa.concat_tables(held).combine_chunks()

@@ -1,0 +1,366 @@
+"""The store: recordings on disk, of which only what is asked for is read."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import fields
+from functools import cached_property, wraps
+from itertools import islice
+from pathlib import Path
+from typing import Concatenate, ParamSpec, TypeVar, overload
+
+import numpy as np
+
+from tactogram.datasets.ratings.files import read_ratings
+from tactogram.datasets.ratings.ratings import Ratings
+from tactogram.datasets.recording import Recording, RecordingInfo, content_id
+from tactogram.datasets.store.index import Places, places_of
+from tactogram.datasets.store.layout import (
+    Facts,
+    StreamFacts,
+    axis_column,
+    facts_hash,
+    file_hash,
+    store_hash,
+)
+from tactogram.datasets.store.parquet import GoneError
+from tactogram.datasets.store.photographs import Photograph, image_key
+from tactogram.datasets.store.shard_reading import Shard
+from tactogram.datasets.store.stored_photographs import StoredPhotographs
+from tactogram.errors import ParameterError, TactogramError
+from tactogram.signal import Image, Signal
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def open_store(path: Path | str) -> Store:
+    """Open the store in folder ``path``; reads ``dataset.json`` only.
+
+    Raises
+    ------
+    DataError
+        If it is no store, or one of a format version that is not known.
+    """
+    return Store(Path(path))
+
+
+def _following(read: Callable[Concatenate[Store, P], T]) -> Callable[Concatenate[Store, P], T]:
+    """Let a method of a store read once more where the shards were written anew while it was open (`compacting`)."""
+
+    @wraps(read)
+    def again(self: Store, /, *args: P.args, **kwargs: P.kwargs) -> T:
+        try:
+            return read(self, *args, **kwargs)
+        except GoneError:
+            if not self._follow():
+                raise
+            return read(self, *args, **kwargs)
+
+    return again
+
+
+class Store:
+    """Recordings on disk. Made by `create_store` or an import, opened by `open_store`.
+
+    Attributes
+    ----------
+    path : Path
+    facts : Facts
+        What ``dataset.json`` says: name, licence, shards, duplicates met, files skipped.
+    index : sequence of RecordingInfo
+        What is known of each recording, read lazily, in the order they were put in.
+
+    Parameters
+    ----------
+    path : Path
+    facts : Facts, optional
+        Instead of what ``dataset.json`` says: what it is about to say (`compacting`).
+
+    Notes
+    -----
+    It holds what it held when it was opened, even if its shards are written anew meanwhile.
+    """
+
+    def __init__(self, path: Path, facts: Facts | None = None) -> None:
+        self.path = path
+        self.facts = Facts.load(path) if facts is None else facts
+        self.index: Sequence[RecordingInfo] = _Index(self)
+        try:
+            self._places = places_of(path, self.facts)
+        except GoneError:
+            # dataset.json was replaced since it was read, and then the list of ids removed.
+            self.facts = Facts.load(path)
+            self._places = places_of(path, self.facts)
+        self._photographs = StoredPhotographs(path, self.facts.images)
+        self._count = self.facts.rows
+
+    def __reduce__(self) -> tuple[Callable[[Path | str], Store], tuple[Path]]:
+        """Pickle as the path: another process opens it for itself."""
+        return open_store, (self.path,)
+
+    def __len__(self) -> int:
+        """Return the number of recordings."""
+        return self._count
+
+    def __contains__(self, id: object) -> bool:
+        """Say whether a recording of this id is in it."""
+        return isinstance(id, str) and self._places.find(id) is not None
+
+    @property
+    def name(self) -> str:
+        """What the data set is called."""
+        return self.facts.name
+
+    @property
+    def licence(self) -> str:
+        """What its source says about its use."""
+        return self.facts.licence
+
+    @property
+    def simulated(self) -> bool:
+        """Whether any of it was made by a formula."""
+        return self.facts.simulated
+
+    @property
+    def sha256(self) -> str:
+        """Hash of all samples, photographs and labels: the identity of the data, whatever its order."""
+        return self.facts.sha256
+
+    @property
+    def streams(self) -> Mapping[str, StreamFacts]:
+        """Unit, domain and axes of each stream."""
+        return self.facts.streams
+
+    @property
+    def _ids(self) -> np.ndarray:
+        return self._places.ids
+
+    @cached_property
+    def ratings(self) -> Ratings | None:
+        """What people said of its items; None where nothing was rated."""
+        stored = self.facts.ratings
+        return None if stored is None else read_ratings(self.path / stored.file)
+
+    @_following
+    def info(self, id: str) -> RecordingInfo:
+        """Return what is known of one recording."""
+        shard, row = self._locate(id)
+        return shard.infos[row]
+
+    @_following
+    def streams_of(self, id: str) -> tuple[str, ...]:
+        """Return the names of the streams that one recording has."""
+        shard, row = self._locate(id)
+        return tuple(name for name in self.streams if shard.has(name, row))
+
+    @_following
+    def length(self, id: str, stream: str) -> int:
+        """Return the number of samples per axis."""
+        shard, row = self._stream(id, stream)
+        return int(shard.lengths[stream][row])
+
+    @_following
+    def rate(self, id: str, stream: str) -> float:
+        """Return the rate in Hz, or samples per mm for a stream over displacement."""
+        shard, row = self._stream(id, stream)
+        return float(shard.rates[stream][row])
+
+    @_following
+    def signal(self, id: str, stream: str, *, start: int = 0, stop: int | None = None) -> Signal:
+        """Return samples ``start`` to ``stop`` (as in a slice) of one stream; nothing else is read.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such recording or stream, or the slice is empty.
+        DataError
+            If the shard is damaged.
+        """
+        shard, row = self._stream(id, stream)
+        length = int(shard.lengths[stream][row])
+        first, last, _ = slice(start, stop).indices(length)
+        if last <= first:
+            raise ParameterError(f"samples must lie in 0 to {length} of {id}, got {start} to {stop}")
+        facts, axes = self.streams[stream], shard.axes[stream][row]
+        samples = np.stack([shard.read(axis_column(stream, axis), row, first, last) for axis in axes])
+        samples.flags.writeable = False
+        rate = float(shard.rates[stream][row])
+        return Signal(samples, rate, facts.unit, axes, "time" if facts.domain == "time" else "displacement")
+
+    def read(self, id: str) -> Recording:
+        """Return a whole recording, photograph included."""
+        info = self.info(id)
+        streams = {name: self.signal(id, name) for name in self.streams_of(id)}
+        values = {f.name: getattr(info, f.name) for f in fields(RecordingInfo)}
+        return Recording(streams=streams, image=self.image(id), **values)
+
+    @_following
+    def image(self, id: str) -> Image | None:
+        """Return the photograph of one recording, or None."""
+        shard, row = self._locate(id)
+        key = shard.images[row]
+        return None if key is None else self.photograph(key)
+
+    @_following
+    def image_id(self, id: str) -> str | None:
+        """Return the key of the photograph of one recording: the same key, the same picture."""
+        shard, row = self._locate(id)
+        return shard.images[row]
+
+    def photograph(self, key: str) -> Image:
+        """Return the photograph of this key; the last few asked for are kept unpacked."""
+        return self._photographs.image(key)
+
+    def photograph_size(self, key: str) -> tuple[int, int]:
+        """Return rows and columns of the photograph of this key, without keeping it."""
+        return self._photographs.size(key)
+
+    def photograph_keys(self) -> tuple[str, ...]:
+        """Return the keys of all photographs."""
+        return self._photographs.keys
+
+    def photographs_of(self, material: str) -> tuple[str, ...]:
+        """Return the keys of all photographs of a material, sorted: its own and those of its recordings."""
+        return self.photographs_by_material.get(material, ())
+
+    @cached_property
+    @_following
+    def photographs_by_material(self) -> Mapping[str, tuple[str, ...]]:
+        """The keys of all photographs of each material that has any, sorted: its own and those of its recordings."""
+        keys: dict[str, set[str]] = {material: set(held) for material, held in self.facts.photographs.items()}
+        places = self._places
+        shards = (self._shard(places, number) for number in range(len(places.shards)))
+        rows = (row for shard in shards for row in zip(shard.infos, shard.images, strict=True))
+        for info, key in islice(rows, len(self)):
+            if info.material is not None and key is not None:
+                keys.setdefault(info.material, set()).add(key)
+        return {material: tuple(sorted(held)) for material, held in sorted(keys.items())}
+
+    def holds(self, recording: Recording, photograph: Photograph | None = None) -> bool:
+        """Say whether it has this recording, with all that is known of it.
+
+        ``photograph`` stands for ``recording.image`` where that is None.
+        """
+        place = self._places.rank(recording.id)
+        if recording.image is not None:
+            key: str | None = image_key(recording.image)
+        else:
+            key = None if photograph is None else photograph.key
+        return place is not None and bool(self._ids["facts"][place] == facts_hash(recording, key))
+
+    def _locate(self, id: str) -> tuple[Shard, int]:
+        places = self._places
+        found = places.find(id)
+        if found is None:
+            raise ParameterError(f"recording must be one of the {len(self)} in {self.path}, got {id!r}")
+        return self._shard(places, found[0]), found[1]
+
+    def _stream(self, id: str, stream: str) -> tuple[Shard, int]:
+        shard, row = self._locate(id)
+        if stream not in self.streams or not shard.has(stream, row):
+            raise ParameterError(
+                f"stream of {id} must be one of {', '.join(self.streams_of(id))}, got {stream!r}"
+            )
+        return shard, row
+
+    @_following
+    def _info_at(self, place: int) -> RecordingInfo:
+        places = self._places
+        number = bisect_right(places.ends, place)
+        return self._shard(places, number).infos[place - places.begins[number]]
+
+    def _shard(self, places: Places, number: int) -> Shard:
+        if number not in places.opened:
+            stored = places.shards[number]
+            places.opened[number] = Shard(self.path / stored.file, stored, self.streams)
+        return places.opened[number]
+
+    def _follow(self) -> bool:
+        """Go on with the shards that ``dataset.json`` names now; False if those are the ones that were known.
+
+        Recordings stay in their order, and further ones come behind them: what is behind is none of this store's.
+        """
+        facts, count = Facts.load(self.path), len(self)
+        if facts.shards == self._places.shards or facts.rows < count:
+            return False
+        self._places = places_of(self.path, facts).first(count)
+        return True
+
+
+class _Index(Sequence[RecordingInfo]):
+    """What is known of every recording, read shard by shard when asked for."""
+
+    def __init__(self, store: Store) -> None:
+        self._store = store
+
+    def __len__(self) -> int:
+        return len(self._store)
+
+    @overload
+    def __getitem__(self, place: int) -> RecordingInfo: ...
+    @overload
+    def __getitem__(self, place: slice) -> Sequence[RecordingInfo]: ...
+    def __getitem__(self, place: int | slice) -> RecordingInfo | Sequence[RecordingInfo]:
+        if isinstance(place, slice):
+            return [self[i] for i in range(*place.indices(len(self)))]
+        if not -len(self) <= place < len(self):
+            raise IndexError(f"index must be below {len(self)}, got {place}")
+        return self._store._info_at(place % len(self))
+
+    def __iter__(self) -> Iterator[RecordingInfo]:
+        for place in range(len(self)):
+            yield self._store._info_at(place)
+
+
+def ids_problem(store: Store) -> str | None:
+    """Return what is wrong with the list of ids and of photographs of a store, None if it is as it was written."""
+    facts = store.facts
+    whole = len(store._ids) == facts.rows
+    if whole and store_hash(store._ids, facts.photographs, facts.ratings_sha256) == facts.sha256:
+        return None
+    return f"{store.path / facts.ids}: is not the list of ids, or of photographs, that was written"
+
+
+def problems(store: Store, *, progress: Callable[[int, int], None] | None = None) -> list[str]:
+    """Return what is wrong with a store, one line each: none when every byte is as it was written.
+
+    Every file is hashed, every recording read, and its id computed anew from its samples.
+
+    Parameters
+    ----------
+    store : Store
+    progress : callable, optional
+        Called with the number of recordings checked and their total.
+    """
+    found = []
+    rated = () if store.facts.ratings is None else (store.facts.ratings,)
+    for stored in (*store.facts.shards, *store.facts.images, *rated):
+        path = store.path / stored.file
+        if not path.is_file():
+            found.append(f"{path}: missing; import the data again")
+        elif path.stat().st_size != stored.bytes or file_hash(path) != stored.sha256:
+            found.append(f"{path}: changed since it was written (sha256 differs); import the data again")
+    if problem := ids_problem(store):
+        found.append(problem)
+    if found:
+        return found
+    pictures: set[str | None] = {key for held in store.facts.photographs.values() for key in held}
+    for done, info in enumerate(store.index, 1):
+        try:
+            streams = {name: store.signal(info.id, name) for name in store.streams_of(info.id)}
+            if content_id(streams) != info.id:
+                found.append(f"{info.source}: samples of {info.id} are not those that gave it its id")
+            pictures.add(store.image_id(info.id))
+        except TactogramError as error:
+            found.append(str(error))
+        if progress is not None:
+            progress(done, len(store))
+    for key in sorted(pictures - {None}, key=str):
+        try:
+            if image_key(store.photograph(str(key))) != key:
+                found.append(f"{store.path}: photograph {key} shows something else than when it was stored")
+        except TactogramError as error:
+            found.append(str(error))
+    return found

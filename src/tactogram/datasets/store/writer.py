@@ -1,0 +1,267 @@
+"""The writer of a store: takes recordings, photographs and ratings, and makes them a store at once or not at all."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+from tactogram.datasets.ratings.files import write_ratings
+from tactogram.datasets.ratings.ratings import Ratings, item_of
+from tactogram.datasets.recording import Recording, content_id
+from tactogram.datasets.store.layout import FACTS, ID_TABLE, Facts, StoredFile, facts_hash, store_hash
+from tactogram.datasets.store.parquet import stored_file
+from tactogram.datasets.store.pending import NewFiles, await_replaced, to_disk
+from tactogram.datasets.store.photographs import Photograph, image_key, photograph_of
+from tactogram.datasets.store.shard_writing import ShardWriter
+from tactogram.datasets.store.store import Store
+from tactogram.datasets.store.stored_photographs import PhotographWriter
+from tactogram.errors import DataError
+from tactogram.signal import Image
+
+
+class StoreWriter:
+    """Takes recordings one by one and writes shards.
+
+    Leaving its ``with`` block without `publish` or `finish` removes all that was written.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the files go.
+    facts : Facts
+        What is there already.
+    store : Store or None
+        The store that ``facts`` are of; None for a new one.
+    durable : bool
+        Whether what is written shall outlast a pulled plug (`tactogram.datasets.store.appending`).
+    """
+
+    def __init__(self, folder: Path, facts: Facts, store: Store | None, *, durable: bool = False) -> None:
+        self.folder, self.facts = folder, facts
+        self.added = 0
+        self.duplicates = list(facts.duplicates)
+        self.skipped = list(facts.skipped)
+        self.ratings: Ratings | None = None
+        """To be written with the rest; None leaves those that are there."""
+        self.photographs = {material: dict(held) for material, held in facts.photographs.items()}
+        self._store = store
+        self._files = NewFiles(folder, adding=store is not None, durable=durable)
+        self._shards = ShardWriter(self._files, facts.streams, facts.shards)
+        pictures = () if store is None else store.photograph_keys()
+        self._pictures = PhotographWriter(self._files, facts.images, pictures)
+        self._ids: list[tuple[bytes, bytes, int, int]] = []
+        self._items: set[str] = set()
+        self._seen: dict[str, tuple[str | None, str]] = {}
+        self._simulated = facts.simulated
+        self._done = False
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Remove what was written, unless it was finished."""
+        self._shards.abandon()
+        self._pictures.abandon()
+        if not self._done:
+            self._files.remove()
+        self._files.forget_notes()
+
+    def add(self, recording: Recording, photograph: Photograph | None = None) -> bool:
+        """Take one recording; False if its samples were there already.
+
+        Parameters
+        ----------
+        recording : Recording
+        photograph : Photograph, optional
+            Stands for ``recording.image`` where that is None.
+
+        Raises
+        ------
+        DataError
+            If it cannot stand beside the others: another unit, or the same samples of another material or item.
+        """
+        where = recording.source or recording.id
+        if recording.id != content_id(recording.streams):
+            raise DataError(f"{where}: id must follow from the samples, got {recording.id!r}; leave it empty")
+        kept = self._met(recording.id)
+        if kept is not None:
+            if kept[0] != item_of(recording):
+                raise DataError(
+                    f"{where}: the same samples as {kept[1]}, but called {item_of(recording)!r} here "
+                    f"and {kept[0]!r} there; leave one out"
+                )
+            self.duplicates.append({"id": recording.id, "kept": kept[1], "dropped": where})
+            return False
+        self._shards.widen(recording, where)
+        key = self._keep_picture(recording, photograph)
+        self._seen[recording.id] = (item_of(recording), where)
+        if item := item_of(recording):
+            self._items.add(item)
+        self._simulated |= recording.simulated
+        place = self._shards.add(recording, key)
+        self._ids.append((recording.id.encode(), facts_hash(recording, key), *place))
+        self.added += 1
+        return True
+
+    def add_photograph(self, photograph: Photograph | Image, material: str, *, source: str = "") -> bool:
+        """Take a photograph of a material that is not of one recording; False if it was there already.
+
+        Parameters
+        ----------
+        photograph : Photograph or Image
+        material : str
+            What it shows. There need be no recording of it.
+        source : str
+            Where it came from, as a path relative to the imported folder.
+
+        Raises
+        ------
+        DataError
+            If the material has no name, or the same picture is said to show another one.
+        """
+        if not material:
+            raise DataError(f"{source or 'a photograph'}: must name the material it shows, got none")
+        if isinstance(photograph, Image):
+            photograph = photograph_of(photograph)
+        key = photograph.key
+        for other, held in self.photographs.items():
+            if key in held and other != material:
+                raise DataError(
+                    f"{source or key}: the same picture as {held[key] or key}, but called {material!r} here and "
+                    f"{other!r} there; leave one out"
+                )
+        if key in self.photographs.get(material, {}):
+            return False
+        self._pictures.add(photograph)
+        self.photographs.setdefault(material, {})[key] = source
+        self.added += 1
+        return True
+
+    @property
+    def items(self) -> frozenset[str]:
+        """What may be rated: all that was taken, and all that was there."""
+        there = [] if self._store is None else [item_of(info) for info in self._store.index]
+        return frozenset({*self._items, *self.photographs, *(item for item in there if item)})
+
+    def finish(self) -> Facts:
+        """Close all files and write ``dataset.json``, which makes the folder a store.
+
+        Raises
+        ------
+        DataError
+            If there is nothing to write, something was rated that is not there, or the store was changed meanwhile.
+        """
+        self._shards.close()
+        self._pictures.close()
+        if not self._shards.shards and not self.photographs:
+            raise DataError("no recordings and no photographs: nothing was written")
+        rated, rated_hash = self.facts.ratings, self.facts.ratings_sha256
+        if self.ratings is not None:
+            rated, rated_hash = self._save_ratings(self.ratings), self.ratings.sha256
+        ids = np.array(self._ids, ID_TABLE)
+        if self._store is not None:
+            ids = np.concatenate([self._store._ids, ids])
+        ids.sort(order="id")
+        sha256 = store_hash(ids, self.photographs, rated_hash)
+        ids_file = f"ids-{sha256[:16]}.npy"
+        self._save_ids(ids, self.folder / ids_file)
+        facts = replace(
+            self.facts,
+            simulated=self._simulated,
+            sha256=sha256,
+            streams=self._shards.streams,
+            shards=tuple(self._shards.shards),
+            images=tuple(self._pictures.images),
+            ids=ids_file,
+            duplicates=tuple(self.duplicates),
+            skipped=tuple(self.skipped),
+            photographs=self.photographs,
+            ratings=rated,
+            ratings_sha256=rated_hash,
+        )
+        if self._store is not None:
+            await_replaced(self.folder)
+        if self._store is not None and Facts.load(self.folder) != self.facts:
+            raise DataError(f"{self.folder} was changed by another process; open it again and repeat")
+        part = self.folder / f"{FACTS}.part-{os.getpid()}"
+        self._files.begin(part)
+        part.write_text(facts.text(), encoding="utf-8")
+        if self._files.durable:
+            self._files.to_disk()
+        part.replace(self.folder / FACTS)
+        if self._files.durable:
+            to_disk(self.folder)
+        self._done = True
+        if self._store is not None and self.facts.ids != ids_file:
+            (self.folder / self.facts.ids).unlink(missing_ok=True)
+        if self.facts.ratings is not None and self.facts.ratings != rated:
+            (self.folder / self.facts.ratings.file).unlink(missing_ok=True)
+        return facts
+
+    def publish(self, path: Path) -> Facts:
+        """Finish, and give the folder its name.
+
+        Raises
+        ------
+        DataError
+            As `finish`; or if ``path`` cannot be made.
+        """
+        facts = self.finish()
+        self._done = False
+        try:
+            self.folder.rename(path)
+        except OSError as error:
+            raise DataError(f"{path} cannot be made: {error.strerror}") from error
+        if self._files.durable:
+            to_disk(path.parent)
+        self._done = True
+        return facts
+
+    def _met(self, id: str) -> tuple[str | None, str] | None:
+        if id in self._seen:
+            return self._seen[id]
+        if self._store is not None and id in self._store:
+            info = self._store.info(id)
+            return item_of(info), info.source or id
+        return None
+
+    def _save_ids(self, ids: np.ndarray, path: Path) -> None:
+        part = path.with_name(f"{path.name}.part-{os.getpid()}")
+        self._files.begin(part, path)
+        # The list that stands now, too: it goes last, and a kill may come before that.
+        self._files.note(self.folder / self.facts.ids)
+        with part.open("wb") as file:
+            np.save(file, ids, allow_pickle=False)
+        part.replace(path)
+
+    def _save_ratings(self, ratings: Ratings) -> StoredFile:
+        """Write them under a name of their own, so that the old ones stand until ``dataset.json`` is replaced."""
+        known = self.items
+        if strange := [item for item in ratings.items if item not in known]:
+            raise DataError(
+                f"ratings must be of items in the store, got {', '.join(strange[:5])}"
+                f"{' …' if len(strange) > 5 else ''}; an item is a recording's label item, else its material, or the "
+                "material of a photograph"
+            )
+        path = self._files.parquet("ratings", 0)
+        write_ratings(path, ratings)
+        return stored_file(path, len(ratings))
+
+    def _keep_picture(self, recording: Recording, photograph: Photograph | None) -> str | None:
+        if recording.image is not None:
+            key = image_key(recording.image)
+            if key in self._pictures.keys:
+                return key
+            photograph = photograph_of(recording.image)
+        if photograph is None:
+            return None
+        self._pictures.add(photograph)
+        return photograph.key

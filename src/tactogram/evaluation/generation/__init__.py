@@ -1,0 +1,1 @@
+"""Evaluation protocol of signal generators."""

@@ -1,0 +1,63 @@
+"""Whether a generator repeats what it was trained on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.datasets.examples import cores
+from tactogram.evaluation.generation.comparison import CEILING, FLOOR, NEAREST, OTHERS, TEST, Tables
+from tactogram.evaluation.generation.measures import MEMORY_MEASURES
+from tactogram.evaluation.generation.segments import Cut
+from tactogram.evaluation.measures import nearness
+from tactogram.signal import Signal
+
+SNIPPET_S = 0.5
+"""Length of what is looked for in the training data, one from the beginning of each piece, s."""
+
+
+def memorised(
+    cut: Mapping[str, Mapping[str, Cut]],
+    train: Mapping[str, Sequence[Signal]],
+    workers: int | None,
+    on_part: Callable[[int, int], None],
+) -> Tables:
+    """Return how near each set comes to its training data, as `measures.memorisation` does.
+
+    The floor of the share is what new draws of the same kind reach by chance: the largest of n + 1 is the new one
+    once in n + 1 times. None for a material that was not trained on.
+    """
+    columns = [name for name in cut if name not in (TEST, OTHERS, FLOOR)]
+    first = next(iter(cut[TEST].values())).signals[0]
+    length = min(round(SNIPPET_S * first.rate), len(first))
+    if length < 2:
+        return {}
+
+    def near(held: Cut, material: str) -> NDArray[np.float64]:
+        long = [signal for signal in train[material] if len(signal) >= length]
+        return nearness([s.cut(0, length) for s in held.signals], long, seconds=length / first.rate)
+
+    def rows(material: str) -> tuple[dict[str, float | None], dict[str, float | None]]:
+        if material not in train:
+            unknown: dict[str, float | None] = dict.fromkeys((*columns, FLOOR, CEILING, NEAREST))
+            return unknown, dict(unknown)
+        unseen = near(cut[TEST][material], material)
+        found = {column: near(cut[column][material], material) for column in columns}
+        share = {column: float(np.mean(found[column] > unseen.max())) for column in columns}
+        median = {column: float(np.median(found[column])) for column in columns}
+        ends: dict[str, float | None] = {CEILING: 1.0, NEAREST: None}
+        return share | {FLOOR: 1 / (len(unseen) + 1)} | ends, median | {
+            FLOOR: float(np.median(unseen))
+        } | ends
+
+    tables: Tables = {name: {} for name in MEMORY_MEASURES}
+    materials = tuple(cut[TEST])
+    with ThreadPoolExecutor(workers or cores()) as pool:
+        for done, (material, both) in enumerate(zip(materials, pool.map(rows, materials), strict=True), 1):
+            for name, row in zip(MEMORY_MEASURES, both, strict=True):
+                tables[name][material] = row
+            on_part(done, len(materials))
+    return tables

@@ -1,0 +1,42 @@
+"""What a generator is judged by besides the measures of two sets of signals, by the names in results."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from tactogram.evaluation.generation.comparison import Better
+from tactogram.evaluation.measures import SIGNAL_MEASURES
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What is to be said of a measure in a table."""
+
+    title: str
+    better: Better
+
+
+EMBEDDING_MEASURES: Mapping[str, Facts] = {
+    "frechet_distance": Facts("Fréchet distance in the embedding", "lower"),
+    "precision": Facts("precision: share of the generated that lies among the real", "higher"),
+    "recall": Facts("recall: share of the real that lies among the generated", "higher"),
+    "density": Facts("density of the real where the generated lie", "higher"),
+    "coverage": Facts("coverage: share of the real that has generated near it", "higher"),
+    "two_sample_accuracy": Facts("nearest-neighbour two-sample accuracy", "lower"),
+}
+MEMORY_MEASURES: Mapping[str, Facts] = {
+    "memorised_share": Facts("share nearer to the training data than unseen recordings", "lower"),
+    "training_correlation": Facts("largest correlation with the training data, median", "lower"),
+}
+CLASSIFIER_MEASURES: Mapping[str, Facts] = {
+    "recognised_accuracy": Facts("named rightly by the stroke_cnn trained on real", "higher"),
+    "tested_on_generated_accuracy": Facts("named rightly by a discriminant trained on real", "higher"),
+    "trained_on_generated_accuracy": Facts("real named rightly by a discriminant trained on it", "higher"),
+}
+TITLES: Mapping[str, str] = {name: measure.title for name, measure in SIGNAL_MEASURES.items()} | {
+    name: facts.title
+    for group in (EMBEDDING_MEASURES, CLASSIFIER_MEASURES, MEMORY_MEASURES)
+    for name, facts in group.items()
+}
+"""For people to read, by JSON name."""

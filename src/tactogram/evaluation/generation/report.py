@@ -1,0 +1,302 @@
+"""What `judge` found, as figures, tables and sounds of a report."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.colors import Colormap, LinearSegmentedColormap
+from matplotlib.figure import Figure
+
+from tactogram.evaluation.figures import spectra_figure
+from tactogram.evaluation.generation.comparison import CEILING, FLOOR, MODEL, NEAREST, GenerationResult
+from tactogram.evaluation.generation.measures import MEMORY_MEASURES, TITLES
+from tactogram.evaluation.generation.spectrogram_figures import spectrograms_figure
+from tactogram.evaluation.measures import SIGNAL_MEASURES
+from tactogram.evaluation.report import Block, Picture, Section, Sound, Table, Text
+from tactogram.signal import Signal
+from tactogram.statistics.figures import INK
+
+BySet = Mapping[str, Sequence[Signal]]
+
+COLOURS = {MODEL: "#2166ac", "ar_texture": "#d6604d", "replay": "#4d9221"}
+FURTHER = ("#8073ac", "#b35806", "#666666")
+NEAR, FAR = "#2166ac", "#b2182b"
+MARKERS = "osD^vPX"
+DRAWN = (-0.5, 1.5)
+"""Positions that figures distinguish: what is farther out is drawn at the edge."""
+MOST_SHOWN = 24
+"""Materials with a figure and sounds: bounds the size of the page."""
+HEARD_S = 3.0
+SIDE_BY_SIDE = 3
+"""Pairs of spectrograms in a figure, as in Figures 7 to 9 of Saga et al. 2020."""
+
+
+def generation_sections(
+    result: GenerationResult, recorded: BySet, sets: Mapping[str, BySet]
+) -> list[Section]:
+    """Return the sections of a report on ``result``.
+
+    Parameters
+    ----------
+    result : GenerationResult
+    recorded : mapping material -> signals
+        The recordings it was judged by.
+    sets : mapping column -> material -> signals
+        What was judged: to look at and listen to.
+    """
+    return [
+        Section("Where it stands", _standing(result)),
+        Section("Every material, every measure", _overview(result)),
+        Section("Beside the baselines", _beside(result)),
+        Section("To look at and listen to", _examples(result, recorded, sets)),
+        Section("How it was judged", _protocol(result)),
+        Section("All figures", [_per_measure(result, name) for name in result.values]),
+    ]
+
+
+def standing_figure(result: GenerationResult) -> Figure:
+    """Draw where the model and the baselines stand: a row per measure, 0 at the floor and 1 at the ceiling.
+
+    Small dots are materials (the model's), large marks the position of the mean over materials.
+    """
+    names = list(result.values)
+    figure = Figure(figsize=(9, 1.1 + 0.3 * len(names)), layout="constrained")
+    axes = figure.add_subplot()
+    axes.axvspan(0, 1, color="#eef1f4", lw=0)
+    for place in (0, 1):
+        axes.axvline(place, color="#9aa4ae", lw=0.8)
+    rng = np.random.default_rng(0)
+    for row, name in enumerate(names):
+        own = [result.position(name, material) for material in result.materials]
+        known = np.array([p for p in own if p is not None])
+        axes.scatter(
+            np.clip(known, *DRAWN), row + rng.uniform(-0.16, 0.16, len(known)), s=7, alpha=0.35, lw=0,
+            color=_colour(MODEL, result),
+        )  # fmt: skip
+    for column, marker in zip((MODEL, *_others(result)), MARKERS, strict=False):
+        means = [_or_nan(result.position(name, column=column)) for name in names]
+        axes.scatter(
+            np.clip(means, *DRAWN), range(len(names)), s=60 if column == MODEL else 32, marker=marker,
+            color=_colour(column, result), label=column, edgecolor="white", lw=0.6, zorder=3 + (column == MODEL),
+        )  # fmt: skip
+    axes.set_yticks(range(len(names)), [TITLES.get(name, name).split(":")[0] for name in names], fontsize=8)
+    axes.set(xlim=(DRAWN[0] - 0.05, DRAWN[1] + 0.05), ylim=(len(names) - 0.4, -0.6))
+    axes.set_xticks(
+        [-0.5, 0, 0.5, 1, 1.5], ["", "floor\nother real recordings", "", "ceiling\nother materials", ""]
+    )
+    axes.tick_params(length=0)
+    for side in ("top", "right", "left"):
+        axes.spines[side].set_visible(False)
+    axes.legend(
+        loc="upper center", bbox_to_anchor=(0.5, 1.0 + 0.9 / len(names)), ncols=7, frameon=False, fontsize=8
+    )
+    return figure
+
+
+def overview_figure(result: GenerationResult, column: str = MODEL) -> Figure:
+    """Draw positions as a map: a row per material, a column per measure; grey where a measure does not tell."""
+    names, materials = list(result.values), (None, *result.materials)
+    positions = np.array(
+        [[_or_nan(result.position(name, material, column)) for name in names] for material in materials]
+    )
+    figure = Figure(figsize=(2.2 + 0.46 * len(names), 2.6 + 0.24 * len(materials)), layout="constrained")
+    axes = figure.add_subplot()
+    colours: Colormap = LinearSegmentedColormap.from_list(
+        "standing", [NEAR, "#92c5de", "#f7f7f7", "#f4a582", FAR]
+    )
+    colours = colours.with_extremes(bad="#e3e6e9")
+    picture = axes.imshow(positions, cmap=colours, vmin=0, vmax=1, aspect="auto")
+    bar = figure.colorbar(picture, ax=axes, fraction=0.03, pad=0.02)
+    bar.set_ticks([0, 0.5, 1], labels=["floor", "half-way", "ceiling"])
+    bar.ax.tick_params(labelsize=7, length=0)
+    axes.set_xticks(range(len(names)), [_short(name) for name in names], rotation=55, ha="right", fontsize=7)
+    axes.set_yticks(range(len(materials)), ["overall", *result.materials], fontsize=7)
+    axes.axhline(0.5, color="white", lw=3)
+    axes.tick_params(length=0)
+    for side in axes.spines.values():
+        side.set_visible(False)
+    for (row, place), value in np.ndenumerate(positions):
+        if np.isnan(value):
+            axes.text(place, row, "–", ha="center", va="center", fontsize=6, color="#57606a")
+        else:
+            text = f"{value:.1f}".replace("-0.0", "0.0") if abs(value) < 9.95 else f"{value:.0f}"
+            dark = value < 0.2 or value > 0.85
+            axes.text(
+                place, row, text, ha="center", va="center", fontsize=6, color="white" if dark else INK,
+                fontweight="bold" if row == 0 else "normal",
+            )  # fmt: skip
+    return figure
+
+
+def _standing(result: GenerationResult) -> list[Block]:
+    cells = [(name, m) for name, rows in result.values.items() for m in rows]
+    verdicts = [result.verdict(name, material) for name, material in cells]
+    told = len(verdicts) - verdicts.count("untold")
+    text = (
+        f"Of {told} figures ({len(result.values)} measures of {len(result.materials)} materials"
+        f"{', less those that do not tell materials apart' if told < len(verdicts) else ''}) "
+        f"{verdicts.count('floor')} are at the floor or better, {verdicts.count('between')} between floor and "
+        f"ceiling, {verdicts.count('beyond')} beyond the ceiling."
+    )
+    for baseline in _others(result):
+        if worse := result.worse_than(baseline):
+            text += f" Worse than {baseline} in {_listed([_short(name) for name in worse])}."
+        else:
+            text += f" Nowhere worse than {baseline}."
+    rows = []
+    for name, row in result.overall.items():
+        interval = result.interval(name)
+        rows.append(
+            (
+                TITLES.get(name, name), _unit(name), row[MODEL],
+                _range(*interval) if interval else "–",
+                row[FLOOR], row[CEILING], *(row[b] for b in result.baselines),
+                "↑" if result.better[name] == "higher" else "↓",
+            )
+        )  # fmt: skip
+    header = ("measure", "unit", MODEL, "95 %", FLOOR, CEILING, *result.baselines, "better")
+    caption = (
+        "Means over materials. Floor: real recordings against other real recordings of the same material. Ceiling: "
+        "other materials (of accuracies: guessing; of memorising: the training data itself). 95 %: of an accuracy "
+        "Wilson's, by recordings; else a bootstrap over materials."
+    )
+    return [
+        Text(text),
+        Picture(
+            standing_figure(result),
+            "Where the model stands, and the baselines. Dots: its materials. What is farther out is drawn at the edge.",
+        ),
+        Table(header, rows, caption),
+    ]
+
+
+def _overview(result: GenerationResult) -> list[Block]:
+    caption = (
+        "0: at the floor, as real recordings are; 1: at the ceiling, as another material is. Grey: other materials "
+        "are no farther than the same one is from itself, so the measure does not tell."
+    )
+    blocks: list[Block] = [Picture(overview_figure(result), caption)]
+    if beyond := result.beyond():
+        listed: dict[str, list[str]] = {}
+        for name, material in beyond:
+            listed.setdefault(name, []).append(material)
+        rows = [(TITLES.get(name, name), len(m), ", ".join(m)) for name, m in listed.items()]
+        blocks.append(Table(("beyond the ceiling", "of materials", "which"), rows))
+    return blocks
+
+
+def _beside(result: GenerationResult) -> list[Block]:
+    blocks: list[Block] = []
+    for baseline in _others(result):
+        rows = []
+        for name in result.values:
+            if gain := result.advantage(name, baseline):
+                known = gain["low"] is not None
+                sure = "yes" if known and not gain["low"] <= 0 <= gain["high"] else ""
+                rows.append(
+                    (
+                        TITLES.get(name, name), gain["mean"],
+                        _range(gain["low"], gain["high"]) if known else "–",
+                        f"{gain['better_on']} of {gain['materials']}",
+                        "better" if gain["mean"] > 0 else "worse" if gain["mean"] < 0 else "same", sure,
+                    )
+                )  # fmt: skip
+        header = (f"against {baseline}", "gain", "95 %", "better on", "the model is", "beyond chance")
+        caption = (
+            "Gain: by how much the model's figure is better, mean over materials. "
+            "95 %: bootstrap over materials, paired."
+        )
+        blocks.append(Table(header, rows, caption))
+    return blocks or [Text("No baseline was judged beside it.")]
+
+
+def _examples(result: GenerationResult, recorded: BySet, sets: Mapping[str, BySet]) -> list[Block]:
+    blocks: list[Block] = [
+        Text(
+            "Spectra are means with the range from the smallest to the largest. Sounds are played at full scale."
+        )
+    ]
+    shown_materials = result.materials[:MOST_SHOWN]
+    for start in range(0, len(shown_materials), SIDE_BY_SIDE):
+        some = {
+            material: _alike_long(recorded=recorded[material][0], generated=sets[MODEL][material][0])
+            for material in shown_materials[start : start + SIDE_BY_SIDE]
+        }
+        caption = (
+            "Recorded beside generated, scaled to the largest of each pair on each axis: for the eye alone."
+        )
+        blocks.append(Picture(spectrograms_figure(some), caption))
+    for material in shown_materials:
+        groups = {"recorded": recorded[material]}
+        groups |= {("generated" if c == MODEL else c): part[material] for c, part in sets.items()}
+        blocks.append(Picture(spectra_figure(groups), material))
+        for name, signals in groups.items():
+            shown = signals[0].cut(0, max(1, round(HEARD_S * signals[0].rate)))
+            blocks.append(Sound(shown, f"{material}, {name}"))
+    if len(result.materials) > MOST_SHOWN:
+        blocks.append(Text(f"The first {MOST_SHOWN} of {len(result.materials)} materials are shown."))
+    return blocks
+
+
+def _alike_long(**signals: Signal) -> dict[str, Signal]:
+    """Return the beginnings of ``signals`` that all of them have."""
+    length = min(map(len, signals.values()))
+    return {name: signal.cut(0, length) for name, signal in signals.items()}
+
+
+def _protocol(result: GenerationResult) -> list[Block]:
+    text = (
+        f"Every set was cut to {result.count} pieces of {result.seconds:.3g} s per material. Floor and baselines are "
+        "of the training part, the judge is the test part. The embedding and the recogniser are a stroke_cnn trained "
+        "on the training part. In the two-sample accuracy a point's neighbours from its own recording do not count; "
+        "0.5 is guessing, and what cannot be told apart."
+    )
+    return [Text(text), *(Text(note) for note in result.notes)]
+
+
+def _per_measure(result: GenerationResult, name: str) -> Table:
+    columns = (MODEL, FLOOR, CEILING, NEAREST, *result.baselines)
+    rows = [
+        (material, *(row.get(column) for column in columns), result.position(name, material))
+        for material, row in result.values[name].items()
+    ]
+    header = ("material", *(column.replace("_", " ") for column in columns), "position")
+    unit = _unit(name)
+    title = f"{TITLES.get(name, name)}{f', {unit}' if unit else ''}"
+    return Table(header, rows, f"{name}; {result.better[name]} is better.", folded=title)
+
+
+def _others(result: GenerationResult) -> list[str]:
+    """Return the baselines, but not one that is the model itself."""
+    rows = [row for rows in result.values.values() for row in rows.values()]
+    return [name for name in result.baselines if any(row.get(name) != row.get(MODEL) for row in rows)]
+
+
+def _unit(name: str) -> str:
+    unit = SIGNAL_MEASURES[name].unit if name in SIGNAL_MEASURES else ""
+    return "" if unit == "1" else unit
+
+
+def _range(low: float, high: float) -> str:
+    return f"{low:.3g}\u00a0–\u00a0{high:.3g}"
+
+
+def _short(name: str) -> str:
+    known = {"memorised_share": "memorised", "training_correlation": "training correlation"}
+    short = name.removesuffix("_db").replace("_distance", "").replace("_accuracy", "").replace("_", " ")
+    return known[name] if name in MEMORY_MEASURES else short
+
+
+def _colour(column: str, result: GenerationResult) -> str:
+    if column in COLOURS:
+        return COLOURS[column]
+    return FURTHER[[c for c in result.columns if c not in COLOURS].index(column) % len(FURTHER)]
+
+
+def _listed(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def _or_nan(value: float | None) -> float:
+    return np.nan if value is None else value

@@ -1,0 +1,1 @@
+"""Evaluation of mixes of two materials."""

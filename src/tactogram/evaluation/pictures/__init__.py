@@ -1,0 +1,1 @@
+"""Evaluation of generated spectrogram pictures and images."""

@@ -1,0 +1,1 @@
+"""Evaluation against ratings in sensory words."""

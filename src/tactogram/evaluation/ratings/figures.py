@@ -1,0 +1,136 @@
+"""Figures of scores: predicted and given, and the space of words. Errors as bars: `tactogram.statistics.figures`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from tactogram.evaluation.ratings.prediction import Predicted
+from tactogram.statistics.figures import AXIS_COLOURS, BLUE, GRAY, INK, ORANGE
+
+MARKS = "osD^vP*Xh<>"
+
+
+def prediction_figure(found: Predicted, figures: Mapping[str, Any], *, title: str = "") -> Figure:
+    """Draw the error of each word beside constant guess and people, and predicted over given scores.
+
+    Parameters
+    ----------
+    found : Predicted
+    figures : mapping
+        What its `Predicted.as_dict` gave.
+    title : str
+    """
+    rows = figures["per_word"]
+    figure = Figure(figsize=(10.5, 1.6 + 0.36 * max(len(rows), 7)), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=(1.5, 1))
+    names, places = list(rows), np.arange(len(rows))
+    for column, text, colour, mark in (
+        ("constant_mae", "constant guess (training mean)", GRAY, "|"),
+        ("one_rater_mae", "one rater and the others' mean", "#b9a0d6", "d"),
+        ("split_half_mae", "one half of the raters and the other", "#4d9221", "s"),
+    ):
+        values = [rows[name][column] for name in names]
+        if any(value is not None for value in values):
+            shown = [np.nan if value is None else value for value in values]
+            left.plot(shown, places, mark, color=colour, ms=10 if mark == "|" else 5, mew=2, label=text)
+    spread = [rows[name]["mae_sd"] or 0.0 for name in names]
+    left.errorbar(
+        [rows[n]["mae"] for n in names], places, xerr=spread, fmt="o", color=BLUE, ms=6, label="predicted"
+    )
+    left.set_yticks(places, names)
+    left.invert_yaxis()
+    left.set_xlim(left=0)
+    left.set(xlabel="mean absolute error, points of the scale", title=title)
+    left.grid(axis="x", alpha=0.3)
+    figure.legend(loc="outside lower left", fontsize=8, frameon=False, ncols=2)
+    given, said = _mean(found.truth), _mean(found.scores)
+    ends = [float(np.nanmin([given, said])), float(np.nanmax([given, said]))]
+    right.plot(ends, ends, color=GRAY, lw=0.8)
+    right.plot(given.ravel(), said.ravel(), ".", color=BLUE, alpha=0.4, ms=4)
+    right.set(xlabel="given (mean of the raters)", ylabel="predicted, item kept apart", aspect="equal")
+    return figure
+
+
+def word_map_figure(
+    kinds: Mapping[str, Mapping[str, NDArray[np.float64]]],
+    words: Sequence[str],
+    *,
+    targets: Mapping[str, str] | None = None,
+    title: str = "",
+) -> Figure:
+    """Draw surfaces, signals and generated signals by their scores, and a line from each to its target.
+
+    The plane is that of the two largest principal components of what is in the first two kinds, so that what was
+    generated does not turn it. Distances in it are not all there is: each line says the distance over all words.
+
+    Parameters
+    ----------
+    kinds : mapping from str to mapping from str to float64 array, shape (word,)
+        Name of a kind, then items and their scores.
+    words : sequence of str
+    targets : mapping from str to str, optional
+        ``KIND:ITEM`` to ``KIND:ITEM``.
+    title : str
+    """
+    fitted = np.array([row for items in list(kinds.values())[:2] for row in items.values()])
+    centre = fitted.mean(0)
+    _, sizes, directions = np.linalg.svd(fitted - centre, full_matrices=False)
+    plane = directions[:2] * np.sign(directions[:2].sum(1, keepdims=True) + 1e-12)
+    share = sizes[:2] ** 2 / (sizes**2).sum()
+    places = {
+        f"{kind}:{item}": (row - centre) @ plane.T
+        for kind, items in kinds.items()
+        for item, row in items.items()
+    }
+    scores = {f"{kind}:{item}": row for kind, items in kinds.items() for item, row in items.items()}
+    figure = Figure(figsize=(9, 7), layout="constrained")
+    axes = figure.add_subplot()
+    colours = (INK, GRAY, *AXIS_COLOURS)
+    for source, target in (targets or {}).items():
+        ends = np.array([places[source], places[target]])
+        away = float(np.sqrt(np.mean((scores[source] - scores[target]) ** 2)))
+        axes.plot(*ends.T, color=ORANGE, lw=0.6, alpha=0.6, zorder=1)
+        middle = ends.mean(0).tolist()
+        axes.text(middle[0], middle[1], f"{away:.1f}", fontsize=5.5, color=ORANGE, ha="center", zorder=4)
+    for number, (kind, items) in enumerate(kinds.items()):
+        at = np.array([places[f"{kind}:{item}"] for item in items])
+        colour = colours[number % len(colours)]
+        axes.plot(
+            *at.T, MARKS[number % len(MARKS)], color=colour, ms=8 if number == 0 else 5, label=kind, zorder=3
+        )
+        if number == 0:
+            for item, place in zip(items, at, strict=True):
+                axes.annotate(
+                    item, place, xytext=(5, 4), textcoords="offset points", fontsize=7, color=colour
+                )
+    reach = 0.9 * float(np.abs(np.array(list(places.values()))).max())
+    longest = float(np.linalg.norm(plane, axis=0).max())
+    for word, (x, y) in zip(words, (plane / longest * reach * 0.55).T, strict=True):
+        if np.hypot(x, y) > 0.12 * reach:
+            axes.annotate(
+                word,
+                (0, 0),
+                (x, y),
+                fontsize=8,
+                color=BLUE,
+                ha="center",
+                alpha=0.8,
+                arrowprops={"arrowstyle": "<-", "color": BLUE, "alpha": 0.3},
+            )
+    axes.set_xlabel(f"first principal component, points ({100 * share[0]:.0f} % of the variance)")
+    axes.set_ylabel(f"second, points ({100 * share[1]:.0f} %)")
+    axes.set_title(title, fontsize=10)
+    axes.set_aspect("equal", adjustable="datalim")
+    figure.legend(loc="outside lower center", ncols=min(len(kinds), 4), fontsize=8, frameon=False)
+    return figure
+
+
+def _mean(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    given = ~np.isnan(values)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.where(given, values, 0).sum(0) / given.sum(0))

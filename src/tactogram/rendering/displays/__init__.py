@@ -1,0 +1,1 @@
+"""Displays: descriptions, catalogue and measured responses."""

@@ -1,0 +1,88 @@
+"""Displays from their files: those that come with the package, by name, and anybody's, by path."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, get_args
+
+from tactogram.errors import DataError, ParameterError
+from tactogram.rendering.displays.display import Display, Family
+from tactogram.rendering.displays.families import family_module
+from tactogram.rendering.displays.response import read_response
+from tactogram.validation import validated, with_changes
+
+FOLDER = Path(__file__).parent
+
+
+def shipped() -> dict[str, Path]:
+    """Return the files of the displays that come with the package, by name."""
+    return {path.stem: path for path in sorted(FOLDER.glob("*.toml"))}
+
+
+def open_display(name: str | Path, *, changes: Mapping[str, Any] | None = None) -> Display:
+    """Return a display by the name of a shipped one, or by the path of its TOML file.
+
+    Parameters
+    ----------
+    name : str or Path
+    changes : mapping, optional
+        Values by dotted key that take the place of the file's, such as ``{"limit": 2.0, "linear.cap_db": 10}``.
+
+    Raises
+    ------
+    DataError
+        If there is no such file, or it is not TOML.
+    ParameterError
+        If a name is unknown, or a key or value is not one of a display or of its family.
+    """
+    known = shipped()
+    path = known.get(str(name), Path(name))
+    if path.suffix != ".toml":
+        raise ParameterError(f"display must be one of {', '.join(known)}, or a TOML file, got {str(name)!r}")
+    try:
+        values = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise DataError(f"{path}: not a readable display: {error}") from error
+    return display_of(with_changes(values, changes), where=str(path), folder=path.parent)
+
+
+def display_of(values: Mapping[str, Any], *, where: str = "display", folder: Path = Path()) -> Display:
+    """Return the display that the values of a file describe.
+
+    Parameters
+    ----------
+    values : mapping
+        As in the file: the keys of `Display`, and under the family's name its settings.
+    where : str
+        What an error names.
+    folder : Path
+        Where a response's file is looked for.
+
+    Raises
+    ------
+    DataError
+        If the response's file cannot be read.
+    ParameterError
+        If a key or value is wrong.
+    """
+    values = dict(values)
+    families = get_args(Family)
+    if values.get("family") not in families:
+        raise ParameterError(
+            f"{where}: family must be one of {', '.join(families)}, got {values.get('family')!r}"
+        )
+    family: Family = values["family"]
+    if "settings" in values:
+        raise ParameterError(f"{where}: the settings of a {family} display stand in a table [{family}]")
+    own = values.pop(family, {})
+    if not isinstance(own, Mapping):
+        raise ParameterError(f"{where}: [{family}] must be a table, got {own!r}")
+    settings = validated(family_module(family).Settings, own, where=f"{where}: {family}")
+    response = values.get("response")
+    if isinstance(response, Mapping) and isinstance(response.get("file"), str):
+        points = read_response(folder / response["file"])
+        rest = {key: value for key, value in response.items() if key != "file"}
+        values["response"] = {**rest, "points": points}
+    return validated(Display, {**values, "settings": settings}, where=where)

@@ -1,0 +1,224 @@
+"""The response of a display, measured: a sweep is played, what comes out is recorded, one is divided by the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+from scipy import signal as dsp
+
+from tactogram.errors import ParameterError
+from tactogram.rendering.displays.display import Display
+from tactogram.rendering.drive.safety import fade_window
+from tactogram.signal.resampling import resample
+from tactogram.signal.signal import Signal
+
+LEAD_S = 0.05
+"""What is kept of the response before its first arrival, s, faded in: the band is limited, and so it rings before."""
+WIDER = (0.5, 1.4)
+"""A sweep begins an octave below the band asked for and ends half an octave above: its own ends are uncertain."""
+LEAST_POWER = 3e-5
+"""Of the played spectrum, relative to its largest: below it nothing is divided by it any more."""
+
+
+def exponential_sweep(
+    display: Display,
+    *,
+    seconds: float = 10.0,
+    level: float = 0.25,
+    band: tuple[float, float] | None = None,
+    silence_s: float = 0.5,
+) -> Signal:
+    """Return a sweep whose frequency rises exponentially, as a drive of ``display``.
+
+    x(t) = A sin(2 pi f1 T / ln(f2/f1) (e^(t/T ln(f2/f1)) - 1)): each octave lasts equally long, and what a display
+    distorts comes out before the response, where it can be cut off (A. Farina, "Simultaneous measurement of impulse
+    response and distortion with a swept-sine technique", AES Convention 108, 2000; from general knowledge of it).
+
+    Parameters
+    ----------
+    display : Display
+    seconds : float
+        Of the sweep, without the silence.
+    level : float
+        Its amplitude, as a share of the display's limit.
+    band : tuple of float, optional
+        What shall be measured, Hz; by default the display's band, or 10 Hz to 0.45 of its rate. The sweep goes beyond
+        it at both ends (`WIDER`), as far as the rate allows.
+    silence_s : float
+        Before and after the sweep, for the response to begin and to die down.
+
+    Raises
+    ------
+    ParameterError
+        If the display is not linear, the band does not lie below half the rate, or level or times are out of range.
+    """
+    if display.family != "linear":
+        raise ParameterError(
+            f"{display.name} is {display.family}: a sweep is for displays of the family linear, whose drive has the "
+            "shape of their output; `transducer` measures an ultrasonic one, `calibrate` an electrovibration display"
+        )
+    low, high = band or display.band or (10.0, 0.45 * display.rate)
+    if not 0 < low < high < display.rate / 2:
+        raise ParameterError(f"band must be 0 < low < high < {display.rate / 2:g} Hz, got {low:g} {high:g}")
+    low, high = low * WIDER[0], max(high, min(high * WIDER[1], 0.45 * display.rate))
+    if not 0 < level <= 1:
+        raise ParameterError(f"level must be a share of the limit in 0 to 1, got {level:g}")
+    if not (seconds * low >= 4 and silence_s >= 0):
+        raise ParameterError(f"the sweep must last 4 periods of {low:g} Hz or more, got {seconds:g} s")
+    if display.floor >= display.rest and display.floor > -display.limit * level:
+        raise ParameterError(f"{display.name} takes no negative drive: it has no response to a sweep")
+    count = round(seconds * display.rate)
+    t = np.arange(count) / display.rate
+    octaves = np.log(high / low)
+    phase = 2 * np.pi * low * seconds / octaves * np.expm1(t / seconds * octaves)
+    fade = min(count // 8, round(2 * display.rate / low))
+    sweep = level * display.limit * np.sin(phase) * fade_window(count, fade)
+    silent = np.zeros(round(silence_s * display.rate))
+    one = np.concatenate([silent, sweep, silent])
+    samples = np.repeat(one[None, :], len(display.channels), axis=0).astype(np.float32)
+    return Signal(samples, display.rate, display.unit, display.channels)
+
+
+@dataclass(frozen=True, eq=False)
+class Identified:
+    """What a sweep tells of a display.
+
+    Parameters
+    ----------
+    frequency : float64 array, shape (bin,), Hz
+    response : complex128 array, shape (bin,)
+        Recorded over played, without the delay.
+    coherence : float64 array, shape (bin,)
+        Share of the recorded power, 0 to 1, that the linear response explains.
+    delay_s : float
+        Of the recording behind the sweep, s, taken out of the phase; between two devices without a common clock it says
+        nothing of the display.
+    unit : str
+        Of the recording per unit of the drive.
+    """
+
+    frequency: NDArray[np.float64]
+    response: NDArray[np.complex128]
+    coherence: NDArray[np.float64]
+    delay_s: float
+    unit: str
+
+
+def identify(
+    played: Signal,
+    recorded: Signal,
+    *,
+    band: tuple[float, float],
+    points_per_octave: int = 24,
+    ringing_s: float = 0.25,
+    repeats: tuple[Signal, ...] = (),
+) -> Identified:
+    """Return the response that leads from a played sweep to what was recorded of it.
+
+    The recorded spectrum is divided by the played one, where that has power; in time, what comes before the direct
+    response (distortion) and ``ringing_s`` after it (noise) is cut off; the rest is read at even steps per octave.
+
+    Parameters
+    ----------
+    played, recorded : Signal
+        One channel and one axis, over time, at any rate. They need not begin together: the delay is found.
+    band : tuple of float, Hz
+        In which the response is read: that which was asked for when the sweep was made.
+    points_per_octave : int
+    ringing_s : float
+        How long the response may ring.
+    repeats : tuple of Signal
+        Further recordings of the same sweep, averaged after each is set to its own delay.
+
+    Raises
+    ------
+    ParameterError
+        If a signal has more than one axis, nothing was recorded, or the band is beyond half a rate.
+    """
+    if len(played.axes) != 1 or any(len(r.axes) != 1 for r in (recorded, *repeats)):
+        raise ParameterError("identify takes one played channel and one recorded axis; select them")
+    if not 0 < band[0] < band[1] <= 0.5 * min(played.rate, recorded.rate):
+        raise ParameterError(
+            f"band must be 0 < low < high, at most {0.5 * min(played.rate, recorded.rate):g} Hz, got {band}"
+        )
+    rate = max(played.rate, recorded.rate)
+    x = _at(played, rate)
+    found = [_one(x, _at(r, rate), rate, band, ringing_s) for r in (recorded, *repeats)]
+    count = max(2, 1 + round(np.log2(band[1] / band[0]) * points_per_octave))
+    frequency = np.geomspace(*band, count)
+    response = np.mean([_read(h, rate, frequency, lead) for h, lead, _, _ in found], axis=0)
+    coherence = np.mean([_read_coherence(c, frequency) for _, _, c, _ in found], axis=0)
+    delay = float(np.median([d for _, _, _, d in found]))
+    return Identified(frequency, response, coherence, delay, f"{recorded.unit}/{played.unit}")
+
+
+def _one(
+    x: NDArray[np.float64], y: NDArray[np.float64], rate: float, band: tuple[float, float], ringing_s: float
+) -> tuple[NDArray[np.float64], int, tuple[NDArray[np.float64], NDArray[np.float64]], float]:
+    """Return the impulse response (its lead-in, coherence, delay) of one recording."""
+    if not y.any():
+        raise ParameterError("nothing was recorded: every sample is 0")
+    size = fft.next_fast_len(len(x) + len(y), real=True)
+    played, recorded = fft.rfft(x, size), fft.rfft(y - y.mean(), size)
+    frequency = fft.rfftfreq(size, 1 / rate)
+    power = np.abs(played) ** 2
+    impulse = fft.irfft(recorded * np.conj(played) / (power + LEAST_POWER * power.max()), size)
+    place = _first_arrival(recorded * np.conj(played), frequency, band, size)
+    lead = round(LEAD_S * rate)
+    kept = round(ringing_s * rate)
+    around = np.take(impulse, np.arange(place - lead, place + kept), mode="wrap")
+    window = np.concatenate([dsp.windows.hann(2 * lead)[:lead], np.ones(kept // 2)])
+    window = np.concatenate([window, dsp.windows.hann(2 * (kept - kept // 2))[kept - kept // 2 :]])
+    h = around * window
+    delay = (place if place < size / 2 else place - size) / rate
+    return h, lead, _coherence(x, y, h, place - lead, rate, size), delay
+
+
+def _first_arrival(
+    cross: NDArray[np.complex128], frequency: NDArray[np.float64], band: tuple[float, float], size: int
+) -> int:
+    """Return where the response begins, samples: the peak of the cross-correlation with a flat spectrum's envelope."""
+    inside = (frequency >= band[0]) & (frequency <= band[1])
+    flat = np.where(inside, cross / np.maximum(np.abs(cross), 1e-300), 0)
+    full = np.zeros(size, np.complex128)
+    full[: len(flat)] = flat
+    return int(np.argmax(np.abs(fft.ifft(full))))
+
+
+def _coherence(
+    x: NDArray[np.float64], y: NDArray[np.float64], h: NDArray[np.float64], start: int, rate: float, size: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return frequency and the share of the recorded power that the response explains, smoothed over 1/12 octave."""
+    model = np.roll(fft.irfft(fft.rfft(x, size) * fft.rfft(h, size), size), start)
+    left = np.abs(fft.rfft(np.pad(y - y.mean(), (0, size - len(y))) - model)) ** 2
+    whole = np.abs(fft.rfft(y - y.mean(), size)) ** 2
+    frequency = fft.rfftfreq(size, 1 / rate)
+    grid = np.geomspace(max(frequency[1], 1.0), frequency[-1], 400)
+    edges = np.searchsorted(frequency, np.stack([grid * 2 ** (-1 / 24), grid * 2 ** (1 / 24)]))
+    sums = [np.concatenate([[0.0], np.cumsum(p)]) for p in (left, whole)]
+    upper = np.maximum(edges[1], edges[0] + 1).clip(max=len(frequency))
+    lost = sums[0][upper] - sums[0][np.minimum(edges[0], upper - 1)]
+    total = sums[1][upper] - sums[1][np.minimum(edges[0], upper - 1)]
+    return grid, np.clip(1 - lost / np.maximum(total, 1e-300), 0, 1)
+
+
+def _read(
+    h: NDArray[np.float64], rate: float, frequency: NDArray[np.float64], lead: int
+) -> NDArray[np.complex128]:
+    """Return the response at ``frequency``, the direct arrival at time 0."""
+    t = (np.arange(len(h)) - lead) / rate
+    return np.asarray(np.exp(-2j * np.pi * frequency[:, None] * t) @ h)
+
+
+def _read_coherence(
+    curve: tuple[NDArray[np.float64], NDArray[np.float64]], frequency: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    return np.asarray(np.interp(np.log(frequency), np.log(curve[0]), curve[1]))
+
+
+def _at(signal: Signal, rate: float) -> NDArray[np.float64]:
+    same = signal if signal.rate == rate else resample(signal, rate)
+    return np.asarray(same.samples[0], np.float64)

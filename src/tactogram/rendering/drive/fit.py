@@ -1,0 +1,131 @@
+"""From a signal to the drive of a display, with a report of what that changed. Pure: files are the job's."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactogram.errors import ParameterError
+from tactogram.rendering.displays.display import Display
+from tactogram.rendering.displays.families import family_module
+from tactogram.rendering.drive.axes import combined
+from tactogram.rendering.drive.level import Level
+from tactogram.rendering.drive.mean_removal import without_constant
+from tactogram.rendering.drive.report import SENTENCES, Report, amount, signal_facts
+from tactogram.rendering.drive.safety import safe
+from tactogram.signal.displacement import played
+from tactogram.signal.signal import Signal
+
+MOST_SAMPLES = 2e8
+"""Of a drive and channel: 400 s of an ultrasonic waveform, and 1.6 GB where it is transformed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """What is sent to a display, and what became of the signal on the way.
+
+    Parameters
+    ----------
+    signal : Signal
+        The drive: at the display's rate, in its unit, with its channels as axes, within its limits.
+    report : Report
+    source : Signal
+        What was rendered: over time, the axes already combined, in the signal's own unit.
+    """
+
+    signal: Signal
+    report: Report
+    source: Signal
+
+
+def fit(
+    signal: Signal,
+    display: Display,
+    *,
+    level: Level,
+    axes: str | None = None,
+    speed_mm_s: float | Signal | None = None,
+) -> Drive:
+    """Return the drive that renders ``signal`` on ``display`` at ``level``.
+
+    In this order: over displacement to over time; the constant of a motion (gravity) taken out; axes; then by the
+    display's family: rate, unit, level, equalisation, limit; then fades, DC and the limits once more, last of all.
+
+    Parameters
+    ----------
+    signal : Signal
+    display : Display
+    level : Level
+        How strong; there is no default.
+    axes : str, optional
+        How several axes become the display's, see `tactogram.rendering.drive.axes`; by default as the display says.
+    speed_mm_s : float or Signal, optional
+        Of the finger, for a signal over displacement: a constant, or over time in m/s.
+
+    Raises
+    ------
+    UnitError
+        If the level has no meaning for this signal or this display.
+    ParameterError
+        If a signal over displacement comes without a speed or one over time with it, or the family refuses.
+    """
+    came = signal_facts(signal)
+    scaled: list[str] = []
+    if signal.domain == "displacement":
+        if speed_mm_s is None:
+            raise ParameterError("a signal over displacement is rendered at a speed: give one in mm/s")
+        signal, words = _over_time(signal, speed_mm_s, display)
+        scaled.append(words)
+    elif speed_mm_s is not None:
+        raise ParameterError("a signal over time takes no speed; leave it out")
+    if signal.seconds * display.rate > MOST_SAMPLES:
+        raise ParameterError(
+            f"{signal.seconds:.4g} s at {display.rate:g} Hz are more samples than a drive may have, {MOST_SAMPLES:g}: "
+            "cut the signal, or render an envelope"
+        )
+    signal, constant = without_constant(signal)
+    if constant is not None:
+        scaled.append(constant)
+    source, words = combined(signal, axes if axes is not None else display.axes)
+    scaled.append(words)
+    raw, facts = family_module(display.family).drive(source, display.settings, display=display, level=level)
+    drive, safety = safe(raw, display, faded=bool(facts.pop("faded", False)))
+    scaled += [*facts.get("scaled", []), *_lost_to_fades(raw, drive, display)]
+    clipped = list(facts.get("clipped", []))
+    if safety["clipped_samples"]:
+        clipped.append(f"{safety['clipped_samples']} samples by the last check of the limits")
+    report = Report(
+        display=display.name,
+        family=display.family,
+        level=level.facts(),
+        signal=came,
+        drive=signal_facts(drive),
+        scaled=scaled,
+        clipped=clipped,
+        unreachable=list(facts.get("unreachable", [])),
+        facts={**{k: v for k, v in facts.items() if k not in SENTENCES}, "safety": safety},
+    )
+    return Drive(drive, report, source)
+
+
+def _lost_to_fades(raw: Signal, drive: Signal, display: Display) -> list[str]:
+    """Return a sentence where the largest drive lay in a fade."""
+    before, after = (float(np.abs(x.samples).max()) for x in (raw, drive))
+    if after > 0.99 * before:
+        return []
+    return [
+        f"the largest drive was {amount(before, display.unit)}, in a fade of {display.fade_ms:g} ms; after it, it is "
+        f"{amount(after, display.unit)}"
+    ]
+
+
+def _over_time(signal: Signal, speed_mm_s: float | Signal, display: Display) -> tuple[Signal, str]:
+    if not isinstance(speed_mm_s, Signal) and not (speed_mm_s > 0 and math.isfinite(speed_mm_s)):
+        raise ParameterError(f"a speed must be > 0 mm/s and finite, got {speed_mm_s:g}")
+    if isinstance(speed_mm_s, Signal):
+        rate = display.rate if display.band is None else min(display.rate, 4 * display.band[1])
+        return played(signal, speed_mm_s, rate), f"met at a given speed over {speed_mm_s.seconds:.4g} s"
+    over_time = played(signal, speed_mm_s, signal.rate * speed_mm_s)
+    return over_time, f"met at {speed_mm_s:g} mm/s: {signal.length_mm:.4g} mm in {over_time.seconds:.4g} s"

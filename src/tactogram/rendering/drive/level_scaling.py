@@ -1,0 +1,132 @@
+"""From a level that was asked for to the factor that gives it, and from too large a drive to one within limits."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import ParameterError, UnitError
+from tactogram.rendering.displays.display import Display
+from tactogram.rendering.drive.level import Level
+from tactogram.rendering.drive.report import amount, percent
+from tactogram.signal.perception import sensation_level_db
+from tactogram.signal.signal import Signal
+
+MOTION = {"m": 0, "m/s": 1, "m/s^2": 2}
+"""Units that are derivatives of each other, by how many times over time."""
+
+
+def kinematic_power(unit: str, display: Display) -> int:
+    """Return how often over time a signal is to be derived to be in the display's output unit; 0 for no motion."""
+    if unit in MOTION and display.output_unit in MOTION:
+        return MOTION[display.output_unit] - MOTION[unit]
+    return 0
+
+
+def factor_of(
+    level: Level, *, display: Display, signal: Signal, output: Signal, peak: float
+) -> tuple[float, float, str]:
+    """Return what brings a display to the level asked for.
+
+    Parameters
+    ----------
+    level : Level
+    display : Display
+    signal : Signal
+        What is wanted.
+    output : Signal
+        What comes out for a factor of 1, in the signal's unit.
+    peak : float
+        Largest magnitude of the drive for a factor of 1.
+
+    Returns
+    -------
+    factor : float
+        Of the drive.
+    aim : float
+        Of the signal: what comes out is wanted to be so many times the signal.
+    words : str
+        What was done.
+
+    Raises
+    ------
+    UnitError
+        If the level has no meaning for this signal or this display.
+    """
+    physical = display.response is not None and (
+        signal.unit == display.output_unit or {signal.unit, display.output_unit} <= set(MOTION)
+    )
+    match level.kind:
+        case "gain":
+            value = float(level.value or 1.0)
+            per = "times the signal" if physical else f"{display.output_unit} per {signal.unit} of the signal"
+            return value, value, f"output {value:g} {per}, as asked"
+        case "peak":
+            factor = float(level.value or 1.0) * display.limit / peak if peak > 0 else 1.0
+            share = f"{level.value:g} of the limit of {amount(display.limit, display.unit)}"
+            return (
+                factor,
+                factor,
+                f"times {factor:.4g}: the largest drive is {share}; the signal's own level is lost",
+            )
+    if not physical:
+        known = f"its output is {'not known' if display.response is None else display.output_unit}"
+        raise UnitError(
+            f"level {level.kind} needs a signal and a display in the same physical unit; the signal is in "
+            f"{signal.unit}, and of {display.name} {known}: measure its response, or use gain=FACTOR or peak=SHARE"
+        )
+    if level.kind == "physical":
+        return 1.0, 1.0, "nothing: the output is the signal, in its own unit"
+    own = sensation_level_db(signal)
+    have = sensation_level_db(output)
+    wanted = own if level.value is None else level.value
+    if not (np.isfinite(own) and np.isfinite(have)):
+        return 1.0, 1.0, "nothing: there is nothing to feel"
+    factor = float(10 ** ((wanted - have) / 20))
+    words = f"times {factor:.4g}: from {have:.1f} to {wanted:.1f} dB above the threshold"
+    return factor, float(10 ** ((wanted - own) / 20)), words
+
+
+def within_limits(
+    drive: NDArray[np.float64],
+    low: float,
+    high: float,
+    *,
+    unit: str,
+    over: Literal["scale", "clip", "refuse"],
+    clip_share: float,
+    scaled: list[str],
+    clipped: list[str],
+) -> tuple[NDArray[np.float64], float]:
+    """Return a drive within ``low`` to ``high``, and the factor that it was made smaller by.
+
+    Up to ``clip_share`` of the samples are clipped; where more are over, ``over`` decides. Sentences on it are added to
+    ``scaled`` and ``clipped``.
+
+    Raises
+    ------
+    ParameterError
+        If too much is over the limit and ``over`` is ``refuse``.
+    """
+    reach = drive / high if low >= 0 else np.maximum(drive / high, drive / low)
+    share = float(np.mean(reach > 1))
+    limit = amount(high, unit)
+    factor = 1.0
+    if share > clip_share and over != "clip":
+        if over == "refuse":
+            raise ParameterError(
+                f"{percent(share)} of the drive is over the limit of {limit} (largest "
+                f"{amount(float(reach.max()) * high, unit)}); lower the level, or let it scale or clip"
+            )
+        factor = 1 / float(np.quantile(reach, 1 - clip_share, method="higher"))
+        scaled.append(
+            f"times {factor:.4g} ({20 * np.log10(factor):.1f} dB): {percent(share)} of the drive was over the "
+            f"limit of {limit}"
+        )
+    outside = float(np.mean(reach * factor > 1 + 1e-9))
+    if outside > 0:
+        largest = 20 * np.log10(float(reach.max()) * factor)
+        clipped.append(f"{percent(outside)} of the samples at {limit}, the largest by {largest:.1f} dB")
+    return np.clip(drive * factor, low, high), factor

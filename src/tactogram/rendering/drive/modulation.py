@@ -1,0 +1,184 @@
+"""What modulates a carrier: within a band, with a first-order low-pass taken back, and within -1..1."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tactogram.errors import ParameterError
+from tactogram.rendering.drive.report import percent
+
+KNEE = 0.8
+"""The soft limiter leaves what is below this share of full scale as it is."""
+PAD_S = 0.1
+"""The ends are held so long while a filter rings: ten time constants of a transducer of Q 800."""
+
+
+def pre_emphasis(frequency: ArrayLike, *, cutoff_hz: float, cap_db: float) -> NDArray[np.complex128]:
+    """Return the inverse of a first-order low-pass, its magnitude at most ``cap_db``.
+
+    Parameters
+    ----------
+    frequency : float array, shape (bin,), Hz
+    cutoff_hz : float
+        Of the low-pass: f / (2 Q) of a transducer.
+    cap_db : float
+
+    Returns
+    -------
+    complex128 array, shape (bin,)
+        1 at 0 Hz. The phase is taken back beyond the cap, too: what comes back keeps its shape in time.
+    """
+    inverse = 1 + 1j * np.asarray(frequency, np.float64) / cutoff_hz
+    return np.asarray(inverse * np.minimum(1, 10 ** (cap_db / 20) / np.abs(inverse)))
+
+
+def attained(cutoff_hz: float, *, cap_db: float | None, highest_hz: float) -> tuple[float, float]:
+    """Return up to where a signal arrives flat, and where it has fallen by 3 dB, Hz; both at most ``highest_hz``.
+
+    Parameters
+    ----------
+    cutoff_hz : float
+        Of the low-pass.
+    cap_db : float or None
+        Of the pre-emphasis; None for none: nothing above 0 Hz is flat then.
+    highest_hz : float
+    """
+    cap = 1.0 if cap_db is None else 10 ** (cap_db / 20)
+    flat, half = cutoff_hz * math.sqrt(cap**2 - 1), cutoff_hz * math.sqrt(2 * cap**2 - 1)
+    return min(flat, highest_hz), min(half, highest_hz)
+
+
+def shaped(
+    x: NDArray[np.float64],
+    rate: float,
+    *,
+    band: tuple[float, float],
+    cutoff_hz: float | None,
+    cap_db: float | None,
+    loop: bool,
+) -> tuple[NDArray[np.float64], dict[str, Any]]:
+    """Return ``x`` within the band and pre-emphasised, and what of it will arrive.
+
+    Parameters
+    ----------
+    x : float64 array, shape (time,)
+    rate : float, Hz
+    band : tuple of float, Hz
+        Edges of half a cosine, a tenth of the edge wide, outside. A low edge above 0 removes the mean.
+    cutoff_hz : float, optional
+        Of the low-pass that it will meet; None if that is not known.
+    cap_db : float, optional
+        Of the pre-emphasis; None for none.
+    loop : bool
+        The end goes on with the beginning; else both ends are held.
+
+    Returns
+    -------
+    float64 array, shape (time,)
+    dict
+        ``band``, ``removed_share`` and ``transducer``, see `tactogram.rendering.families.ultrasonic.modulated`.
+    """
+    pad = 0 if loop else int(PAD_S * rate)
+    padded = np.pad(x, pad, mode="edge")
+    spectrum = np.fft.rfft(padded)
+    f = np.asarray(np.fft.rfftfreq(len(padded), 1 / rate), np.float64)
+    inside = _edges(f, band)
+    power = spectrum.real**2 + spectrum.imag**2
+    power[0] = 0.0  # a constant is amplitude, not signal
+    whole = float(power.sum()) or 1.0
+    kept = power * inside**2
+    facts: dict[str, Any] = {
+        "band": list(band),
+        "removed_share": float((power - kept).sum()) / whole,
+        "transducer": None,
+    }
+    response = inside.astype(np.complex128)
+    if cutoff_hz is not None:
+        if cap_db is not None:
+            response *= pre_emphasis(f, cutoff_hz=cutoff_hz, cap_db=cap_db)
+        flat, half = attained(cutoff_hz, cap_db=cap_db, highest_hz=band[1])
+        facts["transducer"] = {
+            "cutoff_hz": cutoff_hz,
+            "pre_emphasis": cap_db is not None,
+            "cap_db": cap_db,
+            "flat_to_hz": flat,
+            "minus_3_db_hz": half,
+            "power_not_reached": float(kept[f > half].sum()) / whole if half < band[1] else 0.0,
+        }
+    done = np.asarray(np.fft.irfft(spectrum * response, len(padded)), np.float64)
+    return done[pad : pad + len(x)], facts
+
+
+def scaled_within(
+    x: NDArray[np.float64],
+    *,
+    full_scale: float | None,
+    share: float,
+    over: Literal["refuse", "limit"],
+    most_limited: float,
+    remedy: str,
+) -> tuple[NDArray[np.float64], dict[str, Any]]:
+    """Return ``x`` within -1..1, and how it got there.
+
+    Parameters
+    ----------
+    x : float64 array, shape (time,)
+    full_scale : float, optional
+        What becomes 1; by default what makes the largest magnitude ``share``.
+    share : float
+    over : {"refuse", "limit"}
+        What to do where it is beyond 1: refuse, or limit softly.
+    most_limited : float
+        Share of the samples beyond 1 from which on that is refused, too.
+    remedy : str
+        What the refusal advises.
+
+    Raises
+    ------
+    ParameterError
+        If it over-modulates and may not, or too much of it does.
+    """
+    peak = float(np.abs(x).max())
+    scale = full_scale or (peak / share if peak > 0 else 1.0)
+    inner = x / scale
+    beyond = float(np.mean(np.abs(inner) > 1 + 1e-9))
+    facts = {"full_scale": scale, "over_modulated_share": beyond, "limited_share": 0.0}
+    if beyond == 0:
+        return np.clip(inner, -1, 1), facts
+    if over == "refuse" or beyond > most_limited:
+        allowed = "" if over == "refuse" else f" ({100 * most_limited:g} % may be limited)"
+        softly = ", or set over_modulation to limit" if over == "refuse" else ""
+        raise ParameterError(
+            f"the signal over-modulates: it reaches {peak / scale:.3g} of full modulation, {percent(beyond)} of the "
+            f"samples are beyond 1{allowed}; {remedy}{softly}"
+        )
+    facts["limited_share"] = float(np.mean(np.abs(inner) > KNEE))
+    return soft_limited(inner), facts
+
+
+def soft_limited(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return ``x`` as it is up to `KNEE`, and nearing 1 above as a hyperbolic tangent; its slope has no step."""
+    size = np.abs(x)
+    above = KNEE + (1 - KNEE) * np.tanh((size - KNEE) / (1 - KNEE))
+    return np.asarray(np.sign(x) * np.where(size > KNEE, above, size))
+
+
+def limited(samples: NDArray[np.float64], peak: float) -> NDArray[np.float32]:
+    """Return ``samples`` as float32 of which none exceeds ``peak``: rounding must not either."""
+    most = np.float32(peak)
+    if float(most) > peak:
+        most = np.nextafter(most, np.float32(0))
+    return np.asarray(np.clip(samples.astype(np.float32), -most, most), np.float32)
+
+
+def _edges(f: NDArray[np.float64], band: tuple[float, float]) -> NDArray[np.float64]:
+    """Return 1 within the band, 0 from a tenth of an edge outside, half a cosine between."""
+    low, high = band
+    inside = 0.5 + 0.5 * np.cos(np.pi * np.clip((f - high) / (0.1 * high), 0, 1))
+    if low > 0:
+        inside = inside * (0.5 + 0.5 * np.cos(np.pi * np.clip((low - f) / (0.1 * low), 0, 1)))
+    return np.asarray(inside)

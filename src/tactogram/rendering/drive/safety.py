@@ -1,0 +1,176 @@
+"""The last step before a display: no NaN, no DC where forbidden, fades, and the limits last of all."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal as dsp
+
+from tactogram.errors import ParameterError
+from tactogram.rendering.displays.display import Display
+from tactogram.signal.signal import Signal
+
+
+def safe(drive: Signal, display: Display, *, faded: bool = False) -> tuple[Signal, dict[str, Any]]:
+    """Return a drive that may be sent: faded in and out, without DC where that is forbidden, within the limits.
+
+    Parameters
+    ----------
+    drive : Signal
+        At the display's rate, in its unit, with its channels; a Signal holds no NaN.
+    display : Display
+    faded : bool
+        Whether the family faded it already, by `settled`.
+
+    Returns
+    -------
+    Signal
+        As long as ``drive``. Every sample lies within ``display.floor`` and ``display.limit``.
+    dict
+        ``clipped_samples`` that lay outside, ``removed_dc`` (largest of the channels, in the drive's unit), ``scaled``
+        by taking the mean out (1 unless that pushed a peak over the limit).
+
+    Raises
+    ------
+    ParameterError
+        If rate, unit or channels are not the display's: a defect of the family.
+    """
+    expected = (display.rate, display.unit, display.channels)
+    if (drive.rate, drive.unit, drive.axes) != expected:
+        raise ParameterError(f"drive must be {expected}, got {(drive.rate, drive.unit, drive.axes)}")
+    x = drive.samples.astype(np.float64)
+    outside = int(np.count_nonzero((x > display.limit) | (x < display.floor)))
+    x = np.clip(x, display.floor, display.limit)
+    x, removed, scaled = *settled(x, display, faded=faded), 1.0
+    if not display.dc:
+        over = float(np.max([x.max() / display.limit, x.min() / display.floor, 1.0]))
+        x, scaled = x / over, 1 / over
+    low, high = bounds(display)
+    done = np.clip(x.astype(np.float32), low, high)
+    return drive.with_samples(done), {"clipped_samples": outside, "removed_dc": removed, "scaled": scaled}
+
+
+def settled(
+    x: NDArray[np.float64], display: Display, *, faded: bool = False
+) -> tuple[NDArray[np.float64], float]:
+    """Return a drive that begins and ends at rest, without DC where that is forbidden, and the largest mean removed.
+
+    Where the display's rest is 0 that is linear: a family that scales its drive to a limit does so afterwards.
+
+    Parameters
+    ----------
+    x : float64 array, shape (channel, time), in the drive's unit
+    display : Display
+    faded : bool
+        Take the mean alone out.
+    """
+    window = fade_window(x.shape[1], round(display.fade_ms / 1e3 * display.rate))
+    if not faded:
+        x = display.rest + (x - display.rest) * window
+    if display.dc:
+        return x, 0.0
+    # What is taken off has the window's shape, so that the drive still begins and ends at 0.
+    mean = x.mean(axis=1, keepdims=True)
+    weight = window.mean()
+    x = x - mean * window / weight if weight > 0 else np.zeros_like(x)
+    return x, float(np.abs(mean).max())
+
+
+def fade_window(length: int, fade: int) -> NDArray[np.float64]:
+    """Return a raised cosine from 0 to 1 over ``fade`` samples, 1, and back to 0; float64, shape (length,).
+
+    The last sample is 0 even without a fade: many devices hold what they were told last.
+    """
+    fade = min(fade, length // 2)
+    window = np.ones(length)
+    if fade > 0:
+        rise = np.sin(np.pi / 2 * np.arange(fade) / fade) ** 2
+        window[:fade] = rise
+        window[-fade:] = rise[::-1]
+    window[-1] = 0.0
+    return window
+
+
+def bounds(display: Display) -> tuple[np.float32, np.float32]:
+    """Return the lowest and highest float32 within the display's limits."""
+    low, high = np.float32(display.floor), np.float32(display.limit)
+    if float(low) < display.floor:
+        low = np.nextafter(low, np.float32(np.inf))
+    if float(high) > display.limit:
+        high = np.nextafter(high, np.float32(-np.inf))
+    return low, high
+
+
+class Guard:
+    """What stands between a stream of drive blocks and a device: the same promises, block by block.
+
+    A block with a NaN or an infinity in it is a fault: instead of it and of everything after it comes a fade to rest.
+    ``missing`` gives blocks for a connection that went silent: a fade to rest, then rest. After a fault `reset` is
+    needed; after silence the next block fades in. No block leaves the limits, and none begins with a jump from the
+    last sample sent beyond what the fade allows.
+
+    Parameters
+    ----------
+    display : Display
+        Where DC is forbidden, a first-order high-pass at ``highpass_hz`` takes it out.
+    highpass_hz : float, Hz
+    """
+
+    def __init__(self, display: Display, *, highpass_hz: float = 5.0) -> None:
+        self.display = display
+        self.fault: str | None = None
+        self._low, self._high = bounds(display)
+        self._step = 1 / max(1.0, display.fade_ms / 1e3 * display.rate)
+        self._pole = 0.0 if display.dc else float(np.exp(-2 * np.pi * highpass_hz / display.rate))
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin anew, at rest: the next block fades in."""
+        count = len(self.display.channels)
+        self.fault = None
+        self._gain = 0.0
+        self._held = np.full((count, 1), self.display.rest)
+        self._state = np.zeros((count, 1))
+
+    def process(self, block: NDArray[np.floating]) -> NDArray[np.float32]:
+        """Return the block that may be sent, float32, shape (channel, time) as ``block``, in the display's unit.
+
+        Raises
+        ------
+        ParameterError
+            If ``block`` has another shape. What is not finite is no error: it is faded to rest, see ``fault``.
+        """
+        if block.ndim != 2 or len(block) != len(self.display.channels):
+            raise ParameterError(f"block must be ({len(self.display.channels)}, time), got {block.shape}")
+        if self.fault is None and not np.isfinite(block).all():
+            self.fault = "not a number in a block"
+        if self.fault is not None:
+            return self.missing(block.shape[1])
+        return self._sent(np.clip(block.astype(np.float64), self._low, self._high), to=1.0)
+
+    def missing(self, length: int) -> NDArray[np.float32]:
+        """Return what is sent while nothing comes: a fade from the last sample to rest, shape (channel, time)."""
+        return self._sent(np.repeat(self._held, length, axis=1), to=0.0)
+
+    def leaving(self, block: NDArray[np.floating]) -> NDArray[np.float32]:
+        """Return a block (channel, time) as `process`, faded to rest: what a drive still has while nothing comes."""
+        if self.fault is not None or block.ndim != 2 or not np.isfinite(block).all():
+            return self.missing(block.shape[-1])
+        return self._sent(np.clip(block.astype(np.float64), self._low, self._high), to=0.0)
+
+    def _sent(self, x: NDArray[np.float64], *, to: float) -> NDArray[np.float32]:
+        count = x.shape[1]
+        if count == 0:
+            return np.zeros(x.shape, np.float32)
+        steps = self._step * np.arange(1, count + 1)
+        gain = np.clip(self._gain + np.sign(to - self._gain) * steps, 0.0, 1.0)
+        self._gain = float(gain[-1])
+        self._held = x[:, -1:]
+        if self._pole:
+            x, self._state = dsp.lfilter([1.0, -1.0], [1.0, -self._pole], x, axis=1, zi=self._state)
+        rest = self.display.rest
+        y = rest + (x - rest) * np.sin(np.pi / 2 * gain) ** 2
+        sent: NDArray[np.float32] = np.clip(y.astype(np.float32), self._low, self._high)
+        return sent

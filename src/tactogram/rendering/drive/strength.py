@@ -1,0 +1,177 @@
+"""How strong a vibration is from moment to moment, for displays that can only be told how strong to vibrate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import signal as dsp
+
+from tactogram.errors import UnitError
+from tactogram.rendering.displays.display import Display
+from tactogram.rendering.drive.level import Level
+from tactogram.rendering.drive.level_scaling import MOTION, within_limits
+from tactogram.signal.filters import bandpass
+from tactogram.signal.kinematics import differentiate
+from tactogram.signal.perception import FELT_HZ, detection_threshold, sensation_level_db, weighted
+from tactogram.signal.signal import Signal
+
+
+class StrengthSettings(Protocol):
+    """What a family's settings say of it."""
+
+    @property
+    def smoothing_ms(self) -> float:
+        """Length of the window (Hann) over which power is averaged."""
+
+    @property
+    def output_at_full(self) -> float | None:
+        """Amplitude of the display's acceleration at full drive, m/s^2; None is not known."""
+
+    @property
+    def frequency_hz(self) -> float:
+        """At which it vibrates then."""
+
+    @property
+    def over(self) -> Literal["scale", "clip", "refuse"]:
+        """What is done where it would have to be stronger than at full drive."""
+
+    @property
+    def clip_share(self) -> float:
+        """Up to which share of the time that is clipped."""
+
+
+@dataclass(frozen=True, eq=False)
+class Strength:
+    """How strong a display shall vibrate.
+
+    Parameters
+    ----------
+    share : float64 array, shape (time,)
+        Of what the display gives at full drive, 0 to 1.
+    scaled, clipped : list of str
+        How the level was reached, and what became of too much.
+    limiting : float
+        What it was made weaker by.
+    """
+
+    share: NDArray[np.float64]
+    scaled: list[str]
+    clipped: list[str]
+    limiting: float
+
+
+def strength(signal: Signal, settings: StrengthSettings, *, display: Display, level: Level) -> Strength:
+    """Return how strong ``display`` shall vibrate, at its rate.
+
+    The strength is the amplitude of the sine that has the power of the signal around each moment. For a level of
+    sensation each frequency counts by its threshold, and the display vibrates as far above the threshold at its own
+    frequency.
+
+    Parameters
+    ----------
+    signal : Signal
+        The power of its axes is added.
+    settings : StrengthSettings
+    display : Display
+    level : Level
+        ``peak`` is a share of full drive; ``gain`` is in m/s^2 per unit of signal where the display's output is known,
+        else in parts of full drive per unit of signal.
+
+    Raises
+    ------
+    UnitError
+        If a physical level or one of sensation is asked for where signal or display has none.
+    ParameterError
+        If too much is over full drive and the settings refuse that.
+    """
+    wanted, words = _wanted(signal, settings, display, level)
+    scaled, clipped = [words], list[str]()
+    share, limiting = within_limits(
+        wanted,
+        0.0,
+        1.0,
+        unit="1",
+        over=settings.over,
+        clip_share=settings.clip_share,
+        scaled=scaled,
+        clipped=clipped,
+    )
+    return Strength(share, scaled, clipped, limiting)
+
+
+def _wanted(
+    signal: Signal, settings: StrengthSettings, display: Display, level: Level
+) -> tuple[NDArray[np.float64], str]:
+    """Return the strength that ``level`` asks for, above 1 where the display cannot, and in words how."""
+    output_at_full, frequency_hz = settings.output_at_full, settings.frequency_hz
+    smoothing_ms = settings.smoothing_ms
+    moving = signal.unit in MOTION and output_at_full is not None
+    if level.kind in ("physical", "sensation") and not moving:
+        known = "is not known" if output_at_full is None else "is known"
+        raise UnitError(
+            f"level {level.kind} needs a signal in {', '.join(MOTION)} and a display whose acceleration at full drive "
+            f"is known; the signal is in {signal.unit}, that of {display.name} {known}: use gain=FACTOR or peak=SHARE"
+        )
+    if level.kind == "sensation":
+        felt = _at_rate(_amplitude(weighted(signal), smoothing_ms), signal.rate, display.rate)
+        own = sensation_level_db(signal)
+        more = 0.0 if level.value is None or not np.isfinite(own) else level.value - own
+        threshold = float(detection_threshold(frequency_hz, "m/s^2"))
+        share = felt * threshold / float(output_at_full or 1.0) * 10 ** (more / 20)
+        return (
+            share,
+            f"as far above the threshold at {frequency_hz:g} Hz as the signal, {more:+.1f} dB",
+        )
+    felt = _at_rate(_amplitude(_in_band(signal, display), smoothing_ms), signal.rate, display.rate)
+    full = output_at_full or 1.0
+    match level.kind:
+        case "physical":
+            return felt / full, f"{full:g} m/s^2 of the signal are full drive, as its output has it"
+        case "gain":
+            value = float(level.value or 1.0)
+            per = "m/s^2" if output_at_full is not None else "of full drive"
+            return felt * value / full, f"{value:g} {per} per {signal.unit} of the signal, as asked"
+    peak = float(felt.max())
+    factor = float(level.value or 1.0) / peak if peak > 0 else 1.0
+    words = f"the strongest moment is {level.value:g} of full drive; the signal's own level is lost"
+    return felt * factor, words
+
+
+def _in_band(signal: Signal, display: Display) -> Signal:
+    """Return the part of a signal that is felt as vibration, as acceleration where it is a motion."""
+    low, high = display.band or FELT_HZ
+    if high < 0.45 * signal.rate:
+        signal = bandpass(signal, low, high)
+    elif low < 0.4 * signal.rate:
+        signal = bandpass(signal, low, np.inf) if low > 0 else signal
+    while signal.unit in ("m", "m/s"):
+        signal = differentiate(signal)
+    return signal
+
+
+def _amplitude(signal: Signal, smoothing_ms: float) -> NDArray[np.float64]:
+    """Return the amplitude of the sine of the same power around each sample, float64, shape (time,)."""
+    length = max(1, round(smoothing_ms / 1e3 * signal.rate))
+    window = np.hanning(length + 2)[1:-1]
+    power = np.sum(signal.samples.astype(np.float64) ** 2, axis=0)
+    around = dsp.fftconvolve(power, window / window.sum(), mode="same")
+    amplitude: NDArray[np.float64] = np.sqrt(2 * np.maximum(around, 0.0))
+    # The convolution leaves rounding where there is silence.
+    return np.where(amplitude > 1e-7 * amplitude.max(initial=0.0), amplitude, 0.0)
+
+
+def _at_rate(x: NDArray[np.float64], rate: float, new: float) -> NDArray[np.float64]:
+    """Return the strength in the middle of each step of the display: it is smooth, and must not become negative."""
+    count = max(1, round(len(x) * new / rate))
+    middles = (np.arange(count) + 0.5) / new
+    return np.asarray(np.interp(middles, np.arange(len(x)) / rate, x))
+
+
+def correlation(a: NDArray[np.float64], b: NDArray[np.float64]) -> float | None:
+    """Return how far two strengths rise and fall together, -1 to 1; None where one is constant."""
+    if len(a) < 2 or a.std() < 1e-12 or b.std() < 1e-12:
+        return None
+    return float(np.corrcoef(a, b)[0, 1])

@@ -1,0 +1,1 @@
+"""Display families, one module each."""

@@ -1,0 +1,148 @@
+"""Eccentric motors (ERM) and linear resonant actuators (LRA) behind a driver that is told how strong to vibrate.
+
+The driver takes an amplitude a few hundred times a second: the real-time playback of Texas Instruments' DRV2605 and its
+kin. The register's formats and addresses are from the data sheet (SLOS825C, sec. 7.5.8 and 7.6). In closed loop the
+driver itself overdrives and brakes, and values at or below the middle are silence; in open loop full scale is the
+overdrive clamp, and negative values brake.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+from scipy import signal as dsp
+
+from tactogram.rendering.displays.display import Display
+from tactogram.rendering.drive.level import Level
+from tactogram.rendering.drive.report import percent
+from tactogram.rendering.drive.strength import correlation, strength
+from tactogram.signal.signal import Signal
+
+PLAYBACK_REGISTER = 0x02
+FULL = 127
+"""Largest magnitude of the register's signed 8 bits that is used in both directions."""
+
+
+class Settings(BaseModel):
+    """The actuator, and how its driver is set."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    actuator: Literal["erm", "lra"]
+    """An ERM's acceleration goes with the square of its speed, an LRA's with its drive."""
+    loop: Literal["closed", "open"] = "closed"
+    """Who overdrives and brakes: the driver (closed), or the stream (open)."""
+    frequency_hz: float = Field(gt=0)
+    """Of an LRA's resonance; of an ERM at rated drive."""
+    output_at_full: float | None = Field(default=None, gt=0)
+    """Amplitude of the acceleration at rated drive, m/s^2; None is not known."""
+    rise_ms: float = Field(default=30.0, gt=0)
+    """Time constant of the amplitude, or of the motor's speed, ms."""
+    smoothing_ms: float = Field(default=20.0, gt=0)
+    """Window over which the strength of the signal is taken, ms."""
+    start: float = Field(default=0.0, ge=0, lt=1)
+    """Drive, of rated, below which nothing moves; what would lie below is left silent."""
+    rated_share: float = Field(default=0.7, gt=0, le=1)
+    """Open loop: rated voltage over overdrive clamp, the rest is for overdrive."""
+    overdrive: bool = True
+    """Open loop: whether the stream overdrives and brakes, so that the actuator follows faster than it would."""
+    over: Literal["scale", "clip", "refuse"] = "scale"
+    """Where more than ``clip_share`` would have to be stronger than rated: make all of it weaker, clip, or refuse."""
+    clip_share: float = Field(default=0.01, ge=0, lt=1)
+
+
+def drive(
+    signal: Signal, settings: Settings, *, display: Display, level: Level
+) -> tuple[Signal, dict[str, Any]]:
+    """Return register values for real-time playback, one per step of the display's rate.
+
+    Raises
+    ------
+    UnitError
+        If the level has no meaning for this signal or this actuator.
+    ParameterError
+        If too much is over the limit and ``over`` is ``refuse``.
+    """
+    wanted = strength(signal, settings, display=display, level=level)
+    share, scaled = wanted.share, wanted.scaled
+    target = np.sqrt(share) if settings.actuator == "erm" else share
+    silent = target < settings.start
+    target = np.where(silent, 0.0, target)
+    keeps = float(np.exp(-1e3 / (settings.rise_ms * display.rate)))
+    rated = FULL * (settings.rated_share if settings.loop == "open" else 1.0)
+    most = FULL / rated
+    command = _overdriven(target, keeps, most) if settings.loop == "open" and settings.overdrive else target
+    values = np.round(command * rated)
+    values = np.clip(values, max(display.floor, -FULL), min(display.limit, FULL))
+    speed = dsp.lfilter([1 - keeps], [1, -keeps], values / rated)
+    reached = np.maximum(speed, 0) ** 2 if settings.actuator == "erm" else np.maximum(speed, 0)
+    facts: dict[str, Any] = {
+        "setup": setup_registers(settings),
+        "register": PLAYBACK_REGISTER,
+        "limiting": wanted.limiting,
+        "silent_share": float(np.mean(silent & (share > 0))),
+        "overdriven_share": float(np.mean(np.abs(values) > rated + 0.5)),
+        "braking_share": float(np.mean(values < 0)),
+        "strength_correlation": correlation(share, reached),
+        "strength_rms_error": float(np.sqrt(np.mean((share - reached) ** 2))),
+        "frequency_hz": settings.frequency_hz,
+    }
+    unreachable = [_one_frequency(settings)]
+    if facts["silent_share"]:
+        unreachable.append(
+            f"{percent(facts['silent_share'])} of the time is too weak to move it and is left silent"
+        )
+    if settings.loop == "closed":
+        scaled.append(
+            "overdrive and braking are the driver's own: the stream holds none, the figures count none"
+        )
+    elif settings.overdrive:
+        above, below = (percent(facts[name]) for name in ("overdriven_share", "braking_share"))
+        scaled.append(
+            f"overdriven in {above} and braked in {below} of the steps, against a time constant of "
+            f"{settings.rise_ms:g} ms"
+        )
+    facts |= {"scaled": scaled, "clipped": wanted.clipped, "unreachable": unreachable}
+    return Signal(values.astype(np.float32), display.rate, display.unit, display.channels), facts
+
+
+def setup_registers(settings: Settings) -> list[list[int]]:
+    """Return the (address, value) pairs that set a DRV2605 up for the stream, after its own calibration.
+
+    Mode 5 is real-time playback; bit 7 of 0x1A is an LRA; bit 7 of 0x1C takes values in both directions; of 0x1D, bit 3
+    (0) is signed data, bit 5 an ERM in open loop, bit 0 an LRA in open loop. The other bits of 0x1A, 0x1C and 0x1D are
+    as after a reset: what the calibration wrote into them is to be kept instead.
+    """
+    feedback = 0x36 | (0x80 if settings.actuator == "lra" else 0)
+    opened = settings.loop == "open"
+    control3 = 0x80 | (0x20 if opened and settings.actuator == "erm" else 0)
+    control3 |= 0x01 if opened and settings.actuator == "lra" else 0
+    return [[0x01, 0x05], [0x1A, feedback], [0x1C, 0xF5], [0x1D, control3]]
+
+
+def register_bytes(drive: Signal) -> NDArray[np.uint8]:
+    """Return a drive as the bytes that are written to `PLAYBACK_REGISTER` (two's complement), uint8, shape (time,)."""
+    whole: NDArray[np.int8] = np.round(drive.samples[0]).astype(np.int8)
+    return whole.view(np.uint8)
+
+
+def _overdriven(target: NDArray[np.float64], keeps: float, most: float) -> NDArray[np.float64]:
+    """Return the commands that bring a first-order lag to ``target`` at the end of each step, within ±``most``."""
+    command = np.empty_like(target)
+    now = 0.0
+    for n, wanted in enumerate(target):
+        command[n] = min(max((wanted - keeps * now) / (1 - keeps), -most), most)
+        now = keeps * now + (1 - keeps) * command[n]
+    return command
+
+
+def _one_frequency(settings: Settings) -> str:
+    kind = (
+        "an ERM's frequency follows its strength, up to"
+        if settings.actuator == "erm"
+        else "an LRA vibrates only at"
+    )
+    return f"what the frequencies are: {kind} {settings.frequency_hz:g} Hz; what remains is how strong it is"

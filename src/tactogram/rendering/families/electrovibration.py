@@ -1,0 +1,364 @@
+"""Electrovibration: a friction coefficient as the amplitude of a carrier, by the square law.
+
+An electrode under an insulator attracts the finger with F_e = k_e V^2 (V rms), so that the friction coefficient seems
+to be mu_0 (1 + k_e V^2 / F_n). Only increases are possible. The envelope is the *root* of the wanted increase: a linear
+envelope would leave a second harmonic at a quarter of the first.
+
+k_e is calibrated, for a display and for a person: that of an ideal plate is wrong by orders of magnitude, and people
+differ much (Meyer, Peshkin & Colgate 2013). `rendering.drive.friction_calibration` fits it. A physical match is not
+a perceptual match: played as measured, textures felt weak and needed 3 to 5 times the gain (Grigorii et al. 2021).
+
+References
+----------
+- Cai et al. (2020). FrictGAN. ICAT-EGVE: friction over displacement for an electrostatic display.
+- Meyer, Peshkin & Colgate (2013). IEEE World Haptics: the square law, and how people differ.
+- Grigorii, Klatzky & Colgate (2021). IEEE Trans. Haptics. doi 10.1109/TOH.2021.3130091: playback of measured friction.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from tactogram.errors import ParameterError, UnitError
+from tactogram.rendering.displays.display import Display
+from tactogram.rendering.drive.level import Level
+from tactogram.rendering.drive.modulation import limited, shaped
+from tactogram.rendering.drive.report import percent
+from tactogram.signal.resampling import resample
+from tactogram.signal.signal import Signal
+
+HIGHEST_HZ = 1000.0
+"""Of the friction, where a display gives no band: the playback of Grigorii et al. ends there."""
+
+
+class Settings(BaseModel):
+    """How a friction coefficient becomes the voltage of an electrovibration display. Voltages are at the electrode."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    newton_per_v2: float = Field(gt=0, allow_inf_nan=False)
+    """k_e: attraction per square of the rms voltage, N/V^2. Calibrated; of the order of 1e-5."""
+    calibrated_by: str = ""
+    """Where k_e comes from (person, date, file); empty says that it was assumed, and so do the reports."""
+    calibrated_to_v_rms: float | None = Field(default=None, gt=0, allow_inf_nan=False)
+    """Largest voltage of that calibration, V rms; beyond it the square law is a guess, and the reports say so."""
+    mu_0: float = Field(gt=0, allow_inf_nan=False)
+    """Friction coefficient of the finger on the display without voltage."""
+    normal_force_n: float = Field(default=0.5, gt=0, allow_inf_nan=False)
+    """With which the finger presses, N; assumed where nothing measures it. 0.2 to 1 N are usual."""
+    perceptual_gain: float = Field(default=1.0, gt=0, allow_inf_nan=False)
+    """Of the friction's deviation from its mean. 1 is the physical match; 3 (fine) to 5 (coarse) felt right to people
+    (Grigorii et al. 2021)."""
+    v_max: float = Field(gt=0, allow_inf_nan=False)
+    """Largest voltage, 0 to peak. The amplifier must limit the current, too: no software does."""
+    amplifier_gain: float = Field(default=1.0, gt=0)
+    """Between generator and electrode; the drive is the generator's voltage."""
+    carrier_hz: float = Field(default=10_000.0, gt=0)
+    """Above what is felt. Grigorii & Colgate use 10 kHz and more."""
+    slew_v_per_s: float = Field(default=200_000.0, gt=0, allow_inf_nan=False)
+    """The envelope's amplitude changes no faster. 200 V/ms passes 250 Hz of 100 V at full depth."""
+    below: Literal["shift", "clip"] = "shift"
+    """Wanted friction below mu_0 cannot be: raise all of it, or clip. Either is reported."""
+    over: Literal["scale", "clip", "refuse"] = "scale"
+    """Wanted friction beyond v_max: make all increases smaller, clip, or refuse."""
+    clip_share: float = Field(default=0.001, ge=0, lt=1)
+    """Share of the samples beyond v_max that may be clipped without further ado."""
+    output: Literal["waveform", "envelope"] = "waveform"
+    """The carrier and all, or its amplitude alone."""
+    hysteresis_mm: float = Field(default=0.1, ge=0)
+    """Playing along a finger's path: a finger that turns back moves so far before the texture does."""
+    watchdog_s: float = Field(default=0.05, gt=0, le=1)
+    """Without news of the finger for so long the voltage goes to zero."""
+    release_s: float = Field(default=0.01, gt=0, le=0.1)
+    """It takes so long."""
+
+    @model_validator(mode="after")
+    def _carrier_is_fast(self) -> Self:
+        if self.carrier_hz < 2000:
+            raise ValueError(f"carrier_hz must be 2000 or more, above what is felt, got {self.carrier_hz:g}")
+        return self
+
+    @property
+    def peak_v(self) -> float:
+        """Largest voltage of the generator, 0 to peak."""
+        return self.v_max / self.amplifier_gain
+
+    @property
+    def mu_max(self) -> float:
+        """Largest friction coefficient that v_max gives."""
+        return float(friction(self.v_max / math.sqrt(2), self))
+
+
+def friction(volts_rms: ArrayLike, settings: Settings) -> NDArray[np.float64]:
+    """Return the friction coefficient that a voltage gives by the square law: mu_0 (1 + k_e V^2 / F_n).
+
+    Parameters
+    ----------
+    volts_rms : float array, V rms at the electrode
+    settings : Settings
+    """
+    v = np.asarray(volts_rms, np.float64)
+    return np.asarray(settings.mu_0 * (1 + settings.newton_per_v2 * v**2 / settings.normal_force_n))
+
+
+def voltage(mu: ArrayLike, settings: Settings) -> NDArray[np.float64]:
+    """Return the rms voltage that gives a friction coefficient, V at the electrode.
+
+    0 where ``mu`` is mu_0 or less; never more than v_max as an amplitude.
+    """
+    increase = np.asarray(mu, np.float64) / settings.mu_0 - 1
+    # Of a float32 coefficient less than that is rounding, and its root would be a voltage.
+    increase = np.where(increase > 2e-7, increase, 0.0)
+    square = np.clip(increase * settings.normal_force_n / settings.newton_per_v2, 0, settings.v_max**2 / 2)
+    return np.asarray(np.sqrt(square))
+
+
+def drive(
+    signal: Signal, settings: Settings, *, display: Display, level: Level
+) -> tuple[Signal, dict[str, Any]]:
+    """Return the drive of an electrovibration display; see `tactogram.rendering.displays.display`.
+
+    Level ``physical``: the friction coefficient itself, times the settings' perceptual gain. ``gain=FACTOR``: its
+    deviation from the mean times that, too. ``peak=SHARE``: any unit; the signal's least becomes mu_0, its largest so
+    much of v_max; its own level is lost.
+
+    Raises
+    ------
+    UnitError
+        If the level has no meaning here.
+    ParameterError
+        If the display's limit is below what the settings allow, it has several channels, or `modulated` refuses.
+    """
+    display.check_volts(settings.peak_v, lower="v_max")
+    highest = display.band[1] if display.band else HIGHEST_HZ
+    target, facts, sentences = friction_target(signal, settings, level)
+    raw, more = modulated(target, settings, rate=display.rate, highest_hz=highest)
+    if more["removed_share"] > 1e-3:
+        share = 100 * more["removed_share"]
+        sentences["unreachable"].append(f"{share:.1f} % of the power, above {highest:g} Hz")
+    if more["slewed_share"] > 1e-3:
+        sentences["clipped"].append(
+            f"{percent(more['slewed_share'])} of the samples held back by {settings.slew_v_per_s:g} V/s"
+        )
+    rms = more["highest_v"] / math.sqrt(2)
+    if settings.calibrated_to_v_rms is not None and rms > settings.calibrated_to_v_rms * (1 + 1e-3):
+        sentences["scaled"].append(
+            f"up to {rms:.3g} V rms, but calibrated to {settings.calibrated_to_v_rms:g} V rms only, the rest is a guess"
+        )
+    return Signal(raw.samples, display.rate, "V", display.channels), {**facts, **more, **sentences}
+
+
+def friction_target(
+    signal: Signal, settings: Settings, level: Level
+) -> tuple[Signal, dict[str, Any], dict[str, list[str]]]:
+    """Return the friction coefficient that the display can and shall give, over the domain of ``signal``.
+
+    Parameters
+    ----------
+    signal : Signal
+        One axis, over time or displacement: a friction coefficient (unit 1), or with level ``peak`` anything.
+    settings : Settings
+    level : Level
+        See `drive`.
+
+    Returns
+    -------
+    Signal
+        Unit 1, from mu_0 to mu_max.
+    facts : dict
+        ``newton_per_v2``, ``calibrated_by``, ``mu_0``, ``mu_max``, ``normal_force_n``, ``perceptual_gain``,
+        ``gain`` (in all), ``shift`` (added to the coefficient), ``increase_scaled_by``, ``below_share`` and
+        ``beyond_share`` (of the samples that were clipped), ``mu_wanted`` and ``mu_given`` (least, mean, largest).
+    sentences : dict
+        ``scaled``, ``clipped``, ``unreachable``, lists of str.
+    """
+    if len(signal.axes) != 1:
+        raise ParameterError(f"friction is one axis, got {', '.join(signal.axes)}: select one")
+    s = settings
+    mu = signal.samples[0].astype(np.float64)
+    scaled = [
+        f"k_e {s.newton_per_v2:.3g} N/V^2, {s.calibrated_by or 'assumed, not calibrated'}; at a normal "
+        f"force of {s.normal_force_n:g} N; perceptual gain {s.perceptual_gain:g}"
+    ]
+    clipped: list[str] = []
+    unreachable: list[str] = []
+    facts: dict[str, Any] = {
+        "newton_per_v2": s.newton_per_v2,
+        "calibrated_by": s.calibrated_by or None,
+        "mu_0": s.mu_0,
+        "mu_max": s.mu_max,
+        "normal_force_n": s.normal_force_n,
+        "perceptual_gain": s.perceptual_gain,
+        "mu_wanted": None,
+        "shift": 0.0,
+        "increase_scaled_by": 1.0,
+        "below_share": 0.0,
+        "beyond_share": 0.0,
+    }
+    if level.kind == "peak":
+        gain, offset = _to_range(mu, s, float(level.value or 1.0))
+        target = offset + gain * mu
+        scaled.append(
+            f"times {gain:.4g}: the largest voltage is {level.value:g} of v_max; its own level is lost"
+        )
+        facts |= {"gain": gain, "shift": offset}
+    else:
+        gain = s.perceptual_gain * _gain(signal, level)
+        mean = float(mu.mean())
+        target = mean + gain * (mu - mean)
+        facts |= {"gain": gain, "mu_wanted": _least_mean_largest(target)}
+        if gain != 1:
+            scaled.append(f"deviation from the mean times {gain:.4g}: not a physical match")
+        target = _raised(target, s, facts, scaled, clipped)
+        target = _lowered(target, s, facts, scaled, clipped)
+        if facts["shift"]:
+            unreachable.append(f"friction below {s.mu_0:g}, that of the finger on the bare display")
+        if facts["increase_scaled_by"] < 1:
+            unreachable.append(
+                f"friction above {s.mu_max:.3g}: of what was wanted {percent(facts['increase_scaled_by'])} of the "
+                "swing come out"
+            )
+    target = np.clip(target, s.mu_0, s.mu_max)
+    facts["mu_given"] = _least_mean_largest(target)
+    sentences = {"scaled": scaled, "clipped": clipped, "unreachable": unreachable}
+    return signal.with_samples(target, unit="1", axes=("friction",)), facts, sentences
+
+
+def modulated(
+    target: Signal, settings: Settings, *, rate: float, highest_hz: float = HIGHEST_HZ
+) -> tuple[Signal, dict[str, Any]]:
+    """Return the generator's voltage for a friction coefficient over time: root envelope, slew, carrier, limit.
+
+    Parameters
+    ----------
+    target : Signal
+        Over time, unit 1; what is outside mu_0 to mu_max is clipped.
+    settings : Settings
+    rate : float, Hz
+        Above twice the carrier for a waveform, above twice ``highest_hz`` for an envelope.
+    highest_hz : float
+        What of the friction is faster is removed.
+
+    Returns
+    -------
+    Signal
+        V at the generator; its magnitude never exceeds ``settings.peak_v``. An envelope is the carrier's amplitude,
+        root of two times the rms.
+    dict
+        ``output``, ``carrier_hz``, ``v_max``, ``highest_v`` (at the electrode), ``highest_hz``, ``removed_share``,
+        ``slew_v_per_s``, ``slewed_share``.
+    """
+    if target.unit != "1":
+        raise UnitError(f"a friction coefficient has unit 1, got {target.unit}")
+    if target.domain != "time" or len(target.axes) != 1:
+        raise ParameterError(
+            "friction over displacement is played along a finger's path first, and is one axis; got "
+            f"{len(target.axes)} over {target.domain}"
+        )
+    s = settings
+    least = 2.2 * (highest_hz + (s.carrier_hz if s.output == "waveform" else 0))
+    if not (math.isfinite(rate) and rate > least):
+        raise ParameterError(f"{s.output} of this display needs a rate above {least:g} Hz, got {rate:g}")
+    mu = resample(target, rate).samples[0].astype(np.float64)
+    mu, filtering = shaped(mu, rate, band=(0.0, highest_hz), cutoff_hz=None, cap_db=None, loop=False)
+    wanted = math.sqrt(2) * voltage(mu, s)
+    envelope = slewed(wanted, s.slew_v_per_s / rate)
+    samples = envelope
+    if s.output == "waveform":
+        samples = envelope * np.sin(2 * np.pi * s.carrier_hz * np.arange(len(envelope)) / rate)
+    done = limited(samples / s.amplifier_gain, s.peak_v)
+    return Signal(done, rate, "V", ("drive",)), {
+        "output": s.output,
+        "carrier_hz": s.carrier_hz,
+        "v_max": s.v_max,
+        "highest_v": float(np.abs(done).max()) * s.amplifier_gain,
+        "highest_hz": highest_hz,
+        "removed_share": filtering["removed_share"],
+        "slew_v_per_s": s.slew_v_per_s,
+        "slewed_share": float(np.mean(wanted - envelope > 1e-6 * s.v_max)),
+    }
+
+
+def slewed(wanted: NDArray[np.float64], most: float) -> NDArray[np.float64]:
+    """Return the largest envelope that is nowhere above ``wanted`` and changes by at most ``most`` per sample.
+
+    Parameters
+    ----------
+    wanted : float64 array, shape (time,)
+        >= 0.
+    most : float
+        Per sample, in its unit.
+    """
+    ramp = most * np.arange(len(wanted))
+    rising = np.minimum.accumulate(wanted - ramp) + ramp
+    falling: NDArray[np.float64] = (np.minimum.accumulate((rising + ramp)[::-1])[::-1]) - ramp
+    return np.maximum(falling, 0)
+
+
+def _gain(signal: Signal, level: Level) -> float:
+    """Return what the level multiplies the friction's deviation by."""
+    if signal.unit != "1":
+        raise UnitError(
+            f"level {level} needs a friction coefficient (unit 1), got {signal.unit}; any signal takes peak=SHARE"
+        )
+    if level.kind == "sensation":
+        raise UnitError(
+            "level sensation has no meaning for friction: its threshold is not that of vibration; use physical or gain"
+        )
+    return float(level.value or 1.0) if level.kind == "gain" else 1.0
+
+
+def _to_range(mu: NDArray[np.float64], s: Settings, share: float) -> tuple[float, float]:
+    low, high = float(mu.min()), float(mu.max())
+    if high <= low:
+        raise ParameterError(f"the signal is {low:g} throughout: there is nothing to play")
+    gain = (float(friction(share * s.v_max / math.sqrt(2), s)) - s.mu_0) / (high - low)
+    return gain, s.mu_0 - gain * low
+
+
+def _raised(
+    target: NDArray[np.float64], s: Settings, facts: dict[str, Any], scaled: list[str], clipped: list[str]
+) -> NDArray[np.float64]:
+    """Return the target with nothing below mu_0, shifted or clipped."""
+    low = float(target.min())
+    if low >= s.mu_0:
+        return target
+    if s.below == "shift":
+        facts["shift"] = s.mu_0 - low
+        scaled.append(f"{s.mu_0 - low:.3g} added to the friction coefficient: only increases are possible")
+        return target + (s.mu_0 - low)
+    facts["below_share"] = float(np.mean(target < s.mu_0))
+    clipped.append(f"{percent(facts['below_share'])} of the samples at mu_0 {s.mu_0:g}, the least possible")
+    return np.maximum(target, s.mu_0)
+
+
+def _lowered(
+    target: NDArray[np.float64], s: Settings, facts: dict[str, Any], scaled: list[str], clipped: list[str]
+) -> NDArray[np.float64]:
+    """Return the target with nothing beyond mu_max: its increases scaled, or clipped."""
+    most = s.mu_max
+    share = float(np.mean(target > most * (1 + 1e-12)))
+    if share > s.clip_share and s.over != "clip":
+        high = float(target.max())
+        if s.over == "refuse":
+            raise ParameterError(
+                f"{percent(share)} of the friction is beyond {most:.3g}, what v_max {s.v_max:g} V gives (largest "
+                f"{high:.3g}); lower the level or the gain, or let it scale or clip"
+            )
+        factor = (most - s.mu_0) / (high - s.mu_0)
+        facts["increase_scaled_by"] = factor
+        scaled.append(f"increases times {factor:.3g}: v_max {s.v_max:g} V gives no more than {most:.3g}")
+        return s.mu_0 + factor * (target - s.mu_0)
+    facts["beyond_share"] = share
+    if share > 0:
+        clipped.append(f"{percent(share)} of the samples at {most:.3g}, what v_max {s.v_max:g} V gives")
+    return np.minimum(target, most)
+
+
+def _least_mean_largest(x: NDArray[np.float64]) -> list[float]:
+    return [float(x.min()), float(x.mean()), float(x.max())]

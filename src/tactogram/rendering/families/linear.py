@@ -1,0 +1,229 @@
+"""Voice coils and audio actuators: the drive is the wanted output divided by the measured response."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+from scipy import fft
+
+from tactogram.errors import ParameterError
+from tactogram.rendering.displays.display import Display
+from tactogram.rendering.displays.response import Inverse, edges, inverse
+from tactogram.rendering.drive.band_table import band_table, out_of_band_db
+from tactogram.rendering.drive.level import Level
+from tactogram.rendering.drive.level_scaling import MOTION, factor_of, kinematic_power, within_limits
+from tactogram.rendering.drive.safety import settled
+from tactogram.signal.perception import sensation_level_db
+from tactogram.signal.resampling import resample
+from tactogram.signal.signal import Signal
+
+PADDING_S = 0.25
+"""Silence on both sides, s, in which a response may ring."""
+
+
+class Settings(BaseModel):
+    """How a linear display's response is made up for, and what happens where its limit is in the way."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    equalise: Literal["full", "magnitude", "none"] = "full"
+    """``full`` inverts gain and phase, ``magnitude`` the gain alone, ``none`` neither: the response then only says what
+    comes out, and one gain, that at ``reference_hz``, stands for all frequencies."""
+    cap_db: float = Field(default=20.0, ge=0, le=60)
+    """What a frequency may be raised by, relative to the one at which the display is most effective, dB."""
+    reference_hz: float = Field(default=250.0, gt=0)
+    """Where the response is read without equalisation, Hz: the most sensitive frequency of touch."""
+    over: Literal["scale", "clip", "refuse"] = "scale"
+    """Where more than ``clip_share`` of the drive is over the limit: make all of it smaller, clip, or refuse."""
+    clip_share: float = Field(default=0.001, ge=0, lt=1)
+    """Share of samples that may be clipped without further ado."""
+
+
+def drive(
+    signal: Signal, settings: Settings, *, display: Display, level: Level
+) -> tuple[Signal, dict[str, Any]]:
+    """Return the drive of a display that is linear up to its limit; see `tactogram.rendering.displays.display`.
+
+    Raises
+    ------
+    UnitError
+        If a physical level or a sensation level is asked for where signal or display has none.
+    ParameterError
+        If there are fewer axes than channels (and not one), or too much is over the limit and ``over`` is ``refuse``.
+    """
+    scaled: list[str] = []
+    clipped: list[str] = []
+    unreachable: list[str] = []
+    x, dropped = _per_channel(signal, display)
+    if dropped:
+        unreachable.append(f"axes {', '.join(dropped)}: the display has {len(display.channels)} channels")
+    if x.rate != display.rate:
+        x = resample(x, display.rate)
+    motion = kinematic_power(signal.unit, display)
+    wanted, plan = _Plan.of(x, display, settings, motion)
+    unit_drive = plan.drive(wanted)
+    faded = display.rest == 0
+    if faded:
+        # Before the level, so that what is asked for is what is sent even where the signal is loudest at its ends.
+        unit_drive, _ = settled(unit_drive, display)
+    factor, aim, words = factor_of(
+        level,
+        display=display,
+        signal=x,
+        output=plan.output(unit_drive, x),
+        peak=float(np.abs(unit_drive).max()),
+    )
+    scaled.append(words)
+    if motion:
+        scaled.append(f"{signal.unit} turned into {display.output_unit}, frequency by frequency")
+    samples, limiting = within_limits(
+        unit_drive * factor,
+        display.floor,
+        display.limit,
+        unit=display.unit,
+        over=settings.over,
+        clip_share=settings.clip_share,
+        scaled=scaled,
+        clipped=clipped,
+    )
+    output = plan.output(samples, x)
+    aimed = x.with_samples(x.samples * np.float64(aim))
+    lost_db = out_of_band_db(aimed, plan.band)
+    unreachable += plan.unreachable(lost_db)
+    facts: dict[str, Any] = {
+        "faded": faded,
+        "factor": factor * limiting,
+        "limiting": limiting,
+        "aim": aim,
+        "band": list(plan.band),
+        "equalised": settings.equalise if display.response is not None else "none",
+        "cap_db": settings.cap_db,
+        "capped_hz": list(plan.capped) if plan.capped else None,
+        "out_of_band_db": lost_db,
+        "bands": band_table(aimed, output, plan.band, below=signal.rate / 2),
+    }
+    if signal.unit in MOTION and display.output_unit in MOTION:
+        facts["sensation_level_db"] = _levels(aimed, output)
+    # One axis goes to every channel.
+    copies = len(display.channels) if len(x.axes) == 1 else 1
+    result = x.with_samples(np.repeat(samples, copies, axis=0), unit=display.unit, axes=display.channels)
+    return result, facts | {"scaled": scaled, "clipped": clipped, "unreachable": unreachable}
+
+
+class _Plan:
+    """The way from a wanted output to the drive and, through the response, back to the output."""
+
+    def __init__(
+        self,
+        display: Display,
+        settings: Settings,
+        frequency: NDArray[np.float64],
+        band: tuple[float, float],
+        motion: int,
+        length: int,
+        pad: int,
+    ) -> None:
+        self.band = band
+        self.length, self.pad = length, pad
+        self.size = 2 * (len(frequency) - 1)
+        self.rate = display.rate
+        self.response = np.ones(len(frequency), np.complex128)
+        self.capped: tuple[float, float] | None = None
+        self.needed_db = 0.0
+        self.cap_db = settings.cap_db
+        # Acceleration into displacement is divided by (j w)^2; below the band nothing of it is wanted.
+        w = 2j * np.pi * np.maximum(frequency, max(band[0], frequency[1] if len(frequency) > 1 else 1.0))
+        self.motion = w**motion
+        kept = Inverse(edges(frequency, band).astype(np.complex128), np.zeros(len(frequency), np.bool_))
+        if display.response is not None:
+            self.response[1:] = display.response.at(frequency[1:])
+            self.response[0] = 0.0
+            if settings.equalise == "none":
+                reference = abs(complex(display.response.at(settings.reference_hz)))
+                kept = Inverse(kept.gain / reference, kept.capped)
+            else:
+                full = settings.equalise == "full"
+                kept = inverse(display.response, frequency, band, cap_db=settings.cap_db, phase=full)
+                inside = (frequency > band[0]) & (frequency < band[1])
+                size = 1 / np.abs(self.response[inside])
+                self.needed_db = float(20 * np.log10(size.max() / size.min()))
+            if kept.capped.any():
+                where = frequency[kept.capped]
+                self.capped = (float(where.min()), float(where.max()))
+        self.inverse = kept.gain
+
+    @classmethod
+    def of(
+        cls, x: Signal, display: Display, settings: Settings, motion: int
+    ) -> tuple[NDArray[np.complex128], _Plan]:
+        """Return the spectrum of ``x``, padded, and the plan for it."""
+        pad = round(PADDING_S * display.rate)
+        size = fft.next_fast_len(len(x) + 2 * pad, real=True)
+        size += size % 2
+        frequency = fft.rfftfreq(size, 1 / display.rate)
+        band = reachable_band(display)
+        plan = cls(display, settings, frequency, band, motion, len(x), pad)
+        samples = x.samples.astype(np.float64)
+        if not display.dc:
+            samples = samples - samples.mean(axis=1, keepdims=True)
+        padded = np.zeros((len(samples), size))
+        padded[:, pad : pad + len(x)] = samples
+        return fft.rfft(padded, axis=1), plan
+
+    def drive(self, wanted: NDArray[np.complex128]) -> NDArray[np.float64]:
+        """Return the drive for a level factor of 1, float64, (channel, time)."""
+        return self._time(wanted * self.motion * self.inverse)
+
+    def output(self, drive: NDArray[np.float64], like: Signal) -> Signal:
+        """Return what comes out for ``drive`` as the response has it: a signal in the unit of ``like``."""
+        padded = np.zeros((len(drive), self.size))
+        padded[:, self.pad : self.pad + self.length] = drive
+        spectrum = fft.rfft(padded, axis=1) * self.response / self.motion
+        return like.with_samples(self._time(spectrum))
+
+    def unreachable(self, lost_db: float) -> list[str]:
+        """Return what the band and the cap take, as sentences; ``lost_db`` is what lies outside of the band."""
+        said = []
+        if lost_db > 0.1:
+            said.append(
+                f"what lies outside of {self.band[0]:g} to {self.band[1]:g} Hz: {lost_db:.1f} dB of the signal's power"
+            )
+        if self.capped:
+            said.append(
+                f"{self.capped[0]:.0f} to {self.capped[1]:.0f} Hz in full: the response would have to be raised by up "
+                f"to {self.needed_db:.0f} dB, the cap is {self.cap_db:g} dB"
+            )
+        return said
+
+    def _time(self, spectrum: NDArray[np.complex128]) -> NDArray[np.float64]:
+        x = fft.irfft(spectrum, n=self.size, axis=1)
+        return np.asarray(x[:, self.pad : self.pad + self.length])
+
+
+def reachable_band(display: Display) -> tuple[float, float]:
+    """Return the band in Hz that a display reaches: its own, where its response is known, below half its rate."""
+    low, high = display.band or (0.0, np.inf)
+    if display.response is not None:
+        low, high = max(low, display.response.range[0]), min(high, display.response.range[1])
+    return low, float(min(high, display.rate / 2))
+
+
+def _per_channel(signal: Signal, display: Display) -> tuple[Signal, list[str]]:
+    """Return ``signal`` with one axis, or one per channel, and the names of the axes that no channel takes."""
+    count = len(display.channels)
+    if len(signal.axes) == 1:
+        return signal, []
+    if len(signal.axes) < count:
+        raise ParameterError(
+            f"{display.name} has {count} channels, the signal {len(signal.axes)} axes: give one axis or as many"
+        )
+    names = list(signal.axes[count:])
+    return signal.with_samples(signal.samples[:count], axes=display.channels), names
+
+
+def _levels(wanted: Signal, rendered: Signal) -> dict[str, float | None]:
+    levels = {"wanted": sensation_level_db(wanted), "rendered": sensation_level_db(rendered)}
+    return {name: value if np.isfinite(value) else None for name, value in levels.items()}

@@ -1,0 +1,97 @@
+"""Phones: a vibration of one frequency that is switched on and off, or set to one of 255 strengths, step by step."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+from tactogram.rendering.displays.display import Display
+from tactogram.rendering.drive.level import Level
+from tactogram.rendering.drive.strength import correlation, strength
+from tactogram.signal.signal import Signal
+
+
+class Settings(BaseModel):
+    """What a phone's vibrator can be told."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    strengths: int = Field(default=255, ge=1, le=255)
+    """Steps of strength above silence: 255 with amplitude control, 1 for on and off alone."""
+    shortest_ms: float = Field(default=20.0, ge=0)
+    """Shortest on and off time of a vibrator without strengths, ms."""
+    frequency_hz: float = Field(default=175.0, gt=0)
+    """At which it vibrates; phones do not tell."""
+    output_at_full: float | None = Field(default=None, gt=0)
+    """Amplitude of its acceleration at full strength, m/s^2; None is not known."""
+    smoothing_ms: float = Field(default=20.0, gt=0)
+    """Window over which the strength of the signal is taken, ms."""
+    over: Literal["scale", "clip", "refuse"] = "scale"
+    """Where more than ``clip_share`` would have to be stronger than full: make all of it weaker, clip, or refuse."""
+    clip_share: float = Field(default=0.01, ge=0, lt=1)
+
+
+def drive(
+    signal: Signal, settings: Settings, *, display: Display, level: Level
+) -> tuple[Signal, dict[str, Any]]:
+    """Return strengths of 0 to ``settings.strengths``, one per step of the display's rate.
+
+    Without strengths, on and off alternate so that the share of time on follows the strength (error diffusion), never
+    shorter than ``shortest_ms``. ``facts`` holds the same as ``timings_ms`` and ``strengths``, neighbours of equal
+    strength joined, which is what phones take.
+
+    Raises
+    ------
+    UnitError
+        If the level has no meaning for this signal or this phone.
+    ParameterError
+        If too much is over the limit and ``over`` is ``refuse``.
+    """
+    wanted = strength(signal, settings, display=display, level=level)
+    share, scaled = wanted.share, wanted.scaled
+    if settings.strengths == 1:
+        values = _on_off(share, max(1, round(settings.shortest_ms / 1e3 * display.rate)))
+        scaled.append("on and off alternate: the share of time on follows the strength")
+    else:
+        values = np.round(share * settings.strengths)
+    timings, strengths = runs(values, display.rate)
+    facts = {
+        "limiting": wanted.limiting,
+        "timings_ms": timings,
+        "strengths": strengths,
+        "strength_correlation": correlation(share, values / settings.strengths),
+        "scaled": scaled,
+        "clipped": wanted.clipped,
+        "unreachable": [
+            f"what the frequencies are: a phone vibrates at its own, here taken for {settings.frequency_hz:g} Hz; what "
+            "remains is how strong it is"
+        ],
+    }
+    return Signal(values.astype(np.float32), display.rate, display.unit, display.channels), facts
+
+
+def runs(values: NDArray[np.floating], rate: float) -> tuple[list[int], list[int]]:
+    """Return how long each run of equal values lasts, in whole ms that do not drift, and the values."""
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(values)) + 1])
+    places = np.round(np.concatenate([starts, [len(values)]]) * 1e3 / rate).astype(int)
+    return np.diff(places).tolist(), values[starts].astype(int).tolist()
+
+
+def _on_off(share: NDArray[np.float64], shortest: int) -> NDArray[np.float64]:
+    """Return 0 and 1 whose running mean follows ``share``, each for ``shortest`` steps or more (silence at once)."""
+    values = np.zeros(len(share))
+    owed, state, lasted = 0.0, 0.0, shortest
+    for n, want in enumerate(share):
+        owed += want
+        wished = float(owed >= shortest / 2 if state == 0 else owed > 0)
+        if want == 0:
+            owed, wished, lasted = 0.0, 0.0, shortest
+        if wished != state and lasted >= shortest:
+            state, lasted = wished, 0
+        values[n] = state
+        owed -= state
+        lasted += 1
+    return values

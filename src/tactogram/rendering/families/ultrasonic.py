@@ -1,0 +1,344 @@
+"""Ultrasonic displays: a vibration or a friction profile as the amplitude of a carrier at the transducer's resonance.
+
+The drive is ``A (1 + m x) sin(2 pi f t)`` with A = limit / (gain (1 + m)), so that the amplifier's output never leaves
+the limit. Friction falls as the amplitude rises, so a friction profile is inverted first. The transducer passes the
+envelope as a first-order low-pass at f / (2 Q); pre-emphasis takes that back up to a cap, at the cost of depth, and the
+facts say how far it reaches.
+
+References
+----------
+- Hatori & Takemura (2023). IEEE Access 11. Sec. III-C: carrier at the resonance (about 28.2 kHz), gain 10, "a maximum
+  voltage of 22 V". Whether that is peak or peak-to-peak is not said, nor the depth.
+- Wiertlewski, Friesen & Colgate (2016). PNAS 113, 9210. doi 10.1073/pnas.1603908113: friction falls with amplitude.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from tactogram.errors import ParameterError, UnitError
+from tactogram.rendering.displays.display import Display
+from tactogram.rendering.drive.level import Level
+from tactogram.rendering.drive.modulation import limited, scaled_within, shaped
+from tactogram.rendering.drive.report import amount, percent
+from tactogram.rendering.drive.safety import fade_window
+from tactogram.signal.resampling import resample
+from tactogram.signal.signal import Signal
+
+BAND = (0.0, 1000.0)
+"""Of the envelope, Hz: the publication's signals end at 1 kHz."""
+
+
+class Settings(BaseModel):
+    """How a signal becomes the drive of an ultrasonic display: the generator's voltage, before the amplifier."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    carrier_hz: float = Field(default=28_200.0, gt=0)
+    """The transducer's resonance. Sec. III-C; resonance tracking moves it."""
+    amplifier_gain: float = Field(default=10.0, gt=0)
+    """Between generator and transducer. Sec. III-C."""
+    limit_v: float = Field(default=22.0, gt=0)
+    """Largest voltage at the transducer. Sec. III-C."""
+    limit_is: Literal["peak", "peak-to-peak"] = "peak-to-peak"
+    """What ``limit_v`` counts. The publication does not say; the smaller voltage is the default."""
+    mapping: Literal["vibration", "friction", "suppressed-carrier"] = "vibration"
+    """``vibration``: A (1 + m x). ``friction``: inverted, most amplitude where friction is least.
+    ``suppressed-carrier``: A x; the envelope is then the magnitude of x, and a tone is felt at twice its frequency."""
+    depth: float = Field(default=1.0, gt=0, le=1)
+    """m of ``vibration``; the publication gives none."""
+    friction_range: tuple[float, float] | None = None
+    """Least and largest friction coefficient of the display, for ``friction``; none: the clip's own, reported."""
+    over_modulation: Literal["refuse", "limit"] = "refuse"
+    """Where x exceeds 1: refuse, or limit softly and report the share."""
+    most_limited: float = Field(default=0.05, ge=0, le=1)
+    """A larger share than this is refused even then."""
+    q: float | None = Field(default=None, gt=0.5)
+    """Quality factor of the transducer as it is touched. Without it nothing is said of what arrives."""
+    pre_emphasis: bool = False
+    """Take back the transducer's low-pass; needs ``q``."""
+    cap_db: float = Field(default=20.0, gt=0, le=60)
+    """Most that pre-emphasis raises a frequency, dB."""
+    loop: bool = False
+    """The clip is one period of what is played again and again: pre-emphasis goes round the seam, nothing is faded."""
+    output: Literal["waveform", "envelope"] = "waveform"
+    """The carrier and all, or its amplitude alone, for a generator that makes the carrier itself."""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.pre_emphasis and self.q is None:
+            raise ValueError("pre_emphasis needs q, the transducer's quality factor as it is touched")
+        if self.friction_range is not None and not self.friction_range[0] < self.friction_range[1]:
+            raise ValueError(f"friction_range must be least and largest, got {self.friction_range}")
+        if self.friction_range is not None and self.mapping != "friction":
+            raise ValueError("friction_range is for the mapping friction")
+        return self
+
+    @property
+    def peak_v(self) -> float:
+        """Largest voltage of the generator, 0 to peak."""
+        at_transducer = self.limit_v if self.limit_is == "peak" else self.limit_v / 2
+        return at_transducer / self.amplifier_gain
+
+    @property
+    def modulated_depth(self) -> float:
+        """Depth m in use: friction uses the whole range of amplitudes."""
+        return 1.0 if self.mapping == "friction" else self.depth
+
+    @property
+    def carrier_v(self) -> float:
+        """Amplitude A that the signal modulates, V, 0 to peak."""
+        suppressed = self.mapping == "suppressed-carrier"
+        return self.peak_v if suppressed else self.peak_v / (1 + self.modulated_depth)
+
+
+def drive(
+    signal: Signal, settings: Settings, *, display: Display, level: Level
+) -> tuple[Signal, dict[str, Any]]:
+    """Return the drive of an ultrasonic display; see `tactogram.rendering.displays.display`.
+
+    Level ``peak=SHARE``: the clip's peak, once it is pre-emphasised, modulates so much of the depth. ``gain=FACTOR``:
+    so much of full modulation per unit of the signal. ``physical``: the mapping ``friction`` with a measured
+    ``friction_range`` alone. What such a display does to the skin in m/s^2 is not known, so nothing else is.
+
+    Raises
+    ------
+    UnitError
+        If the level has no meaning here.
+    ParameterError
+        If the display's limit is below what the settings allow, it has several channels, or `modulated` refuses.
+    """
+    display.check_volts(settings.peak_v, lower="limit_v")
+    if (
+        settings.output == "envelope"
+        and settings.mapping == "suppressed-carrier"
+        and display.floor > -settings.peak_v
+    ):
+        raise ParameterError(
+            f"{display.name}: a suppressed carrier's envelope has both signs; set lowest to {-settings.peak_v:g}, if "
+            "the generator can turn the carrier's sign"
+        )
+    full_scale, share, words = _full_scale(level, settings, display)
+    raw, facts = modulated(
+        signal,
+        settings,
+        rate=display.rate,
+        full_scale=full_scale,
+        share=share,
+        band=display.band or BAND,
+        fade_s=0.0,
+    )
+    facts |= _sentences(facts, words) | {"faded": settings.loop}
+    if settings.loop:
+        facts["scaled"].append(
+            "nothing faded: it is one period of a loop, and whoever plays it begins and ends it"
+        )
+    return Signal(raw.samples, display.rate, "V", display.channels), facts
+
+
+def modulated(
+    signal: Signal,
+    settings: Settings,
+    *,
+    rate: float,
+    full_scale: float | None = None,
+    share: float = 1.0,
+    band: tuple[float, float] = BAND,
+    fade_s: float = 0.01,
+) -> tuple[Signal, dict[str, Any]]:
+    """Return the generator's voltage for ``signal``, and what was done to get it.
+
+    Parameters
+    ----------
+    signal : Signal
+        One axis over time. For the mapping ``friction`` a friction coefficient, unit 1.
+    settings : Settings
+    rate : float, Hz
+        Of the drive: above twice carrier and band for a waveform, above twice the band for an envelope.
+    full_scale : float, optional
+        What of the signal, in its own unit, becomes x = 1; by default the clip's own peak, which is reported.
+    share : float, 0 to 1
+        What x that peak becomes, where ``full_scale`` is not given.
+    band : tuple of float, Hz
+        What of the signal becomes envelope; what is outside is removed.
+    fade_s : float
+        The amplitude comes from 0 and goes to 0 in so long (raised cosine); never for a loop.
+
+    Returns
+    -------
+    drive : Signal
+        V at the generator. Its magnitude never exceeds ``settings.peak_v``. An envelope is >= 0, unless the carrier is
+        suppressed: there its sign is the carrier's.
+    facts : dict
+        ``mapping``, ``output``, ``carrier_hz``, ``carrier_v``, ``peak_v`` (allowed), ``highest_v`` (reached),
+        ``limit_v``, ``limit_is``, ``depth``, ``recovered_depth`` (of the signal's peak as it arrives, within the
+        attained band), ``full_scale``, ``unit``, ``friction_range``, ``over_modulated_share``, ``limited_share``,
+        ``band``, ``removed_share`` (of the power), ``transducer`` (``q``, ``cutoff_hz``, ``pre_emphasis``, ``cap_db``,
+        ``flat_to_hz``, ``minus_3_db_hz``, ``power_not_reached``; None if q is not known).
+
+    Raises
+    ------
+    UnitError
+        If friction is asked for and the unit is not 1.
+    ParameterError
+        If the signal has several axes or is over displacement, the rate is too low, or the signal over-modulates.
+    """
+    _check(signal, settings, rate, band)
+    x, span = _wanted(signal, settings)
+    cutoff = settings.carrier_hz / (2 * settings.q) if settings.q else None
+    wanted, filtering = shaped(
+        resample(x, rate).samples[0].astype(np.float64),
+        rate,
+        band=band,
+        cutoff_hz=cutoff,
+        cap_db=settings.cap_db if settings.pre_emphasis else None,
+        loop=settings.loop,
+    )
+    if settings.mapping == "friction":
+        # -1..1 already. With the clip's own range it shrinks where pre-emphasis made it larger; a given range stands.
+        full_scale = 1.0 if settings.friction_range else max(1.0, float(np.abs(wanted).max()))
+    modulating, scaling = scaled_within(
+        wanted,
+        full_scale=full_scale,
+        share=share,
+        over=settings.over_modulation,
+        most_limited=settings.most_limited,
+        remedy="widen friction_range or leave it out"
+        if settings.mapping == "friction"
+        else "lower the level",
+    )
+    depth = settings.modulated_depth
+    if settings.mapping == "suppressed-carrier":
+        envelope = settings.peak_v * depth * modulating
+    else:
+        envelope = settings.carrier_v * (1 + depth * modulating)
+    if not settings.loop:
+        envelope = envelope * fade_window(len(envelope), round(fade_s * rate))
+    samples = envelope
+    if settings.output == "waveform":
+        samples = envelope * np.sin(2 * np.pi * settings.carrier_hz * np.arange(len(envelope)) / rate)
+    done = limited(samples, settings.peak_v)
+    arriving = min(float(np.abs(x.samples).max()) / scaling["full_scale"], 1.0)
+    facts: dict[str, Any] = {
+        "mapping": settings.mapping,
+        "output": settings.output,
+        "carrier_hz": settings.carrier_hz,
+        "carrier_v": settings.carrier_v,
+        "peak_v": settings.peak_v,
+        "highest_v": float(np.abs(done).max()),
+        "limit_v": settings.limit_v,
+        "limit_is": settings.limit_is,
+        "depth": depth,
+        "recovered_depth": depth * arriving,
+        "unit": signal.unit,
+        "friction_range": span,
+        **scaling,
+        **filtering,
+    }
+    if facts["transducer"] is not None:
+        facts["transducer"]["q"] = settings.q
+    return Signal(done, rate, "V", ("drive",)), facts
+
+
+def _full_scale(level: Level, settings: Settings, display: Display) -> tuple[float | None, float, str]:
+    """Return full scale in the signal's unit, or the share that its peak becomes, and a sentence."""
+    if settings.mapping == "friction":
+        known = settings.friction_range is not None
+        if (level.kind == "physical" and known) or (level.kind == "peak" and level.value == 1 and not known):
+            what = f"the display's friction, {settings.friction_range}," if known else "the clip's own range"
+            return None, 1.0, f"{what} becomes the whole range of amplitudes, inverted"
+        raise UnitError(
+            f"{display.name}: level {level} has no meaning for the mapping friction: use physical with friction_range "
+            "in its settings, or peak=1 without"
+        )
+    match level.kind:
+        case "peak":
+            share = float(level.value or 1.0)
+            return None, share, f"the largest swing is {share:g} of the depth; the signal's own level is lost"
+        case "gain":
+            factor = float(level.value or 1.0)
+            return 1 / factor, 1.0, f"{factor:g} of full modulation per unit of the signal, as asked"
+    raise UnitError(
+        f"{display.name}: level {level} needs to know what this display does to the skin, and nobody measured it: use "
+        "gain=FACTOR (parts of full modulation per unit) or peak=SHARE"
+    )
+
+
+def _sentences(facts: dict[str, Any], words: str) -> dict[str, list[str]]:
+    """Return what a report says of ``facts``."""
+    scaled = [words]
+    if facts["mapping"] != "friction":
+        scaled.append(f"{amount(facts['full_scale'], facts['unit'])} of the signal is full modulation")
+    elif facts["full_scale"] > 1:
+        scaled.append(
+            f"the swing times {1 / facts['full_scale']:.4g}: band and pre-emphasis made its peaks larger"
+        )
+    scaled.append(
+        f"carrier of {facts['carrier_v']:.4g} V at the generator: {facts['limit_v']:g} V {facts['limit_is']} at the "
+        "transducer, gain and depth"
+    )
+    clipped, unreachable = [], []
+    if facts["limited_share"] > 0:
+        clipped.append(
+            f"{percent(facts['limited_share'])} of the samples limited softly, "
+            f"{percent(facts['over_modulated_share'])} over-modulated"
+        )
+    if facts["removed_share"] > 1e-3:
+        low, high = facts["band"]
+        unreachable.append(
+            f"{100 * facts['removed_share']:.1f} % of the power, outside {low:g} to {high:g} Hz"
+        )
+    found = facts["transducer"]
+    if found is None:
+        unreachable.append("what the transducer's resonance takes away: its q is not known")
+        return {"scaled": scaled, "clipped": clipped, "unreachable": unreachable}
+    if found["minus_3_db_hz"] < facts["band"][1]:
+        how = f"flat to {found['flat_to_hz']:.0f} Hz, " if found["pre_emphasis"] else ""
+        unreachable.append(
+            f"above {found['minus_3_db_hz']:.0f} Hz in full: Q {found['q']:g} passes the envelope {how}-3 dB there; "
+            f"{100 * found['power_not_reached']:.1f} % of the power lies above"
+        )
+    if found["pre_emphasis"]:
+        scaled.append(
+            f"pre-emphasis: the signal's peak arrives with a depth of {facts['recovered_depth']:.3g} instead of "
+            f"{facts['depth']:g}"
+        )
+    return {"scaled": scaled, "clipped": clipped, "unreachable": unreachable}
+
+
+def _check(signal: Signal, settings: Settings, rate: float, band: tuple[float, float]) -> None:
+    if signal.domain != "time":
+        raise ParameterError(
+            "the signal is over displacement: play it at a speed first (signal.displacement.played)"
+        )
+    if len(signal.axes) != 1:
+        raise ParameterError(
+            f"an ultrasonic display has one channel, got axes {', '.join(signal.axes)}: select one, or dft321"
+        )
+    if settings.mapping == "friction" and signal.unit != "1":
+        raise UnitError(f"the mapping friction needs a friction coefficient, unit 1, got {signal.unit}")
+    if not 0 <= band[0] < band[1] < settings.carrier_hz / 2:
+        raise ParameterError(f"band must be low < high in Hz and below half the carrier, got {band}")
+    waveform = settings.output == "waveform"
+    least = 2.2 * (band[1] + (settings.carrier_hz if waveform else 0))
+    if not (math.isfinite(rate) and rate > least):
+        what = f"a waveform at {settings.carrier_hz:g} Hz" if waveform else "an envelope"
+        raise ParameterError(f"{what} up to {band[1]:g} Hz needs a rate above {least:g} Hz, got {rate:g}")
+
+
+def _wanted(signal: Signal, settings: Settings) -> tuple[Signal, list[float] | None]:
+    """Return what modulates: the signal, or friction turned over and brought to -1..1; and friction's range."""
+    if settings.mapping != "friction":
+        return signal, None
+    mu: NDArray[np.float64] = signal.samples.astype(np.float64)
+    low, high = settings.friction_range or (float(mu.min()), float(mu.max()))
+    if high <= low:
+        raise ParameterError(
+            f"the friction coefficient is {low:g} throughout: there is nothing to play, or give friction_range"
+        )
+    return signal.with_samples(1 - 2 * (mu - low) / (high - low)), [low, high]

@@ -1,0 +1,1 @@
+"""Haptic file formats, one module each."""

@@ -1,0 +1,119 @@
+"""Rumble of a gamepad (W3C Gamepad Extensions): `playEffect("dual-rumble", effect)`, one after the other, as JSON.
+
+``startDelay`` and ``duration`` in ms, magnitudes 0 to 1 of a strong slow motor and a weak fast one. Chromium refuses
+an effect whose delay and duration are together above 5000 ms (kMaxEffectDurationMillis), so that a long signal is a
+sequence: wait for each effect's promise, then play the next.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from tactogram.rendering.files.documents import Decoded, Part, problems_of
+from tactogram.rendering.files.envelope import HIGHEST_HZ, carrier, envelope_of, time_steps
+from tactogram.rendering.files.formats.android import steps
+from tactogram.signal import Signal
+
+LONGEST_MS = 5000
+STEP_MS = 50
+"""Faster than this an unbalanced motor does not follow. A choice."""
+SPLIT_HZ = 100.0
+"""What is slower drives the strong motor, what is faster the weak one. A choice: the specification names none."""
+STRONG_HZ, WEAK_HZ = 60.0, 160.0
+"""Assumed for reading back. A choice."""
+MAGNITUDES = 100
+"""Steps of a magnitude: finer ones are not felt, and equal ones join."""
+
+Milliseconds = Annotated[float, Field(ge=0)]
+Magnitude = Annotated[float, Field(ge=0, le=1)]
+
+
+class Effect(Part):
+    """One call of playEffect."""
+
+    delay: Milliseconds = Field(0.0, alias="startDelay")
+    duration: Milliseconds
+    strong: Magnitude = Field(0.0, alias="strongMagnitude")
+    weak: Magnitude = Field(0.0, alias="weakMagnitude")
+
+    @model_validator(mode="after")
+    def _short(self) -> Effect:
+        if self.delay + self.duration > LONGEST_MS:
+            raise ValueError(
+                f"startDelay and duration must be at most {LONGEST_MS} ms together, "
+                f"got {self.delay + self.duration:g}; make a sequence"
+            )
+        return self
+
+
+class Sequence(Part):
+    """A whole file."""
+
+    format: Literal["gamepad-effects"] = "gamepad-effects"
+    type: Literal["dual-rumble"]
+    effects: tuple[Effect, ...] = Field(min_length=1, strict=False)
+    description: str = ""
+
+    @model_validator(mode="after")
+    def _lasts(self) -> Sequence:
+        if not any(effect.duration > 0 for effect in self.effects):
+            raise ValueError("at least one effect must last longer than 0 ms")
+        return self
+
+
+def validate(document: Any) -> list[str]:
+    """Return what is wrong with a document, a line each; empty if it is valid."""
+    return problems_of(Sequence, document)
+
+
+def encode(signal: Signal, description: str) -> dict[str, Any]:
+    """Return the document of a signal of one axis whose envelope is within 0 to 1.
+
+    Raises
+    ------
+    ParameterError
+        If it is shorter than 1 ms.
+    """
+    edges, middle = time_steps(signal, STEP_MS, what="a gamepad effect")
+    motors = []
+    for low, high in ((0.0, SPLIT_HZ), (SPLIT_HZ, HIGHEST_HZ)):
+        envelope = envelope_of(signal, low=low, high=high, pulses=False)
+        strength = np.minimum(np.interp(middle, envelope.times, envelope.amplitude), 1)
+        motors.append(np.rint(MAGNITUDES * strength) / MAGNITUDES)
+    effects: list[dict[str, Any]] = []
+    for ms, strong, weak in zip(np.diff(edges), *motors, strict=True):
+        last = effects[-1] if effects else None
+        same = last is not None and (last["strongMagnitude"], last["weakMagnitude"]) == (strong, weak)
+        if same and last is not None and last["duration"] + ms <= LONGEST_MS:
+            last["duration"] += int(ms)
+            continue
+        effects.append(
+            {
+                "startDelay": 0,
+                "duration": int(ms),
+                "strongMagnitude": float(strong),
+                "weakMagnitude": float(weak),
+            }
+        )
+    return {
+        "format": "gamepad-effects",
+        "type": "dual-rumble",
+        "effects": effects,
+        "description": description,
+    }
+
+
+def decode(document: Any, rate: float) -> Decoded:
+    """Return what a valid document plays, as two carriers of `STRONG_HZ` and `WEAK_HZ` at ``rate``."""
+    sequence = Sequence.model_validate(document)
+    spans = [ms for effect in sequence.effects for ms in (effect.delay, effect.duration)]
+    edges = np.concatenate([[0], np.cumsum(spans)]) / 1e3
+    strong = np.array([m for effect in sequence.effects for m in (0.0, effect.strong)])
+    weak = np.array([m for effect in sequence.effects for m in (0.0, effect.weak)])
+    slow = carrier(steps(edges, strong, STRONG_HZ), rate)
+    fast = carrier(steps(edges, weak, WEAK_HZ), rate)
+    facts = {"carrier_hz": [STRONG_HZ, WEAK_HZ], "carrier_from": "nothing in the file: two motors' usual"}
+    return Decoded(slow.with_samples(slow.samples + fast.samples), sequence.description, facts)

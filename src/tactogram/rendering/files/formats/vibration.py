@@ -1,0 +1,126 @@
+"""The pattern of `navigator.vibrate` (W3C Vibration API, Recommendation 2016), as JSON: on, off, on … in whole ms.
+
+The longest pattern is the browser's to say. Chromium takes 99 entries of at most 10,000 ms (its VibrationController)
+and cuts off the rest without a word. A bare list is read, too.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from tactogram.errors import ParameterError
+from tactogram.rendering.files.documents import Decoded, Part, problems_of
+from tactogram.rendering.files.envelope import carrier, envelope_of
+from tactogram.rendering.files.formats.android import CARRIER_HZ, steps
+from tactogram.signal import Signal
+
+MOST_ENTRIES = 99
+LONGEST_MS = 10_000
+SHARE = 0.25
+"""On where the envelope is above this share of its peak. A choice: half would lose what fades."""
+SHORTEST_MS = 10
+"""Shorter pauses are filled and shorter pulses made as long: no motor starts faster. A choice."""
+
+
+class Vibration(Part):
+    """A whole file."""
+
+    format: Literal["w3c-vibration"] = "w3c-vibration"
+    pattern: tuple[Annotated[int, Field(ge=0, le=LONGEST_MS)], ...] = Field(
+        min_length=1, max_length=MOST_ENTRIES, strict=False
+    )
+    description: str = ""
+
+    @model_validator(mode="after")
+    def _something(self) -> Vibration:
+        if not any(self.pattern[::2]):
+            raise ValueError("at least one of the entries that vibrate (1st, 3rd …) must be above 0 ms")
+        return self
+
+
+def validate(document: Any) -> list[str]:
+    """Return what is wrong with a document or a bare list, a line each; empty if it is valid."""
+    return problems_of(Vibration, _whole(document))
+
+
+def encode(signal: Signal, description: str) -> dict[str, Any]:
+    """Return the document of a signal of one axis: where it is strong, there is vibration.
+
+    What makes more entries than fit loses its shortest pauses, then more.
+
+    Raises
+    ------
+    ParameterError
+        If it is shorter than 1 ms, silent, or longer than a pattern can be.
+    """
+    length = round(1e3 * signal.seconds)
+    if length < 1:
+        raise ParameterError(f"a vibration pattern needs at least 1 ms, got {signal.seconds:g} s")
+    envelope = envelope_of(signal, pulses=False)
+    strength = np.interp((np.arange(length) + 0.5) / 1e3, envelope.times, envelope.amplitude)
+    if strength.max() == 0:
+        raise ParameterError("the signal is silent: a vibration pattern of nothing is none")
+    on = strength >= SHARE * strength.max()
+    shortest = SHORTEST_MS
+    pattern = _entries(_cleaned(on, shortest))
+    while len(pattern) > MOST_ENTRIES:
+        shortest *= 2
+        if shortest > length:
+            raise ParameterError(
+                f"a vibration pattern holds {MOST_ENTRIES} entries of {LONGEST_MS} ms, {length} ms do not fit; cut it"
+            )
+        pattern = _entries(_cleaned(on, shortest))
+    return {"format": "w3c-vibration", "pattern": pattern, "description": description}
+
+
+def decode(document: Any, rate: float) -> Decoded:
+    """Return what a valid document plays, as a carrier of `CARRIER_HZ` at ``rate``."""
+    vibration = Vibration.model_validate(_whole(document))
+    # The last entry counts only if it vibrates (W3C: an even pattern loses its last entry).
+    pattern = vibration.pattern[: len(vibration.pattern) - (len(vibration.pattern) + 1) % 2]
+    edges = np.concatenate([[0], np.cumsum(pattern)]) / 1e3
+    strength = np.array([1.0, 0.0] * (len(pattern) // 2) + [1.0])
+    facts = {"carrier_hz": [CARRIER_HZ], "carrier_from": "nothing in the file: a phone's usual"}
+    return Decoded(carrier(steps(edges, strength, CARRIER_HZ), rate), vibration.description, facts)
+
+
+def _whole(document: Any) -> Any:
+    return {"pattern": document} if isinstance(document, list) else document
+
+
+def _cleaned(on: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:
+    """Return ``on``, a value per ms, without shorter pauses and with no shorter pulse."""
+    cleaned = on.copy()
+    for start, stop, value in _runs(on):
+        if not value and stop - start < shortest and start > 0 and stop < len(on):
+            cleaned[start:stop] = True
+    for start, stop, value in _runs(cleaned):
+        if value and stop - start < shortest:
+            cleaned[start : start + shortest] = True
+    return cleaned
+
+
+def _runs(on: NDArray[np.bool_]) -> list[tuple[int, int, bool]]:
+    edges = [0, *(np.flatnonzero(np.diff(on)) + 1).tolist(), len(on)]
+    return [(a, b, bool(on[a])) for a, b in pairwise(edges)]
+
+
+def _entries(on: NDArray[np.bool_]) -> list[int]:
+    """Return on, off, on … in ms, ending on; entries longer than `LONGEST_MS` are split by entries of 0."""
+    found: list[int] = []
+    for start, stop, value in _runs(on):
+        if not found and not value:
+            found.append(0)
+        rest = stop - start
+        while rest > LONGEST_MS:
+            found += [LONGEST_MS, 0]
+            rest -= LONGEST_MS
+        found.append(rest)
+    while len(found) % 2 == 0 or found[-1] == 0:
+        found.pop()
+    return found

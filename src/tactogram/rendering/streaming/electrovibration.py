@@ -1,0 +1,116 @@
+"""Electrovibration under a moving finger, block by block: position in, voltage out, zero when the finger is lost."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tactogram.errors import ParameterError
+from tactogram.rendering.drive.level import Level
+from tactogram.rendering.drive.modulation import limited
+from tactogram.rendering.drive.path_playback import PathPlayback
+from tactogram.rendering.families.electrovibration import HIGHEST_HZ, Settings, friction_target, voltage
+from tactogram.signal.signal import Signal
+
+
+class ElectrovibrationStream:
+    """Plays a friction coefficient over displacement as a voltage, along a path that arrives in blocks.
+
+    Nothing is scaled while it plays: what the display can give of the whole texture is settled before.
+
+    Parameters
+    ----------
+    texture : Signal
+        One axis, over displacement.
+    settings : Settings
+    rate : float, Hz
+        Of the drive: above twice the carrier for a waveform, above twice ``highest_hz`` for an envelope.
+    level : Level
+        See `tactogram.rendering.families.electrovibration.drive`.
+    highest_hz : float
+    outside : {"mirror", "hold"}
+        Beyond the ends of the texture.
+
+    Attributes
+    ----------
+    facts : dict
+        What `friction_target` reports, and its sentences.
+    """
+
+    def __init__(
+        self,
+        texture: Signal,
+        settings: Settings,
+        *,
+        rate: float,
+        level: Level,
+        highest_hz: float = HIGHEST_HZ,
+        outside: Literal["mirror", "hold"] = "mirror",
+    ) -> None:
+        least = 2.2 * (highest_hz + (settings.carrier_hz if settings.output == "waveform" else 0))
+        if not (math.isfinite(rate) and rate > least):
+            raise ParameterError(
+                f"{settings.output} of this display needs a rate above {least:g} Hz, got {rate}"
+            )
+        target, facts, sentences = friction_target(texture, settings, level)
+        self.facts: dict[str, Any] = {**facts, **sentences}
+        self.settings, self.rate = settings, float(rate)
+        self._playback = PathPlayback(
+            target,
+            rate=rate,
+            highest_hz=highest_hz,
+            hysteresis_mm=settings.hysteresis_mm,
+            outside=outside,
+        )
+        self._slew = settings.slew_v_per_s / rate
+        self._release = 1 / max(1.0, settings.release_s * rate)
+        self._patience = settings.watchdog_s * rate  # samples
+        self._silent = math.inf
+        self._gain = self._amplitude = 0.0
+        self._count = 0
+        self._stopped = False
+
+    def process(
+        self, place_mm: ArrayLike | None, length: int, *, contact: bool = True
+    ) -> NDArray[np.float32]:
+        """Return the next block of the drive.
+
+        Parameters
+        ----------
+        place_mm, length, contact
+            As `PathPlayback.process`. A lifted finger is news of it: the voltage is held. No news for longer than
+            ``settings.watchdog_s`` takes the voltage to zero within ``settings.release_s``; news bring it back as fast.
+
+        Returns
+        -------
+        float32 array, shape (time,), V at the generator
+            Its magnitude never exceeds ``settings.peak_v``.
+        """
+        mu = self._playback.process(place_mm, length, contact=contact)
+        news = not contact or (place_mm is not None and bool(np.isfinite(np.asarray(place_mm, float)).any()))
+        silent = np.arange(1, length + 1) + (0 if news else self._silent)
+        if news:
+            silent = np.zeros(length)
+        self._silent = float(silent[-1])
+        alive = (silent <= self._patience) & (not self._stopped)
+        wanted = math.sqrt(2) * voltage(mu, self.settings)
+        envelope = np.empty(length)
+        for i in range(length):
+            self._amplitude = min(max(wanted[i], self._amplitude - self._slew), self._amplitude + self._slew)
+            step = self._release if alive[i] else -self._release
+            self._gain = min(max(self._gain + step, 0.0), 1.0)
+            envelope[i] = self._amplitude * self._gain
+        samples = envelope
+        if self.settings.output == "waveform":
+            at = (self._count + np.arange(length)) * (self.settings.carrier_hz / self.rate)
+            samples = envelope * np.sin(2 * np.pi * (at % 1.0))
+        self._count += length
+        return limited(samples / self.settings.amplifier_gain, self.settings.peak_v)
+
+    def stop(self) -> NDArray[np.float32]:
+        """Return the last block, from the present voltage to zero in ``release_s``; all later ones are zero."""
+        self._stopped = True
+        return self.process(None, math.ceil(1 / self._release) + 1)

@@ -1,0 +1,1 @@
+"""Ultrasonic transducers: circuit, simulation, resonance tracking, generators."""

@@ -1,0 +1,400 @@
+"""A Digilent Analog Discovery as the generator of a modulated carrier: the carrier stays in it, the envelope is sent.
+
+Its AM node multiplies the carrier by 1 + (percent / 100) x data, data from -1 to 1 (Digilent's own example: a carrier
+of 1 V at 100 % gives 0 to 2 V). So the carrier is set to half of the largest voltage, and an envelope e becomes
+e / carrier - 1: no data can give more than the largest voltage. A waveform of 28 kHz would not fit the device's buffer.
+
+No device was at hand: this was tested against a simulated one that has dwfpy's calls. What is not known of a real one
+is whether its AM node streams (``play``); where it does not say so, `AnalogDiscovery.play` refuses, and `loop` remains.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+from tactogram.errors import DeviceError, ParameterError, UnitError
+from tactogram.extras import device_errors, imported
+from tactogram.rendering.families import electrovibration, ultrasonic
+from tactogram.signal.signal import Signal
+from tactogram.validation import validated
+
+LARGEST_V = 5.0
+"""Of an Analog Discovery's generator, 0 to peak."""
+PREFILL_S = 0.05
+MARGIN_S = 1.0
+"""A generator runs so much longer than what it plays; then it stops by itself, whatever became of this program."""
+POLL_S = 0.002
+STALLED_S = 2.0
+"""Without room in the buffer for so long, the device is taken for dead."""
+OFF = -1.0
+"""Data of the AM node that make the carrier 0."""
+
+
+class Generator(BaseModel):
+    """What the device is to generate."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    carrier_hz: float = Field(gt=0, le=1e6)
+    peak_v: float = Field(gt=0, le=LARGEST_V)
+    """Largest voltage of the generator, 0 to peak: the amplifier's gain times this reaches the transducer."""
+    channel: int = Field(default=1, ge=1, le=2)
+    """As printed on the device."""
+    serial: str = ""
+    """Serial number; empty for the first device."""
+
+
+def generator(
+    settings: ultrasonic.Settings | electrovibration.Settings, *, channel: int = 1, serial: str = ""
+) -> Generator:
+    """Return what a display's settings ask of the device.
+
+    Raises
+    ------
+    ParameterError
+        If they ask for more than the device can give, or for a carrier whose sign turns.
+    """
+    if settings.peak_v > LARGEST_V:
+        raise ParameterError(
+            f"the device gives {LARGEST_V:g} V, the settings allow {settings.peak_v:g} V at the generator: set the "
+            "amplifier's gain"
+        )
+    if isinstance(settings, ultrasonic.Settings) and settings.mapping == "suppressed-carrier":
+        raise ParameterError("the AM node cannot turn the sign of a carrier: use the mapping vibration")
+    values = {
+        "carrier_hz": settings.carrier_hz,
+        "peak_v": settings.peak_v,
+        "channel": channel,
+        "serial": serial,
+    }
+    return validated(Generator, values, where="digilent")
+
+
+def am_data(envelope: NDArray[np.floating], peak_v: float) -> NDArray[np.float64]:
+    """Return what the AM node needs for an envelope: e / (peak / 2) - 1.
+
+    Parameters
+    ----------
+    envelope : float array, shape (time,), V
+        From 0 to ``peak_v``; what is not a number becomes 0 V, what is outside is clipped.
+    peak_v : float
+
+    Returns
+    -------
+    float64 array, shape (time,), from -1 to 1
+    """
+    volts = np.nan_to_num(np.asarray(envelope, np.float64), nan=0.0, posinf=0.0, neginf=0.0)
+    return np.asarray(np.clip(2 * volts / peak_v - 1, -1.0, 1.0))
+
+
+class AnalogDiscovery:
+    """An Analog Discovery whose carrier is modulated by envelopes; a context manager that leaves it at 0 V.
+
+    Parameters
+    ----------
+    wanted : Generator
+    module : module, optional
+        What stands in for dwfpy; in tests.
+    sleep, clock : callable
+        As of `time`; in tests.
+    """
+
+    simulated = False
+
+    def __init__(
+        self,
+        wanted: Generator,
+        *,
+        module: Any = None,
+        sleep: Callable[[float], None] = time.sleep,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.wanted = wanted
+        self.name = f"digilent:{wanted.serial or 'first'}"
+        self.lost = self.corrupted = self.sent = 0
+        self._module, self._sleep, self._clock = module, sleep, clock
+        self._device: Any = None
+        self._channel: Any = None
+        self._node: Any = None
+
+    def __enter__(self) -> Self:
+        """Open the device and set its carrier, silent.
+
+        Raises
+        ------
+        MissingExtraError, DeviceError
+            If dwfpy or WaveForms is not installed, no such device is there, or it has no AM node.
+        """
+        if self._module is None:
+            self._module = imported("dwfpy", extra="dwf", what="Digilent devices")
+        with device_errors(self.name, library="dwfpy"):
+            device = self._module.Device(serial_number=self.wanted.serial or None)
+            device.open()
+            self._device = device
+            try:
+                self._set_up(device)
+            except BaseException:
+                self.close()
+                raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Silence and close it."""
+        self.close()
+
+    def close(self) -> None:
+        """Take the generator to 0 V and close the device, whatever happened before."""
+        device, self._device = self._device, None
+        if device is None:
+            return
+        try:
+            self._silence()
+        finally:
+            self._channel = self._node = None
+            with suppress(Exception):
+                device.close()
+
+    def play(
+        self,
+        envelope: Signal | Iterator[NDArray[np.floating]],
+        *,
+        rate: float | None = None,
+        longest_s: float = 600.0,
+    ) -> None:
+        """Send an envelope as fast as the device takes it; return when it was all played, at 0 V.
+
+        The device stops by itself soon after the end, even if this computer does not tell it to.
+
+        Parameters
+        ----------
+        envelope : Signal, or an iterator of float arrays, shape (time,), V
+            Amplitude of the carrier from 0 to ``peak_v``; blocks of a stream as they come.
+        rate : float, Hz
+            Of blocks; a Signal has its own.
+        longest_s : float
+            Of blocks: after that the device stops by itself. A Signal has its own length.
+
+        Raises
+        ------
+        DeviceError
+            If the device cannot stream its AM node, takes nothing any more, or went away. It is at 0 V then, if it
+            still answers.
+        """
+        self._opened()
+        blocks, rate = _blocks(envelope, rate)
+        functions = self._module.Function
+        if functions.PLAY not in self._node.function_info:
+            raise DeviceError(
+                f"{self.name}: its AM node does not stream; play a loop that fits its buffer instead"
+            )
+        prefill = np.full(max(2, int(PREFILL_S * rate)), OFF)
+        # As many as the buffer holds: once they are in it, all that was sent before them has come out.
+        silence = np.full(max(len(prefill), int(self._node.data_samples_max)), OFF)
+        seconds = envelope.seconds if isinstance(envelope, Signal) else longest_s
+        try:
+            with device_errors(self.name, library="dwfpy"):
+                self._channel.setup_am(
+                    function="play",
+                    frequency=rate,
+                    amplitude=100.0,
+                    offset=0.0,
+                    data_samples=prefill.tolist(),
+                )
+                self._channel.run_length = seconds + (2 * len(prefill) + len(silence)) / rate + MARGIN_S
+                self._carrier(on=True)
+                self._channel.configure(start=True)
+                for block in blocks:
+                    self._send(am_data(block, self.wanted.peak_v))
+                self._send(silence)
+                self._sleep(len(prefill) / rate)
+        finally:
+            self._silence()
+
+    def loop(self, envelope: Signal, seconds: float) -> None:
+        """Play one period of an envelope again and again from the device's buffer, for ``seconds``, then 0 V.
+
+        The device stops by itself at the end, even if this computer does not tell it to.
+
+        Raises
+        ------
+        ParameterError
+            If the period does not fit the buffer, or ``seconds`` is not a time: 0 would be for ever to the device.
+        DeviceError
+            If the device went away.
+        """
+        self._opened()
+        if not (math.isfinite(seconds) and seconds > 0):
+            raise ParameterError(f"a loop lasts a number of seconds > 0, got {seconds:g}")
+        (data,), rate = _blocks(envelope, None)
+        most = int(self._node.data_samples_max)
+        if len(data) > most:
+            raise ParameterError(
+                f"{self.name}: a loop of {len(data)} samples does not fit its buffer of {most}: lower the rate to "
+                f"{most / envelope.seconds:.0f} Hz or less"
+            )
+        try:
+            with device_errors(self.name, library="dwfpy"):
+                self._channel.setup_am(
+                    function="custom",
+                    frequency=rate / len(data),
+                    amplitude=100.0,
+                    offset=0.0,
+                    data_samples=am_data(data, self.wanted.peak_v).tolist(),
+                )
+                self._channel.run_length = seconds
+                self._carrier(on=True)
+                self._channel.configure(start=True)
+                self._sleep(seconds)
+                self.sent += round(seconds * rate)
+        finally:
+            self._silence()
+
+    def hold(self, amplitude_v: float, *, longest_s: float) -> None:
+        """Begin to send the carrier alone, of one amplitude; it goes on until `close`, at most for ``longest_s``.
+
+        Parameters
+        ----------
+        amplitude_v : float
+            At the generator, 0 to peak; at most ``peak_v``.
+        longest_s : float
+            After that the device stops by itself.
+
+        Raises
+        ------
+        ParameterError
+            If either is out of range: 0 s would be for ever to the device.
+        DeviceError
+            If the device went away.
+        """
+        self._opened()
+        if not 0 <= amplitude_v <= self.wanted.peak_v:
+            raise ParameterError(f"an amplitude is 0 to {self.wanted.peak_v:g} V, got {amplitude_v:g}")
+        if not (math.isfinite(longest_s) and longest_s > 0):
+            raise ParameterError(f"a carrier is held for a number of seconds > 0, got {longest_s:g}")
+        data = float(am_data(np.array([amplitude_v]), self.wanted.peak_v)[0])
+        try:
+            with device_errors(self.name, library="dwfpy"):
+                self._channel.setup_am(function="dc", amplitude=100.0, offset=100 * data, enabled=True)
+                self._channel.run_length = longest_s
+                self._carrier(on=True)
+                self._channel.configure(start=True)
+        except BaseException:
+            self._silence()
+            raise
+
+    @property
+    def opened_device(self) -> tuple[Any, Any]:
+        """The device as dwfpy opened it, and dwfpy: for its inputs (`rendering.transducer.digilent_scope`)."""
+        self._opened()
+        return self._device, self._module
+
+    def retune(self, carrier_hz: float) -> None:
+        """Move the carrier, as resonance tracking asks; its amplitude and the envelope go on.
+
+        Raises
+        ------
+        ParameterError
+            If the frequency is not > 0.
+        """
+        self._opened()
+        values = {**self.wanted.model_dump(), "carrier_hz": carrier_hz}
+        self.wanted = validated(Generator, values, where=self.name)
+        with device_errors(self.name, library="dwfpy"):
+            self._channel[self._module.AnalogOutputNode.CARRIER].frequency = carrier_hz
+            self._channel.apply()
+
+    def facts(self) -> dict[str, Any]:
+        """Return what was sent and lost, as JSON values."""
+        return {
+            "device": self.name,
+            "simulated": self.simulated,
+            "carrier_hz": self.wanted.carrier_hz,
+            "peak_v": self.wanted.peak_v,
+            "sent_samples": self.sent,
+            "lost_samples": self.lost,
+            "corrupted_samples": self.corrupted,
+        }
+
+    def _set_up(self, device: Any) -> None:
+        nodes, channels = self._module.AnalogOutputNode, device.analog_output.channels
+        if self.wanted.channel > len(channels):
+            raise DeviceError(f"{self.name}: has no generator {self.wanted.channel}, only {len(channels)}")
+        self._channel = channels[self.wanted.channel - 1]
+        if not {nodes.CARRIER, nodes.AM} <= {node.type for node in self._channel.nodes}:
+            raise DeviceError(f"{self.name}: generator {self.wanted.channel} has no AM node")
+        self._node = self._channel[nodes.AM]
+        self._channel.reset()
+        self._channel.idle = self._module.AnalogOutputIdle.OFFSET
+        self._channel.setup_am(function="dc", amplitude=100.0, offset=-100.0, enabled=True)
+        self._carrier(on=False)
+
+    def _carrier(self, *, on: bool) -> None:
+        self._channel.setup(
+            function="sine",
+            frequency=self.wanted.carrier_hz,
+            amplitude=self.wanted.peak_v / 2 if on else 0.0,
+            offset=0.0,
+        )
+
+    def _send(self, data: NDArray[np.float64]) -> None:
+        """Wait for room and send; all of ``data`` in order."""
+        done, since = 0, self._clock()
+        while done < len(data):
+            if self._channel.read_status() == self._module.Status.DONE:
+                raise DeviceError(f"{self.name}: its time is over, it stopped by itself")
+            free, lost, corrupted = self._node.play_status
+            self.lost += lost
+            self.corrupted += corrupted
+            count = min(free, len(data) - done)
+            if count <= 0:
+                if self._clock() - since > STALLED_S:
+                    raise DeviceError(f"{self.name}: takes no samples for {STALLED_S:g} s; it was silenced")
+                self._sleep(POLL_S)
+                continue
+            # dwfpy passes this on as it is: it must be an array of doubles.
+            piece = (ctypes.c_double * count)(*data[done : done + count])
+            self._node.set_play_samples(piece)
+            done += count
+            self.sent += count
+            since = self._clock()
+
+    def _silence(self) -> None:
+        """Take the carrier's amplitude to 0 and stop; each on its own, for one may fail."""
+        channel = self._channel
+        if channel is None:
+            return
+        for act in (lambda: self._carrier(on=False), channel.apply, lambda: channel.configure(start=False)):
+            with suppress(Exception):
+                act()
+
+    def _opened(self) -> None:
+        if self._device is None:
+            raise DeviceError(f"{self.name}: is not open")
+
+
+def _blocks(
+    envelope: Signal | Iterator[NDArray[np.floating]], rate: float | None
+) -> tuple[Iterator[NDArray[np.floating]] | list[NDArray[np.floating]], float]:
+    if isinstance(envelope, Signal):
+        if envelope.unit != "V":
+            raise UnitError(f"an envelope is in V, got {envelope.unit}")
+        if len(envelope.axes) != 1 or envelope.domain != "time" or float(envelope.samples.min()) < 0:
+            raise ParameterError(
+                "an envelope is one axis over time and never below 0 V: render with output = 'envelope'"
+            )
+        return [envelope.samples[0]], envelope.rate
+    if rate is None or not rate > 0:
+        raise ParameterError(f"blocks need their rate, > 0 Hz, got {rate}")
+    return envelope, rate

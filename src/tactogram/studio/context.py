@@ -1,0 +1,50 @@
+"""What every page is handed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from tactogram.studio.pages.home.first_voices import FirstVoices
+from tactogram.studio.participants.sessions import Sessions
+from tactogram.studio.workspace.folder import Workspace
+from tactogram.studio.workspace.shelf import Shelf
+
+
+@dataclass(frozen=True)
+class Studio:
+    """A studio on a workspace.
+
+    Parameters
+    ----------
+    workspace : Workspace
+    shelf : Shelf
+        Kept results.
+    first : FirstVoices
+        Something to play with where no run is.
+    sessions : Sessions
+        Studies that are being taken.
+    alone : bool
+        Whether one study is served, without the studio's other pages.
+    roots : tuple of str
+        How the addresses begin by which other machines reach it, the best first; none where only this one does.
+    """
+
+    workspace: Workspace
+    shelf: Shelf
+    first: FirstVoices
+    sessions: Sessions
+    alone: bool = False
+    roots: tuple[str, ...] = ()
+
+    @classmethod
+    def at(cls, folder: Path | str, *, alone: bool = False) -> Studio:
+        """Return the studio on a folder."""
+        workspace = Workspace.at(folder)
+        return cls(
+            workspace,
+            Shelf(workspace.own / "kept"),
+            FirstVoices(workspace.own / "first"),
+            Sessions(workspace.folder),
+            alone,
+        )

@@ -1,0 +1,138 @@
+"""The page Touch: a surface under the hand, played in the browser's own sound thread."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, cast
+from urllib.parse import quote
+
+from fastapi import Request
+from fastapi.responses import JSONResponse, Response
+from nicegui import app, events, ui
+
+from tactogram.errors import ParameterError, TactogramError
+from tactogram.studio.context import Studio
+from tactogram.studio.pages.layout import in_background, page, telling, upload
+from tactogram.studio.pages.touch.offers import Where
+from tactogram.studio.pages.touch.pictures import picture_of
+from tactogram.studio.pages.touch.sources import Asked, Lay, TouchSources
+from tactogram.studio.workspace.uploads import save_upload
+
+MARKUP = Path(__file__).parents[2] / "static" / "touch.html"
+UPLOADED = "uploads"
+"""Folder of the workspace that dropped files are kept in."""
+LARGEST_UPLOAD = 100_000_000
+
+
+def add(studio: Studio) -> None:
+    """Register ``/touch``, and what its script asks for: offers, tables, pictures."""
+    sources = TouchSources(studio.workspace, studio.shelf)
+    _add_routes(studio, sources)
+
+    @ui.page("/touch")
+    def show() -> None:
+        ui.add_head_html('<link rel="stylesheet" href="/static/touch.css">')
+        with page("Touch", wide=True):
+            ui.html(MARKUP.read_text(encoding="utf-8"), sanitize=False).classes("w-full")
+            _dropping(studio)
+        ui.add_body_html('<script type="module" src="/static/touch.js"></script>')
+
+
+def asked_of(query: Any) -> Asked:
+    """Return what the parameters of an address ask for.
+
+    Raises
+    ------
+    ParameterError
+        If a number is none, or something is out of range.
+    """
+    return Asked(
+        where=cast(Where, query.get("where", "")),
+        of=query.get("of", ""),
+        material=query.get("material", ""),
+        speed_mm_s=_number(query, "speed") if "speed" in query else None,
+        lay=cast(Lay, query.get("lay", "auto")),
+        axes=query.get("axes", "dft321"),
+        seed=int(_number(query, "seed")) if "seed" in query else 0,
+        rate=_number(query, "rate") if "rate" in query else 48_000.0,
+    )
+
+
+def _number(query: Any, name: str) -> float:
+    try:
+        value = float(query[name])
+    except ValueError:
+        value = float("nan")
+    if not abs(value) < 1e9:
+        raise ParameterError(f"{name} must be a number, got {query[name][:40]!r}")
+    return value
+
+
+def _add_routes(studio: Studio, sources: TouchSources) -> None:
+    @app.get("/touch/offers")
+    async def offers() -> Response:
+        found = [asdict(offer) for offer in await in_background(sources.offers)]
+        return JSONResponse({"offers": found, "waiting": "" if found else _waiting(studio)})
+
+    @app.get("/touch/table")
+    async def table(request: Request) -> Response:
+        def made() -> Response:
+            packed = sources.table(asked_of(request.query_params)).packed()
+            return Response(packed, media_type="application/octet-stream")
+
+        return await in_background(_answer, made)
+
+    @app.get("/touch/picture")
+    async def picture(request: Request) -> Response:
+        def made() -> Response:
+            found = picture_of(sources, asked_of(request.query_params))
+            headers = {"X-Picture": found.kind, "X-Words": quote(found.words)}
+            if found.mm_per_pixel is not None:
+                headers["X-Mm-Per-Pixel"] = f"{found.mm_per_pixel:.6g}"
+            return Response(found.png, media_type="image/png", headers=headers)
+
+        return await in_background(_answer, made)
+
+
+def _answer(made: Callable[[], Response]) -> Response:
+    """Return what ``made`` returns, or its error as a sentence."""
+    try:
+        return made()
+    except (TactogramError, OSError) as error:
+        return JSONResponse({"error": str(error)}, status_code=400)
+
+
+def _waiting(studio: Studio) -> str:
+    """Say why there is nothing to feel yet."""
+    match studio.first.state:
+        case "making":
+            return "Surfaces to begin with are being made from a simulation; this takes some seconds."
+        case "failed":
+            return f"{studio.first.line}. Drop a recording below, or train a run on the page Train."
+    return "There is nothing to feel yet: drop a recording below, or train a run on the page Train."
+
+
+def _dropping(studio: Studio) -> None:
+    """Show where a recording can be dropped; it is kept in the workspace and felt at once."""
+
+    async def received(event: events.UploadEventArguments) -> None:
+        data = await event.file.read()
+        folder = studio.workspace.inside(UPLOADED)
+        path = await in_background(save_upload, folder, event.file.name, data, kind="signal")
+        name = json.dumps(studio.workspace.name_of(path))
+        ui.run_javascript(f"window.tactogramTouch.rows.choose('file', {name})")
+        ui.notify(f"{path.name} is kept in the workspace and can be felt now.")
+
+    with ui.expansion("Feel a recording of your own").classes("w-full card"):
+        ui.label(
+            "A signal over time is laid along the way of the finger at the speed at which it was recorded; one over "
+            "displacement as it is."
+        ).classes("quiet")
+        upload(
+            "Drop a WAV, FLAC, CSV, NPZ or XLSX file",
+            max_file_size=LARGEST_UPLOAD,
+            on_upload=telling(received),
+        ).props('accept=".wav,.flac,.csv,.tsv,.npz,.xlsx"').classes("w-full")

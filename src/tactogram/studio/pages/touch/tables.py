@@ -1,0 +1,296 @@
+"""What the page Touch plays: a material, a kept result or a file as a table that the browser's sound thread reads.
+
+The table holds what `tactogram.rendering.streaming` works out beforehand, so that the browser makes the same samples:
+models on a grid over speed and force, or a surface in copies of less and less detail. Beside it stands how strong the
+texture is (tried under a simulated hand, as `workflows.streaming.stream` does) and how strong a phone would vibrate.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import ParameterError
+from tactogram.rendering.displays.catalogue import open_display
+from tactogram.rendering.displays.display import Display
+from tactogram.rendering.drive.axes import combined
+from tactogram.rendering.drive.level import Level
+from tactogram.rendering.drive.strength import strength
+from tactogram.rendering.families.pattern import Settings
+from tactogram.rendering.streaming.contact import ContactSettings
+from tactogram.rendering.streaming.engine import Engine
+from tactogram.rendering.streaming.simulated_hand import SimulatedHand
+from tactogram.rendering.streaming.surface import OVERSAMPLED, Along, SurfaceTexture, looped
+from tactogram.rendering.streaming.texture_table import TextureTable
+from tactogram.rendering.streaming.textures import AutoregressiveTexture, StreamingTexture
+from tactogram.signal import Signal
+from tactogram.signal.perception import FELT_HZ
+from tactogram.signal.texture_map import TextureMap
+
+MAGIC = b"TGTT"
+VERSION = 1
+QUANTUM = 128
+"""Samples that an AudioWorklet makes at a time (Web Audio API)."""
+MOST_NODES = 4_000_000
+"""Of all copies of a surface together: 16 MB to send."""
+REHEARSAL_S = 3.0
+"""How long a texture is tried under a simulated hand, s."""
+ASSUMED_SPEED_MM_S = 100.0
+"""Where nothing says at which speed a signal over time was recorded."""
+PHONE = "phone-on-off"
+"""What a browser's vibration is: times, no strengths."""
+FREQUENCIES = 400
+"""At which a model's power in the felt band is added up."""
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """A texture for the browser.
+
+    Parameters
+    ----------
+    head : mapping
+        JSON values: what it is, how strong, what it follows.
+    arrays : mapping
+        float32 or float64 arrays by name.
+    """
+
+    head: Mapping[str, Any]
+    arrays: Mapping[str, NDArray[Any]]
+
+    def packed(self) -> bytes:
+        """Return ``TGTT``, the length of a JSON text (uint32), the text, and the arrays; all little-endian.
+
+        ``arrays`` in the text says of each its type, where it begins (a multiple of 8) and how many numbers it has.
+        """
+        places: dict[str, Any] = {}
+        for name, array in self.arrays.items():
+            places[name] = {"type": array.dtype.name, "offset": 0, "length": array.size}
+        # Room for offsets of any size, so that the text's length does not depend on them.
+        length = -(-(len(self._text(places)) + 24 * len(places)) // 8) * 8
+        offset = 8 + length
+        for name, array in self.arrays.items():
+            places[name]["offset"] = offset
+            offset += -(-array.nbytes // 8) * 8
+        parts = [MAGIC, np.uint32(length).tobytes(), self._text(places).ljust(length)]
+        for array in self.arrays.values():
+            data = np.ascontiguousarray(array).astype(array.dtype.newbyteorder("<")).tobytes()
+            parts += [data, b"\0" * (-len(data) % 8)]
+        return b"".join(parts)
+
+    def _text(self, places: Mapping[str, Any]) -> bytes:
+        return json.dumps({**self.head, "arrays": places}).encode()
+
+
+def table_of_map(
+    name: str, surface: TextureMap, *, rate: float, axes: str = "dft321", simulated: bool = False
+) -> Table:
+    """Return the table of autoregressive models over speed and force.
+
+    Parameters
+    ----------
+    name : str
+    surface : TextureMap
+    rate : float
+        Of the browser's audio, Hz.
+    axes : str
+        ``dft321`` or the name of one.
+    simulated : bool
+        Whether it was learned from a simulation.
+    """
+    table = TextureTable.of(surface, axis=axes)
+    texture = AutoregressiveTexture(name, table, rate=rate, most=QUANTUM, seed=0)
+    speeds = table.speeds if surface.known[0] else None
+    forces = table.forces if surface.known[1] else None
+    several = len(surface.models[0].axes) > 1
+    head = {
+        **_head(name, texture, rate=rate, simulated=simulated),
+        "kind": "autoregressive",
+        "order": int(table.reflection.shape[-1]),
+        "table_rate": table.rate,
+        "half": texture.half,
+        "speeds_mm_s": _range(speeds),
+        "forces_n": _range(forces),
+        "follows": _followed(speeds, forces),
+        "notes": [f"{axes} of its axes" if axes == "dft321" else f"axis {axes} alone"] if several else [],
+    }
+    arrays: dict[str, NDArray[Any]] = {
+        "speeds": table.speeds,
+        "forces": table.forces,
+        "reflection": table.reflection[:, :, 0].ravel(),
+        "deviation": table.deviation[:, :, 0].ravel(),
+        "kernel": texture.kernel.ravel(),
+        "vibration": _felt_amplitudes(table).ravel(),
+    }
+    return Table(head, arrays)
+
+
+def table_of_signal(
+    name: str,
+    signal: Signal,
+    *,
+    rate: float,
+    speed_mm_s: float | None = None,
+    along: Along = "path",
+    axes: str = "dft321",
+    simulated: bool = False,
+) -> Table:
+    """Return the table of a signal that is laid out over the surface.
+
+    Its constant part (gravity, a sensor's zero) is taken out: a sound card has none. A friction coefficient's
+    deviations from its mean are played as a vibration is, silent at rest.
+
+    Parameters
+    ----------
+    name : str
+    signal : Signal
+        Over displacement, or over time.
+    rate : float
+        Of the browser's audio, Hz.
+    speed_mm_s : float, optional
+        Speed at which a signal over time was recorded or made; by default `ASSUMED_SPEED_MM_S`, which is noted.
+    along : {"path", "x", "y"}
+    axes : str
+        See `tactogram.rendering.drive.axes`.
+    simulated : bool
+
+    Raises
+    ------
+    ParameterError
+        If the signal is silent, too short for a loop, or has too many axes.
+    """
+    notes = []
+    if signal.domain == "time" and speed_mm_s is None:
+        speed_mm_s = ASSUMED_SPEED_MM_S
+        notes.append(f"nothing says how fast it was stroked: {speed_mm_s:g} mm/s is assumed")
+    if signal.domain == "displacement":
+        speed_mm_s = None
+    steady = signal.samples - signal.samples.mean(axis=1, keepdims=True, dtype=np.float64)
+    one, words = combined(signal.with_samples(steady.astype(np.float32)), axes)
+    if len(signal.axes) > 1:
+        notes.append(words)
+    if len(one.axes) > 1:
+        raise ParameterError(
+            f"axes must make one of several, got {axes!r}; use dft321, mean or an axis's name"
+        )
+    most = MOST_NODES // (OVERSAMPLED * _copies(one, rate, speed_mm_s))
+    if len(one) > most:
+        notes.append(f"the first {100 * most / len(one):.0f} % of it: more is too much to send")
+        one = one.cut(0, most)
+    texture = SurfaceTexture(name, one, rate=rate, speed_mm_s=speed_mm_s, along=along)
+    texture.holds_at_rest = False
+    strong = _head(name, texture, rate=rate, simulated=simulated)
+    envelope, step_mm = _envelope(texture, speed_mm_s or ASSUMED_SPEED_MM_S)
+    head = {
+        **strong,
+        "kind": "surface",
+        "along": along,
+        "copies": len(texture.nodes),
+        "nodes_per_mm": texture.nodes_per_mm,
+        "samples_per_speed": texture.samples_per_speed,
+        "length_mm": texture.length_mm,
+        "recorded_mm_s": speed_mm_s,
+        "vibration_step_mm": step_mm,
+        "follows": {"path": "the way of the finger", "x": "the place along x", "y": "the place along y"}[
+            along
+        ],
+        "notes": notes,
+    }
+    return Table(head, {"nodes": texture.nodes[:, 0].ravel(), "vibration": envelope})
+
+
+def _head(name: str, texture: StreamingTexture, *, rate: float, simulated: bool) -> dict[str, Any]:
+    """Return what every table says; the texture's state is used up."""
+    rms, peak = _rehearsed(texture, rate)
+    if peak == 0:
+        raise ParameterError(f"{name} is silent: there is nothing to feel")
+    phone = open_display(PHONE)
+    settings = _phone_settings(phone)
+    return {
+        "version": VERSION,
+        "name": name,
+        "unit": texture.unit,
+        "rate": rate,
+        "simulated": simulated,
+        "level": texture.level,
+        "rms": rms,
+        "peak": peak,
+        "phone": {
+            "display": PHONE,
+            "step_ms": 1e3 / phone.rate,
+            "shortest_steps": max(1, round(settings.shortest_ms / 1e3 * phone.rate)),
+        },
+    }
+
+
+def _rehearsed(texture: StreamingTexture, rate: float) -> tuple[float, float]:
+    """Return the root mean square while sliding and the largest magnitude under a simulated hand, in the unit."""
+    engine = Engine(
+        [texture], SimulatedHand(REHEARSAL_S + 1, seed=1), rate=rate, most=QUANTUM, contact=ContactSettings()
+    )
+    peak, square, slid = 0.0, 0.0, 0
+    for number in range(int(REHEARSAL_S * rate / QUANTUM)):
+        block = engine.render(number * QUANTUM / rate).astype(np.float64)
+        peak = max(peak, float(np.abs(block).max()))
+        if engine.follower.state == "slide":
+            square += float(np.mean(block**2))
+            slid += 1
+    return float(np.sqrt(square / max(slid, 1))), peak
+
+
+def _felt_amplitudes(table: TextureTable) -> NDArray[np.float32]:
+    """Return at every node the amplitude of the sine with the power that is felt as vibration, shape (S, F)."""
+    low, high = open_display(PHONE).band or FELT_HZ
+    high = min(high, table.rate / 2)
+    frequency = np.linspace(low, high, FREQUENCIES) if low < high else np.array([low])
+    found = np.empty((len(table.speeds), len(table.forces)), np.float32)
+    for i, speed in enumerate(table.speeds):
+        for j, force in enumerate(table.forces):
+            density = table.at(float(speed), float(force)).power_spectrum(frequency)[0]
+            found[i, j] = np.sqrt(2 * np.trapezoid(density, frequency))
+    return found
+
+
+def _envelope(texture: SurfaceTexture, speed_mm_s: float) -> tuple[NDArray[np.float32], float]:
+    """Return the amplitude of a loop from place to place, in its unit, and the step in mm.
+
+    As a phone's strength is found, at the speed of the recording; at another speed the same places are as strong.
+    """
+    loop = looped(texture.signal)
+    over_time = Signal(loop.samples, loop.rate * speed_mm_s, loop.unit, loop.axes)
+    phone = open_display(PHONE)
+    # So little of full drive that nothing is limited.
+    gain = 0.25 / float(np.abs(loop.samples).max())
+    found = strength(over_time, _phone_settings(phone), display=phone, level=Level("gain", gain))
+    return (found.share / gain).astype(np.float32), texture.length_mm / len(found.share)
+
+
+def _phone_settings(phone: Display) -> Settings:
+    if not isinstance(phone.settings, Settings):
+        raise ParameterError(f"{phone.name}: expected a display of patterns, got {phone.family}")
+    return phone.settings
+
+
+def _copies(signal: Signal, rate: float, speed_mm_s: float | None) -> int:
+    """Return how many copies of a surface there will be: see `SurfaceTexture`."""
+    per_mm = signal.rate if speed_mm_s is None else signal.rate / speed_mm_s
+    return 2 + max(0, int(np.ceil(2 * np.log2(1000.0 * per_mm / rate))))
+
+
+def _range(values: NDArray[np.float64] | None) -> list[float] | None:
+    return None if values is None else [float(values[0]), float(values[-1])]
+
+
+def _followed(speeds: NDArray[np.float64] | None, forces: NDArray[np.float64] | None) -> str:
+    """Say what a grid of models follows."""
+    parts = [
+        f"{name} {values[0]:g} to {values[-1]:g} {unit}"
+        for name, values, unit in (("speed", speeds, "mm/s"), ("force", forces, "N"))
+        if values is not None and len(values) > 1
+    ]
+    return " and ".join(parts) if parts else "whether the finger slides"

@@ -1,0 +1,1 @@
+"""The studio's workspace: folder, shelf of results, uploads."""

@@ -1,0 +1,258 @@
+"""What an analysis says: findings with interval and verdict, and the sections that hold them.
+
+A large p never becomes "no difference". A difference is *shown*, or *not shown*; where a margin was given beforehand,
+what is not shown is *equivalent within the margin* or *undecided*.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+from tactogram.errors import DataError
+from tactogram.study.planned import ALPHA
+from tactogram.study.session.answers import Answers
+
+Role = Literal["confirmatory", "as printed", "check"]
+SHOWN, NOT_SHOWN = "shown", "not shown"
+EQUIVALENT, UNDECIDED = "equivalent within the margin", "undecided"
+VERDICTS = (SHOWN, NOT_SHOWN, EQUIVALENT, UNDECIDED)
+SMALL = "the difference is shown, and is smaller than the margin"
+MOST_LINES = 120
+"""Findings of one role that are written out in a text; more are counted there, and stand in the JSON."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What one test or estimate says of one thing.
+
+    Parameters
+    ----------
+    of : str
+        A texture, a word, two conditions; ``all`` for all together.
+    test : str
+        In words.
+    role : {"confirmatory", "as printed", "check"}
+        What decides, what the publication did, and what stands beside it.
+    measure : str
+        What the estimate is, with its unit.
+    estimate : float
+    low, high : float or None
+        Interval of 95 %.
+    p : float or None
+        Two-sided; corrected where ``correction`` says so.
+    verdict : str
+        `SHOWN`, `NOT_SHOWN`, `EQUIVALENT` or `UNDECIDED`; empty where nothing is tested.
+    n, participants : int
+        Answers, and people.
+    statistic : float or None
+    effect : mapping from str to float
+        Sizes such as Cohen's dz and d'.
+    equivalence_p, margin : float or None
+    correction : str
+        How p answers for the number of tests.
+    note : str
+    """
+
+    of: str
+    test: str
+    role: Role
+    measure: str
+    estimate: float
+    low: float | None = None
+    high: float | None = None
+    p: float | None = None
+    verdict: str = ""
+    n: int = 0
+    participants: int = 0
+    statistic: float | None = None
+    effect: Mapping[str, float] = field(default_factory=dict)
+    equivalence_p: float | None = None
+    margin: float | None = None
+    correction: str = "none"
+    note: str = ""
+
+    def text(self) -> str:
+        """Return it in one line."""
+        parts = [f"{self.measure} {number(self.estimate)}"]
+        if self.low is not None and self.high is not None:
+            parts[0] += f" (95 %: {number(self.low)} to {number(self.high)})"
+        if self.p is not None:
+            parts.append(p_text(self.p) + (f" ({self.correction})" if self.correction != "none" else ""))
+        parts += [f"{name} {number(value)}" for name, value in self.effect.items()]
+        if self.margin is not None and self.equivalence_p is not None:
+            parts.append(f"within ±{number(self.margin)}: {p_text(self.equivalence_p)}")
+        line = f"{self.of}: {self.test}: {', '.join(parts)}"
+        line += f"; {self.verdict}" if self.verdict else ""
+        return line + (f" [{self.note}]" if self.note else "")
+
+
+@dataclass(frozen=True)
+class Section:
+    """All that is said of one question of a study.
+
+    Parameters
+    ----------
+    title, design, question : str
+    participants, answers : int
+    simulated : bool
+        Whether simulated participants are among those who answered.
+    findings : tuple of Finding
+    tables : mapping from str to sequence of mapping
+        Rows by the table's name.
+    notes : tuple of str
+        What was left out, and what the tests take for granted.
+    """
+
+    title: str
+    design: str
+    question: str
+    participants: int
+    answers: int
+    simulated: bool
+    findings: tuple[Finding, ...]
+    tables: Mapping[str, Sequence[Mapping[str, Any]]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def role(self, role: Role) -> list[Finding]:
+        """Return the findings of one role."""
+        return [finding for finding in self.findings if finding.role == role]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain values, for JSON: what is not finite is null."""
+        rows = {name: [dict(row) for row in rows] for name, rows in self.tables.items()}
+        found = {**vars(self), "findings": [dict(vars(f)) for f in self.findings], "tables": rows}
+        plain: dict[str, Any] = finite(found)
+        return plain
+
+    def text(self) -> str:
+        """Return it in lines, what decides first."""
+        who = "simulated participants" if self.simulated else "participants"
+        lines = [self.title, f"{self.answers} answers of {self.participants} {who}"]
+        for role, heading in (
+            ("confirmatory", "Confirmatory"),
+            ("as printed", "As printed in the publication"),
+            ("check", "Checks"),
+        ):
+            held = [f for f in self.findings if f.role == role]
+            if len(held) > MOST_LINES:
+                counts = ", ".join(f"{sum(f.verdict == v for f in held)} {v}" for v in VERDICTS)
+                lines += ["", f"{heading}: {len(held)} findings ({counts}), all in the JSON"]
+            elif held:
+                lines += ["", f"{heading}:", *(f"  {finding.text()}" for finding in held)]
+        for name, rows in self.tables.items():
+            lines += ["", f"{name}:", *(f"  {line}" for line in table_lines(rows))]
+        if self.notes:
+            lines += ["", *(f"Note: {note}." for note in self.notes)]
+        return "\n".join(lines)
+
+
+def verdict_of(p: float | None, *, equivalence_p: float | None = None, alpha: float = ALPHA) -> str:
+    """Return the verdict of a test, and of the test of equivalence where a margin was given.
+
+    What is both shown and within the margin is shown: a difference that is small.
+    """
+    if p is not None and p < alpha:
+        return SHOWN
+    if equivalence_p is None:
+        return "" if p is None else NOT_SHOWN
+    return EQUIVALENT if equivalence_p < alpha else UNDECIDED
+
+
+def judged(section: Section, *, alpha: float = ALPHA, note: str = "") -> Section:
+    """Return a section with its verdicts at ``alpha``.
+
+    What stands on an interval of 95 % alone has no verdict at another alpha.
+
+    Parameters
+    ----------
+    section : Section
+    alpha : float
+    note : str
+        Said of each finding that is held against a margin.
+    """
+    findings = tuple(_judged(finding, alpha, note) for finding in section.findings)
+    last = {finding.of: finding.verdict for finding in findings}
+    tables = {
+        name: [
+            {**row, "verdict": _row_verdict(row, last, alpha)} if "verdict" in row else row for row in rows
+        ]
+        for name, rows in section.tables.items()
+    }
+    return replace(section, findings=findings, tables=tables)
+
+
+def _row_verdict(row: Mapping[str, Any], last: Mapping[str, str], alpha: float) -> str:
+    """Return the verdict of a table's row: by its own p, or that of the last finding about its texture."""
+    return verdict_of(row["p_holm"], alpha=alpha) if "p_holm" in row else last[row["texture"]]
+
+
+def _judged(finding: Finding, alpha: float, note: str) -> Finding:
+    if finding.p is None:
+        return finding if alpha == ALPHA else replace(finding, verdict="")
+    if not finding.verdict:
+        return finding
+    equal = finding.equivalence_p
+    verdict = verdict_of(finding.p, equivalence_p=equal, alpha=alpha)
+    small = verdict == SHOWN and equal is not None and equal < alpha
+    notes = [finding.note, SMALL if small else "", note if equal is not None else ""]
+    return replace(finding, verdict=verdict, note="; ".join(said for said in notes if said))
+
+
+def answered(answers: Answers, what: str) -> tuple[Answers, tuple[str, ...]]:
+    """Return the answers that hold a number, and a note of how many do not.
+
+    Raises
+    ------
+    DataError
+        If none does.
+    """
+    kept = answers.where(lambda row: math.isfinite(row.value))
+    if not len(kept):
+        raise DataError(f"{what}: must have an answer with a number in the column value, got none")
+    missing = len(answers) - len(kept)
+    return kept, (f"{missing} answers without a number are left out",) if missing else ()
+
+
+def table_lines(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return rows as columns of one width each, below their headings."""
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    grid = [names, *([_cell(row.get(name)) for name in names] for row in rows)]
+    widths = [max(len(line[k]) for line in grid) for k in range(len(names))]
+    return ["  ".join(c.ljust(w) for c, w in zip(line, widths, strict=True)).rstrip() for line in grid]
+
+
+def number(value: float) -> str:
+    """Return a number as people read it: three places below ten, two digits below a hundredth."""
+    if not math.isfinite(value):
+        return {True: "infinite", False: "-infinite"}[value > 0] if math.isinf(value) else "-"
+    if 0 < abs(value) < 0.01:
+        return f"{value:.2g}"
+    text = f"{value:.3f}" if abs(value) < 10 else f"{value:.1f}"
+    return text
+
+
+def p_text(p: float) -> str:
+    """Return a p as people read it."""
+    return "p < .0001" if p < 1e-4 else f"p = {p:.4f}".replace("0.", ".", 1)
+
+
+def finite(value: Any) -> Any:
+    """Return values that JSON holds: None in place of what is not finite."""
+    if isinstance(value, Mapping):
+        return {str(name): finite(inner) for name, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(inner) for inner in value]
+    if isinstance(value, bool) or value is None or isinstance(value, str):
+        return value
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else None
+    return int(value)
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return "-"
+    return number(value) if isinstance(value, float) else str(value)

@@ -1,0 +1,92 @@
+"""What stands out: each item held against the other items that the same people met."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.study.analysis.findings import Finding
+from tactogram.study.analysis.realism import holm_paired
+from tactogram.study.session.answers import Answers
+
+Numbers = NDArray[np.float64]
+WHOLE, REST = "all words", "minus the mean of the others"
+
+
+def standing_out(
+    answers: Answers, measure: str, *, margin: float | None = None, per_word: bool = False
+) -> list[Finding]:
+    """Return each item's difference from the mean of the other items, paired by participant.
+
+    Over all words, each weighing the same, and if ``per_word`` of each word, too. p by Holm over items, and over items
+    and words. A participant counts for an item where the same word was answered of it and of another.
+
+    Parameters
+    ----------
+    answers : Answers
+        Each with a number; ``stimulus`` is the item, ``question`` the word.
+    measure : str
+    margin : float, optional
+        Of such a difference, given before the answers were seen.
+    per_word : bool
+
+    Returns
+    -------
+    list of Finding
+        Checks: Student's t and Wilcoxon's, see `paired_findings`. Empty with one item or one participant.
+    """
+    items, words = answers.unique("stimulus"), answers.unique("question")
+    gaps = gaps_to_the_rest(answers)
+    counts = {item: len(answers.where(stimulus=item)) for item in items}
+    whole = {item: _row_means(gaps[:, k]) for k, item in enumerate(items)}
+    found = holm_paired(
+        {
+            f"{item} {REST}, {WHOLE}": (people, counts[item])
+            for item, people in whole.items()
+            if len(people) > 1
+        },
+        measure,
+        margin,
+    )
+    if not per_word:
+        return found
+    single = {
+        f"{item} {REST}, {word}": (gaps[:, i, w][~np.isnan(gaps[:, i, w])], counts[item] // len(words))
+        for i, item in enumerate(items)
+        for w, word in enumerate(words)
+    }
+    kept = {of: gap for of, gap in single.items() if len(gap[0]) > 1}
+    return found + holm_paired(kept, measure, margin)
+
+
+def gaps_to_the_rest(answers: Answers) -> Numbers:
+    """Return how much higher each participant answered of an item than of the mean of the others, for each word.
+
+    Returns
+    -------
+    float64 array, shape (participant, item, word)
+        NaN where a participant did not answer a word of the item, or of no other.
+    """
+    names = [answers.unique(name) for name in ("participant", "stimulus", "question")]
+    places = [{name: k for k, name in enumerate(column)} for column in names]
+    sums, counts = np.zeros((2, *map(len, names)))
+    for row in answers:
+        cell = places[0][row.participant], places[1][row.stimulus], places[2][row.question]
+        sums[cell] += row.value
+        counts[cell] += 1
+    with np.errstate(invalid="ignore", divide="ignore"):
+        means = sums / counts
+        there = counts > 0
+        others = there.sum(1, keepdims=True) - 1
+        rest = (np.where(there, means, 0).sum(1, keepdims=True) - means) / others
+        gaps: Numbers = means - rest
+    gaps[~np.isfinite(gaps)] = np.nan
+    return gaps
+
+
+def _row_means(table: Numbers) -> Numbers:
+    """Return the mean of each row that holds a number."""
+    there = ~np.isnan(table)
+    kept = there.any(1)
+    means: Numbers = np.where(there, table, 0)[kept].sum(1) / there[kept].sum(1)
+    return means

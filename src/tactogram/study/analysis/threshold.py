@@ -1,0 +1,165 @@
+"""One person's threshold from a staircase: the posterior of a logistic function, read where the trials lie.
+
+A staircase of some dozen trials says little of a function's slope and its lapses. Maximum likelihood makes the slope
+too steep (C. Kaernbach, "Slope bias of psychometric functions derived from adaptive data", Percept. Psychophys. 63,
+2001), and read away from the trials, as 75 % of a 3 down 1 up staircase is, the threshold errs with it. Here slope and
+lapse rate have priors and are summed over (H. H. Schuett and others, "Painfree and accurate Bayesian estimation of
+psychometric functions for (potentially) overdispersed data", Vision Res. 122, 2016), and the threshold is read at the
+share at which the staircase settles (H. Levitt, J. Acoust. Soc. Am. 49, 1971). All trials count, the descent too: that
+intensities follow the answers does not bias a likelihood. Bias and spread as measured: docs/studies.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import special
+
+from tactogram.errors import ParameterError
+from tactogram.study.analysis.psychometric import counted
+
+Numbers = NDArray[np.float64]
+SETTLED_3_DOWN = 0.5 ** (1 / 3)
+"""Share correct at which 3 down 1 up settles, .794 (Levitt 1971)."""
+SLOPE_SD = 0.8
+"""Of the normal prior of the log slope: one sd is a factor of 2.2. Its middle is 1 per smallest step: that of an
+experimenter who chose a step of about half the spread of the function (sd 1.7 steps)."""
+LAPSES = (0.0, 0.02, 0.04, 0.06)
+"""Lapse rates, equally likely: up to the bound of F. A. Wichmann and N. J. Hill, Percept. Psychophys. 63 (2001)."""
+BEYOND_STEPS = 8.0
+"""How far below the weakest and above the strongest intensity a threshold may lie, in smallest steps."""
+PER_STEP = 8
+"""Places of the threshold's grid in a smallest step."""
+MOST_PLACES = 2000
+
+
+@dataclass(frozen=True)
+class Threshold:
+    """What the answers to one staircase say.
+
+    Parameters
+    ----------
+    threshold : float
+        Most likely intensity at which ``share`` is correct, whatever slope and lapse rate.
+    low, high : float
+        95 % of the posterior lie between.
+    slope : float
+        Mean of the posterior, geometric; of the logistic function, per unit of intensity.
+    share : float
+    n : int
+        Answers.
+    inside : bool
+        Whether the threshold lies among the intensities that were shown.
+    """
+
+    threshold: float
+    low: float
+    high: float
+    slope: float
+    share: float
+    n: int
+    inside: bool
+
+
+def estimate_threshold(
+    intensity: ArrayLike, correct: ArrayLike, *, share: float = SETTLED_3_DOWN, guess: float = 0.5
+) -> Threshold:
+    """Return the threshold of one person's answers: mode and 95 % of its posterior on a grid.
+
+    Parameters
+    ----------
+    intensity : float array, shape (answer,)
+        On a scale on which the function is logistic: dB.
+    correct : array of 0 and 1, shape (answer,)
+    share : float
+        Share correct at the threshold; see `settled_share`.
+    guess : float
+        Share correct without any signal.
+
+    Raises
+    ------
+    ParameterError
+        If the arrays or the shares are not such.
+    DataError
+        If there are fewer than two intensities, or all answers are alike: then there is no threshold to be had.
+    """
+    if not 0 <= guess < share < 1 - max(LAPSES):
+        raise ParameterError(f"must be 0 <= guess < share < {1 - max(LAPSES):g}, got {guess:g} and {share:g}")
+    levels, n, k = counted(intensity, correct, needed_by="a threshold")
+    step = float(np.diff(levels).min())
+    places = _places(levels, step)
+    slopes = np.exp(np.linspace(-2.5, 2.5, 15) * SLOPE_SD) / step
+    log_weight = _log_posterior(levels, n, k, places, slopes, share=share, guess=guess)
+    weight = np.exp(log_weight - log_weight.max())  # lapse, slope, place
+    weight /= weight.sum()
+    of_place = weight.sum((0, 1))
+    below = np.cumsum(of_place)
+    low, high = (float(places[np.searchsorted(below, tail)]) for tail in (0.025, 0.975))
+    mode = _mode(places, of_place)
+    return Threshold(
+        mode,
+        low,
+        high,
+        float(np.exp(weight.sum((0, 2)) @ np.log(slopes))),
+        share,
+        int(n.sum()),
+        bool(levels[0] <= mode <= levels[-1]),
+    )
+
+
+def settled_share(intensity: ArrayLike, correct: ArrayLike) -> float | None:
+    """Return the share correct at which a 1 up n down staircase settles, 2^(-1/n); n as its answers show it.
+
+    Parameters
+    ----------
+    intensity : float array, shape (trial,)
+        In the order of the trials.
+    correct : array of 0 and 1, shape (trial,)
+
+    Returns
+    -------
+    float or None
+        None where it never fell, or fell after a single right answer, which settles at guessing.
+    """
+    x, y = np.asarray(intensity, np.float64), np.asarray(correct, np.float64)
+    moved = np.flatnonzero(np.diff(x))
+    runs = np.diff(np.concatenate([[-1], moved]))
+    fell = runs[np.diff(x)[moved] < 0] if len(moved) else runs
+    # The first fall of a track may come early, where a session went on; most falls are of the rule.
+    n = int(np.median(fell)) if len(fell) and y.any() else 0
+    share = 0.5 ** (1 / n) if n > 1 else None
+    return share if share is not None and share < 1 - max(LAPSES) else None
+
+
+def _places(levels: Numbers, step: float) -> Numbers:
+    low, high = float(levels[0]) - BEYOND_STEPS * step, float(levels[-1]) + BEYOND_STEPS * step
+    count = min(MOST_PLACES, int(np.ceil((high - low) / step * PER_STEP)) + 1)
+    return np.linspace(low, high, count)
+
+
+def _log_posterior(
+    levels: Numbers, n: Numbers, k: Numbers, places: Numbers, slopes: Numbers, *, share: float, guess: float
+) -> Numbers:
+    """Return the log posterior but for a constant, shape (lapse, slope, place)."""
+    prior = -((np.log(slopes * np.diff(levels).min()) / SLOPE_SD) ** 2) / 2
+    found = []
+    for lapse in LAPSES:
+        at_share = special.logit((share - guess) / (1 - guess - lapse))
+        z = slopes[:, None, None] * (levels - places[:, None]) + at_share  # slope, place, level
+        p = np.clip(guess + (1 - guess - lapse) * special.expit(z), 1e-12, 1 - 1e-12)
+        found.append(np.log(p) @ k + np.log1p(-p) @ (n - k) + prior[:, None])
+    return np.array(found)
+
+
+def _mode(places: Numbers, weight: Numbers) -> float:
+    """Return where a posterior is highest: the top of the parabola through the three highest neighbours."""
+    best = int(np.argmax(weight))
+    if not 0 < best < len(places) - 1:
+        return float(places[best])
+    before, top, after = np.log(weight[best - 1 : best + 2])
+    bend = before - 2 * top + after
+    return float(
+        places[best] + (places[1] - places[0]) * (0.5 * (before - after) / bend if bend < 0 else 0.0)
+    )

@@ -1,0 +1,1 @@
+"""Power of a study before it is run, by simulated participants."""

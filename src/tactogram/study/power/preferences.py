@@ -1,0 +1,242 @@
+"""Many studies of pairwise preference at once: how often strengths are shown to differ, or to be as good as equal.
+
+What is said is what `strengths_by_participant` and Holm's correction say. But no table is made of each participant, who
+answers about few of the many pairs: the jackknife's equations are solved by conjugate gradients with the inverse for
+all participants before them, which leaving one out changes little (M. R. Hestenes, E. Stiefel, J. Res. Natl. Bur.
+Stand. 49, 1952).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special, stats
+
+from tactogram.study.analysis.bradley_terry import bradley_terry, curvature, gap_errors
+
+Numbers = NDArray[np.float64]
+Counts = NDArray[np.int64]
+AT_ONCE = 400_000
+"""Numbers that are held at the same time, of participants and of tables of items: what a processor's cache takes."""
+SOLVED = 1e-6
+"""Residual of the jackknife's equations, as a share of what it began with."""
+
+
+@dataclass(frozen=True)
+class Compared:
+    """Answers of the participants of many studies, without the pairs that were not asked about.
+
+    Parameters
+    ----------
+    first, second : int64 array, shape (study, participant, asked)
+        Items of a pair.
+    count, won : int64 array, shape (study, participant, asked)
+        How often the pair was asked about, and the first preferred.
+    items : int
+    """
+
+    first: Counts
+    second: Counts
+    count: Counts
+    won: Counts
+    items: int
+
+    def tables(self) -> Numbers:
+        """Return how often the row's was preferred to the column's by all, shape (study, item, item)."""
+        studies, n = self.first.shape[0], self.items
+        study = np.arange(studies)[:, None, None] * n
+        summed = np.zeros(studies * n * n)
+        for one, other, won in (
+            (self.first, self.second, self.won),
+            (self.second, self.first, self.count - self.won),
+        ):
+            summed += np.bincount(((study + one) * n + other).ravel(), won.ravel(), summed.size)
+        return summed.reshape(studies, n, n)
+
+
+def simulated_preferences(
+    people: int,
+    comparisons: int,
+    *,
+    items: int,
+    effect: float,
+    person_sd: float,
+    studies: int,
+    rng: np.random.Generator,
+) -> Iterator[tuple[Numbers, Numbers]]:
+    """Yield, of some studies at a time, every two items' difference of log strengths and its standard error.
+
+    The first item is stronger by ``effect`` than the others, which are alike. Pairs are asked about equally often, as
+    near as the number of comparisons lets them be: where items are alike that is what choosing the most informative
+    pair comes to.
+
+    Parameters
+    ----------
+    people, comparisons : int
+        Participants of each study, and comparisons of each of them over all pairs.
+    items : int
+    effect : float
+        Log strength.
+    person_sd : float
+        Spread of people's own log strength of each item.
+    studies : int
+    rng : numpy Generator
+
+    Yields
+    ------
+    tuple of float64 array
+        Both of shape (study, pair); the first ``items - 1`` pairs are those of the first item.
+    """
+    pairs = np.array(list(combinations(range(items), 2)))
+    first, second = pairs.T
+    some = max(1, AT_ONCE // (people * (items + min(comparisons, len(pairs))) + items**2))
+    for begin in range(0, studies, some):
+        count = min(some, studies - begin)
+        strengths = person_sd * rng.standard_normal((count, people, items))
+        strengths[..., 0] += effect
+        place, asked = _asked(comparisons, len(pairs), (count, people), rng)
+        one, other = first[place], second[place]
+        gap = np.take_along_axis(strengths, one, -1) - np.take_along_axis(strengths, other, -1)
+        won = rng.binomial(asked, special.expit(gap))
+        answers = Compared(one, other, asked, won, items)
+        found, covariance = jackknifed(answers)
+        errors, _ = gap_errors(covariance, curvature(answers.tables(), found), first, second)
+        yield found[:, first] - found[:, second], errors
+
+
+def jackknifed(answers: Compared) -> tuple[Numbers, Numbers]:
+    """Return log strengths and their covariance by participant: those of `strengths_by_participant`.
+
+    Parameters
+    ----------
+    answers : Compared
+
+    Returns
+    -------
+    strengths : float64 array, shape (study, item)
+    covariance : float64 array, shape (study, item, item)
+        Of differences between items; what is the same for all of them is left in.
+    """
+    studies, people, _ = answers.first.shape
+    n, size = answers.items, studies * people * answers.items
+    tables = answers.tables()
+    strengths = bradley_terry(tables)
+    all_of_them = np.asarray(np.linalg.inv(curvature(tables, strengths)), np.float64)
+    begin = np.arange(studies * people).reshape(studies, people, 1) * n
+    one, other = begin + answers.first, begin + answers.second
+    theirs = np.repeat(strengths, people, axis=0).ravel()
+    p = special.expit(theirs[one] - theirs[other])
+    weight = answers.count * p * (1 - p)
+
+    def scattered(values: Numbers) -> Numbers:
+        flat = values.ravel()
+        found = np.bincount(one.ravel(), flat, size) - np.bincount(other.ravel(), flat, size)
+        return np.asarray(found.reshape(studies, people, n), np.float64)
+
+    def bent(x: Numbers) -> Numbers:
+        """Return each participant's own curvature times x."""
+        flat = x.ravel()
+        return scattered(weight * (flat[one] - flat[other]))
+
+    left_out = _solved(bent, scattered(answers.won - answers.count * p), all_of_them)
+    return strengths, np.swapaxes(left_out, 1, 2) @ left_out * ((people - 1) / people)
+
+
+def _solved(bent: Callable[[Numbers], Numbers], pulls: Numbers, inverse: Numbers) -> Numbers:
+    """Return x of (all - own) x = pulls for every participant, by conjugate gradients.
+
+    Parameters
+    ----------
+    bent : callable
+        From x to own x.
+    pulls : float64 array, shape (study, participant, item)
+    inverse : float64 array, shape (study, item, item)
+        Of all.
+    """
+    x, rest = np.zeros_like(pulls), pulls
+    along = step = pulls @ inverse
+    whole = rest  # all times step, so that it need not be multiplied again
+    size = (rest * along).sum(-1, keepdims=True)
+    enough = SOLVED**2 * size
+    for _ in range(4 * pulls.shape[-1]):
+        if (size <= enough).all():
+            break
+        image = whole - bent(step)
+        far = np.divide(
+            size, (step * image).sum(-1, keepdims=True), out=np.zeros_like(size), where=size > enough
+        )
+        x = x + far * step
+        rest = rest - far * image
+        along = rest @ inverse
+        before, size = size, (rest * along).sum(-1, keepdims=True)
+        turn = np.divide(size, before, out=np.zeros_like(size), where=before > enough)
+        step, whole = along + turn * step, rest + turn * whole
+    return x
+
+
+def shown_and_equal(
+    gaps: Numbers, errors: Numbers, *, people: int, margin: float, alpha: float
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return which pairs are shown to differ and which to be within the margin, each with Holm's correction.
+
+    As `analyse_preference` says it, for many studies.
+
+    Parameters
+    ----------
+    gaps, errors : float64 array, shape (study, pair)
+    people : int
+    margin, alpha : float
+
+    Returns
+    -------
+    tuple of bool array, shape (study, pair)
+    """
+    far = np.abs(gaps)
+    shown = _holm_above(far / errors, people - 1, alpha / 2)
+    equal = _holm_above((margin - far) / errors, people - 1, alpha)
+    return shown, equal & ~shown
+
+
+def _holm_above(t: Numbers, freedom: int, alpha: float) -> NDArray[np.bool_]:
+    """Return which t of each row are shown, one-sided, with Holm's correction.
+
+    As many as are shown so far say how large the next has to be, until no more are: without a p of each, or an order.
+    """
+    tests = t.shape[1]
+    needed = _needed(tests, freedom, alpha)
+    shown = np.zeros(len(t), np.int64)
+    while True:
+        above = t > needed[shown][:, None]
+        more = np.maximum(above.sum(1), shown)
+        if (more == shown).all():
+            return above
+        shown = more
+
+
+@lru_cache(maxsize=8)
+def _needed(tests: int, freedom: int, alpha: float) -> Numbers:
+    """Return how large the next t has to be by how many of the tests are shown; after the last anything will do."""
+    return np.append(stats.t.isf(alpha / np.arange(tests, 0, -1), freedom), -np.inf)
+
+
+def _asked(
+    comparisons: int, pairs: int, shape: tuple[int, int], rng: np.random.Generator
+) -> tuple[Counts, Counts]:
+    """Return which pairs each participant is asked about, and how often: all equally often, the rest at random."""
+    each, rest = divmod(comparisons, pairs)
+    if each or 4 * rest > pairs:
+        places = np.argsort(rng.random((*shape, pairs)), axis=-1)
+        if each:
+            return np.broadcast_to(np.arange(pairs), places.shape), each + (places < rest)
+        drawn = places[..., :rest]
+    else:
+        drawn = np.sort(rng.integers(pairs, size=(*shape, rest)), axis=-1)
+        while (again := drawn[..., 1:] == drawn[..., :-1]).any():
+            drawn[..., 1:][again] = rng.integers(pairs, size=int(again.sum()))
+            drawn.sort(axis=-1)
+    return drawn, np.ones_like(drawn)

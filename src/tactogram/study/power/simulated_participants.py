@@ -1,0 +1,289 @@
+"""Simulated participants: programs that take a study as people do, with an effect that was put in, or none.
+
+They answer through the same interface as the participant pages, and every row of theirs says that it is simulated. They
+test the pages, the store and the analysis; they say nothing about touch.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+from scipy.special import ndtr
+
+from tactogram.study.session.answers import Answer, Answers
+from tactogram.study.session.sitting import answers_to, next_page
+from tactogram.study.session.store import SessionStore
+from tactogram.study.study_file import Study
+from tactogram.study.trials import Asked, Given, Page, Participant
+from tactogram.study.wording import Language
+
+Play = Callable[[Participant, Page], None]
+
+
+class SimulatedEffect(BaseModel):
+    """What is true of simulated participants. The defaults put no effect in."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    d_prime: float = Field(default=0.0, ge=0, le=10)
+    """How well two stimuli are told apart, in sds: two_area and abx."""
+    d_prime_sd: float = Field(default=0.0, ge=0, le=10)
+    """Between participants; a negative one counts as 0."""
+    shift: dict[str, float] = Field(default_factory=dict)
+    """By how much a condition, or an item, is answered higher: mm on a VAS, steps on a scale, logits of evoking and of
+    being preferred, factors of 10 in magnitude; of a staircase's item by how many dB its threshold is."""
+    typical_sd: float = Field(default=1.0, ge=0)
+    """Between items, in what a word says of each to all: 1 is 0.15 of a scale's width, and a logit of evoking. With 0
+    all items are alike but for ``shift``."""
+    between_sd: float = Field(default=1.0, ge=0)
+    """Between participants, in units of ``unit``: VAS and ratings as a whole."""
+    within_sd: float = Field(default=1.0, ge=0)
+    """From answer to answer of the same participant, in units of ``unit``."""
+    exponent: float = Field(default=0.0, ge=-5, le=5)
+    """Of the power law from intensity to magnitude, where levels are ``gain=`` or ``peak=``."""
+    exponent_sd: float = Field(default=0.0, ge=0, le=5)
+    """Between participants. No figure of it was found for vibration that is made: 0 unless a pilot says otherwise."""
+    preference_sd: float = Field(default=0.0, ge=0, le=10)
+    """Between participants, in how much each of them prefers each item: logits. Likewise 0."""
+    threshold_db: float = Field(default=-20.0, allow_inf_nan=False)
+    """Intensity at which half of the way from guessing to certainty is gone: staircases."""
+    threshold_sd_db: float = Field(default=3.0, ge=0)
+    """Between participants."""
+    spread_db: float = Field(default=4.0, gt=0)
+    """Sd of the cumulative normal that leads from guessing to certainty."""
+    lapse: float = Field(default=0.02, ge=0, le=0.5)
+    """Share of answers that are wrong however strong it is."""
+
+
+UNIT: Mapping[str, float] = {"vas": 10.0, "steps": 1.0, "number": 0.1}
+"""What 1 stands for in ``between_sd`` and ``within_sd``: mm, steps, factors of 10."""
+AVERAGE_SHARE = 0.55
+"""Of a VAS: the paper's realism lay between 50 and 60 mm for most textures (Saga et al., Sec. IV-B)."""
+
+
+class SimulatedParticipant:
+    """One of them.
+
+    Parameters
+    ----------
+    effect : SimulatedEffect
+    seed : sequence of int
+        Its own; the same gives the same answers to the same pages.
+    """
+
+    def __init__(self, effect: SimulatedEffect, seed: Sequence[int]) -> None:
+        self.effect = effect
+        self.rng = np.random.default_rng([*seed, 0])
+        self.truth = int(seed[0])
+        self.d_prime = max(0.0, effect.d_prime + effect.d_prime_sd * self.rng.standard_normal())
+        self.threshold_db = effect.threshold_db + effect.threshold_sd_db * self.rng.standard_normal()
+        self.bias = effect.between_sd * self.rng.standard_normal()
+        self.seed = tuple(seed)
+        self.exponent = effect.exponent + effect.exponent_sd * _own(self.seed, "exponent")
+
+    def answer(self, page: Page) -> dict[str, str]:
+        """Return an answer to each question of a page, by key."""
+        return {asked.key: self._answer(page, asked) for asked in page.asked}
+
+    def seconds(self, page: Page) -> float:
+        """Return how long a page took, s: lognormal about 2 s for each question."""
+        return float(len(page.asked) * 2.0 * math.exp(0.4 * self.rng.standard_normal()))
+
+    def _answer(self, page: Page, asked: Asked) -> str:
+        question = asked.question
+        if page.kind == "consent":
+            return "agreed"
+        if page.kind == "questions":
+            return self._questionnaire(asked)
+        if asked.right:
+            found = self.rng.random() < self._correct(page)
+            return asked.right if found else "AB".replace(asked.right, "")
+        if page.kind == "pairwise":
+            difference = self._strength(asked.stimulus, asked.condition)
+            difference -= self._strength(asked.other, asked.other_condition)
+            first = self.rng.random() < _logistic(difference)
+            return asked.side if first else "AB".replace(asked.side, "")
+        if page.kind == "evoked":
+            logit = self._typical(asked) + self._shift(asked) + self.bias / 2
+            return "evoked" if self.rng.random() < _logistic(logit) else "not evoked"
+        noise = self.effect.within_sd * self.rng.standard_normal()
+        if question.kind == "number":
+            told = (
+                1.0
+                + self._shift(asked)
+                + self.exponent * _log_intensity(page)
+                + UNIT["number"] * (self.bias + noise)
+            )
+            return f"{10**told:.4g}"
+        unit = UNIT[question.kind]
+        width = question.high - question.low
+        middle = question.low + width * (
+            AVERAGE_SHARE if question.kind == "vas" else 0.5 + 0.15 * self._typical(asked)
+        )
+        value = middle + self._shift(asked) + unit * (self.bias + noise)
+        value = min(max(value, question.low), question.high)
+        return f"{value:.0f}" if question.kind == "steps" else f"{value:.1f}"
+
+    def _correct(self, page: Page) -> float:
+        """Return the probability of a correct answer."""
+        d = self.d_prime
+        if page.kind == "abx":
+            # Unbiased, independent observations: Macmillan and Creelman, Detection Theory (2nd ed.), Eq. 9.9.
+            return float(ndtr(d / math.sqrt(2)) * ndtr(d / 2) + ndtr(-d / math.sqrt(2)) * ndtr(-d / 2))
+        if page.kind == "staircase":
+            above = page.asked[0].values["A"] - self.threshold_db - self._shift(page.asked[0])
+            sure = ndtr(above / self.effect.spread_db)
+            return float(0.5 + (0.5 - self.effect.lapse) * sure)
+        return float(ndtr(d / math.sqrt(2)))
+
+    def _shift(self, asked: Asked) -> float:
+        return self._shift_of(asked.stimulus, asked.condition)
+
+    def _shift_of(self, item: str, condition: str) -> float:
+        shift = self.effect.shift
+        return shift.get(item, 0.0) + (shift.get(condition, 0.0) if condition != item else 0.0)
+
+    def _strength(self, item: str, condition: str) -> float:
+        """Return how much this participant prefers an item, logits: what is true of all, and what is of this one."""
+        own = self.effect.preference_sd * _own(self.seed, "preference", item, condition)
+        return self._shift_of(item, condition) + own
+
+    def _typical(self, asked: Asked) -> float:
+        return typical(self.effect, self.truth, asked.stimulus, asked.question.id)
+
+    def _questionnaire(self, asked: Asked) -> str:
+        question = asked.question
+        if question.kind == "choice":
+            return question.options[self.rng.integers(len(question.options))].value
+        if question.kind == "text":
+            return "(simulated)"
+        low = question.low if math.isfinite(question.low) else 20
+        high = question.high if math.isfinite(question.high) else max(low, 60)
+        return str(int(self.rng.integers(math.ceil(low), math.floor(high) + 1)))
+
+
+@lru_cache(maxsize=4096)
+def _own(seed: tuple[int, ...], *what: str) -> float:
+    """Return a standard normal number that is always the same of one participant and matter.
+
+    Not of the participant's generator: answers to all else are the same whether or not people differ in this.
+    """
+    return float(np.random.default_rng([*seed, 1, *"\0".join(what).encode()]).standard_normal())
+
+
+def typical(effect: SimulatedEffect, seed: int, item: str, word: str) -> float:
+    """Return what a word says of an item to all: drawn, the same for every participant and condition."""
+    drawn = np.random.default_rng([seed, *f"{item}\0{word}".encode()]).standard_normal()
+    return effect.typical_sd * float(drawn)
+
+
+def simulate(
+    store: SessionStore,
+    count: int,
+    *,
+    effect: SimulatedEffect | None = None,
+    seed: int = 0,
+    play: Play | None = None,
+    most_pages: int | None = None,
+    progress: Callable[[int], None] = lambda done: None,
+) -> list[Participant]:
+    """Let simulated participants take a study, one after the other, and return them.
+
+    Parameters
+    ----------
+    store : SessionStore
+    count : int
+    effect : SimulatedEffect, optional
+        By default none.
+    seed : int
+        Of their answers.
+    play : callable, optional
+        Called with participant and page before each is answered, to log what is played.
+    most_pages : int, optional
+        They stop after so many pages, as if they had left.
+    progress : callable, optional
+        Called with how many are done.
+    """
+    who = []
+    for done in range(1, count + 1):
+        language: Language = store.study.languages[(done - 1) % len(store.study.languages)]
+        participant = store.enrol(language=language, simulated=True)
+        take(
+            store,
+            participant,
+            SimulatedParticipant(effect or SimulatedEffect(), (seed, participant.number)),
+            play=play,
+            most_pages=most_pages,
+        )
+        who.append(participant)
+        progress(done)
+    return who
+
+
+def take(
+    store: SessionStore,
+    participant: Participant,
+    simulated: SimulatedParticipant,
+    *,
+    play: Play | None = None,
+    most_pages: int | None = None,
+) -> int:
+    """Let one take the study to its end, or ``most_pages`` of it; return how many pages were answered."""
+    pages = 0
+    page = store.page(participant.code)
+    while page is not None and (most_pages is None or pages < most_pages):
+        if play is not None:
+            play(participant, page)
+        rt_ms = 1000 * simulated.seconds(page)
+        page = store.submit(
+            participant.code, page.token, simulated.answer(page), rt_ms={"": round(rt_ms)}
+        ).page
+        pages += 1
+    return pages
+
+
+def simulated_answers(
+    study: Study, count: int, *, effect: SimulatedEffect | None = None, seed: int = 0
+) -> Answers:
+    """Return the answers of simulated participants, without a session: those that `simulate` would have stored.
+
+    But for times, codes and what was played, which are not there: for studies by the hundred.
+
+    Parameters
+    ----------
+    study : Study
+    count : int
+        Participants, numbered from 1.
+    effect : SimulatedEffect, optional
+        By default none.
+    seed : int
+        Of their answers.
+    """
+    rows: list[Answer] = []
+    for number in range(1, count + 1):
+        language = study.languages[(number - 1) % len(study.languages)]
+        participant = Participant(f"S{number:03d}", number, language, True)
+        one = SimulatedParticipant(effect or SimulatedEffect(), (seed, number))
+        given: list[Given] = []
+        while (page := next_page(study, participant, given)) is not None:
+            one.seconds(page)  # drawn where a session draws it, so that the answers are the same
+            responses = page.accepted(one.answer(page))
+            rows += answers_to(study, participant, page, responses, at="")
+            given.append(Given(page.token, responses, page.more))
+    return Answers(tuple(rows))
+
+
+def _log_intensity(page: Page) -> float:
+    """Return log10 of the intensity of what is judged on a page, 0 where the level does not say."""
+    judged = page.presented[-1]
+    kind, _, number = (judged.stimulus.level if judged.stimulus else "").partition("=")
+    known = math.log10(float(number)) if kind in ("gain", "peak") else 0.0
+    return known + judged.gain_db / 20
+
+
+def _logistic(x: float) -> float:
+    return 1 / (1 + math.exp(-x))

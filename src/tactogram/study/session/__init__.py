@@ -1,0 +1,1 @@
+"""Sessions: participants, answers and their store."""

@@ -1,0 +1,331 @@
+"""Answers of people to trials: a table with one row per answer, the same for every design.
+
+What the columns mean where a design leaves it open. ``stimulus`` is the item (texture, plate, image), ``condition`` its
+version; ``other`` and the further column ``other_condition`` are the second one's.
+
+- *two_area*, question ``which``: the version asked for; ``other`` is the same texture in the other version; ``side``
+  and ``answer`` are A or B; ``value`` is 1 if correct, else 0.
+- *two_area*, question ``realism``: the version judged; ``value`` is the mark in mm, ``side`` where it was.
+- *rating*, a question per word: ``value`` is the step of the scale.
+- *evoked*, a question per word: ``answer`` is ``evoked`` or ``not evoked``, ``value`` 1 or 0.
+- *abx*, question ``which``: ``stimulus`` and ``condition`` are what X is, ``other`` what it is not; ``side`` and
+  ``answer`` are A or B; ``value`` is 1 if correct, else 0.
+- *staircase*, question ``which``: ``condition`` is the staircase; ``side`` and ``answer`` are A or B; ``value`` is the
+  intensity in dB above the level, ``correct`` the outcome; the further column ``reversals`` counts those before it.
+- *magnitude*, question ``magnitude``: ``value`` is the number given.
+- *pairwise*, question ``preferred``: ``stimulus`` and ``other`` are the pair, ``side`` is where ``stimulus`` was;
+  ``answer`` is A or B, ``value`` 1 if ``stimulus`` was chosen, else 0.
+- the questions before and after the trials: ``design`` is ``questions``; ``stimulus`` is "".
+- practice: ``design`` is ``practice``, and the further column ``practice`` the design that was practised.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from tactogram.errors import DataError, ParameterError
+
+SUFFIXES = (".csv", ".tsv", ".parquet")
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One answer of one participant.
+
+    Parameters
+    ----------
+    study, participant, session : str
+        The study's name, a code (never a name), and what the sitting is called.
+    block, trial, repeat : int
+        From 1; ``trial`` counts what is shown to this participant. Several answers can belong to one trial.
+    design, question, condition, stimulus, other : str
+        See the table above.
+    side : str
+        Where the asked-for stimulus was: ``A``, ``B`` or "".
+    answer : str
+    value : float
+        NaN where the answer is no number.
+    correct : bool or None
+        None where no answer is right.
+    scale_low, scale_high : float
+        Ends of the scale that was offered, NaN where there was none.
+    rt_ms : float
+        From what was shown until the answer, NaN if not measured.
+    at : str
+        ISO time, UTC. The order of answers follows from ``trial``, never from this.
+    played_sha256 : str
+        Of the samples that were played for this answer; several are joined by ``+``.
+    level, display : str
+        How strong, as `tactogram.rendering.drive.level.parse_level` reads it, and on what.
+    seed : int
+        Of the study's order.
+    simulated : bool
+        Whether a simulated participant answered.
+    more : mapping from str to str
+        Further columns.
+    """
+
+    study: str
+    participant: str
+    session: str = "1"
+    block: int = 1
+    trial: int = 1
+    repeat: int = 1
+    design: str = ""
+    question: str = ""
+    condition: str = ""
+    stimulus: str = ""
+    other: str = ""
+    side: str = ""
+    answer: str = ""
+    value: float = math.nan
+    correct: bool | None = None
+    scale_low: float = math.nan
+    scale_high: float = math.nan
+    rt_ms: float = math.nan
+    at: str = ""
+    played_sha256: str = ""
+    level: str = ""
+    display: str = ""
+    seed: int = 0
+    simulated: bool = False
+    more: Mapping[str, str] = field(default_factory=dict)
+
+
+COLUMNS: tuple[str, ...] = tuple(f.name for f in fields(Answer) if f.name != "more")
+"""What every table has, in this order."""
+KINDS: Mapping[str, str] = {f.name: str(f.type) for f in fields(Answer) if f.name != "more"}
+NEEDED = ("study", "participant", "design", "question", "answer")
+"""What a table must have; the rest is filled with the defaults of `Answer`."""
+
+
+@dataclass(frozen=True)
+class Answers:
+    """A table of answers.
+
+    Parameters
+    ----------
+    rows : tuple of Answer
+    """
+
+    rows: tuple[Answer, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __iter__(self) -> Iterator[Answer]:
+        return iter(self.rows)
+
+    def column(self, name: str) -> tuple[Any, ...]:
+        """Return a column; a further one as text, "" where a row lacks it.
+
+        Raises
+        ------
+        ParameterError
+            If no row has it.
+        """
+        if name in COLUMNS:
+            return tuple(getattr(row, name) for row in self.rows)
+        if name not in self.further:
+            raise ParameterError(
+                f"a column must be one of {', '.join((*COLUMNS, *self.further))}, got {name!r}"
+            )
+        return tuple(row.more.get(name, "") for row in self.rows)
+
+    def numbers(self, name: str = "value") -> np.ndarray:
+        """Return a column of numbers: float64 array, shape (row,); NaN where there is none."""
+        return np.array([math.nan if value is None else float(value) for value in self.column(name)])
+
+    def unique(self, name: str) -> tuple[Any, ...]:
+        """Return the different values of a column, in the order in which they come."""
+        return tuple(dict.fromkeys(self.column(name)))
+
+    @property
+    def further(self) -> tuple[str, ...]:
+        """Names of the further columns."""
+        return tuple(dict.fromkeys(name for row in self.rows for name in row.more))
+
+    def where(self, keep: Callable[[Answer], bool] | None = None, **values: Any) -> Answers:
+        """Return the rows that ``keep`` accepts and whose columns have ``values``.
+
+        A tuple, list or set of values means any of them.
+        """
+        rows: Iterable[Answer] = self.rows if keep is None else filter(keep, self.rows)
+        for name, value in values.items():
+            wanted = set(value) if isinstance(value, tuple | list | set | frozenset) else {value}
+            own = name in COLUMNS
+            rows = [r for r in rows if (getattr(r, name) if own else r.more.get(name, "")) in wanted]
+        return Answers(tuple(rows))
+
+    def by(self, name: str) -> dict[Any, Answers]:
+        """Return the rows of each value of a column."""
+        groups: dict[Any, list[Answer]] = {}
+        for value, row in zip(self.column(name), self.rows, strict=True):
+            groups.setdefault(value, []).append(row)
+        return {value: Answers(tuple(rows)) for value, rows in groups.items()}
+
+    def joined(self, other: Answers) -> Answers:
+        """Return both, one below the other."""
+        return Answers((*self.rows, *other.rows))
+
+    def changed(self, **values: Any) -> Answers:
+        """Return the rows with some columns set to one value each."""
+        return Answers(tuple(replace(row, **values) for row in self.rows))
+
+
+def cells(answers: Answers) -> tuple[list[str], list[list[str]]]:
+    """Return the headings and the rows as text: booleans ``true`` and ``false``, no number as ""."""
+    further = answers.further
+    rows = [
+        [*(_text(getattr(row, name)) for name in COLUMNS), *(row.more.get(name, "") for name in further)]
+        for row in answers
+    ]
+    return [*COLUMNS, *further], rows
+
+
+def write_answers(path: Path, answers: Answers) -> None:
+    """Write a table as ``.csv``, ``.tsv`` or ``.parquet``, beside first and then renamed.
+
+    Raises
+    ------
+    ParameterError
+        For another suffix.
+    """
+    suffix = _suffix(path)
+    part = path.with_name(f"{path.name}.part-{os.getpid()}")
+    try:
+        if suffix == ".parquet":
+            pq.write_table(_arrow(answers), part)
+        else:
+            headings, rows = cells(answers)
+            with part.open("w", encoding="utf-8", newline="") as file:
+                csv.writer(file, delimiter="\t" if suffix == ".tsv" else ",").writerows([headings, *rows])
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def read_answers(path: Path) -> Answers:
+    """Read a table that `write_answers` wrote, or another with these columns.
+
+    Raises
+    ------
+    DataError
+        Naming file and row, where a column is missing or a cell is not what its column holds.
+    """
+    return answers_of(*read_cells(path), where=str(path))
+
+
+def read_cells(path: Path, *, encoding: str = "utf-8-sig") -> tuple[list[str], list[list[str]]]:
+    """Return a table's headings and its rows as text, whatever its columns are.
+
+    Raises
+    ------
+    DataError
+        If the file is not a readable table, or a row has more or fewer cells than there are headings.
+    """
+    suffix = _suffix(path)
+    try:
+        if suffix == ".parquet":
+            table = pq.read_table(path)
+            lists = [[_text(value) for value in column.to_pylist()] for column in table.columns]
+            return list(table.column_names), [list(row) for row in zip(*lists, strict=True)]
+        text = path.read_bytes().decode(encoding)
+        divider = "\t" if suffix == ".tsv" else max(",;\t", key=text.partition("\n")[0].count)
+        rows = [row for row in csv.reader(StringIO(text, newline=""), delimiter=divider, strict=True) if row]
+    except (OSError, UnicodeDecodeError, csv.Error, pa.ArrowException) as error:
+        raise DataError(f"{path}: not a readable table: {error}") from error
+    if not rows:
+        raise DataError(f"{path}: must begin with a row of headings, got an empty file")
+    for number, row in enumerate(rows[1:], 2):
+        if len(row) != len(rows[0]):
+            raise DataError(f"{path}: row {number}: must have {len(rows[0])} cells, got {len(row)}")
+    return [heading.strip() for heading in rows[0]], rows[1:]
+
+
+def answers_of(headings: Sequence[str], rows: Sequence[Sequence[str]], *, where: str) -> Answers:
+    """Return the answers that rows of text hold; columns that are not known are kept as further ones.
+
+    Raises
+    ------
+    DataError
+        See `read_answers`.
+    """
+    if missing := [name for name in NEEDED if name not in headings]:
+        raise DataError(f"{where}: lacks the column {', '.join(missing)}, has {', '.join(headings)}")
+    if len(set(headings)) != len(headings):
+        twice = next(name for name in headings if list(headings).count(name) > 1)
+        raise DataError(f"{where}: has two columns {twice!r}; leave one out")
+    found = []
+    for number, row in enumerate(rows, 2):
+        given = dict(zip(headings, row, strict=True))
+        values = {
+            name: _value(given[name], KINDS[name], f"{where}: row {number}: {name}")
+            for name in COLUMNS
+            if name in given and (given[name] != "" or KINDS[name] == "str")
+        }
+        found.append(Answer(**values, more={k: v for k, v in given.items() if k not in KINDS}))
+    return Answers(tuple(found))
+
+
+def _value(text: str, kind: str, where: str) -> Any:
+    try:
+        match kind:
+            case "int":
+                return int(text)
+            case "float":
+                return float(text)
+            case "str":
+                return text
+    except ValueError:
+        named = {"int": "a whole number", "float": "a number"}[kind]
+        raise DataError(f"{where}: must be {named}, got {text!r}") from None
+    known = {"true": True, "false": False, "1": True, "0": False}
+    if text.casefold() not in known:
+        raise DataError(f"{where}: must be true or false, got {text!r}")
+    return known[text.casefold()]
+
+
+def _text(value: Any) -> str:
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return ""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return repr(int(value)) if isinstance(value, float) and value.is_integer() else str(value)
+
+
+def _suffix(path: Path) -> str:
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise ParameterError(f"a table of answers must be {', '.join(SUFFIXES)}, got {path.name}")
+    return suffix
+
+
+def _arrow(answers: Answers) -> pa.Table:
+    types = {
+        "int": pa.int64(),
+        "float": pa.float64(),
+        "str": pa.string(),
+        "bool": pa.bool_(),
+        "bool | None": pa.bool_(),
+    }
+    arrays, names = [], []
+    for name in COLUMNS:
+        values = [None if isinstance(v, float) and math.isnan(v) else v for v in answers.column(name)]
+        arrays.append(pa.array(values, types[KINDS[name]]))
+        names.append(name)
+    for name in answers.further:
+        arrays.append(pa.array(answers.column(name), pa.string()))
+        names.append(name)
+    return pa.table(arrays, names=names)

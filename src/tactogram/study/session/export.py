@@ -1,0 +1,234 @@
+"""Answers written for others: a tidy table, and a BIDS ``beh`` folder.
+
+BIDS is the Brain Imaging Data Structure, https://bids-specification.readthedocs.io, "Behavioral experiments (with no
+neural recordings)".
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import tempfile
+from collections.abc import Mapping, Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from tactogram.errors import DataError
+from tactogram.study.session.answers import Answers, cells
+from tactogram.study.session.device_facts import COLUMN, described
+from tactogram.study.session.side_tables import description_of, notes_table, participants_table
+from tactogram.study.session.states import STATES
+from tactogram.study.session.store import SessionStore
+from tactogram.study.study_file import Study
+
+BIDS_VERSION = "1.10.0"
+DESCRIPTIONS: Mapping[str, str] = {
+    "study": "Name of the study",
+    "participant": "Code of the participant",
+    "session": "What the sitting is called",
+    "block": "Block, from 1",
+    "trial": "What was shown, counted from 1",
+    "repeat": "How often this was asked, from 1",
+    "design": "Design of the study, or questions before and after",
+    "question": "What was asked",
+    "condition": "Version of the stimulus",
+    "stimulus": "Texture, plate or image",
+    "other": "The second stimulus",
+    "side": "Where the asked-for stimulus was",
+    "answer": "What was answered",
+    "value": "The answer as a number; for a staircase the intensity in dB",
+    "correct": "Whether the answer was right",
+    "scale_low": "Lower end of the scale",
+    "scale_high": "Upper end of the scale",
+    "rt_ms": "From what was shown until the answer, in ms",
+    "at": "When it was answered, UTC; the rows are in the order given, whatever the clock said",
+    "played_sha256": "Hash of the samples that were played; several are joined by +",
+    "level": "How strong it was played",
+    "display": "On what it was played",
+    "seed": "Seed of the study's order",
+    "simulated": "Whether a simulated participant answered",
+    "other_condition": "Version of the second stimulus",
+    "simulated_stimuli": "true where what was felt or seen was simulated, whoever answered",
+    "token": "Page on which it was asked",
+    "step": "Step of the trial",
+    "consent_sha256": "Hash of the text that was agreed to",
+    "staircase": "Which staircase",
+    "reversals": "Reversals of the staircase before this trial",
+    "practice": "Design that was practised; such an answer does not count",
+    "modulus": "Number that the standard stands for",
+    "expected_bits": "Information that was expected of this pair",
+    "first": "Number of the first of the pair",
+    "second": "Number of the second of the pair",
+}
+
+
+CALLED = ("stimulus", "other", "condition", "other_condition", "staircase")
+"""Columns that hold keys, which a study may have names for."""
+
+
+def export_bids(store: SessionStore, out: Path) -> Path:
+    """Write a BIDS data set into a new folder, complete or not at all, and return it.
+
+    Parameters
+    ----------
+    store : SessionStore
+    out : Path
+        Must not be there, or be empty.
+
+    Raises
+    ------
+    DataError
+        If it holds something, or there is no answer.
+    """
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise DataError(f"{out}: holds something; give a new folder")
+    answers = store.answers()
+    if not len(answers):
+        raise DataError(f"{store.path.parent}: holds no answer to export")
+    out.parent.mkdir(parents=True, exist_ok=True)
+    part = Path(tempfile.mkdtemp(prefix=f".{out.name}.part-", dir=out.parent))
+    try:
+        _write(part, store, answers)
+        part.chmod(0o755)
+        if out.exists():
+            out.rmdir()
+        part.replace(out)
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+    return out
+
+
+def _write(folder: Path, store: SessionStore, answers: Answers) -> None:
+    study = store.study
+    _json(folder / "dataset_description.json", _description(study, answers))
+    (folder / "README").write_text(_readme(study, answers), encoding="utf-8")
+    headings, rows = participants_table(store)
+    _tsv(
+        folder / "participants.tsv",
+        ["participant_id", *headings[1:]],
+        [[f"sub-{row[0]}", *row[1:]] for row in rows],
+    )
+    _json(
+        folder / "participants.json",
+        {
+            "participant_id": {"Description": "Code of the participant"},
+            **{name: {"Description": description_of(name)} for name in headings[1:]},
+            "language": {"Description": "Of the pages", "Levels": {"ja": "Japanese", "en": "English"}},
+            "simulated": {
+                "Description": "Whether it is a simulated participant",
+                "Levels": {"true": "a program", "false": "a person"},
+            },
+            "status": {
+                "Description": "How the session stands",
+                "Levels": dict(STATES),
+            },
+        },
+    )
+    task = re.sub("[^A-Za-z0-9]", "", study.name)
+    for code, own in answers.by("participant").items():
+        session = own.rows[0].session
+        place = folder / f"sub-{code}" / f"ses-{session}" / "beh"
+        place.mkdir(parents=True)
+        stem = f"sub-{code}_ses-{session}_task-{task}"
+        headings, table = cells(own)
+        kept = [i for i, name in enumerate(headings) if name not in ("study", "participant", "session")]
+        names = [headings[i] for i in kept]
+        _tsv(place / f"{stem}_beh.tsv", names, [[row[i] for i in kept] for row in table])
+        _json(place / f"{stem}_beh.json", _sidecar(study, names))
+        if played := store.played_log(code):
+            _events(place / f"{stem}_events", played)
+    if store.notes():
+        _notes(folder / "sourcedata", store)
+
+
+def _notes(folder: Path, store: SessionStore) -> None:
+    """Write the experimenter's notes where BIDS has what it gives no form: in ``sourcedata``."""
+    folder.mkdir()
+    headings, rows = notes_table(store)
+    _tsv(folder / "notes.tsv", headings, rows)
+    _json(folder / "notes.json", {name: {"Description": description_of(name)} for name in headings})
+
+
+def _description(study: Study, answers: Answers) -> dict[str, Any]:
+    return {
+        "Name": study.title.en or study.title.ja,
+        "BIDSVersion": BIDS_VERSION,
+        "DatasetType": "raw",
+        "GeneratedBy": [{"Name": "tactogram"}],
+        "SourceDatasets": [],
+        **({"ReferencesAndLinks": [study.source]} if study.source else {}),
+        "StudySha256": study.sha256,
+        "Simulated": any(answers.column("simulated")),
+    }
+
+
+def _readme(study: Study, answers: Answers) -> str:
+    simulated = len({row.participant for row in answers if row.simulated})
+    people = len(answers.unique("participant")) - simulated
+    return (
+        f"{study.title.en or study.title.ja}\n\nA study of the design {study.design.model_dump()['kind']} with "
+        f"{people} participants and {simulated} simulated participants.\n{study.description.en}\n"
+    )
+
+
+def _sidecar(study: Study, names: Sequence[str]) -> dict[str, Any]:
+    facts: dict[str, Any] = {
+        "TaskName": study.name,
+        "TaskDescription": study.title.en or study.title.ja,
+        "Instructions": study.design.instructions.en or study.design.instructions.ja,
+    }
+    called = {key: name.en or name.ja for key, name in study.called.items()}
+    for name in names:
+        facts[name] = {"Description": _column(name)}
+        if called and name in CALLED:
+            facts[name]["Levels"] = called
+    facts["rt_ms"]["Units"] = "ms"
+    return facts
+
+
+def _column(name: str) -> str:
+    if name.startswith(COLUMN):
+        return described(name.removeprefix(COLUMN))
+    return DESCRIPTIONS.get(name, name)
+
+
+def _events(stem: Path, played: Sequence[Mapping[str, Any]]) -> None:
+    start = datetime.fromisoformat(played[0]["at"])
+    headings = ["onset", "duration", "token", "slot", "sha256", "level", "display", "gain_db"]
+    rows = [
+        [
+            f"{(datetime.fromisoformat(one['at']) - start).total_seconds():.3f}",
+            "",
+            *(str(one[name]) for name in headings[2:]),
+        ]
+        for one in played
+    ]
+    _tsv(stem.with_name(f"{stem.name}.tsv"), headings, rows)
+    described = {
+        "onset": {
+            "Description": "When it was played, after the first; by the computer's clock, which may have been set",
+            "Units": "s",
+        },
+        "duration": {"Description": "Not measured", "Units": "s"},
+        "token": {"Description": DESCRIPTIONS["token"]},
+        "slot": {"Description": "As what it was presented: A, B, X, or alone"},
+        "sha256": {"Description": "Hash of the samples"},
+        "level": {"Description": DESCRIPTIONS["level"]},
+        "display": {"Description": DESCRIPTIONS["display"]},
+        "gain_db": {"Description": "By how much stronger than the level says", "Units": "dB"},
+    }
+    _json(stem.with_name(f"{stem.name}.json"), described)
+
+
+def _json(path: Path, value: Any) -> None:
+    path.write_text(json.dumps(value, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
+
+
+def _tsv(path: Path, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Write a table as BIDS has it: tabs, no quotes, n/a where nothing is."""
+    lines = ["\t".join(headings)] + [
+        "\t".join(re.sub(r"\s+", " ", cell) or "n/a" for cell in row) for row in rows
+    ]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")

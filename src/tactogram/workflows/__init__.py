@@ -1,0 +1,1 @@
+"""Workflows: what each verb of the command line does, one function each."""

@@ -1,0 +1,1 @@
+"""Recording sessions, logs and live recognition."""

@@ -1,0 +1,225 @@
+"""Live recognition: a finished classifier run on a window that slides over a sensor's samples."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tactogram.capture import open_source
+from tactogram.capture.live.recognition import Guess, Heard, Latencies, guesses
+from tactogram.capture.stream.feed import Feed
+from tactogram.capture.stream.monitor import Hears, Tapped
+from tactogram.errors import ParameterError, RunError
+from tactogram.model import Classifier
+from tactogram.signal import Signal
+from tactogram.workflows.recognition.search import KEPT, SurfaceIndex
+from tactogram.workflows.training.train import LoadedRun, load_run, part_examples, test_part
+
+CONTEXT_S = 0.5
+"""What is heard before a window where the run's recipe has a band-pass: it settles there, not in the window. At the
+window's end it cannot, since the samples after it have not come yet."""
+CALIBRATED_ON = 300
+"""Windows of recordings kept apart that "none of these" is set by, at most: a second or two at the start."""
+
+
+class Listener:
+    """A classifier run as a function of a recorded window; see `tactogram.capture.live.recognition.Listen`.
+
+    Parameters
+    ----------
+    loaded : LoadedRun
+    window_s : float, optional
+        What is judged; by default the length of the network's own input.
+
+    Attributes
+    ----------
+    window_s : float
+    context_s : float
+        What must be heard before it.
+    threshold : float or None
+        Cosine distance beyond which a window is none of these; None if the run has no search index.
+    calibrated_on : int
+        Windows that the threshold follows from; 0 if it is that of whole recordings.
+
+    Raises
+    ------
+    ParameterError
+        If the run is no classifier, or the window too short for it.
+    """
+
+    def __init__(self, loaded: LoadedRun, *, window_s: float | None = None) -> None:
+        if not isinstance(loaded.model, Classifier):
+            raise ParameterError(f"{loaded.run.name}: {loaded.facts.name} is not a classifier")
+        if loaded.kind.domain != "time":
+            raise ParameterError(
+                f"{loaded.run.name}: was trained on signals over displacement, which no sensor gives"
+            )
+        self.loaded, rate = loaded, loaded.kind.rate
+        # Two more than the network needs: a rate that is a little off must not make a window too short.
+        least = getattr(getattr(loaded.model, "config", None), "window", 0) + 2
+        if window_s is None and least == 2:
+            raise ParameterError(
+                f"{loaded.facts.name} does not say how long its input is; give --window SECONDS"
+            )
+        self.window_s = least / rate if window_s is None else window_s
+        if round(self.window_s * rate) < least:
+            raise ParameterError(
+                f"window must be at least {least / rate:.3f} s for this run, got {window_s:g}"
+            )
+        self.context_s = CONTEXT_S if loaded.recipe.prepare.band is not None else 0.0
+        self._index: SurfaceIndex | None = None
+        self.threshold: float | None = None
+        self.calibrated_on = 0
+        if (loaded.run.folder / "search.json").is_file() and hasattr(loaded.model, "embed"):
+            self._index = SurfaceIndex.load(loaded.run)
+            self._calibrate(self._index)
+        self._warm_up()
+
+    def __call__(self, signal: Signal) -> Heard:
+        """Return what a window, with its context before it, sounds like."""
+        prepared = self.loaded.prepare(signal)
+        window = prepared.cut(max(0, len(prepared) - round(self.window_s * prepared.rate)))
+        probabilities = self.loaded.model.probabilities(window)
+        none_of_these = None
+        if self._index is not None:
+            none_of_these = self._distance(self._index, window) > float(self.threshold or 0.0)
+        names = self.loaded.kind.materials
+        return Heard(dict(zip(names, probabilities.tolist(), strict=True)), none_of_these)
+
+    def _distance(self, index: SurfaceIndex, window: Signal) -> float:
+        return float(index.nearest(self.loaded.model.embed(window), 1)[0]["distance"])
+
+    def _calibrate(self, index: SurfaceIndex) -> None:
+        """Set the threshold on windows of recordings that were not trained on, as long as those that will be heard.
+
+        That of the run is of whole recordings, whose embeddings are means over many windows and lie nearer together.
+        """
+        self.threshold = index.threshold
+        loaded = self.loaded
+        try:
+            store, split = test_part(loaded.run)
+        except RunError:
+            return
+        part = part_examples(store, split, "validation", loaded.as_trained, label=loaded.run.data["label"])
+        length = round(self.window_s * loaded.kind.rate)
+        places = [(e, at) for e in part for at in range(0, len(e.signal) - length + 1, length)]
+        if not places:
+            return
+        chosen = np.linspace(0, len(places) - 1, min(len(places), CALIBRATED_ON)).astype(int)
+        found = sorted(
+            self._distance(index, places[i][0].signal.cut(places[i][1], places[i][1] + length))
+            for i in chosen
+        )
+        rank = min(len(found), int(np.ceil((len(found) + 1) * KEPT)))
+        self.threshold, self.calibrated_on = found[rank - 1], len(found)
+
+    def _warm_up(self) -> None:
+        """Judge noise: the first pass through a network takes many times as long as any other."""
+        kind = self.loaded.kind
+        noise = np.random.default_rng(0).standard_normal((len(kind.axes), round(self.window_s * kind.rate)))
+        window = Signal(noise.astype(np.float32), kind.rate, kind.unit, kind.axes)
+        for _ in range(3):
+            self.loaded.model.probabilities(window)
+            if self._index is not None:
+                self._distance(self._index, window)
+
+
+def _recorded_rate(loaded: LoadedRun) -> float | None:
+    """Return the rate of the recordings that a run was trained on, None where they were resampled."""
+    return loaded.kind.rate if loaded.recipe.prepare.rate == "own" else None
+
+
+def live(
+    run: Path | str | LoadedRun,
+    address: str,
+    *,
+    window: float | None = None,
+    hop: float | None = None,
+    rate: float | None = None,
+    seconds: float | None = None,
+    show: Callable[[Guess], None] | None = None,
+    begin: Callable[[Listener], None] | None = None,
+    heard: Hears | None = None,
+) -> dict[str, Any]:
+    """Say what a sensor feels, window by window, until it ends, somebody interrupts, or ``seconds`` are over.
+
+    Parameters
+    ----------
+    run : path or LoadedRun
+        A classifier.
+    address : str
+        See `tactogram.capture.open_source`.
+    window : float, optional
+        Seconds that are judged at a time; by default the length of the network's input.
+    hop : float, optional
+        Seconds from one window to the next; by default a quarter of the window.
+    rate : float, optional
+        What the source's rate should be, Hz, where it does not say; by default that of the recordings that the run was
+        trained on, where they were not resampled. What is measured counts once it contradicts it.
+    seconds : float, optional
+    show : callable, optional
+        Called with each window.
+    begin : callable, optional
+        Called once before the first.
+    heard : callable, optional
+        Called with the source and each block as it is read; see `Tapped`.
+
+    Returns
+    -------
+    dict
+        ``windows``, ``judged``, ``skipped``, ``materials`` (windows by likeliest material), ``none_of_these`` (windows,
+        or None if it cannot be told), ``latency`` (``p50_ms``, ``p99_ms``, ``max_ms``: from the arrival of a window's
+        last sample to its probabilities), ``window_s``, ``hop_s``, ``context_s``, ``threshold``, ``calibrated_on``,
+        ``source`` (its facts), ``simulated``, ``interrupted``.
+
+    Raises
+    ------
+    ParameterError
+        If the run is no classifier, or windows and hop make no sense.
+    """
+    loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    listener = Listener(loaded, window_s=window)
+    hop_s = listener.window_s / 4 if hop is None else hop
+    if not hop_s > 0:
+        raise ParameterError(f"hop must be > 0 s, got {hop_s:g}")
+    latencies, named, counts = Latencies(), Counter[str](), Counter[str]()
+    interrupted = False
+    opened = open_source(address)
+    with opened if heard is None else Tapped(opened, heard) as source:
+        feed = Feed(source, reference_rate=rate or source.rate or _recorded_rate(loaded))
+        if begin is not None:
+            begin(listener)
+        try:
+            for guess in guesses(
+                feed, listener, window_s=listener.window_s + listener.context_s, hop_s=hop_s, seconds=seconds
+            ):
+                latencies.add(guess)
+                counts["windows"] += 1
+                counts["skipped"] += guess.skipped
+                if guess.heard is not None:
+                    counts["judged"] += 1
+                    counts["none"] += bool(guess.heard.none_of_these)
+                    named[max(guess.heard.probabilities, key=guess.heard.probabilities.__getitem__)] += 1
+                if show is not None:
+                    show(guess)
+        except KeyboardInterrupt:
+            interrupted = True
+        facts = source.facts()
+    return {
+        **{name: counts[name] for name in ("windows", "judged", "skipped")},
+        "materials": dict(named.most_common()),
+        "none_of_these": None if listener.threshold is None else counts["none"],
+        "latency": latencies.facts(),
+        "window_s": listener.window_s,
+        "hop_s": hop_s,
+        "context_s": listener.context_s,
+        "threshold": listener.threshold,
+        "calibrated_on": listener.calibrated_on,
+        "source": facts,
+        "simulated": loaded.simulated or bool(facts.get("simulated")),
+        "interrupted": interrupted,
+    }

@@ -1,0 +1,1 @@
+"""Data sets: simulating, importing, converting, rating."""

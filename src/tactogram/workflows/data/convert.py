@@ -1,0 +1,252 @@
+"""From one file format to another: of signals and of haptic players, one file or a folder of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.rendering.files.catalogue import FORMATS, SUFFIXES, format_for
+from tactogram.rendering.files.conversion import check_file, read_haptic, write_haptic
+from tactogram.rendering.files.reduction import to_one_axis
+from tactogram.signal import Signal
+from tactogram.signal.displacement import played
+from tactogram.signal.io import READABLE, WRITABLE, read_file, write_signal
+from tactogram.signal.io.writable import check_writable
+from tactogram.signal.resampling import resample
+from tactogram.workflows.progress import Progress, silent
+
+SIGNAL_FORMATS = tuple(suffix.removeprefix(".") for suffix in WRITABLE)
+"""Formats of signals by name, beside `FORMATS`."""
+
+
+def convert(
+    source: Path | str,
+    target: Path | str,
+    *,
+    format: str | None = None,
+    unit: str | None = None,
+    rate: float | None = None,
+    axes: Sequence[str] | None = None,
+    columns: Sequence[str] | None = None,
+    time: str | None = None,
+    sheet: str | None = None,
+    full_scale: float | None = None,
+    play_at: float | None = None,
+    resample_to: float | None = None,
+    subtype: str | None = None,
+    axis: str | None = None,
+    modality: str | None = None,
+) -> dict[str, Any]:
+    """Write the signal in ``source`` to ``target``, in the format of its suffix; metadata goes along.
+
+    Haptic files (`tactogram.rendering.files.FORMATS`) are read and written, too. What they hold is parts of full scale,
+    mostly an envelope instead of samples: what was scaled and what is lost is in the result, and in the file.
+
+    Parameters
+    ----------
+    source, target : Path
+        As in `tactogram.signal.io.read_signal` and `write_signal`, or a haptic file. ``target`` is replaced if it is
+        there, once all is written, and may be ``source``.
+    format : str, optional
+        Of ``target``, where its suffix is shared: android, vibration or gamepad for .json. Any other must agree with
+        it.
+    unit, rate, axes, columns, time, sheet : optional
+        What ``source`` does not say, as in `read_signal`; of a haptic file ``rate`` is that of the carrier.
+    full_scale : float, optional
+        Of a haptic ``target`` what 1 stands for; else what 1.0 in a WAV or FLAC ``source`` does. In the signal's unit.
+    play_at : float, mm/s, optional
+        Speed of a finger that moves over a signal over displacement: ``target`` is what it meets, over time.
+    resample_to : float, Hz, optional
+        Rate of ``target``; by default that of the signal.
+    subtype : str, optional
+        Sample format of ``target``, as in `write_signal`.
+    axis : str, optional
+        Write one axis: a name, ``dft321`` or ``mean``. Formats that hold one take DFT321 of three, else the mean.
+    modality : str, optional
+        Of HJIF, such as ``Vibrotactile Texture``; by default by unit.
+
+    Returns
+    -------
+    dict
+        ``source``, ``target``, ``samples``, ``rate_hz`` (``rate_per_mm`` over displacement), ``unit``, ``axes``,
+        ``rms`` (in ``unit``), ``timing`` (what time stamps in ``source`` say, see
+        `tactogram.signal.timing.Timing`; None if there are none), ``metadata``; ``reduced_by`` where axes became one;
+        ``read`` of a haptic source (its facts), ``written`` of a haptic target (as `write_haptic`).
+
+    Raises
+    ------
+    DataError, ParameterError
+        As `read_signal`, `write_signal`, `read_haptic` and `write_haptic`; nothing is written then.
+    """
+    source, target = Path(source), Path(target)
+    kind = format_for(target, _haptic_name(format, target))
+    if kind is not None and subtype is not None:
+        raise ParameterError(f"--subtype is of WAV and FLAC; {kind.title} has none")
+    reading = {"unit": unit, "rate": rate, "axes": axes, "columns": columns, "time": time, "sheet": sheet}
+    if kind is None:
+        reading["full_scale"] = full_scale
+    signal, metadata, timing, read = _read(source, reading)
+    if play_at is not None:
+        if not (play_at > 0 and math.isfinite(play_at)):
+            raise ParameterError(f"--play-at must be a speed > 0 mm/s, got {play_at:g}")
+        signal = played(signal, play_at, resample_to or signal.rate * play_at)
+        metadata["played_at_mm_s"] = play_at
+    elif resample_to is not None:
+        signal = resample(signal, resample_to)
+    written, how = None, None
+    if kind is not None:
+        written = write_haptic(
+            target,
+            signal,
+            format=kind.name,
+            axis=axis,
+            full_scale=full_scale,
+            modality=modality,
+            metadata=metadata,
+        )
+        how = written["reduced_by"]
+    else:
+        if modality is not None:
+            raise ParameterError("--modality is of HJIF; leave it out")
+        if axis is not None:
+            signal, how = to_one_axis(signal, axis)
+        write_signal(target, signal, metadata=metadata, subtype=subtype)
+    facts = {
+        "source": str(source),
+        "target": str(target),
+        "samples": len(signal),
+        "rate_hz" if signal.domain == "time" else "rate_per_mm": signal.rate,
+        "unit": signal.unit,
+        "axes": list(signal.axes),
+        "rms": float((signal.samples.astype(float) ** 2).mean() ** 0.5),
+        "timing": timing,
+        "metadata": metadata,
+    }
+    optional = {"reduced_by": how, "read": read, "written": written}
+    return facts | {name: value for name, value in optional.items() if value is not None}
+
+
+def convert_folder(
+    source: Path | str, target: Path | str, *, format: str, progress: Progress = silent, **options: Any
+) -> dict[str, Any]:
+    """Convert every file of a folder, and of the folders in it, that can be read.
+
+    Parameters
+    ----------
+    source, target : Path
+        Folders; ``target`` gets the same names with the suffix of ``format``.
+    format : str
+        A suffix of `WRITABLE` without its dot, or one of `FORMATS`.
+    progress : Progress
+    options
+        As `convert`, for every file.
+
+    Returns
+    -------
+    dict
+        ``source``, ``target``, ``format``, ``files`` (as `convert`, each), ``failed`` (by file, why; the others are
+        written), ``left_out`` (how many files are of no format that is known).
+
+    Raises
+    ------
+    DataError
+        If nothing there can be read.
+    ParameterError
+        If there is no such format, two files would become one, or ``target`` cannot be written to.
+    """
+    source, target = Path(source), Path(target)
+    if format not in (*FORMATS, *SIGNAL_FORMATS):
+        raise ParameterError(f"--to must be one of {', '.join((*FORMATS, *SIGNAL_FORMATS))}, got {format!r}")
+    suffix = FORMATS[format].suffix if format in FORMATS else f".{format}"
+    present = sorted(p for p in source.rglob("*") if p.is_file() and not p.name.startswith("."))
+    if target.resolve() != source.resolve():
+        present = [p for p in present if not p.resolve().is_relative_to(target.resolve())]
+    paths = [p for p in present if p.suffix.lower() in (*READABLE, *SUFFIXES)]
+    if not paths:
+        raise DataError(f"{source}: no file in it can be read; known are {', '.join((*READABLE, *SUFFIXES))}")
+    made: dict[Path, Path] = {}
+    for path in paths:
+        place = (target / path.relative_to(source)).with_suffix(suffix)
+        if place in made:
+            raise ParameterError(f"{made[place]} and {path} would both become {place}; rename one")
+        made[place] = path
+    check_writable(target, folder=True)
+    files, failed = [], {}
+    for done, (place, path) in enumerate(made.items()):
+        progress("files", done, len(made), path.name)
+        try:
+            files.append(convert(path, place, format=format, **options))
+        except TactogramError as error:
+            failed[str(path)] = str(error)
+    progress("files", len(made), len(made))
+    return {
+        "source": str(source),
+        "target": str(target),
+        "format": format,
+        "files": files,
+        "failed": failed,
+        "left_out": len(present) - len(paths),
+    }
+
+
+def check(path: Path | str, *, format: str | None = None) -> dict[str, Any]:
+    """Return whether a file is valid: ``file``, ``format``, ``valid``, ``problems`` (a line each).
+
+    Haptic files as `tactogram.rendering.files.check_file`; others are read, and the first thing that is wrong is said.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if format is not None or suffix not in READABLE or not path.is_file():
+        return check_file(path, format=format)
+    problems = []
+    try:
+        read_file(path)
+    except TactogramError as error:
+        problems.append(str(error))
+    return {
+        "file": str(path),
+        "format": suffix.removeprefix("."),
+        "valid": not problems,
+        "problems": problems,
+    }
+
+
+def _haptic_name(format: str | None, target: Path) -> str | None:
+    """Return the haptic format that is asked for by name; None where the suffix says all."""
+    if format is None:
+        return None
+    suffix = target.suffix.lower()
+    if format in FORMATS:
+        if suffix != FORMATS[format].suffix:
+            raise ParameterError(f"--format {format} is for {FORMATS[format].suffix}, got {target.name}")
+        return format
+    if format not in SIGNAL_FORMATS:
+        raise ParameterError(
+            f"--format must be one of {', '.join((*FORMATS, *SIGNAL_FORMATS))}, got {format!r}"
+        )
+    if suffix != f".{format}":
+        raise ParameterError(f"--format {format} is for .{format}, got {target.name}")
+    return None
+
+
+def _read(
+    source: Path, options: dict[str, Any]
+) -> tuple[Signal, dict[str, Any], dict[str, Any] | None, dict[str, Any] | None]:
+    """Return signal, metadata, timing and, of a haptic file, how it was read."""
+    if source.suffix.lower() not in SUFFIXES:
+        file = read_file(source, **options)
+        metadata = file.metadata
+        timing = None if file.timing is None else asdict(file.timing)
+        if timing is not None:
+            metadata["timing"] = timing
+        return file.signal, metadata, timing, None
+    useless = [name for name in ("unit", "columns", "time", "sheet", "full_scale") if options.get(name)]
+    if useless:
+        raise ParameterError(f"{source}: a haptic file has no use for {' or '.join(useless)}; leave it out")
+    haptic = read_haptic(source, rate=options["rate"])
+    signal = haptic.signal.select(*options["axes"]) if options["axes"] else haptic.signal
+    return signal, haptic.metadata | {"read_from": haptic.facts}, None, haptic.facts

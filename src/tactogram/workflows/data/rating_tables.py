@@ -1,0 +1,149 @@
+"""Tables of ratings: into a store, and out of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from dataclasses import replace as replace_field
+from pathlib import Path
+from typing import Any
+
+from tactogram.datasets import add_ratings, item_of, joined, open_store
+from tactogram.datasets.ratings.ratings import scale_of
+from tactogram.datasets.ratings.table import Columns, Form, read_table, write_table
+from tactogram.errors import DataError, ParameterError
+
+SETTINGS = ("words", "ignore", "item", "encoding")
+
+
+def rate_store(
+    path: Path | str,
+    files: Sequence[Path | str],
+    *,
+    scale: str = "7-point",
+    settings: Mapping[str, Any] | None = None,
+    replace: bool = False,
+) -> dict[str, Any]:
+    """Put tables of ratings into a store; it is changed at once, or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        A store.
+    files : sequence of Path
+        Tables of one scale and the same words (`tactogram.datasets.ratings.table`): they become one.
+    scale : str
+        As `tactogram.datasets.ratings.ratings.scale_of` takes it.
+    settings : mapping, optional
+        How to read the tables: ``column.rater``, ``column.WORD``, … (the table's heading of it), ``words`` and
+        ``ignore`` (names divided by commas), ``item`` (``plate{:0>2}``, or one for each file, divided by commas),
+        ``encoding``.
+    replace : bool
+        Whether ratings that are there already may go.
+
+    Returns
+    -------
+    dict
+        ``path``, ``files``, ``replaced``, ``scale``, ``words``, ``items``, ``raters``, ``scores``, ``blank`` (cells
+        without a score, by rater), ``unrated`` (items of the store that nobody rated), ``sha256`` (of the store).
+
+    Raises
+    ------
+    ParameterError
+        For a setting that is none, or no file.
+    DataError
+        As `tactogram.datasets.ratings.table.read_table` and `tactogram.datasets.add_ratings`.
+    """
+    store = open_store(path)
+    if not files:
+        raise ParameterError("a table of ratings must be given, got none")
+    if store.facts.ratings is not None and not replace:
+        # Said before tables are read, which may take a while.
+        raise DataError(
+            f"{path} has ratings already ({store.facts.ratings.rows} scores); --replace puts these in their place"
+        )
+    chosen, columns = scale_of(scale), _columns(settings or {}, len(files))
+    tables = [
+        read_table(Path(file), scale=chosen, columns=how) for file, how in zip(files, columns, strict=True)
+    ]
+    ratings = joined([table.ratings for table in tables])
+    rated = add_ratings(store, ratings, replace=replace)
+    blank: dict[str, int] = {}
+    for table in tables:
+        for rater, count in table.blank.items():
+            blank[rater] = blank.get(rater, 0) + count
+    there = {item_of(info) for info in rated.index} | set(rated.facts.photographs)
+    return {
+        "path": str(path),
+        "files": [str(file) for file in files],
+        "replaced": store.facts.ratings is not None,
+        "scale": asdict(ratings.scale),
+        "words": list(ratings.words),
+        "items": len(ratings.items),
+        "raters": len(ratings.raters),
+        "scores": len(ratings),
+        "blank": blank,
+        "unrated": sorted(name for name in there if name and name not in ratings),
+        "sha256": rated.sha256,
+    }
+
+
+def export_ratings(path: Path | str, out: Path | str, *, form: Form = "long") -> dict[str, Any]:
+    """Write the ratings of a store as a table that `rate_store` reads again.
+
+    Parameters
+    ----------
+    path : Path
+        A store with ratings.
+    out : Path
+        ``.csv``, ``.tsv`` or ``.parquet``; written beside and renamed.
+    form : {"long", "wide"}
+        A row per score, or a row per rater and item with a column per word.
+
+    Returns
+    -------
+    dict
+        ``file``, ``scale``, ``scores``, ``items``, ``raters``, ``words``.
+
+    Raises
+    ------
+    DataError
+        If the store has no ratings.
+    ParameterError
+        For another suffix or form.
+    """
+    ratings = open_store(path).ratings
+    if ratings is None:
+        raise DataError(f"{path} has no ratings; `data rate` puts a table of them into it")
+    write_table(Path(out), ratings, form=form)
+    return {
+        "file": str(out),
+        "scale": asdict(ratings.scale),
+        "scores": len(ratings),
+        "items": len(ratings.items),
+        "raters": len(ratings.raters),
+        "words": list(ratings.words),
+    }
+
+
+def _columns(settings: Mapping[str, Any], files: int) -> list[Columns]:
+    """Return how to read each of ``files`` tables."""
+    named = {key.removeprefix("column."): str(value) for key, value in settings.items() if "." in key}
+    for key in settings:
+        if not key.startswith("column.") and key not in SETTINGS:
+            raise ParameterError(f"a setting must be column.NAME, {', '.join(SETTINGS)}, got {key!r}")
+    items = _names(settings.get("item", "{}"))
+    if len(items) not in (1, files):
+        raise ParameterError(f"item must be said once, or once for each of {files} files, got {len(items)}")
+    known = Columns(
+        named=named,
+        words=_names(settings.get("words")),
+        ignored=_names(settings.get("ignore")),
+        encoding=str(settings.get("encoding", "utf-8-sig")),
+    )
+    return [replace_field(known, item=item) for item in (items * files if len(items) == 1 else items)]
+
+
+def _names(value: Any) -> tuple[str, ...]:
+    parts = value if isinstance(value, list) else str(value or "").split(",")
+    return tuple(str(part).strip() for part in parts if str(part).strip())

@@ -1,0 +1,227 @@
+"""The main job on simulated surfaces: make them, name them, search them, give them a voice, and report."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tactogram.datasets import Store, open_store
+from tactogram.errors import RunError
+from tactogram.evaluation.figures import confusion_figure, photos_figure, signal_figure
+from tactogram.evaluation.report import Block, Picture, Section, Sound, Table, Text, write_report
+from tactogram.signal import Image, Signal
+from tactogram.signal.io import write_signal
+from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.writable import check_writable
+from tactogram.workflows.data.simulate import simulate_to_store
+from tactogram.workflows.evaluation.evaluate import evaluate, judged
+from tactogram.workflows.evaluation.mixing_ladder import mix_ladder
+from tactogram.workflows.evaluation.reference_models import Judging
+from tactogram.workflows.progress import Progress, silent
+from tactogram.workflows.recognition.search import search
+from tactogram.workflows.training.train import LoadedRun, load_run, test_part, train
+
+MARK = "made-by-tactogram-demo"
+UNKNOWN = "cork-sheet"
+"""The surface that is left out of training, to see whether "none of these" is said."""
+PER_CLASS, CLASSIFIER_STEPS, GENERATOR_STEPS = 16, 220, 100
+JUDGING = Judging(steps=200)
+MIX = ("tile", "carpet")
+NAMED = (
+    "recording_accuracy",
+    "recording_accuracy_95",
+    "recordings",
+    "window_accuracy",
+    "windows",
+    "none_of_these",
+)
+"""What is told of the classifier's evaluation."""
+
+
+def demo(out: Path | str = "runs/demo", *, seed: int = 0, progress: Progress = silent) -> dict[str, Any]:
+    """Run the whole chain on simulated surfaces and write ``OUT/report.html`` and ``result.json``.
+
+    A demo that is already there is replaced.
+
+    Returns
+    -------
+    dict
+        ``report``; ``recording_accuracy``, ``recording_accuracy_95``, ``recordings``, ``window_accuracy``, ``windows``,
+        ``none_of_these`` of the classifier, ``measures`` and ``positions`` of the generator, as `evaluate` gives them;
+        ``mixing`` (the measure of the ladder, in words), ``simulated`` (always true).
+    """
+    folder = _fresh(Path(out))
+    simulate_to_store("stroking9", folder / "data", seed=seed, per_class=PER_CLASS, progress=progress)
+    store = open_store(folder / "data")
+
+    def trained(model: str, steps: int) -> LoadedRun:
+        changes = {"config.steps": steps, "seed": seed}
+        others = {"material": f"!{UNKNOWN}"}
+        train(model, folder / "data", changes=changes, where=others, out=folder / model, progress=progress)
+        return load_run(folder / model)
+
+    classifier = trained("stroke_cnn", CLASSIFIER_STEPS)
+    named = evaluate(classifier, unknown=True, progress=progress)
+    generator = trained("stroke_gan", GENERATOR_STEPS)
+    voice, voice_sections = judged(generator, judging=JUDGING, progress=progress)
+    mixes = mix_ladder(generator, *MIX, steps=5, signals=4, seconds=3.0, seed=seed, progress=progress)
+    for step, signal in enumerate(mixes.shown):
+        name = f"{step}-{mixes.caption(step).replace(', ', '-').replace(' ', '-')}.wav"
+        write_signal(folder / "sounds" / name, signal, metadata={"simulated": True})
+
+    _, split = test_part(classifier.run)
+    tests = {segment.id: store.info(segment.id) for segment in split.test}
+    report = write_report(
+        folder / "report.html",
+        title="Nine surfaces, stroked, named, searched and given a voice",
+        summary=(
+            f"{len(store)} simulated strokes over nine surfaces. A classifier names "
+            f"{100 * named['recording_accuracy']:.0f} % of the strokes that it was not trained on; a surface that it "
+            f"has never met is refused {_percent(named['none_of_these']['unknown_rejected'])} of the time. A small "
+            f"generative adversarial network, trained for {GENERATOR_STEPS} steps, gives eight of the surfaces a voice "
+            f"of any length and mixes them; it is judged beside other strokes, other surfaces and two baselines."
+        ),
+        simulated=True,
+        sections=[
+            _surfaces(store),
+            _classified(classifier, named),
+            _searched(classifier, store, tests),
+            *voice_sections,
+            mixes.section(f"Mixtures: from {MIX[0]} to {MIX[1]}"),
+            Section("What made this", [Text(_how(seed))]),
+        ],
+    )
+    result = {
+        "report": str(report),
+        **{name: named[name] for name in NAMED},
+        "measures": voice["measures"],
+        "positions": voice["positions"],
+        "mixing": mixes.in_words(),
+        "simulated": True,
+    }
+    with written_beside(folder / "result.json") as part:
+        part.write_text(json.dumps(result, ensure_ascii=False), encoding="utf-8")
+    return result
+
+
+def _fresh(folder: Path) -> Path:
+    """Return an empty folder in place of an earlier demo; refuse to touch anything else."""
+    check_writable(folder, folder=True)
+    if folder.exists() and any(folder.iterdir()):
+        if not (folder / MARK).exists():
+            raise RunError(f"{folder}: holds something else than an earlier demo; give another --out")
+        for inner in folder.iterdir():
+            if inner.is_dir():
+                shutil.rmtree(inner)
+            elif inner.name != MARK:  # last to stay: what a kill leaves here is still a demo's
+                inner.unlink()
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / MARK).touch()
+    (folder / "sounds").mkdir()
+    return folder
+
+
+def _surfaces(store: Store) -> Section:
+    photos: dict[str, Image] = {}
+    shown: dict[str, Signal] = {}
+    for info in store.index:
+        name = str(info.material)
+        image = store.image(info.id) if name not in photos else None
+        if image is not None:
+            photos[name] = image
+            shown[name] = store.signal(info.id, "acceleration")
+    name = MIX[1] if MIX[1] in shown else next(iter(shown))
+    blocks: list[Block] = [
+        Text(
+            "Each surface is a height field from a formula; the photograph is rendered from it and the finger is "
+            "dragged over it. The accelerometer on the finger feels gravity, friction and the texture."
+        ),
+        Picture(photos_figure(photos), "Rendered from the simulated height fields."),
+        Picture(
+            signal_figure(shown[name]),
+            f"A stroke over {name}: three axes of acceleration and their spectrogram.",
+        ),
+    ]
+    blocks += [Sound(signal, name) for name, signal in shown.items()]
+    return Section("The surfaces", blocks)
+
+
+def _classified(classifier: LoadedRun, judged: dict[str, Any]) -> Section:
+    low, high = judged["recording_accuracy_95"]
+    rows = [
+        ("strokes", judged["recording_accuracy"], f"{low:.2f} – {high:.2f}", judged["recordings"]),
+        (
+            f"windows of {classifier.model.config.window} samples",
+            judged["window_accuracy"],
+            "–",
+            judged["windows"],
+        ),
+        ("chance", judged["chance"], "–", "–"),
+    ]
+    counts = np.array(judged["confusion_windows"])
+    return Section(
+        "What is it?",
+        [
+            Text(
+                "The network of Saga et al. (2020): six 1 x 5 convolutions that treat the three axes alike. It is "
+                f"judged on strokes that it was not trained on; {UNKNOWN} was left out altogether."
+            ),
+            Table(("named rightly", "share", "95 % interval (Wilson)", "of"), rows),
+            Picture(
+                confusion_figure(counts, judged["materials"]),
+                "Windows of each surface (row), and what they were taken for (column).",
+            ),
+        ],
+    )
+
+
+def _searched(classifier: LoadedRun, store: Store, tests: dict[str, Any]) -> Section:
+    known = next(iter(tests))
+    unknown = next(info.id for info in store.index if info.material == UNKNOWN)
+    rows = []
+    for id, name in ((known, tests[known].material), (unknown, UNKNOWN)):
+        found = search(classifier, store.signal(id, "acceleration"), count=3)
+        nearest = ", ".join(f"{n['material']} ({n['distance']:.3f})" for n in found["nearest"])
+        rows.append((name, nearest, "none of these" if found["none_of_these"] else "known"))
+    facts = _none_of_these_text(classifier)
+    return Section(
+        "What is it like?",
+        [
+            Text(
+                "A search engine for surfaces: a new stroke is embedded by the network and its nearest neighbours are "
+                "looked up. What is farther from everything than the calibrated threshold is none of these."
+            ),
+            Table(("touched", "nearest (cosine distance)", "verdict"), rows, facts),
+        ],
+    )
+
+
+def _none_of_these_text(classifier: LoadedRun) -> str:
+    """Return a sentence on how well "none of these" works in the run's last evaluation."""
+    facts = classifier.run.read_json("evaluation.json")["none_of_these"]
+    return (
+        f"{_percent(facts['known_kept'])} of {facts['known']} strokes over known surfaces pass, "
+        f"{_percent(facts['unknown_rejected'])} of {facts['unknown']} over {UNKNOWN} are refused; "
+        f"area under the ROC curve {facts['auroc']:.2f}. The threshold was set on {facts['calibrated_on']} strokes."
+    )
+
+
+def _how(seed: int) -> str:
+    others = f"--where 'material=!{UNKNOWN}'"
+    return (
+        f"tactogram data simulate stroking9 --per-class {PER_CLASS} --seed {seed} --out data; "
+        f"tactogram train stroke_cnn --data data {others} --set config.steps={CLASSIFIER_STEPS} --set seed={seed} "
+        f"--out stroke_cnn; tactogram evaluate stroke_cnn --unknown; "
+        f"tactogram train stroke_gan --data data {others} --set config.steps={GENERATOR_STEPS} --set seed={seed} "
+        f"--out stroke_gan; tactogram evaluate stroke_gan --judging steps={JUDGING.steps}; "
+        f"tactogram mix stroke_gan {' '.join(MIX)} --steps 5 --signals 4 --seconds 3 --seed {seed}. "
+        "Sounds are played at full scale: their level is lost in the loudspeaker, not in the files beside this report."
+    )
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f} %"

@@ -1,0 +1,377 @@
+"""Judge a run on recordings that it was not trained on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tactogram.datasets import Examples, Segment, Split, label_of, open_store, whole_photographs
+from tactogram.errors import LeakError, ParameterError, RunError
+from tactogram.evaluation.classification import ClassificationResult, judge_classifier
+from tactogram.evaluation.figures import confusion_figure, losses_figure
+from tactogram.evaluation.report import Picture, Section, Table, Text, write_report
+from tactogram.model import Example
+from tactogram.signal.io.writable import check_writable
+from tactogram.workflows.evaluation.generator import judge_generator
+from tactogram.workflows.evaluation.pictures import judged_pictures, makes_pictures
+from tactogram.workflows.evaluation.ratings import judged_predictor
+from tactogram.workflows.evaluation.reference_models import Judging
+from tactogram.workflows.evaluation.word_images import judged_images, makes_images
+from tactogram.workflows.evaluation.word_signals import judged_by_words
+from tactogram.workflows.progress import Progress, silent
+from tactogram.workflows.recognition.search import SurfaceIndex, calibration_text
+from tactogram.workflows.training.train import LoadedRun, load_run, part_examples, test_part
+
+
+def evaluate(
+    run: Path | str | LoadedRun,
+    *,
+    data: Path | str | None = None,
+    unknown: bool = False,
+    judging: Judging | None = None,
+    rater: Path | str | None = None,
+    progress: Progress = silent,
+) -> dict[str, Any]:
+    """Judge ``run`` and write ``evaluation.json`` and ``report.html`` into it.
+
+    Parameters
+    ----------
+    run : path or LoadedRun
+    data : path, optional
+        A store: every recording of it is used, classes are matched by name. By default the test part of what
+        the run was trained on.
+    unknown : bool
+        Judge "none of these" on the materials that the run left out; only of a classifier, and without ``data``.
+    judging : Judging, optional
+        How much is spent on judging a generator.
+    rater : path, optional
+        A run of a predictor of ratings, by which a generator that goes by words is judged. One of signals needs it;
+        one of images is asked without it only what its images differ by.
+
+    Returns
+    -------
+    dict
+        ``data`` (name, sha256, split, simulated), ``report``, and: for a classifier ``window_accuracy``,
+        ``recording_accuracy`` and what `ClassificationResult.as_dict` gives, with ``none_of_these``; for a
+        generator what `GenerationResult.as_dict` gives: ``measures`` and ``per_material`` with the columns
+        ``model``, ``floor``, ``ceiling``, ``nearest_other``, ``ar_texture``, ``replay``, and what follows from them;
+        with photographs also ``nearest_photo`` and ``pictures`` (`judge_pictures`), ``as_published`` where the
+        publication's own figure is another; for a predictor of ratings ``per_word`` and ``mean`` as
+        `tactogram.evaluation.ratings.prediction.Predicted` gives them; for a generator by words what
+        `workflows.evaluation.word_signals.judged_by_words` or
+        `tactogram.workflows.evaluation.word_images.judged_images` gives.
+
+    Raises
+    ------
+    LeakError
+        If a recording of ``data`` was trained on.
+    ParameterError
+        If the run's folder cannot be written to.
+    """
+    loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    check_writable(loaded.run.folder, folder=True)
+    figures, sections = judged(
+        loaded, data=data, unknown=unknown, judging=judging, rater=rater, progress=progress
+    )
+    facts = figures["data"]
+    report = write_report(
+        loaded.run.folder / "report.html",
+        title=f"{loaded.facts.name}: {loaded.run.name}",
+        summary=f"{loaded.facts.title} ({loaded.facts.year}). Judged on {facts['name']}, {facts['split']}.",
+        sections=sections,
+        simulated=facts["simulated"] or loaded.simulated,
+    )
+    figures["report"] = str(report)
+    figures = {name: _finite(value) for name, value in figures.items()}
+    loaded.run.write_json("evaluation.json", figures)
+    return figures
+
+
+def judged(
+    loaded: LoadedRun,
+    *,
+    data: Path | str | None = None,
+    unknown: bool = False,
+    judging: Judging | None = None,
+    rater: Path | str | None = None,
+    progress: Progress = silent,
+) -> tuple[dict[str, Any], list[Section]]:
+    """Return the figures of `evaluate` and the sections of its report, without writing either."""
+    by_ratings = (
+        loaded.facts.task == "prediction" or loaded.facts.learns_from == "both" or makes_images(loaded)
+    )
+    if by_ratings:
+        _check_rated(loaded, data=data, unknown=unknown, rater=rater)
+    elif rater is not None:
+        raise _no_words(loaded)
+    if loaded.facts.task == "prediction":
+        return judged_predictor(loaded, data=data)
+    if loaded.facts.learns_from == "both":
+        return judged_by_words(loaded, rater=rater)
+    if makes_images(loaded):
+        return judged_images(loaded, rater=rater)
+    if data is None and not unknown and (protocol := _splits_within(loaded)):
+        return _judged_within(loaded, protocol, progress)
+    return _judged_on_recordings(loaded, data, unknown, judging, progress)
+
+
+def _check_rated(
+    loaded: LoadedRun, *, data: Path | str | None, unknown: bool, rater: Path | str | None
+) -> None:
+    """Refuse what makes no sense of a model that goes by ratings."""
+    predicts = loaded.facts.task == "prediction"
+    if unknown:
+        raise ParameterError(f"{loaded.run.name}: --unknown is for models that name materials; leave it away")
+    if data is not None and not predicts:
+        raise ParameterError(
+            f"{loaded.run.name}: {loaded.facts.name} is judged on the ratings of its own data; leave --data away"
+        )
+    if rater is not None and predicts:
+        raise _no_words(loaded)
+
+
+def _no_words(loaded: LoadedRun) -> ParameterError:
+    return ParameterError(
+        f"{loaded.run.name}: --rater judges generators that go by words; {loaded.facts.name} is none"
+    )
+
+
+def _judged_on_recordings(
+    loaded: LoadedRun, data: Path | str | None, unknown: bool, judging: Judging | None, progress: Progress
+) -> tuple[dict[str, Any], list[Section]]:
+    """Return the figures and sections of a classifier, or a generator, beside recordings that it did not learn from."""
+    examples, described = _what(loaded, data, unknown)
+    store = examples.store
+    figures: dict[str, Any] = {
+        "model": loaded.facts.name,
+        "run": loaded.run.data["run_id"],
+        "data": {
+            "name": store.name,
+            "sha256": store.sha256,
+            "split": described,
+            "simulated": store.simulated,
+        },
+    }
+    known = [example for example in examples if example.material in loaded.kind.materials]
+    others = [example for example in examples if example.material not in loaded.kind.materials]
+    if "image" in loaded.facts.needs and "material" not in loaded.facts.needs:
+        known, others = [*known, *others], []  # it can be asked for a surface that it never met
+    if not known:
+        raise ParameterError(
+            f"{store.name}: no recording of a material that the run knows ({', '.join(loaded.kind.materials)})"
+        )
+    if loaded.facts.task == "generation":
+        try:
+            for example in known:
+                loaded.kind.check(example.signal)
+        except ParameterError as error:
+            raise ParameterError(
+                f"{store.name}: not what {loaded.run.name} was trained on: {error}"
+            ) from error
+        train = _trained_on(loaded)
+        result, sections = judge_generator(loaded, known, train, judging=judging, progress=progress)
+        results = result.as_dict()
+        if data is None and makes_pictures(loaded):
+            results["pictures"], more = judged_pictures(loaded, progress=progress)
+            sections += more
+        if hasattr(loaded.model, "as_published"):
+            found, more = _as_published(loaded, known)
+            results |= found
+            sections += more
+    else:
+        results, sections = _judge_classifier(loaded, known, others, progress)
+    if metrics := [m for m in loaded.run.metrics() if "loss" in m]:
+        sections.append(Section("Training", [Picture(losses_figure(metrics), "Loss over steps.")]))
+    return figures | results, sections
+
+
+def _finite(value: Any) -> Any:
+    """Return ``value`` with None for what is no finite number: JSON has no NaN."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {name: _finite(inner) for name, inner in value.items()}
+    return [_finite(inner) for inner in value] if isinstance(value, list | tuple) else value
+
+
+def _splits_within(loaded: LoadedRun) -> str:
+    """Return the protocol by which a run keeps parts of what it was trained on for testing; empty if it has none."""
+    if makes_pictures(loaded):
+        return str(loaded.model.ends.splits_crops)
+    return str(getattr(loaded.model, "splits_windows", ""))
+
+
+def _judged_within(
+    loaded: LoadedRun, protocol: str, progress: Progress
+) -> tuple[dict[str, Any], list[Section]]:
+    """Return what can be judged on other parts of what was trained on: no floor of other recordings, no baselines."""
+    store, split = test_part(loaded.run)
+    figures: dict[str, Any] = {
+        "model": loaded.facts.name,
+        "run": loaded.run.data["run_id"],
+        "data": {
+            "name": store.name,
+            "sha256": store.sha256,
+            "split": f"{protocol}: other parts of the {len(split.train)} recordings that were trained on",
+            "simulated": store.simulated,
+        },
+    }
+    sections: list[Section] = []
+    if makes_pictures(loaded):
+        figures["pictures"], sections = judged_pictures(loaded, progress=progress)
+    if hasattr(loaded.model, "as_published"):
+        found, more = _as_published(loaded, _trained_on(loaded))
+        figures |= found
+        sections += more
+    if metrics := [m for m in loaded.run.metrics() if "loss" in m]:
+        sections.append(Section("Training", [Picture(losses_figure(metrics), "Loss over steps.")]))
+    return figures, sections
+
+
+def _as_published(loaded: LoadedRun, examples: Sequence[Example]) -> tuple[dict[str, Any], list[Section]]:
+    """Return ``as_published`` and its section; where these recordings allow no such figures, None and the reason."""
+    try:
+        found = loaded.model.as_published(examples)
+    except ParameterError as error:
+        why = f"Not judged as published: {error}"
+        return {"as_published": None, "as_published_missing": why}, [Section("As published", [Text(why)])]
+    return {"as_published": found}, [_published_section(found)]
+
+
+def _published_section(found: dict[str, Any]) -> Section:
+    """Return the figures that a publication judges by, and what it leaves out beside them."""
+    names = list(next(iter(found["per_material"].values())))
+    rows = [(material, *row.values()) for material, row in found["per_material"].items()]
+    rows.append(("mean", *(found["mean"][name] for name in names)))
+    text = "Squared errors as published, and distances that are blind to phase. " + ", ".join(
+        f"{name} {value:.4g}" for name, value in found["mean"].items() if name not in names
+    )
+    return Section("As published", [Table(("material", *names), rows, text)])
+
+
+def _what(loaded: LoadedRun, data: Path | str | None, unknown: bool) -> tuple[Examples, str]:
+    """Return what to judge on, and a phrase that says what it is."""
+    label = loaded.run.data["label"]
+    if data is None:
+        store, split = test_part(loaded.run)
+        if not split.test:
+            raise ParameterError(f"{loaded.run.name}: kept no recordings for testing; give --data")
+        left_out = tuple(
+            Segment(info.id)
+            for info in store.index
+            if unknown and label_of(info, label) not in loaded.kind.materials
+        )
+        described = f"{len(split.test)} recordings kept apart by {split.by}"
+        if split.photographs:
+            described += f"; {split.photograph_note}"
+        parts = replace(split, test=(*split.test, *left_out)) if left_out else split
+        return part_examples(store, parts, "test", loaded.as_trained, label=label), described
+    if unknown:
+        raise ParameterError("--unknown goes by what was left out of the run's own data; leave --data away")
+    store = open_store(data)
+    split = Split.load(loaded.run.folder / "split.json")
+    trained = {segment.id for segment in (*split.train, *split.validation)}
+    seen = {region.key for part in ("train", "validation") for region in split.photographs.get(part, ())}
+    every = whole_photographs(store) if split.photographs else ()
+    for what, both in (
+        (f"of its {len(store)} recordings", sorted(trained & {info.id for info in store.index})),
+        (f"of its {len(every)} photographs", sorted(seen & {region.key for region in every})),
+    ):
+        if both:
+            raise LeakError(
+                f"{data}: {len(both)} {what} were trained on (first: {both[0]}); "
+                "evaluate on others, or without --data on the run's own test part"
+            )
+    segments = [Segment(info.id) for info in store.index]
+    photographs = every if split.photographs else None
+    examples = Examples(store, segments, loaded.as_trained, label=label, photographs=photographs)
+    return examples, f"all {len(store)} recordings"
+
+
+def _trained_on(loaded: LoadedRun) -> Examples:
+    """Return what the run was trained on: a generator's floor and baselines are made of it."""
+    try:
+        store, split = test_part(loaded.run)
+    except RunError as error:
+        raise RunError(
+            f"{loaded.run.folder}: a generator is judged beside the recordings it was trained on, and they are not "
+            f"at {loaded.run.data.get('path')} any more: put them back"
+        ) from error
+    return part_examples(store, split, "train", loaded.as_trained, label=loaded.run.data["label"])
+
+
+def _judge_classifier(
+    loaded: LoadedRun, known: Sequence[Example], unknown: Sequence[Example], progress: Progress
+) -> tuple[dict[str, Any], list[Section]]:
+    done = iter(range(1, len(known) + 1))
+    result = judge_classifier(
+        loaded.model, known, on_example=lambda: progress("judge", next(done), len(known))
+    )
+    figures, sections = result.as_dict(), [_accuracy(result)]
+    if (loaded.run.folder / "search.json").is_file():
+        figures["none_of_these"] = _judge_rejection(loaded, known, unknown)
+        sections.append(_rejection(figures["none_of_these"]))
+    return figures, sections
+
+
+def _judge_rejection(
+    loaded: LoadedRun, known: Sequence[Example], unknown: Sequence[Example]
+) -> dict[str, Any]:
+    """Return how many recordings of known and of unknown materials are called "none of these"."""
+    index = SurfaceIndex.load(loaded.run)
+    far = {
+        name: np.array([index.nearest(loaded.model.embed(e.signal), 1)[0]["distance"] for e in part])
+        for name, part in (("known", known), ("unknown", unknown))
+    }
+    facts: dict[str, Any] = {
+        "threshold": index.threshold,
+        "calibrated_on": index.calibrated_on,
+        "known": len(known),
+        "known_kept": float(np.mean(far["known"] <= index.threshold)),
+        "unknown": len(unknown),
+        "unknown_rejected": None,
+        "auroc": None,
+    }
+    if unknown:
+        facts["unknown_rejected"] = float(np.mean(far["unknown"] > index.threshold))
+        pairs = far["unknown"][:, None] - far["known"][None]
+        facts["auroc"] = float(np.mean(pairs > 0) + np.mean(pairs == 0) / 2)
+        facts["unknown_materials"] = sorted({str(e.material) for e in unknown})
+    return facts
+
+
+def _accuracy(result: ClassificationResult) -> Section:
+    low, high = result.recording_interval
+    rows = [
+        ("recordings", result.recording_accuracy, f"{low:.3f} – {high:.3f}", int(result.recordings.sum())),
+        ("windows", result.window_accuracy, "–", int(result.windows.sum())),
+        ("chance", 1 / len(result.materials), "–", "–"),
+    ]
+    table = Table(
+        ("named rightly", "share", "95 % interval", "of"),
+        rows,
+        "Recordings are judged by the mean log probability of their windows. Interval: Wilson.",
+    )
+    picture = Picture(
+        confusion_figure(result.windows, result.materials),
+        "Share of the windows of each true class (row) that were answered so (column).",
+    )
+    return Section("What is it?", [table, picture])
+
+
+def _rejection(facts: dict[str, Any]) -> Section:
+    rows = [
+        ("recordings of known materials that pass", facts["known_kept"], facts["known"]),
+        ("recordings of unknown materials that are refused", facts["unknown_rejected"], facts["unknown"]),
+        ("area under the ROC curve, unknown against known", facts["auroc"], "–"),
+    ]
+    text = (
+        f"Farther than {facts['threshold']:.3g} (cosine distance) from everything known is “none of these”. "
+        + calibration_text(facts["calibrated_on"])
+    )
+    return Section("None of these", [Text(text), Table(("", "share", "of"), rows)])

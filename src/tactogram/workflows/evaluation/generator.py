@@ -1,0 +1,234 @@
+"""Judge a generator: train what it is judged with, let it generate, and hold both against recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from threadpoolctl import threadpool_limits
+
+from tactogram import models
+from tactogram.datasets import Examples
+from tactogram.errors import ParameterError
+from tactogram.evaluation.generation.comparison import MODEL, GenerationResult
+from tactogram.evaluation.generation.protocol import judge
+from tactogram.evaluation.generation.report import generation_sections
+from tactogram.evaluation.generation.segments import Pieces, plan_pieces
+from tactogram.evaluation.report import Section
+from tactogram.model import Example, Generator
+from tactogram.signal import Signal
+from tactogram.signal.filters import resample
+from tactogram.training.seeds import child_seed
+from tactogram.workflows.evaluation.reference_models import (
+    BASELINES,
+    FELT_RATE,
+    HOLDING_RECORDINGS,
+    JUDGED_SPEED_MM_S,
+    NEAREST_PHOTO,
+    Bench,
+    Judging,
+    classifier_of,
+    felt,
+    felt_kind,
+    in_time,
+)
+from tactogram.workflows.progress import Progress, silent
+from tactogram.workflows.training.train import LoadedRun
+
+
+def judge_generator(
+    loaded: LoadedRun,
+    known: Sequence[Example],
+    train: Examples,
+    *,
+    judging: Judging | None = None,
+    progress: Progress = silent,
+) -> tuple[GenerationResult, list[Section]]:
+    """Return what the protocol of `tactogram.evaluation.generation.protocol` finds of ``loaded``, and its report.
+
+    Parameters
+    ----------
+    loaded : LoadedRun
+        A generator of signals.
+    known : sequence of Example
+        Recordings that it was not trained on. Of materials that it knows; or, where it goes by a photograph, of
+        others too: half of those recordings then stand where the training part does for the known.
+    train : Examples
+        What it was trained on.
+    judging : Judging, optional
+    progress : Progress
+
+    Raises
+    ------
+    ParameterError
+        If the generator cannot be asked for these materials.
+    """
+    judging = judging or Judging()
+    if loaded.facts.gives != "signal" or not isinstance(loaded.model, Generator):
+        raise ParameterError(f"{loaded.facts.name} gives no signals: there is nothing to judge them by")
+    notes: list[str] = []
+    known, held_back = _apart(loaded, known, notes)
+    test, trained, floor = _by_material(known), _by_material(train), _by_material(held_back)
+    beside = trained | floor
+    if missing := sorted(set(test) - set(beside)):
+        raise ParameterError(
+            f"{loaded.run.name}: no training recording of {', '.join(missing)} to compare with"
+        )
+    pieces = plan_pieces(beside, test, longest_s=judging.longest_s, most=judging.most)
+    if loaded.kind.domain != "time":
+        notes.append(f"Signals over displacement were judged as met at {JUDGED_SPEED_MM_S:g} mm/s.")
+    rate = felt_kind(loaded.kind).rate
+    if rate < in_time(loaded.kind).rate:
+        notes.append(f"Everything was judged at {FELT_RATE:g} Hz, which holds what is felt.")
+    bench = Bench(loaded, train, judging, progress)
+    classifier = classifier_of(bench, pieces, notes)
+    sets: dict[str, Mapping[str, list[Signal]]] = {}
+    generators = _generators(loaded, bench)
+    for name, (facts, generator) in generators.items():
+        same = [other for other in sets if generators[other][1] is generator]
+        asking = _Asking(name, facts, generator, generators.get(NEAREST_PHOTO), rate, judging.seed, notes)
+        sets[name] = sets[same[0]] if same else _generated(asking, known, beside, pieces, progress)
+    with threadpool_limits(1):
+        result = judge(
+            sets,
+            train=trained,
+            test=test,
+            floor=floor,
+            pieces=pieces,
+            embed=classifier.window_embeddings if classifier else None,
+            classifier=classifier,
+            on_part=progress,
+        )
+    result = replace(result, notes=(*notes, *result.notes))
+    return result, generation_sections(result, test, sets)
+
+
+def _apart(
+    loaded: LoadedRun, known: Sequence[Example], notes: list[str]
+) -> tuple[list[Example], list[Example]]:
+    """Return what to judge by, and every second recording of the materials that were not trained on."""
+    strange: dict[str, list[Example]] = {}
+    for example in known:
+        if example.material not in loaded.kind.materials:
+            strange.setdefault(str(example.material), []).append(example)
+    if lone := sorted(name for name, examples in strange.items() if len(examples) < 2):
+        notes.append(f"Left out, one recording of a material that was not trained on: {', '.join(lone)}.")
+    strange = {name: examples for name, examples in strange.items() if len(examples) > 1}
+    if strange:
+        notes.append(
+            f"Not trained on: {', '.join(sorted(strange))}. The floor is half of their recordings against the other."
+        )
+    kept = [e for e in known if e.material in loaded.kind.materials]
+    return (
+        kept + [e for examples in strange.values() for e in examples[::2]],
+        [e for examples in strange.values() for e in examples[1::2]],
+    )
+
+
+def _generators(loaded: LoadedRun, bench: Bench) -> dict[str, tuple[models.ModelFacts, Any]]:
+    """Return the model and the baselines it is held against, trained."""
+    names = (*BASELINES, NEAREST_PHOTO) if "image" in loaded.facts.needs else BASELINES
+    found = {MODEL: (loaded.facts, loaded.model)}
+    for name in names:
+        own = loaded.facts.name == name and loaded.kind.domain == "time"  # baselines are trained over time
+        found[name] = (loaded.facts, loaded.model) if own else (models.find(name), bench.baseline(name))
+    return found
+
+
+def _by_material(examples: Sequence[Example]) -> dict[str, list[Signal]]:
+    found: dict[str, list[Signal]] = {}
+    for example in examples:
+        if example.material is not None:
+            found.setdefault(example.material, []).append(felt(example.signal))
+    return found
+
+
+@dataclass(frozen=True)
+class _Asking:
+    """A generator, and how it is asked for what recordings were made of."""
+
+    name: str
+    facts: models.ModelFacts
+    generator: Any
+    nearest: tuple[models.ModelFacts, Any] | None
+    rate: float
+    seed: int
+    notes: list[str]
+
+    def drawn(self, example: Example, number: int, seconds: float) -> Signal:
+        """Return signal ``number`` for the conditions of ``example``; of its surface alone where they are unknown."""
+        condition = self._condition(example, number)
+        if self._over_displacement and not self._speed:
+            seconds *= JUDGED_SPEED_MM_S  # it gives recorded stretches, whose length is in mm
+        seed = child_seed(self.seed, "judge", str(example.material), number)
+        try:
+            signal = self.generator.generate(condition, seconds=seconds, seed=seed)
+        except ParameterError:
+            plain = {name: condition[name] for name in (*self.facts.needs, *self._speed)}
+            if condition == plain:
+                raise
+            signal = self.generator.generate(plain, seconds=seconds, seed=seed)
+            asked = "photographs" if "image" in self.facts.needs else "materials"
+            self._note(
+                f"{self.name} was asked for {asked} alone: it does not know every speed and force of the recordings."
+            )
+        if not isinstance(signal, Signal):
+            raise ParameterError(f"{self.name} generates images, not signals")
+        made = felt(signal)
+        return made if made.rate == self.rate else resample(made, self.rate)
+
+    def _condition(self, example: Example, number: int) -> dict[str, Any]:
+        given = {name: example.condition.get(name) for name in ("speed_mm_s", "force_n")}
+        given = {name: value for name, value in given.items() if value is not None}
+        pictures = example.photographs
+        if "image" in self.facts.needs:
+            if not len(pictures):
+                raise ParameterError(
+                    f"{self.name} goes by a photograph, and there is none of {example.material} to judge it by"
+                )
+            given = {"image": pictures[number % len(pictures)]}
+        if "material" in self.facts.needs:
+            given["material"] = example.material
+            known = getattr(self.generator, "materials", ())
+            if example.material not in known and self.nearest is not None and len(pictures):
+                given["material"] = self.nearest[1].material_of(pictures[number % len(pictures)])
+                self._note(
+                    f"{self.name} does not know every material: it was asked for the one whose photograph is nearest."
+                )
+        return given | self._speed
+
+    @property
+    def _over_displacement(self) -> bool:
+        kind = getattr(self.generator, "kind", None)
+        return kind is not None and kind.domain != "time"
+
+    @property
+    def _speed(self) -> dict[str, float]:
+        """What a generator that plays what is over displacement must be told, since it is judged over time."""
+        plays = self._over_displacement and self.facts.name not in HOLDING_RECORDINGS
+        return {"speed_mm_s": JUDGED_SPEED_MM_S} if plays else {}
+
+    def _note(self, text: str) -> None:
+        if text not in self.notes:
+            self.notes.append(text)
+
+
+def _generated(
+    asking: _Asking,
+    known: Sequence[Example],
+    beside: Mapping[str, Sequence[Signal]],
+    pieces: Pieces,
+    progress: Progress,
+) -> dict[str, list[Signal]]:
+    """Return signals of each material under the conditions of the recordings it is judged by."""
+    asked: dict[str, list[Example]] = {}
+    for example in known:
+        asked.setdefault(str(example.material), []).append(example)
+    made: dict[str, list[Signal]] = {}
+    for done, (material, examples) in enumerate(sorted(asked.items()), 1):
+        number, seconds = pieces.draws(beside[material])
+        seconds += 2 / FELT_RATE  # what resampling may round away
+        made[material] = [asking.drawn(examples[k % len(examples)], k, seconds) for k in range(number)]
+        progress(f"generate {asking.name}", done, len(asked))
+    return made

@@ -1,0 +1,245 @@
+"""A ladder of mixes of two materials from a trained generator: heard, seen and measured."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tactogram.datasets import Examples, Segment, label_of
+from tactogram.errors import ParameterError, RunError
+from tactogram.evaluation.mixing.ladder import MODES, Mixes, Mode
+from tactogram.evaluation.mixing.placement import EndsAlikeError, MixingLadder, positions
+from tactogram.evaluation.report import save_figure
+from tactogram.model import Condition
+from tactogram.signal import Signal
+from tactogram.signal.io import write_signal
+from tactogram.signal.io.writable import check_writable
+from tactogram.training.run import write_text
+from tactogram.training.seeds import child_seed
+from tactogram.workflows.generation.generate import generate
+from tactogram.workflows.generation.word_scores import goes_by_words
+from tactogram.workflows.progress import Progress, silent
+from tactogram.workflows.training.train import LoadedRun, load_run, test_part
+
+
+def mix_ladder(
+    run: Path | str | LoadedRun,
+    start: str,
+    end: str,
+    *,
+    steps: int = 11,
+    signals: int = 6,
+    mode: Mode = "sum",
+    seconds: float | None = None,
+    seed: int = 0,
+    condition: Condition | None = None,
+    progress: Progress = silent,
+) -> Mixes:
+    """Generate a ladder of mixes and measure it, without writing anything.
+
+    Parameters
+    ----------
+    run : path or LoadedRun
+        A trained generator that knows both materials.
+    start, end : str
+        The materials at its ends.
+    steps : int
+        Weights of ``end``, evenly from 0 to 1.
+    signals : int
+        How many are measured at each step and at each end; every one has its own seed.
+    mode : {"sum", "add"}
+        One of `MODES`.
+    seconds : float, optional
+        Length of each; by default the model's own.
+    seed : int
+    condition : mapping, optional
+        What else is asked of the model, such as ``{"speed_mm_s": 100.0}``.
+
+    Raises
+    ------
+    ParameterError
+        If the materials are the same, unknown or cannot be told apart, or a number makes no sense.
+    """
+    loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    if goes_by_words(loaded):
+        raise ParameterError(f"{loaded.run.name}: mixes are of materials; {loaded.facts.name} goes by words")
+    if mode not in MODES:
+        raise ParameterError(f"mode must be one of {', '.join(MODES)}, got {mode!r}")
+    if start == end:
+        raise ParameterError(f"a ladder needs two materials, got {start!r} twice")
+    if steps < 2:
+        raise ParameterError(f"steps must be at least 2, got {steps}")
+    if signals < 2:
+        raise ParameterError(f"signals must be at least 2 per step, got {signals}: one has no spread")
+    weights = np.round(np.linspace(0, 1, steps), 12)  # 0.3, not 0.30000000000000004
+    mixes = [{start: 1.0 if mode == "add" else round(float(1 - w), 12), end: float(w)} for w in weights]
+    done, total = 0, (steps + 2) * signals + steps
+
+    def draw(material: dict[str, float], purpose: str, place: int, count: int) -> list[Signal]:
+        nonlocal done
+        # The steps differ in chance as well: what moves together would look smoother than it is.
+        own = seed if purpose == "shown" else child_seed(seed, "mixing", purpose, place)
+        asked = {**(condition or {}), "material": material}
+        found = []
+        for signal in generate(loaded, asked, seconds=seconds, seed=own, count=count):
+            if not isinstance(signal, Signal):
+                raise ParameterError(
+                    f"{loaded.run.name}: {loaded.facts.name} gives images, which are not mixed"
+                )
+            found.append(signal)
+            done += 1
+            progress("mix", done, total)
+        return found
+
+    ends = [draw({name: 1.0}, "end", place, signals) for place, name in enumerate((start, end))]
+    made = [draw(mix, "step", place, signals) for place, mix in enumerate(mixes)]
+    ladder = positions(made, *ends, weights=weights, seed=seed)
+    try:
+        real = [recorded(loaded, name) for name in (start, end)]
+    except RunError:  # the recordings are not here: the run was imported, or its data moved
+        real = [[], []]
+    return Mixes(
+        start=start,
+        end=end,
+        mode=mode,
+        shown=tuple(draw(mix, "shown", 0, 1)[0] for mix in mixes),
+        ladder=ladder,
+        without_level=_if_apart(made, *ends, weights=weights, seed=seed, level=False),
+        against_recordings=_if_apart(made, *real, weights=weights, seed=seed),
+        simulated=loaded.simulated,
+    )
+
+
+def mixing_ladder(
+    run: Path | str | LoadedRun,
+    start: str,
+    end: str,
+    *,
+    steps: int = 11,
+    signals: int = 6,
+    mode: Mode = "sum",
+    seconds: float | None = None,
+    seed: int = 0,
+    condition: Condition | None = None,
+    out: Path | None = None,
+    reuse: bool = False,
+    progress: Progress = silent,
+) -> dict[str, Any]:
+    """Make a ladder with `mix_ladder` and write ``ladder.png``, the steps as WAV and ``ladder.json`` to ``out``.
+
+    Parameters
+    ----------
+    run, start, end, steps, signals, mode, seconds, seed, condition
+        As in `mix_ladder`.
+    out : path, optional
+        A folder; by default ``RUN/mixing/START-END-MODE``.
+    reuse : bool
+        Return what is in ``out`` if the same was asked for.
+
+    Returns
+    -------
+    dict
+        What was asked for (``model``, ``run``, ``start``, …), ``simulated``, ``in_words``, ``figure``, ``sounds``, and
+        `MixingLadder.as_dict` as ``ladder``, ``without_level`` and ``against_recordings`` (None where there is none).
+    """
+    loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    asked = {
+        "model": loaded.facts.name,
+        "run": loaded.run.data["run_id"],
+        "start": start,
+        "end": end,
+        "mode": mode,
+        "steps": steps,
+        "signals": signals,
+        "seconds": seconds,
+        "seed": seed,
+        "condition": dict(condition or {}),
+    }
+    folder = Path(out) if out else loaded.run.folder / "mixing" / _file(f"{start}-{end}-{mode}")
+    if reuse and (there := _read(folder / "ladder.json")) and asked.items() <= there.items():
+        return there
+    check_writable(folder, folder=True)
+    mixes = mix_ladder(
+        loaded,
+        start,
+        end,
+        steps=steps,
+        signals=signals,
+        mode=mode,
+        seconds=seconds,
+        seed=seed,
+        condition=condition,
+        progress=progress,
+    )
+    folder.mkdir(parents=True, exist_ok=True)
+    sounds = []
+    for step, signal in enumerate(mixes.shown):
+        file = folder / _file(f"{step:02}-{end}-{mixes.ladder.weights[step]:.2g}.wav")
+        write_signal(
+            file,
+            signal,
+            metadata={
+                "generated_by": f"tactogram {loaded.facts.name}",
+                "material": {end: mixes.ladder.weights[step], start: mixes.start_weights[step]},
+                "seed": seed,
+                "simulated": mixes.simulated,
+            },
+        )
+        sounds.append(str(file))
+    title = f"{loaded.facts.name}: {start} to {end}, {MODES[mode]}"
+    figure = mixes.figure(title=title + (" (trained on simulated data)" if mixes.simulated else ""))
+    result = {
+        **asked,
+        "simulated": mixes.simulated,
+        "in_words": mixes.in_words(),
+        "ladder": mixes.ladder.as_dict(),
+        "without_level": _as_dict(mixes.without_level),
+        "against_recordings": _as_dict(mixes.against_recordings),
+        "figure": str(save_figure(folder / "ladder.png", figure)),
+        "sounds": sounds,
+    }
+    write_text(folder / "ladder.json", json.dumps(result, indent=1, ensure_ascii=False) + "\n")
+    return result
+
+
+def recorded(run: Path | str | LoadedRun, material: str) -> list[Signal]:
+    """Return the recordings of ``material`` that the run was not trained on, prepared; empty if it kept none."""
+    loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    store, split = test_part(loaded.run)
+    label = loaded.run.data["label"]
+    kept: list[Segment] = [s for s in split.test if label_of(store.info(s.id), label) == material]
+    return [example.signal for example in Examples(store, kept, loaded.as_trained, label=label)]
+
+
+def _if_apart(
+    made: Sequence[Sequence[Signal]], start: Sequence[Signal], end: Sequence[Signal], **options: Any
+) -> MixingLadder | None:
+    """Return the ladder between two ends, None where there are too few signals or they are alike."""
+    if min(len(start), len(end)) < 2:
+        return None
+    try:
+        return positions(made, start, end, **options)
+    except EndsAlikeError:
+        return None
+
+
+def _as_dict(ladder: MixingLadder | None) -> dict[str, Any] | None:
+    return None if ladder is None else ladder.as_dict()
+
+
+def _read(file: Path) -> dict[str, Any] | None:
+    try:
+        found = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return found if isinstance(found, dict) else None
+
+
+def _file(name: str) -> str:
+    """Return ``name`` as a file can be called everywhere."""
+    return re.sub(r"[^\w.=-]+", "_", name)

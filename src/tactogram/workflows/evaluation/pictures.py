@@ -1,0 +1,334 @@
+"""Judge the pictures that a run makes of photographs: distances of pictures, and of the signals inverted from them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from tactogram.datasets import Examples
+from tactogram.errors import ParameterError
+from tactogram.evaluation.pictures.attention_maps import attention_maps
+from tactogram.evaluation.pictures.distances import MEASURES, PictureJudge, PictureWeights
+from tactogram.evaluation.pictures.figures import PictureCase, failures_figure, pictures_figure
+from tactogram.evaluation.pictures.inversion import Loss, inversion_loss, mean_loss
+from tactogram.evaluation.report import Picture, Section, Table, save_figure
+from tactogram.features.pair_leak import pair_leak
+from tactogram.features.photo_pairs import WeakPairs
+from tactogram.training.seeds import torch_seeded
+from tactogram.workflows.progress import Progress, silent
+from tactogram.workflows.training.train import LoadedRun, load_run, part_examples, test_part
+
+MOST_PAIRS = 256
+"""Pairs of the test part that are judged, evenly spread over it."""
+MOST_INVERTED = 12
+"""Pictures of each material whose signals are judged."""
+MOST_SHOWN = 9
+"""Materials in the figure: as many as the paper's Figure 3 has."""
+BATCH = 32
+
+
+def makes_pictures(loaded: LoadedRun) -> bool:
+    """Whether a run turns photographs into spectrogram pictures."""
+    return hasattr(loaded.model, "ends") and hasattr(loaded.model, "make")
+
+
+def judge_pictures(
+    run: Path | str | LoadedRun,
+    *,
+    weights: PictureWeights | None = None,
+    most: int = MOST_PAIRS,
+    progress: Progress = silent,
+) -> dict[str, Any]:
+    """Return how far the pictures of ``run`` are from those of recordings that it was not trained on.
+
+    Parameters
+    ----------
+    run : path or LoadedRun
+        Of a model that turns photographs into spectrogram pictures.
+    weights : PictureWeights, optional
+        Where the networks of LPIPS and FID are; by default in torch's cache.
+    most : int
+        Pairs that are judged.
+
+    Returns
+    -------
+    dict
+        What `PictureJudgement.as_dict` gives; ``per_material`` the log-spectral distance of each; ``label_accuracy``
+        where the model names surfaces; ``leak``, what of the test part was trained on (`PairLeak`); ``inversion``,
+        whose the loss of the inverted signals is (`Loss`, with ``network`` and ``share_of_inversion``); ``split`` and
+        ``simulated``.
+
+    Raises
+    ------
+    ParameterError
+        If the model makes no pictures, or no photograph or recording of the test part is large enough.
+    """
+    loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    return _judged(loaded, weights, most, progress)[0]
+
+
+def judged_pictures(
+    run: Path | str | LoadedRun,
+    *,
+    weights: PictureWeights | None = None,
+    most: int = MOST_PAIRS,
+    progress: Progress = silent,
+) -> tuple[dict[str, Any], list[Section]]:
+    """Return the figures of `judge_pictures` and the sections of a report on them."""
+    loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    found, pairs, losses = _judged(loaded, weights, most, progress)
+    return found, _sections(loaded, found, pairs, losses)
+
+
+def _judged(
+    loaded: LoadedRun, weights: PictureWeights | None, most: int, progress: Progress
+) -> tuple[dict[str, Any], _Pairs, dict[str, Loss]]:
+    if not makes_pictures(loaded):
+        raise ParameterError(f"{loaded.facts.name} makes no spectrogram pictures of photographs")
+    picture = loaded.model.ends.picture
+    train, test = _parts(loaded)
+    tested = _tested(loaded, test)
+    pairs = _pairs(loaded, tested, most, progress)
+    found = PictureJudge(picture, weights=weights or PictureWeights())(pairs.real, pairs.made).as_dict()
+    plain = PictureJudge(picture, networks=False)
+    found["per_material"] = {
+        name: plain(pairs.real[places], pairs.made[places]).values["log_spectral_distance_db"]
+        for name, places in pairs.by_material().items()
+        if len(places) > 1
+    }
+    if pairs.named_rightly is not None:
+        found["label_accuracy"] = pairs.named_rightly
+    leak = pair_leak(loaded.model.ends.pairs(train), tested)
+    found["leak"] = asdict(leak) | {"leaks": leak.leaks}
+    losses = _inversion(loaded, pairs, train, test, progress)
+    found["inversion"] = {
+        name: asdict(loss) | {"network": loss.network, "share_of_inversion": loss.share_of_inversion}
+        for name, loss in losses.items()
+    }
+    found |= {"split": loaded.run.data["split"], "simulated": loaded.simulated}
+    return found, pairs, losses
+
+
+@dataclass(frozen=True, eq=False)
+class _Pairs:
+    """Photographs (pair, 1, row, column), the pictures of their pairs and those made of them, and the materials."""
+
+    photo: Tensor
+    real: Tensor
+    made: Tensor
+    materials: tuple[str, ...]
+    named_rightly: float | None
+
+    def by_material(self) -> dict[str, NDArray[np.intp]]:
+        return {
+            name: np.flatnonzero(np.equal(self.materials, name).astype(bool))
+            for name in sorted(set(self.materials))
+        }
+
+
+def _parts(loaded: LoadedRun) -> tuple[Examples, Examples]:
+    """Return training and test part; the same twice where the protocol splits crops instead."""
+    store, split = test_part(loaded.run)
+    train, test = (
+        part_examples(store, split, part, loaded.as_trained, label=loaded.run.data["label"])
+        for part in ("train", "train" if loaded.model.ends.splits_crops else "test")
+    )
+    return train, test
+
+
+def _tested(loaded: LoadedRun, test: Examples) -> WeakPairs:
+    """Return the pairs of the test part."""
+    ends = loaded.model.ends
+    pairs: WeakPairs | None = ends.pairs(test, "test") if ends.splits_crops else ends.unseen(test)
+    if pairs is None:
+        raise ParameterError(
+            f"{loaded.run.name}: the test part has no photograph and recording that are large enough to be judged by"
+        )
+    return pairs
+
+
+def _pairs(loaded: LoadedRun, pairs: WeakPairs, most: int, progress: Progress) -> _Pairs:
+    model = loaded.model
+    places = np.unique(np.linspace(0, len(pairs) - 1, min(len(pairs), most)).round().astype(int))
+    batches, made, named = [], [], []
+    with torch_seeded(loaded.recipe.seed, "judge pictures"):  # pix2pix draws its dropout in use
+        for begin in range(0, len(places), BATCH):
+            batch = pairs.batch(places[begin : begin + BATCH])
+            batches.append(batch)
+            made.append(model.make(batch.photo).float().cpu())
+            if getattr(model, "predictor", None) is not None:
+                named.append(model.predictor.probabilities(batch.photo).argmax(1).cpu() == batch.label)
+            progress("make pictures", begin + len(batch), len(places))
+    sources = [pairs.photo_sources[crop // pairs.crops.per_photo] for crop in pairs.pairs[places, 0]]
+    return _Pairs(
+        torch.cat([batch.photo for batch in batches]),
+        torch.cat([batch.picture for batch in batches]),
+        torch.cat(made),
+        tuple(source.material for source in sources),
+        float(torch.cat(named).float().mean()) if named else None,
+    )
+
+
+def _inversion(
+    loaded: LoadedRun, pairs: _Pairs, train: Examples, test: Examples, progress: Progress
+) -> dict[str, Loss]:
+    """Return the loss of the inverted signals, the mean over materials."""
+    picture, places = loaded.model.ends.picture, pairs.by_material()
+    held: dict[str, list[list[Any]]] = {name: [[], []] for name in places}
+    # Crops of the same recordings have no floor: a recording beside itself is no other recording.
+    parts = (test,) if loaded.model.ends.splits_crops else (test, train)
+    for side, part in enumerate(parts):
+        for example in part:
+            if example.material in held and len(example.signal) >= picture.length:
+                held[example.material][side].append(example.signal)
+    losses = []
+    for done, (name, (real, others)) in enumerate(held.items(), 1):
+        if real:
+            made = pairs.made[places[name][:MOST_INVERTED]]
+            losses.append(inversion_loss(real, made, picture, others=others, seed=loaded.recipe.seed))
+        progress("invert pictures", done, len(held))
+    return mean_loss(losses) if losses else {}
+
+
+def compare_pictures(
+    runs: Mapping[str, Path | str],
+    out: Path,
+    *,
+    attention: Sequence[str] = (),
+    progress: Progress = silent,
+) -> Path:
+    """Draw what several runs make of the same photographs, a row per material, beside a recording: Figures 3 and 4.
+
+    Parameters
+    ----------
+    runs : mapping from str to path
+        By what they are called; trained on one split.
+    out : Path
+        The figure, .png or .svg.
+    attention : sequence of str
+        Runs whose Grad-CAM is drawn too.
+
+    Raises
+    ------
+    ParameterError
+        If the runs were not tested on the same pairs.
+    """
+    columns: dict[str, _Pairs] = {}
+    maps: dict[str, Tensor] = {}
+    picture = None
+    for name, run in runs.items():
+        loaded = load_run(run)
+        tested = _tested(loaded, _parts(loaded)[1])
+        found = _pairs(loaded, tested, MOST_PAIRS, progress)
+        first = next(iter(columns.values()), found)
+        if found.materials != first.materials or not torch.equal(found.photo, first.photo):
+            raise ParameterError(
+                f"{run}: tested on other pairs than {next(iter(columns))}; train on one split"
+            )
+        columns[name], picture = found, loaded.model.ends.picture
+        if name in attention:
+            given = getattr(loaded.model, "given", lambda photo: ())
+            photo = found.photo[[places[0] for places in found.by_material().values()][:MOST_SHOWN]]
+            maps[name] = attention_maps(loaded.model.gan.bare_generator.eval(), photo, *given(photo))
+    if picture is None:
+        raise ParameterError("at least one run is needed, got none")
+    one = next(iter(columns.values()))
+    cases = [
+        PictureCase(
+            material,
+            one.photo[places[0]],
+            {"recorded": one.real[places[0]]}
+            | {name: held.made[places[0]] for name, held in columns.items()},
+            {name: values[row] for name, values in maps.items()} or None,
+        )
+        for row, (material, places) in enumerate(list(one.by_material().items())[:MOST_SHOWN])
+    ]
+    return save_figure(out, pictures_figure(cases, picture))
+
+
+# -- the report -----------------------------------------------------------------------------------------------
+
+
+def _sections(
+    loaded: LoadedRun, found: dict[str, Any], pairs: _Pairs, losses: dict[str, Loss]
+) -> list[Section]:
+    rows = [
+        (MEASURES[name][0] if name in MEASURES else name, value, MEASURES.get(name, ("", "–"))[1])
+        for name, value in found["values"].items()
+    ]
+    caption = f"{found['pictures']} pairs of the test part. {found['protocol']}."
+    missing = "".join(f" {name} is missing: {why}." for name, why in found["missing"].items())
+    blocks: list[Any] = [Table(("measure", "value", "better"), rows, caption + missing)]
+    cases = _cases(loaded, pairs)
+    picture = loaded.model.ends.picture
+    first = [places[0] for places in pairs.by_material().values()][:MOST_SHOWN]
+    blocks.append(
+        Picture(
+            pictures_figure([cases(place, attention=True) for place in first], picture),
+            "A crop of a photograph of the test part, the picture of a recording of the same material (a weak pair: it "
+            "is not of the same place), the picture made, and where the last layer was active (Grad-CAM).",
+        )
+    )
+    errors = (pairs.real - pairs.made).abs().mean(dim=(1, 2, 3)).tolist()
+    blocks.append(
+        Picture(
+            failures_figure(
+                [cases(place) for place in range(len(errors))], errors, picture, measure="mean absolute error"
+            ),
+            "The worst, by measured error, one per material.",
+        )
+    )
+    leak = found["leak"]
+    blocks.append(
+        Table(
+            ("of what was tested", "photographs", "recordings"),
+            [
+                (what, leak[f"photo_{key}"], leak[f"recording_{key}"])
+                for what, key in (
+                    ("crops of one that was trained on", "known"),
+                    ("crops that overlap one that was trained on", "overlaps"),
+                    ("crops that were trained on themselves", "same"),
+                )
+            ],
+            f"What the protocol, {leak['protocol']}, lets pass from training to test; shares of the tested crops.",
+        )
+    )
+    sections = [Section("Pictures", blocks)]
+    if losses:
+        lost = [(name, loss.floor, loss.inversion, loss.total, loss.network) for name, loss in losses.items()]
+        table = Table(
+            (
+                "measure",
+                "other recordings",
+                "pictured and inverted",
+                "made and inverted",
+                "the network's part",
+            ),
+            lost,
+            "Mean over materials, lower is better. Whose the loss is: recordings made to pictures and back pay for "
+            "phase and resizing alone; what generated pictures add is the network's.",
+        )
+        sections.append(Section("From pictures back to vibration", [table]))
+    return sections
+
+
+def _cases(loaded: LoadedRun, pairs: _Pairs) -> Any:
+    model = loaded.model
+    given = getattr(model, "given", lambda photo: ())
+
+    def case(place: int, *, attention: bool = False) -> PictureCase:
+        pictures = {"recorded": pairs.real[place], "made": pairs.made[place]}
+        maps = None
+        if attention:
+            photo = pairs.photo[place : place + 1]
+            maps = {"made": attention_maps(model.gan.bare_generator.eval(), photo, *given(photo))[0]}
+        return PictureCase(pairs.materials[place], pairs.photo[place], pictures, maps)
+
+    return case

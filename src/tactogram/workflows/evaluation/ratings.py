@@ -1,0 +1,222 @@
+"""Judge by scores: predictors by what people said, and generators that go by words by what is felt of their signals."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.datasets import Ratings, Scale, Split, Store, item_of, open_store
+from tactogram.errors import LeakError, ParameterError
+from tactogram.evaluation.ratings.figures import prediction_figure
+from tactogram.evaluation.ratings.prediction import Predicted
+from tactogram.evaluation.ratings.reproduction import constant_error, reproduction
+from tactogram.evaluation.report import Picture, Section, save_figure
+from tactogram.model import Predictor
+from tactogram.signal import Image, Signal
+from tactogram.statistics.figures import error_figure
+from tactogram.training.run import write_text
+from tactogram.workflows.evaluation.rating_crossval import Rateable, said_of, words_table
+from tactogram.workflows.training.rated_examples import RatedData
+from tactogram.workflows.training.train import LoadedRun, load_run, test_part
+
+Floats = NDArray[np.float64]
+MODEL = "rater model"
+"""What a rater model is called where a rater has a name."""
+
+
+def judged_predictor(
+    loaded: LoadedRun, *, data: Path | str | None = None
+) -> tuple[dict[str, Any], list[Section]]:
+    """Return how well a predictor scores items that it was not trained on, beside a constant guess and people.
+
+    Parameters
+    ----------
+    loaded : LoadedRun
+    data : path, optional
+        A store of other rated items; by default the test part of what the run was trained on.
+
+    Returns
+    -------
+    dict and list of Section
+        ``data``, and what `Predicted.as_dict` gives: ``per_word`` and ``mean``.
+
+    Raises
+    ------
+    LeakError
+        If a recording or an image of ``data`` was trained on. An item that is called alike is none of these.
+    ParameterError
+        If there is nothing to judge on, or it was rated in other words or on another scale.
+    """
+    store, split, described = _what(loaded, data)
+    rated = RatedData(store, loaded.facts.learns_from)
+    ratings = rated.ratings
+    kind = loaded.any_kind
+    if ratings.words != kind.words or (ratings.scale.low, ratings.scale.high) != kind.scale:
+        raise ParameterError(
+            f"{store.path}: must be rated in {', '.join(kind.words)} on the run's scale {kind.scale}; "
+            f"got {', '.join(ratings.words)} on {ratings.scale.low:g} to {ratings.scale.high:g}"
+        )
+    prepare = loaded.as_trained if not rated.of_images else loaded.recipe.prepare
+    examples: list[Rateable] = list(rated.examples(split, "test", prepare))
+    if not examples:
+        raise ParameterError(f"{loaded.run.name}: kept no rated items for testing; give --data")
+    items = sorted({str(example.item) for example in examples})
+    held = ratings.select(items=items)
+    guess = _trained_mean(loaded)
+    shape = (1, *held.means.shape)
+    found = Predicted(
+        ratings.words,
+        items,
+        said_of(loaded.model, examples, items)[None],
+        np.broadcast_to(guess, shape),
+        held.means[None],
+        held.cube,
+    )
+    figures = found.as_dict()
+    facts = {
+        "model": loaded.facts.name,
+        "run": loaded.run.data["run_id"],
+        "described_by": getattr(loaded.model, "described_by", None),
+        "data": {
+            "name": store.name,
+            "sha256": store.sha256,
+            "split": f"{len(items)} rated items {described}",
+            "simulated": store.simulated,
+        },
+    }
+    caption = "Mean absolute errors, points of the scale. " + ("Simulated raters." if store.simulated else "")
+    picture = Picture(prediction_figure(found, figures), "Right: each dot an item and word.")
+    return facts | figures, [Section("Words", [words_table(figures, caption=caption), picture])]
+
+
+def predicted_ratings(run: Path | str | LoadedRun, given: Mapping[str, Signal | Image]) -> Ratings:
+    """Return what a rater model says of ``given``, as ratings of one rater who is called `MODEL`.
+
+    Raises
+    ------
+    ParameterError
+        If the run is no predictor of scores.
+    """
+    loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    if not isinstance(loaded.model, Predictor) or loaded.any_kind.scale is None:
+        raise ParameterError(f"{loaded.run.name}: {loaded.facts.name} is not a predictor of scores")
+    rows = []
+    for item, one in given.items():
+        prepared = loaded.prepare(one) if isinstance(one, Signal) else one
+        rows += [(item, word, score) for word, score in loaded.model.predict(prepared).items()]
+    low, high = loaded.any_kind.scale
+    return Ratings(
+        (MODEL,) * len(rows),
+        tuple(item for item, _, _ in rows),
+        tuple(word for _, word, _ in rows),
+        np.array([score for _, _, score in rows]),
+        Scale("predicted", low, high),
+        words=loaded.any_kind.words,
+    )
+
+
+def judge_reproduction(
+    ratings: Ratings,
+    targets: Mapping[str, Sequence[float]],
+    *,
+    conditions: Sequence[str],
+    told_by: str,
+    out: Path,
+    beside: Mapping[str, float] | None = None,
+    first: str = "",
+) -> dict[str, Any]:
+    """Return and draw the errors of what was felt of generated signals: the layout of Fig. 7 of Hatori & Takemura.
+
+    The same for people's answers, those of simulated people, and a rater model's.
+
+    Parameters
+    ----------
+    ratings : Ratings
+        Of items ``CONDITION/TARGET``.
+    targets : mapping from str to sequence of float
+        Each target's mean scores in the order of the ratings' words.
+    conditions : sequence of str
+        In the order in which they are drawn.
+    told_by : str
+        Who scored: in the figure's title and every table.
+    out : Path
+        The figure, PNG; the figures go to a JSON file beside it.
+    beside : mapping from str to float, optional
+        Errors drawn as lines: of a constant guess, of people among themselves.
+    first : str
+        What others are held against: brackets mark p < 0.01 as printed; by default the first condition.
+
+    Returns
+    -------
+    dict
+        What `Reproduction.as_dict` gives, ``beside`` and ``figure``.
+    """
+    found = reproduction(
+        ratings,
+        {name: np.asarray(row, np.float64) for name, row in targets.items()},
+        conditions=conditions,
+        told_by=told_by,
+    )
+    figures = found.as_dict()
+    lines = {
+        "constant guess, without a rater's noise": constant_error(
+            {n: np.asarray(r) for n, r in targets.items()}
+        )
+    } | dict(beside or {})
+    figures["beside"] = lines
+    rows = {name: (row["mae"], row["se"] or 0.0) for name, row in figures["conditions"].items()}
+    marked = [
+        (pair["first"], pair["second"], "*")
+        for pair in figures["tests"]["as_printed"] or ()
+        if (first or next(iter(rows))) in (pair["first"], pair["second"])
+        and pair["p"] is not None
+        and pair["p"] < 0.01
+    ]
+    count = max(row["n"] for row in figures["conditions"].values())
+    title = f"Told by {told_by}\nn = {count:,} answers, mean ± SE, *: p < 0.01 (Student's t)"
+    save_figure(out, error_figure(rows, marked=marked, lines=lines, title=title))
+    figures["figure"] = str(out)
+    write_text(out.with_suffix(".json"), json.dumps(figures, indent=1) + "\n")
+    return figures
+
+
+def _what(loaded: LoadedRun, data: Path | str | None) -> tuple[Store, Split, str]:
+    """Return the store, a split whose test part is judged on, and what that is in words."""
+    if data is None:
+        store, split = test_part(loaded.run)
+        return store, split, "kept apart"
+    store = open_store(data)
+    rated = RatedData(store, loaded.facts.learns_from)
+    whole = rated.split(
+        store.index if len(store) else [], loaded.recipe.prepare, split="all", by="recording", seed=0
+    )
+    known = Split.load(loaded.run.folder / "split.json")
+    trained = {s.id for s in (*known.train, *known.validation)}
+    trained |= {r.key for part in ("train", "validation") for r in known.photographs.get(part, ())}
+    held = {s.id for s in whole.train} | {r.key for r in whole.photographs.get("train", ())}
+    both = sorted(held & trained)
+    if both:
+        raise LeakError(
+            f"{data}: {len(both)} of its {len(held)} rated recordings or images were trained on (first: {both[0]}); "
+            "evaluate on others, or without --data on the run's own test part"
+        )
+    photographs = {"test": whole.photographs["train"]} if whole.photographs else {}
+    moved = Split((), (), whole.train, by=whole.by, seed=whole.seed, photographs=photographs)
+    return store, moved, "of another data set"
+
+
+def _trained_mean(loaded: LoadedRun) -> Floats:
+    """Return the mean scores over the items that a run was trained on, shape (word,)."""
+    store, split = test_part(loaded.run)
+    rated = RatedData(store, loaded.facts.learns_from)
+    items = {str(item_of(store.info(segment.id))) for segment in split.train}
+    if rated.of_images:
+        keys = {region.key for region in split.photographs["train"]}
+        items = {item for item, held in store.photographs_by_material.items() if keys & set(held)}
+    means = rated.ratings.select(items=sorted(items)).means
+    return np.asarray(np.nanmean(means, axis=0))

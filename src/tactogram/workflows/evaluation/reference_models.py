@@ -1,0 +1,174 @@
+"""What a generator is judged with: a classifier and baselines, trained on what it was trained on."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field
+from threadpoolctl import threadpool_limits
+
+from tactogram import models
+from tactogram.datasets import Examples
+from tactogram.errors import ParameterError, RunError
+from tactogram.evaluation.generation.segments import LONGEST_S, MOST_PIECES, Pieces
+from tactogram.model import Example, Learner, SignalKind
+from tactogram.recipe import Recipe
+from tactogram.signal import Signal
+from tactogram.signal.displacement import played
+from tactogram.signal.filters import resample
+from tactogram.training.checkpoint import load_state, save_state
+from tactogram.workflows.progress import Progress
+from tactogram.workflows.training.train import LoadedRun, run_training
+
+BASELINES = ("ar_texture", "replay")
+NEAREST_PHOTO = "nearest_photo"
+"""Baseline of generators that go by a photograph."""
+JUDGED_SPEED_MM_S = 50.0
+"""Signals over displacement are judged as a finger at this speed meets them, mm/s: our choice, a slow stroke."""
+JUDGES = "judges"
+"""Folder in the run where what it is judged with is kept."""
+HOLDING_RECORDINGS = ("replay", NEAREST_PHOTO)
+"""Baselines that are recordings themselves: never kept in the run."""
+FELT_RATE = 2500.0
+"""Faster signals are judged at this rate, Hz: nothing is felt above 1000 Hz, and sound would cost 20 times as much."""
+LARGEST_WINDOW = 384
+SMALLEST_WINDOW = 8
+"""Samples; the largest as in the quick recipe of stroke_cnn, the smallest what its poolings leave something of."""
+
+
+class Judging(BaseModel):
+    """How much is spent on judging."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    steps: int = Field(default=700, gt=0)
+    """Of training the classifier whose embedding is used."""
+    window_s: float = Field(default=0.2, gt=0)
+    """Its window, s, up to `LARGEST_WINDOW` samples."""
+    longest_s: float = Field(default=LONGEST_S, gt=0)
+    """Longest pieces that are compared, s: see `plan_pieces`."""
+    most: int = Field(default=MOST_PIECES, gt=0)
+    """Pieces per material."""
+    seed: int = Field(default=0, ge=0)
+    """Decides what is generated, and the classifier."""
+
+    def classifier_config(self, rate: float, shortest: int) -> dict[str, Any]:
+        """Return the configuration of a small stroke_cnn for signals of ``rate`` with ``shortest`` samples."""
+        return {
+            "window": min(round(self.window_s * rate), LARGEST_WINDOW, shortest),
+            "filters": [16, 16, 32, 32, 64, 64],
+            "dense": [128, 64],
+            "batch_size": 32,
+            "steps": self.steps,
+            "learning_rate": 3e-3,
+            "schedule": "one-cycle",
+            "hop": 1.0,
+        }
+
+
+def felt(signal: Signal) -> Signal:
+    """Return ``signal`` over time, at a rate that holds no more than what is felt."""
+    if signal.domain != "time":
+        signal = played(signal, JUDGED_SPEED_MM_S, signal.rate * JUDGED_SPEED_MM_S)
+    return resample(signal, FELT_RATE) if signal.rate > FELT_RATE else signal
+
+
+def in_time(kind: SignalKind) -> SignalKind:
+    """Return the kind of what is met at `JUDGED_SPEED_MM_S` where ``kind`` is over displacement."""
+    return kind if kind.domain == "time" else replace(kind, rate=kind.rate * JUDGED_SPEED_MM_S, domain="time")
+
+
+def felt_kind(kind: SignalKind) -> SignalKind:
+    """Return the kind of what `_felt` gives."""
+    kind = in_time(kind)
+    return replace(kind, rate=min(kind.rate, FELT_RATE))
+
+
+class Bench:
+    """Trains models on what the run was trained on; keeps them in the run, named by all that decides them."""
+
+    def __init__(self, loaded: LoadedRun, train: Examples, judging: Judging, progress: Progress) -> None:
+        self.loaded, self.train, self.judging, self.progress = loaded, train, judging, progress
+
+    def baseline(self, name: str) -> Learner:
+        """Return a trained baseline, as its quick recipe configures it."""
+        config = Recipe.load(models.find(name).recipe("quick")).config
+        kind = in_time(self.loaded.kind)
+        examples: Sequence[Example] = self.train
+        if kind != self.loaded.kind:
+            examples = [replace(e, signal=felt(e.signal)) for e in self.train]
+            kind = felt_kind(kind)
+        return self.trained(name, config, examples, kind, keep=name not in HOLDING_RECORDINGS)
+
+    def trained(
+        self,
+        name: str,
+        config: Mapping[str, Any],
+        examples: Sequence[Example],
+        kind: SignalKind,
+        *,
+        keep: bool,
+    ) -> Learner:
+        """Return a model trained on ``examples``, from its file where there is one."""
+        facts = models.find(name)
+        chosen = facts.config(config)
+        recipe = Recipe(model=name, seed=self.judging.seed)
+        learner = facts.build(chosen, kind, seed=recipe.seed)
+        file = self._file(name, chosen.model_dump(mode="json"), kind)
+        if keep and file.exists():
+            try:
+                learner.load_state(load_state(file)[0])
+            except (RunError, KeyError, TypeError, ValueError, RuntimeError):
+                learner = facts.build(chosen, kind, seed=recipe.seed)  # a broken file is made again
+            else:
+                return learner
+        # Small steps: threads would wait for each other, above all on a machine that does something else too.
+        with threadpool_limits(1):
+            run_training(learner, examples, recipe, task=f"{name}: ", progress=self.progress)
+        if keep:
+            file.parent.mkdir(exist_ok=True)
+            state = {key: value for key, value in learner.state().items() if key != "optimisers"}
+            save_state(file, state, {"model": name, "simulated": kind.simulated})
+        return learner
+
+    def _file(self, name: str, config: Mapping[str, Any], kind: SignalKind) -> Path:
+        facts = {
+            "version": version("tactogram"),
+            "model": name,
+            "config": config,
+            "seed": self.judging.seed,
+            "data": self.train.store.sha256,
+            "segments": [[s.id, s.start_s, s.stop_s] for s in self.train.segments],
+            "prepare": self.train.prepare.model_dump(mode="json"),
+            "label": str(self.train.label),
+            "kind": [kind.rate, kind.unit, kind.axes, kind.materials],
+        }
+        digest = hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()[:16]
+        return self.loaded.run.folder / JUDGES / f"{name}-{digest}.safetensors"
+
+
+def classifier_of(bench: Bench, pieces: Pieces, notes: list[str]) -> Any | None:
+    """Return a stroke_cnn of the training part, or None, and a note, where there can be none."""
+    kind, judging = bench.loaded.kind, bench.judging
+    kind = felt_kind(kind)
+    shortest = int(pieces.seconds * kind.rate)
+    if len(kind.materials) < 2:
+        notes.append("No classifier, and no measures in its embedding: there is one material.")
+        return None
+    if shortest < SMALLEST_WINDOW:
+        notes.append(f"No classifier: pieces of {pieces.seconds:.3g} s have too few samples.")
+        return None
+    config = judging.classifier_config(kind.rate, shortest)
+    examples = [replace(e, signal=felt(e.signal)) for e in bench.train]
+    examples = [e for e in examples if len(e.signal) >= config["window"]]
+    try:
+        return bench.trained("stroke_cnn", config, examples, kind, keep=True)
+    except ParameterError as error:
+        notes.append(f"No classifier, and no measures in its embedding: {error}")
+        return None

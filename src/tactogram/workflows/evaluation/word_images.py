@@ -1,0 +1,167 @@
+"""What a generator of images by words makes of rated images' scores, and whether it follows them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import ParameterError
+from tactogram.evaluation.pictures.image_figures import GeneratedRow, generated_figure
+from tactogram.evaluation.ratings.label_following import following
+from tactogram.evaluation.report import Picture, Section, Table, Text
+from tactogram.model import ImageKind, Predictor
+from tactogram.signal import Image
+from tactogram.workflows.training.rated_examples import RatedData
+from tactogram.workflows.training.train import LoadedRun, load_run, test_part
+
+LABELS, DRAWS = 12, 8
+"""Labels, at most, and noises of each that a generator is judged over: as many labels as the paper has plates."""
+SHOWN = 2
+"""Noises that the figure shows, as Fig. 4 of Hatori et al. 2025."""
+FEWEST = 3
+"""Labels of images kept apart, below which those of training images are taken: `following` needs as many."""
+
+Array = NDArray[np.float64]
+
+
+def makes_images(loaded: LoadedRun) -> bool:
+    """Say whether a run draws images from words."""
+    return loaded.facts.task == "generation" and loaded.facts.gives == "image"
+
+
+def judged_images(
+    loaded: LoadedRun, *, rater: Path | str | LoadedRun | None = None
+) -> tuple[dict[str, Any], list[Section]]:
+    """Return what a run's images differ by, and with a rater of images how far they follow what was asked.
+
+    Asked for are the mean scores of images that were kept for testing; of training images where fewer than `FEWEST`
+    were kept, which ``data`` says.
+
+    Parameters
+    ----------
+    loaded : LoadedRun
+    rater : path or LoadedRun, optional
+        A run of a predictor that learned from images rated in the same words.
+
+    Returns
+    -------
+    dict and list of Section
+        ``model``, ``run``, ``data``; ``spread`` and ``collapse`` (`evaluation.pictures.image_spread.ImageSpread`);
+        with ``rater`` also ``following`` (`tactogram.evaluation.ratings.label_following.Following`, scores 0 to 1) and
+        ``told_by``.
+
+    Raises
+    ------
+    ParameterError
+        If ``rater`` is no rater of images in the run's words.
+    """
+    judge = _rater_of(loaded, rater)
+    asked, described, store = _asked(loaded)
+    low, high = loaded.any_kind.scale or (0.0, 1.0)
+    words = loaded.any_kind.words
+    made = [
+        [
+            loaded.model.generate(
+                {"words": dict(zip(words, (low + (high - low) * row).tolist(), strict=True))}, seed=seed
+            )
+            for seed in range(DRAWS)
+        ]
+        for row in asked.values()
+    ]
+    spread = loaded.model.spread()
+    figures: dict[str, Any] = {
+        "model": loaded.facts.name,
+        "run": loaded.run.data["run_id"],
+        "data": {
+            "name": store.name,
+            "sha256": store.sha256,
+            "split": described,
+            "simulated": store.simulated or (judge is not None and judge.simulated),
+        },
+        "spread": spread.as_dict(),
+        "collapse": spread.collapse,
+    }
+    rows: list[tuple[Any, ...]] = [
+        ("two real images", spread.real),
+        ("two of one label, other noise", spread.by_noise),
+        ("two of one noise, other label", spread.by_label),
+    ]
+    blocks: list[Any] = [
+        Table(("distance of", ""), rows, "Root mean square over pixels of values in -1 to 1."),
+        Text(f"Collapsed: {spread.collapse}." if spread.collapse else "No collapse found."),
+    ]
+    if judge is not None:
+        result = following(np.stack(list(asked.values())), _said(judge, made, words))
+        told_by = "a rater model" + (" of simulated raters" if judge.simulated else "")
+        figures |= {"following": result.as_dict(), "told_by": told_by, "rater": judge.run.data["run_id"]}
+        text = f"Scores of 0 to 1, {len(asked)} labels, {DRAWS} noises each, told by {told_by}."
+        values = [
+            ("error to what was asked", result.error),
+            ("error to the other labels", result.error_of_others),
+            ("correlation with what was asked", result.correlation),
+            ("slope", result.slope),
+            *((f"correlation, {word}", value) for word, value in zip(words, result.by_word, strict=True)),
+        ]
+        blocks.append(Table(("follows its label", ""), values, text))
+    trials = [[row[trial] for row in made] for trial in range(SHOWN)]
+    metrics = loaded.run.metrics()
+    losses = {n: [(m["step"], m[n]) for m in metrics if n in m] for n in ("generator", "discriminator")}
+    title = f"{loaded.run.name}{', simulated data' if figures['data']['simulated'] else ''}"
+    figure = generated_figure([GeneratedRow("", trials, losses)], list(asked), title=title)
+    blocks.append(Picture(figure, "Images of each label from two noises, and the losses."))
+    return figures, [Section("Images", blocks)]
+
+
+def _rater_of(loaded: LoadedRun, rater: Path | str | LoadedRun | None) -> LoadedRun | None:
+    if rater is None:
+        return None
+    judge = rater if isinstance(rater, LoadedRun) else load_run(rater)
+    if not isinstance(judge.model, Predictor):
+        raise ParameterError(f"{judge.run.name}: {judge.facts.name} is not a predictor of scores")
+    if not isinstance(judge.any_kind, ImageKind):
+        raise ParameterError(f"{judge.run.name}: rater is of signals, not of images")
+    if set(judge.any_kind.words) != set(loaded.any_kind.words):
+        raise ParameterError(
+            f"{judge.run.name}: must be of the words {', '.join(loaded.any_kind.words)}; "
+            f"got {', '.join(judge.any_kind.words)}"
+        )
+    return judge
+
+
+def _asked(loaded: LoadedRun) -> tuple[dict[str, Array], str, Any]:
+    """Return mean scores, 0 to 1, by item; what they are of, in words; and the store."""
+    store, split = test_part(loaded.run)
+    rated = RatedData(store, loaded.facts.learns_from)
+    kept = {
+        str(example.item): np.asarray(example.rated.means, np.float64)
+        for example in rated.examples(split, "test", loaded.recipe.prepare)
+        if example.rated is not None
+    }
+    kept = {item: means for item, means in kept.items() if np.isfinite(means).all()}
+    if len(kept) >= FEWEST:
+        some = _some(kept)
+        return some, f"scores of {len(some)} images that were kept apart", store
+    known = {item: means for item, means in loaded.model.rated_means.items() if np.isfinite(means).all()}
+    some = _some(known)
+    return (
+        some,
+        f"scores of {len(some)} images that were trained on: fewer than {FEWEST} were kept apart",
+        store,
+    )
+
+
+def _some(means: dict[str, Array]) -> dict[str, Array]:
+    """Return `LABELS` of them, evenly taken."""
+    names = sorted(means)
+    places = np.linspace(0, len(names) - 1, min(len(names), LABELS)).round().astype(int)
+    return {names[place]: means[names[place]] for place in places}
+
+
+def _said(judge: LoadedRun, made: list[list[Image]], words: tuple[str, ...]) -> Array:
+    """Return what the rater says of each image, 0 to 1, shape (label, draw, word)."""
+    low, high = judge.any_kind.scale or (0.0, 1.0)
+    said = [[judge.model.predict(image) for image in row] for row in made]
+    return (np.array([[[one[word] for word in words] for one in row] for row in said]) - low) / (high - low)

@@ -1,0 +1,1 @@
+"""Generation of signals and images from trained models."""

@@ -1,0 +1,185 @@
+"""What is asked of generators that go by words: some scores given, the others filled from what people said."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from tactogram.datasets.ratings.ratings import SEVEN_POINT
+from tactogram.datasets.ratings.words import word_of
+from tactogram.errors import ParameterError
+from tactogram.model import RatedGenerator
+from tactogram.workflows.training.train import LoadedRun
+
+Rest = Literal["mean"]
+
+
+@dataclass(frozen=True)
+class AskedWords:
+    """Scores of all words, on the 7-point scale.
+
+    Parameters
+    ----------
+    given : mapping from str to float
+        As they were asked for.
+    filled : mapping from str to float
+        The others.
+    filled_from : str
+        What the others are, in words; empty where there are none.
+    """
+
+    given: Mapping[str, float]
+    filled: Mapping[str, float] = field(default_factory=dict)
+    filled_from: str = ""
+
+    @property
+    def scores(self) -> dict[str, float]:
+        """All of them."""
+        return {**self.filled, **self.given}
+
+    def on_scale_of(self, run: LoadedRun) -> dict[str, float]:
+        """Return the scores on the scale of a run's ratings, in the order of its words.
+
+        Lowest goes to lowest, highest to highest. Of yes/no ratings it is the share of people: 4 is one half.
+        """
+        low, high = scale_of(run)
+        shares = {word: SEVEN_POINT.to_unit(score) for word, score in self.scores.items()}
+        return {word: low + float(shares[word]) * (high - low) for word in run.any_kind.words}
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON types: ``scale``, ``asked``, ``filled``, ``filled_from``, ``scores``."""
+        return {
+            "scale": [SEVEN_POINT.low, SEVEN_POINT.high],
+            "asked": dict(self.given),
+            "filled": {word: round(score, 4) for word, score in self.filled.items()},
+            "filled_from": self.filled_from,
+            "scores": {word: round(score, 4) for word, score in self.scores.items()},
+        }
+
+
+def ask(
+    runs: Sequence[LoadedRun],
+    words: Mapping[str, float] | None = None,
+    *,
+    rest: Rest | None = None,
+    like: str | None = None,
+) -> AskedWords:
+    """Return the scores that ``runs`` are to go by.
+
+    Parameters
+    ----------
+    runs : sequence of LoadedRun
+        Of the same words.
+    words : mapping from str to float, optional
+        On the 7-point scale. The ten words of the studies also in Japanese, romaji or any case.
+    rest : {"mean"}, optional
+        Fill what is missing with the means over the rated items of the first run that knows any.
+    like : str, optional
+        Fill what is missing with the measured means of this item, from the first run that knows it.
+
+    Raises
+    ------
+    ParameterError
+        For a run that does not go by words, runs of different words, an unknown word or item, a score off the scale, or
+        words that are missing, each by name.
+    """
+    names = _names(runs)
+    given: dict[str, float] = {}
+    for name, score in (words or {}).items():
+        word = name if name in names else word_of(name) or name
+        if word in given:
+            raise ParameterError(f"words name {word!r} twice")
+        given[word] = float(score)
+    for word, score in given.items():
+        if word not in names:
+            raise ParameterError(f"words must be of {', '.join(names)}; got {word!r}")
+        if not SEVEN_POINT.low <= score <= SEVEN_POINT.high:
+            raise ParameterError(
+                f"{word} must be {SEVEN_POINT.low:g} to {SEVEN_POINT.high:g}, the raters' scale; got {score:g}"
+            )
+    given = {word: given[word] for word in names if word in given}
+    missing = [word for word in names if word not in given]
+    if rest is not None and like is not None:
+        raise ParameterError("--rest and --like both fill what is missing; give one")
+    if not missing:
+        return AskedWords(given)
+    if like is not None:
+        means, source = _of_item(runs, like)
+    elif rest == "mean":
+        means, source = _of_all(runs)
+    elif rest is None:
+        raise ParameterError(
+            f"a score is needed of {', '.join(missing)}: name them in --words, or fill them with --rest mean or "
+            "--like ITEM"
+        )
+    else:
+        raise ParameterError(f"--rest must be mean, got {rest!r}")
+    return AskedWords(given, {word: means[word] for word in missing}, source)
+
+
+def rated_means(run: LoadedRun) -> dict[str, dict[str, float]]:
+    """Return the mean scores of what a run learned from, on the 7-point scale, by item and word."""
+    if not isinstance(run.model, RatedGenerator):
+        return {}
+    words = run.any_kind.words
+    return {
+        item: {w: float(SEVEN_POINT.from_unit(m)) for w, m in zip(words, means, strict=True)}
+        for item, means in run.model.rated_means.items()
+        if np.isfinite(means).all()
+    }
+
+
+def goes_by_words(run: LoadedRun) -> bool:
+    """Say whether a run's condition holds words."""
+    return "words" in (*run.facts.needs, *run.facts.takes)
+
+
+def scale_of(run: LoadedRun) -> tuple[float, float]:
+    """Return the lowest and highest score of a run's ratings."""
+    if run.any_kind.scale is None:
+        raise ParameterError(f"{run.run.name}: names no scale of its ratings")
+    return run.any_kind.scale
+
+
+def _names(runs: Sequence[LoadedRun]) -> tuple[str, ...]:
+    for run in runs:
+        if not goes_by_words(run):
+            raise ParameterError(f"{run.run.name}: {run.facts.name} does not go by words")
+    first = runs[0]
+    for other in runs[1:]:
+        if set(other.any_kind.words) != set(first.any_kind.words):
+            raise ParameterError(
+                f"runs must be of the same words: {first.run.name} has {', '.join(first.any_kind.words)}; "
+                f"{other.run.name} has {', '.join(other.any_kind.words)}"
+            )
+    return first.any_kind.words
+
+
+def _of_item(runs: Sequence[LoadedRun], item: str) -> tuple[dict[str, float], str]:
+    known: list[str] = []
+    for run in runs:
+        means = rated_means(run)
+        if item in means:
+            return means[
+                item
+            ], f"measured means of {item}, as {run.run.name} learned from it{_simulated(run)}"
+        known += means
+    shown = ", ".join(known[:24]) + (f" and {len(known) - 24} more" if len(known) > 24 else "")
+    raise ParameterError(
+        f"--like must be one of {shown or 'nothing: no run holds rated items'}; got {item!r}"
+    )
+
+
+def _of_all(runs: Sequence[LoadedRun]) -> tuple[dict[str, float], str]:
+    for run in runs:
+        if means := list(rated_means(run).values()):
+            every = {word: float(np.mean([m[word] for m in means])) for word in run.any_kind.words}
+            return every, f"mean over the {len(means)} rated items of {run.run.name}{_simulated(run)}"
+    raise ParameterError("--rest mean needs a run that holds rated items; name all words in --words")
+
+
+def _simulated(run: LoadedRun) -> str:
+    return " (simulated raters)" if run.simulated else ""

@@ -1,0 +1,1 @@
+"""Recognition: classification, retrieval and word scores of recordings."""

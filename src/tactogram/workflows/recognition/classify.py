@@ -1,0 +1,52 @@
+"""Name the material of recordings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from tactogram.errors import ParameterError
+from tactogram.model import Classifier
+from tactogram.signal import Signal
+from tactogram.workflows.recognition.search import SurfaceIndex
+from tactogram.workflows.training.train import LoadedRun, load_run
+
+
+def classify(run: Path | str | LoadedRun, signal: Signal) -> dict[str, Any]:
+    """Return what ``signal`` is, as a trained classifier hears it.
+
+    Parameters
+    ----------
+    run : path or LoadedRun
+    signal : Signal
+        As recorded; it is prepared as the run's recipe says.
+
+    Returns
+    -------
+    dict
+        ``material`` (the likeliest), ``probability``, ``probabilities`` by material (likeliest first), and
+        ``none_of_these``: whether it is unlike all the classifier knows (see `tactogram.workflows.recognition.search`).
+
+    Raises
+    ------
+    ParameterError
+        If the run is no classifier, or the signal is not what it can be prepared from.
+    """
+    loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    if not isinstance(loaded.model, Classifier):
+        raise ParameterError(f"{loaded.run.name}: {loaded.facts.name} is not a classifier")
+    prepared = loaded.prepare(signal)
+    probabilities = loaded.model.probabilities(prepared)
+    ranked = sorted(zip(loaded.kind.materials, probabilities.tolist(), strict=True), key=lambda p: -p[1])
+    none_of_these = None
+    if (loaded.run.folder / "search.json").is_file():
+        index = SurfaceIndex.load(loaded.run)
+        embedded = loaded.model.embed(prepared)  # type: ignore[attr-defined]
+        none_of_these = index.nearest(embedded, 1)[0]["distance"] > index.threshold
+    return {
+        "material": ranked[0][0],
+        "probability": ranked[0][1],
+        "probabilities": dict(ranked),
+        "none_of_these": none_of_these,
+        "simulated": loaded.simulated,
+    }

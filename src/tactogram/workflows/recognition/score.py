@@ -1,0 +1,75 @@
+"""Score recordings, generated signals or images in the words of a rater model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from tactogram.errors import ParameterError
+from tactogram.model import ImageKind, Predictor
+from tactogram.signal import Image, Signal
+from tactogram.signal.io import read_image, read_signal
+from tactogram.workflows.training.train import LoadedRun, load_run
+
+
+def score(run: Path | str | LoadedRun, given: Signal | Image) -> dict[str, Any]:
+    """Return what people would say of ``given``, as a trained predictor has it.
+
+    Parameters
+    ----------
+    run : path or LoadedRun
+    given : Signal or Image
+        A signal as recorded; it is prepared as the run's recipe says.
+
+    Returns
+    -------
+    dict
+        ``scores`` (by word, on the raters' scale), ``scale`` (lowest and highest), ``predicted_by`` (which model, and
+        that its raters were simulated where they were), ``novelty`` (share of features beyond what was trained on; the
+        scores deserve the less trust the larger it is; None where the model has no such figure) and ``simulated``.
+
+    Raises
+    ------
+    ParameterError
+        If the run is no predictor of scores.
+    """
+    loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    if not isinstance(loaded.model, Predictor):
+        raise ParameterError(f"{loaded.run.name}: {loaded.facts.name} is not a predictor of scores")
+    prepared = loaded.prepare(given) if isinstance(given, Signal) else given
+    novelty = loaded.model.novelty(prepared) if hasattr(loaded.model, "novelty") else None
+    scale = loaded.any_kind.scale
+    return {
+        "scores": dict(loaded.model.predict(prepared)),
+        "scale": None if scale is None else list(scale),
+        "predicted_by": f"{loaded.facts.name} model" + (" of simulated raters" if loaded.simulated else ""),
+        "novelty": novelty,
+        "simulated": loaded.simulated,
+    }
+
+
+def score_file(run: Path | str | LoadedRun, path: Path | str, **arguments: Any) -> dict[str, Any]:
+    """Return `score` of the signal in a file, or of the image where the run is of images.
+
+    Parameters
+    ----------
+    run : path or LoadedRun
+    path : path
+    **arguments
+        Of a signal: as of `tactogram.signal.io.read_signal`.
+
+    Raises
+    ------
+    ParameterError
+        Naming the file, if it is not what the run was trained on.
+    """
+    loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    of_images = isinstance(loaded.any_kind, ImageKind)
+    given = read_image(path) if of_images else read_signal(path, **arguments)
+    try:
+        return score(loaded, given)
+    except ParameterError as error:
+        if not isinstance(loaded.model, Predictor):
+            raise
+        hint = "" if of_images else "; where the file does not say its unit, rate and axes, give them"
+        raise ParameterError(f"{path}: {error}{hint}") from error

@@ -1,0 +1,1 @@
+"""Rendering to displays and devices."""

@@ -1,0 +1,193 @@
+"""What an actuator must be known by: friction by person, a transducer's circuit; and a drive given to a device."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tactogram.errors import ParameterError
+from tactogram.rendering.displays.catalogue import open_display
+from tactogram.rendering.drive.friction_calibration import calibrated, read_pairs, write_calibrations
+from tactogram.rendering.drive.safety import safe
+from tactogram.rendering.families import electrovibration, ultrasonic
+from tactogram.rendering.transducer.circuit import fitted, read_sweep
+from tactogram.rendering.transducer.digilent import AnalogDiscovery, generator
+from tactogram.signal.io import read_signal
+
+LEAST_HZ = 1000.0
+"""No transducer of an ultrasonic display resonates below it."""
+
+
+def calibrate(
+    pairs: Path | str, out: Path | str, *, normal_force_n: float | None = None, confidence: float = 0.95
+) -> dict[str, Any]:
+    """Fit voltage to friction, person by person, and write what an electrovibration display's settings need.
+
+    Parameters
+    ----------
+    pairs : Path or str
+        CSV with columns ``voltage_v_rms``, ``friction``, and if given ``person`` and ``normal_force_n``.
+    out : Path or str
+        TOML, one ``[[calibration]]`` per person.
+    normal_force_n : float, optional
+        Where the file does not say it.
+    confidence : float
+        Of the intervals.
+
+    Returns
+    -------
+    dict
+        ``file``, ``people`` (by name what was fitted, ``square_law_holds`` and ``settings`` among it) and ``spread``:
+        largest over least k_e of the people.
+
+    Raises
+    ------
+    DataError, ParameterError
+        If the table cannot be read, or a person's pairs say nothing. Nothing is written then.
+    """
+    if Path(out).suffix != ".toml":
+        raise ParameterError(f"--out must end in .toml, got {out}")
+    found = [
+        calibrated(one, confidence=confidence) for one in read_pairs(pairs, normal_force_n=normal_force_n)
+    ]
+    constants = [one.newton_per_v2 for one in found]
+    return {
+        "file": str(write_calibrations(out, found)),
+        "people": {
+            one.person: {
+                **one.model_dump(mode="json"),
+                "square_law_holds": one.square_law_holds,
+                "settings": one.settings(),
+            }
+            for one in found
+        },
+        "spread": max(constants) / min(constants),
+    }
+
+
+def transducer(sweep: Path | str) -> dict[str, Any]:
+    """Return the circuit fitted to a measured admittance, and what a display's settings need of it.
+
+    Parameters
+    ----------
+    sweep : Path or str
+        CSV with columns ``frequency_hz``, ``conductance_s``, ``susceptance_s``.
+
+    Returns
+    -------
+    dict
+        The circuit: ``resonance_hz``, ``q``, ``r1_ohm``, ``l1_henry``, ``c1_farad``, ``c0_farad``,
+        ``antiresonance_hz``, ``coupling``, ``envelope_cutoff_hz``, ``settling_ms``; ``residual`` (largest, over the
+        largest admittance), ``points`` (fitted to), ``lost`` (no numbers in the table), ``settings`` for a display.
+
+    Raises
+    ------
+    DataError, ParameterError
+        If the table cannot be read, too much of it was lost, or it holds no resonance.
+    """
+    frequency, admittance = read_sweep(sweep)
+    if frequency.max() < LEAST_HZ:
+        raise ParameterError(
+            f"{sweep}: its frequencies end at {frequency.max():g} Hz, far below ultrasound: are they in kHz?"
+        )
+    found = fitted(frequency, admittance)
+    lost = np.isnan(admittance)
+    away, measured = (found.admittance(frequency) - admittance)[~lost], admittance[~lost]
+    return {
+        "resonance_hz": found.resonance_hz,
+        "q": found.q,
+        "r1_ohm": found.r1_ohm,
+        "l1_henry": found.l1_henry,
+        "c1_farad": found.c1_farad,
+        "c0_farad": found.c0_farad,
+        "antiresonance_hz": found.antiresonance_hz,
+        "coupling": found.coupling,
+        "envelope_cutoff_hz": found.envelope_cutoff_hz,
+        "settling_ms": 1e3 * found.settling_s,
+        "residual": float(abs(away).max() / abs(measured).max()),
+        "points": len(measured),
+        "lost": int(lost.sum()),
+        "settings": {"carrier_hz": found.resonance_hz, "q": found.q},
+    }
+
+
+def play(
+    file: Path | str,
+    display: str,
+    *,
+    device: str = "digilent",
+    channel: int = 1,
+    loop_s: float | None = None,
+    opened: Callable[..., AnalogDiscovery] = AnalogDiscovery,
+) -> dict[str, Any]:
+    """Give a rendered envelope to a device that makes the carrier itself.
+
+    Parameters
+    ----------
+    file : Path or str
+        A drive as `render` writes it for a display whose output is ``envelope``: one axis, V. One that does not begin
+        and end at 0 V is faded, unless it is looped.
+    display : str
+        That display, by name or file: its carrier and limits.
+    device : str
+        ``digilent`` or ``digilent:SERIAL``.
+    channel : int
+        Of the device, from 1.
+    loop_s : float, optional
+        Play the file again and again for so long, from the device's own buffer; by default once, streamed.
+    opened : callable
+        What opens the device; in tests.
+
+    Returns
+    -------
+    dict
+        What was sent and lost, see `AnalogDiscovery.facts`.
+
+    Raises
+    ------
+    ParameterError
+        If the display's carrier is not the device's, or the file is not a drive of it.
+    MissingExtraError, DeviceError
+        If there is no library, driver or device.
+    """
+    kind, _, serial = device.partition(":")
+    if kind != "digilent":
+        raise ParameterError(f"--device must be digilent or digilent:SERIAL, got {device!r}")
+    if loop_s is not None and not (math.isfinite(loop_s) and loop_s > 0):
+        raise ParameterError(f"--loop must be a number of seconds > 0, got {loop_s:g}")
+    known = open_display(display)
+    settings = known.settings
+    if (
+        not isinstance(settings, ultrasonic.Settings | electrovibration.Settings)
+        or settings.output != "envelope"
+    ):
+        raise ParameterError(
+            f"{known.name} has no carrier that a device could make: give a display of the family ultrasonic or "
+            "electrovibration with output = 'envelope'"
+        )
+    drive = read_signal(Path(file))
+    if drive.unit != known.unit or len(drive.axes) != 1 or drive.domain != "time":
+        raise ParameterError(
+            f"{file}: is not a drive of {known.name}: expected one axis over time in {known.unit}, got "
+            f"{len(drive.axes)} over {drive.domain} in {drive.unit}"
+        )
+    highest = float(drive.samples.max())
+    if highest > known.limit * (1 + 1e-4) or drive.samples.min() < -1e-4 * known.limit:
+        raise ParameterError(
+            f"{file}: goes from {drive.samples.min():.4g} to {highest:.4g} V, outside of 0 to {known.limit:g} V of "
+            f"{known.name}: render it for this display"
+        )
+    drive = drive.with_samples(drive.samples.clip(0, known.limit))
+    ends = float(max(drive.samples[0, 0], drive.samples[0, -1]))
+    if loop_s is None and ends > 0.01 * known.limit:
+        drive, _ = safe(drive.with_samples(drive.samples, axes=known.channels), known.of(rate=drive.rate))
+    with opened(generator(settings, channel=channel, serial=serial)) as output:
+        if loop_s is None:
+            output.play(drive)
+        else:
+            output.loop(drive, loop_s)
+        return output.facts()

@@ -1,0 +1,374 @@
+"""A rendered drive on a sound card, or on a null device that plays to nobody: as fitted, or weaker, never stronger.
+
+`rendering.drive.safety.Guard` has the last word on every block: it fades in, fades out when stopped, and stays
+within the display's limits.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import DeviceError, ParameterError, TactogramError
+from tactogram.extras import device_errors, imported, silenced
+from tactogram.rendering.displays.catalogue import open_display
+from tactogram.rendering.displays.display import Display
+from tactogram.rendering.drive.safety import Guard
+from tactogram.signal import Signal
+from tactogram.signal.io import read_signal
+from tactogram.workflows.study.stimuli import signal_sha256
+
+State = Literal["waiting", "playing", "ended", "stopped", "failed"]
+
+CAREFUL = 0.25
+"""Share of the drive that playing begins with where nobody says: what is too strong is felt before it hurts."""
+GLIDE_S = 0.2
+"""How long a change of strength takes, s."""
+HIGHEST_RATE = 384_000
+"""Of what a sound card may be asked for, Hz."""
+STALLED_S = 2.0
+"""A device that asks for nothing for so long is gone, s."""
+BUFFER_MS = 40
+NULL = "null"
+
+
+def outputs() -> list[dict[str, Any]]:
+    """Return what a drive can be played on, and what could not be looked for.
+
+    Returns
+    -------
+    list of dict
+        ``device`` (as `play` and ``play --device`` take it), ``title``, ``missing`` (one line that says why it is not
+        there; None otherwise), ``simulated`` (it plays to nobody).
+    """
+    found: list[dict[str, Any]] = []
+
+    def add(device: str, title: str, missing: str | None = None, *, simulated: bool = False) -> None:
+        found.append({"device": device, "title": title, "missing": missing, "simulated": simulated})
+
+    try:
+        names = list(_cards())
+        for name in names:
+            add(f"audio:{name}", f"sound card: {name}")
+        if not names:
+            add("audio", "sound card", "no sound card is there: plug one in and look again")
+        add(NULL, "null device, simulated: plays to nobody, at the right pace", simulated=True)
+    except TactogramError as error:
+        add("audio", "sound card", str(error))
+        add(NULL, "null device, simulated", str(error), simulated=True)
+    try:
+        from tactogram.capture.sources.digilent import digilent_devices
+
+        serials = list(digilent_devices())
+        for serial in serials:
+            add(f"digilent:{serial}", f"Digilent generator {serial}, envelopes")
+        if not serials:
+            add("digilent", "Digilent generator, envelopes", "WaveForms works; no Digilent device is there")
+    except TactogramError as error:
+        add("digilent", "Digilent generator, envelopes", str(error))
+    return found
+
+
+def full_scale_of(display: Display, device: str, asked: float | None = None) -> float:
+    """Return what 1.0 of a device stands for, in the unit of a display's drive.
+
+    Parameters
+    ----------
+    display : Display
+    device : str
+        Of `outputs`.
+    asked : float, optional
+        What the device and the amplifier behind it make of 1.0.
+
+    Raises
+    ------
+    ParameterError
+        If the display is not driven by a sound card, or nobody says what full scale is.
+    """
+    if asked is not None and not (np.isfinite(asked) and asked > 0):
+        raise ParameterError(f"--full-scale must be > 0 {display.unit}, got {asked:g}")
+    if display.unit not in ("1", "V"):
+        raise ParameterError(
+            f"{display.name} is driven in {display.unit}: a sound card cannot; write the drive and give it to the "
+            "device's own program"
+        )
+    if display.family in ("pattern", "amplitude_stream"):
+        raise ParameterError(
+            f"{display.name} takes strengths, {display.rate:g} a second, no samples: a sound card cannot give them; "
+            "write the drive, or a haptic file"
+        )
+    if display.rate != int(display.rate) or display.rate > HIGHEST_RATE:
+        raise ParameterError(
+            f"{display.name} takes {display.rate:g} samples a second; a sound card has whole rates up to {HIGHEST_RATE}"
+        )
+    if asked is not None:
+        return asked
+    if display.unit == "1" or device == NULL:
+        return 1.0 if display.unit == "1" else display.limit
+    raise ParameterError(
+        f"{display.name} is driven in V: say with --full-scale how many V the amplifier makes of the sound card's full "
+        "scale (measure it), or render for a display in parts of full scale, such as audio"
+    )
+
+
+class Playback:
+    """One drive on one device, begun and stopped once; it plays in the device's own thread.
+
+    Parameters
+    ----------
+    drive : Signal
+        As `fit` made it: the display's rate, unit and channels.
+    display : Display
+    device : str
+        ``null``, ``audio`` or ``audio:NAME``.
+    strength : float
+        Share of the drive that is sent, 0 to 1.
+    loop_s : float, optional
+        Again and again for so long; by default once.
+    full_scale : float, optional
+        See `full_scale_of`.
+
+    Raises
+    ------
+    ParameterError
+        If it cannot be played there.
+    """
+
+    def __init__(
+        self,
+        drive: Signal,
+        display: Display,
+        *,
+        device: str = NULL,
+        strength: float = CAREFUL,
+        loop_s: float | None = None,
+        full_scale: float | None = None,
+    ) -> None:
+        kind, _, self._card = device.partition(":")
+        if kind not in (NULL, "audio"):
+            raise ParameterError(f"--device must be null, audio or audio:NAME, got {device!r}")
+        expected = (display.rate, display.unit, len(display.channels))
+        if (drive.rate, drive.unit, len(drive.axes)) != expected or drive.domain != "time":
+            raise ParameterError(
+                f"this is no drive of {display.name}: expected {expected[2]} channels at {expected[0]:g} Hz in "
+                f"{expected[1]}, got {len(drive.axes)} at {drive.rate:g} in {drive.unit}; render it for this display"
+            )
+        if loop_s is not None and not (np.isfinite(loop_s) and loop_s > 0):
+            raise ParameterError(f"--loop must be a number of seconds > 0, got {loop_s:g}")
+        self.drive, self.display, self.device = drive, display, device
+        self.full_scale = full_scale_of(display, kind, full_scale)
+        peak = float(np.abs(drive.samples).max())
+        if peak > self.full_scale * (1 + 1e-6):
+            raise ParameterError(
+                f"the drive goes up to {peak:.4g} {display.unit}, more than the device's full scale of "
+                f"{self.full_scale:.4g}: render it weaker"
+            )
+        self.strength = strength
+        self.state: State = "waiting"
+        self.error: str | None = None
+        self._total = len(drive) if loop_s is None else max(len(drive), round(loop_s * drive.rate))
+        self._at, self._asked_at = 0, 0.0
+        self._share = 0.0
+        self._guard = Guard(display)
+        self._leaving, self._stop, self._over = False, threading.Event(), threading.Event()
+
+    @property
+    def strength(self) -> float:
+        """Share of the drive that is sent; a change glides."""
+        return self._strength
+
+    @strength.setter
+    def strength(self, share: float) -> None:
+        if not 0 <= share <= 1:
+            raise ParameterError(f"strength must be a share of the drive, 0 to 1, got {share:g}")
+        self._strength = float(share)
+
+    @property
+    def seconds(self) -> float:
+        """How much of the drive was sent, s."""
+        return self._at / self.drive.rate
+
+    @property
+    def total_s(self) -> float:
+        """How long it plays, s."""
+        return self._total / self.drive.rate
+
+    def pull(self, frames: int) -> NDArray[np.float32]:
+        """Return the next frames for the device, float32, shape (frames, channel), parts of its full scale."""
+        self._asked_at = time.monotonic()
+        count = min(frames, self._total - self._at)
+        if self._leaving or count <= 0:
+            self._over.set()
+            block = self._guard.missing(frames)
+        else:
+            places = (self._at + np.arange(count)) % len(self.drive)
+            wanted = self.drive.samples[:, places] * self._shares(count)
+            self._at += count
+            if self._stop.is_set():
+                self._leaving = True
+                block = self._guard.leaving(wanted)
+            else:
+                block = self._guard.process(wanted)
+            block = np.pad(block, ((0, 0), (0, frames - count)), constant_values=self.display.rest)
+        return np.ascontiguousarray(block.T / np.float32(self.full_scale), dtype=np.float32)
+
+    def run(self) -> dict[str, Any]:
+        """Play until it ends or is stopped, and return `facts`.
+
+        Raises
+        ------
+        MissingExtraError, DeviceError
+            If there is no library or device, or it stopped asking for samples.
+        """
+        self.state, self._asked_at = "playing", time.monotonic()
+        try:
+            with device_errors(self.device), self._opened() as device:
+                source = self._frames()
+                next(source)
+                device.start(source)
+                self._wait()
+                device.stop()
+        except TactogramError as error:
+            self.state, self.error = "failed", str(error)
+            raise
+        self.state = "stopped" if self._stop.is_set() and self._at < self._total else "ended"
+        return self.facts()
+
+    def stop(self) -> None:
+        """Fade to rest and end; safe to call at any time, from any thread."""
+        self._stop.set()
+
+    def facts(self) -> dict[str, Any]:
+        """Return what was played: ``sha256`` of the drive, how much of it, how strong, where."""
+        return {
+            "display": self.display.name,
+            "device": self.device,
+            "simulated_device": self.device == NULL,
+            "sha256": signal_sha256(self.drive),
+            "strength": self.strength,
+            "full_scale": self.full_scale,
+            "unit": self.display.unit,
+            "seconds": self.seconds,
+            "state": self.state,
+            "error": self.error,
+        }
+
+    def _wait(self) -> None:
+        while not self._over.wait(0.05):
+            if time.monotonic() - self._asked_at > STALLED_S:
+                raise DeviceError(
+                    f"{self.device}: has asked for no samples for {STALLED_S:g} s; is it still plugged in?"
+                )
+        time.sleep(BUFFER_MS / 1e3)  # what is in the device's buffer is the fade
+
+    def _shares(self, count: int) -> NDArray[np.float32]:
+        """Return the share of each of the next samples: it glides to the one that is asked for."""
+        step = 1 / (GLIDE_S * self.drive.rate)
+        ways = step * np.arange(1, count + 1)
+        if self._at == 0:
+            self._share = self._strength  # the guard fades in
+        away = self._strength - self._share
+        shares = self._share + np.sign(away) * np.minimum(ways, abs(away))
+        self._share = float(shares[-1])
+        return np.asarray(shares, np.float32)
+
+    def _frames(self) -> Iterator[bytes]:
+        asked: Any = yield b""
+        while True:
+            asked = yield self.pull(asked).tobytes()
+
+    def _opened(self) -> Any:
+        miniaudio = imported("miniaudio", extra="devices", what="playing on a sound card or the null device")
+        simulated = self.device == NULL
+        card = None if simulated else _card(self._card)
+        with silenced():
+            return miniaudio.PlaybackDevice(
+                output_format=miniaudio.SampleFormat.FLOAT32,
+                nchannels=len(self.display.channels),
+                sample_rate=int(self.display.rate),
+                buffersize_msec=BUFFER_MS,
+                device_id=card,
+                backends=[miniaudio.Backend.NULL] if simulated else None,
+                app_name="tactogram",
+            )
+
+
+def play_drive(
+    file: Path | str,
+    display: str,
+    *,
+    device: str = NULL,
+    strength: float = 1.0,
+    loop_s: float | None = None,
+    full_scale: float | None = None,
+) -> dict[str, Any]:
+    """Play a drive as `workflows.rendering.render.render` wrote it; Ctrl-C fades it out. Returns `Playback.facts`.
+
+    Parameters
+    ----------
+    file : Path
+    display : str
+        That it was rendered for, by name or file.
+    device, strength, loop_s, full_scale
+        See `Playback`.
+    """
+    playing = Playback(
+        read_signal(Path(file)),
+        open_display(display),
+        device=device,
+        strength=strength,
+        loop_s=loop_s,
+        full_scale=full_scale,
+    )
+    result: dict[str, Any] = {}
+    # Not by joining the thread: in Python 3.11 a join after an interrupted one returns at once, before the fade.
+    ended = threading.Event()
+
+    def run() -> None:
+        try:
+            result.update(playing.run())
+        except TactogramError as error:
+            result["raised"] = error
+        finally:
+            ended.set()
+
+    threading.Thread(target=run, name="playback", daemon=True).start()
+    try:
+        ended.wait()
+    except KeyboardInterrupt:
+        playing.stop()
+        ended.wait()
+    if (raised := result.pop("raised", None)) is not None:
+        raise raised
+    return {"file": str(file), **result}
+
+
+def _cards() -> dict[str, Any]:
+    """Return the ids of sound cards by name; none where the library has only its null device."""
+    miniaudio = imported("miniaudio", extra="devices", what="playing on a sound card")
+    with silenced():
+        try:
+            devices = miniaudio.Devices()
+        except miniaudio.MiniaudioError:
+            return {}
+    if "null" in str(devices.backend).lower():
+        return {}
+    # ALSA's own null device discards everything and keeps no time.
+    return {d["name"]: d["id"] for d in devices.get_playbacks() if not d["name"].startswith("Discard all")}
+
+
+def _card(name: str) -> Any:
+    cards = _cards()
+    if not cards:
+        raise DeviceError("no sound card is there: plug one in, or play on the null device")
+    if not name:
+        return None
+    if name not in cards:
+        raise DeviceError(f"no sound card is called {name!r}; there are {', '.join(cards)}")
+    return cards[name]

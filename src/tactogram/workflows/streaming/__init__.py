@@ -1,0 +1,1 @@
+"""Streaming of textures under a moving finger."""

@@ -1,0 +1,137 @@
+"""Textures for a stream out of runs and files: tables over speed and force, or surfaces to move over."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tactogram.errors import ParameterError
+from tactogram.rendering.drive.axes import combined
+from tactogram.rendering.streaming.surface import Along, SurfaceTexture
+from tactogram.rendering.streaming.texture_table import TextureTable
+from tactogram.rendering.streaming.textures import AutoregressiveTexture, StreamingTexture
+from tactogram.signal import Signal
+from tactogram.signal.io import read_metadata, read_signal
+from tactogram.signal.texture_map import TextureMap
+from tactogram.workflows.generation.generate import generate
+from tactogram.workflows.training.train import LoadedRun, load_run
+
+MOST_TEXTURES = 16
+"""Textures that are streamed together where no mix says which."""
+
+
+@dataclass(frozen=True)
+class TextureSettings:
+    """How sources become textures.
+
+    Parameters
+    ----------
+    rate : float
+        Of the engine, Hz.
+    most : int
+        Samples in a block.
+    axes : str
+        How several axes become one: dft321, mean (of signals) or the name of one.
+    speed_mm_s : float, optional
+        Speed at which signals over time were recorded, and at which a generator is asked for them.
+    along : {"path", "x", "y"}
+        What a surface is laid out over.
+    seconds : float, optional
+        Length of a generated signal; by default the model's own.
+    seed : int
+    """
+
+    rate: float
+    most: int
+    axes: str = "dft321"
+    speed_mm_s: float | None = None
+    along: Along = "path"
+    seconds: float | None = None
+    seed: int = 0
+
+
+def textures_of(
+    sources: Sequence[str | Path],
+    names: Sequence[str],
+    settings: TextureSettings,
+    **options: Any,
+) -> tuple[list[StreamingTexture], bool]:
+    """Return the textures of runs and files, and whether any was learned or recorded from a simulation.
+
+    Parameters
+    ----------
+    sources : sequence of path
+        Run folders (of generators) and signal files; ``options`` are passed to `read_signal`.
+    names : sequence of str
+        Materials and file stems that are wanted; all where empty.
+    settings : TextureSettings
+
+    Raises
+    ------
+    ParameterError
+        If a name is in no source, or no names are given and there are too many textures.
+    """
+    textures: list[StreamingTexture] = []
+    simulated = False
+    known: list[str] = []
+    for number, source in enumerate(sources):
+        path = Path(source)
+        if path.is_dir():
+            run = load_run(path)
+            offered: Sequence[str] = run.kind.materials
+            chosen = [name for name in offered if not names or name in names]
+            if not names and len(chosen) > MOST_TEXTURES:
+                raise ParameterError(
+                    f"{path} has {len(chosen)} materials; choose with --mix A=0.6,B=0.4 out of {', '.join(offered)}"
+                )
+            made = [_of_run(run, name, settings, number) for name in chosen]
+            simulated = simulated or run.simulated
+        else:
+            offered = (path.stem,)
+            wanted = not names or path.stem in names
+            made = [_of_file(path, settings, options)] if wanted else []
+            simulated = simulated or bool(wanted and read_metadata(path).get("simulated"))
+        known += offered
+        textures += made
+    missing = [name for name in names if name not in known]
+    if missing:
+        raise ParameterError(f"--mix: no texture {', '.join(missing)}; there are {', '.join(known)}")
+    return textures, simulated
+
+
+def _of_run(run: LoadedRun, name: str, settings: TextureSettings, number: int) -> StreamingTexture:
+    """Return one material of a run: its own models where it is autoregressive, else a signal that it generates."""
+    maps: Sequence[TextureMap] | None = getattr(run.model, "maps", None)
+    if maps is not None:
+        place = run.kind.materials.index(name)
+        table = TextureTable.of(maps[place], axis=settings.axes)
+        seed = settings.seed + 1000 * number + place
+        return AutoregressiveTexture(name, table, rate=settings.rate, most=settings.most, seed=seed)
+    condition: dict[str, Any] = {"material": {name: 1.0}}
+    if settings.speed_mm_s is not None and "speed_mm_s" in (*run.facts.needs, *run.facts.takes):
+        condition["speed_mm_s"] = settings.speed_mm_s
+    made = next(iter(generate(run, condition, seconds=settings.seconds, seed=settings.seed)))
+    if not isinstance(made, Signal):
+        raise ParameterError(f"{run.run.name}: {run.facts.name} makes images; a stream needs signals")
+    return _surface(name, made, settings, settings.speed_mm_s)
+
+
+def _of_file(path: Path, settings: TextureSettings, options: Mapping[str, Any]) -> StreamingTexture:
+    said = read_metadata(path).get("speed_mm_s")
+    speed = settings.speed_mm_s if settings.speed_mm_s is not None else said
+    return _surface(path.stem, read_signal(path, **options), settings, speed)
+
+
+def _surface(
+    name: str, signal: Signal, settings: TextureSettings, speed_mm_s: float | None
+) -> SurfaceTexture:
+    if signal.domain == "time" and speed_mm_s is None:
+        raise ParameterError(
+            f"{name} is over time: say with --speed MM_S at which speed it was recorded, so that it can follow "
+            "the finger"
+        )
+    one, _ = combined(signal, settings.axes)
+    speed = speed_mm_s if signal.domain == "time" else None
+    return SurfaceTexture(name, one, rate=settings.rate, speed_mm_s=speed, along=settings.along)

@@ -1,0 +1,1 @@
+"""Studies with people: sessions, simulation, analysis, power."""

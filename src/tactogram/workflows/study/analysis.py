@@ -1,0 +1,281 @@
+"""Studies analysed as JSON, text, figures and a report."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tactogram.datasets.ratings.ratings import SEVEN_POINT, Scale
+from tactogram.datasets.ratings.table import read_table
+from tactogram.errors import DataError, ParameterError
+from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.writable import check_writable
+from tactogram.study.analysis import MARGINS, Analysis, Plan, analyse
+from tactogram.study.analysis.naming import named_answers, named_section
+from tactogram.study.analysis.words import Targets
+from tactogram.study.planned import ALPHA
+from tactogram.study.practice import MARK
+from tactogram.study.session.answers import Answers, read_cells
+from tactogram.study.study_file import Study
+from tactogram.study.wording import Language
+from tactogram.workflows.study.answers import open_answers, study_of
+from tactogram.workflows.study.figure_files import HASHES, hashes_of, remove_earlier
+from tactogram.workflows.study.report import Taken, write_study_report
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+JSON_FILE, TEXT_FILE, REPORT_FILE = "analysis.json", "analysis.txt", "report.html"
+
+
+def analyse_study(
+    source: Path | str,
+    out: Path | str,
+    *,
+    design: str | None = None,
+    margins: Mapping[str, float] | None = None,
+    targets: Path | str | None = None,
+    targets_scale: Scale = SEVEN_POINT,
+    reference: str | None = None,
+    columns: Mapping[str, str] | None = None,
+    constants: Mapping[str, str] | None = None,
+    encoding: str = "utf-8-sig",
+    draws: int = 2000,
+    seed: int = 0,
+    alpha: float | None = None,
+    practice: bool = False,
+    figures: bool = True,
+    language: Language = "en",
+) -> dict[str, Any]:
+    """Analyse a session folder or a table of answers, and write a report, JSON, text and figures.
+
+    All is computed before anything is written. Figures that an earlier analysis wrote there, and this one does not,
+    are removed.
+
+    Parameters
+    ----------
+    source : Path
+        A session folder, or ``.csv``, ``.tsv`` or ``.parquet``.
+    out : Path
+        A folder: ``report.html``, ``analysis.json``, ``analysis.txt`` and a PNG per figure.
+    design : str, optional
+        Only rows of this design; where the table has no such column, what all its rows are.
+    margins : mapping, optional
+        See `tactogram.study.analysis.Plan`; in the place of those in the study's file. What differs from the file is
+        reported as given afterwards.
+    targets : Path, optional
+        What ratings are held against: see `targets_of`.
+    targets_scale : Scale
+        Of that table.
+    reference : str, optional
+        Instead: a condition of the study.
+    columns, constants : mapping, optional
+        How another's table is read; see `tactogram.study.session.answer_import.Mapped`.
+    encoding : str
+    draws, seed : int
+        Of the bootstraps.
+    alpha : float, optional
+        By default the study's.
+    practice : bool
+        Whether the practice trials are analysed, in the place of those that count.
+    figures : bool
+    language : {"en", "ja"}
+        Of the names of items and conditions in the report, where the study's file gives names; ``analysis.json`` and
+        ``analysis.txt`` keep the keys. Figures have them where a font with their
+        letters is installed; else English names, or keys.
+
+    Returns
+    -------
+    dict
+        What ``analysis.json`` holds, with ``out``, ``files`` and ``text``.
+
+    Raises
+    ------
+    TactogramError
+        In one line: what is wrong with the table, the margins or the targets, or why ``out`` cannot be written to.
+    """
+    check_writable(Path(out), folder=True)
+    answers = _opened(Path(source), design, columns, constants, encoding)
+    if practice:
+        answers = practice_of(answers)
+    study = study_of(Path(source))
+    plan = _plan(
+        study,
+        margins,
+        alpha=alpha,
+        targets=None if targets is None else targets_of(Path(targets), scale=targets_scale),
+        reference=reference,
+        seed=seed,
+        draws=draws,
+    )
+    analysis = analyse(answers, plan=plan)
+    result = analysis.as_dict() | {
+        "source": str(source),
+        "targets": None if targets is None else str(targets),
+    }
+    drawn: dict[str, Figure] = {}
+    names = {} if study is None else study.names_in(language)
+    if figures:
+        drawn = _figures(analysis, answers, names, study)
+    pictures = {f"{name}.png": _png(figure) for name, figure in drawn.items()}
+    result["files"] = [JSON_FILE, TEXT_FILE, REPORT_FILE, *pictures]
+    result[HASHES] = hashes_of(pictures)
+    folder = Path(out)
+    folder.mkdir(parents=True, exist_ok=True)
+    remove_earlier(folder, JSON_FILE, kept=pictures)
+    with written_beside(folder / JSON_FILE) as part:
+        text = json.dumps(result, ensure_ascii=False, indent=1, allow_nan=False)
+        part.write_text(text + "\n", encoding="utf-8")
+    with written_beside(folder / TEXT_FILE) as part:
+        part.write_text(analysis.text(), encoding="utf-8")
+    for name, picture in pictures.items():
+        with written_beside(folder / name) as part:
+            part.write_bytes(picture)
+    taken = Taken.of(Path(source), answers, study)
+    named = replace(analysis, sections=tuple(named_section(one, names) for one in analysis.sections))
+    write_study_report(folder / REPORT_FILE, named, taken, drawn, practice=practice)
+    return result | {"out": str(out), "text": analysis.text()}
+
+
+def _png(figure: Figure) -> bytes:
+    made = io.BytesIO()
+    figure.savefig(made, format="png", dpi=130)
+    return made.getvalue()
+
+
+def practice_of(answers: Answers) -> Answers:
+    """Return the practice trials as trials of the design that was practised.
+
+    Raises
+    ------
+    DataError
+        If there is none.
+    """
+    kept = answers.where(design=MARK)
+    if not len(kept):
+        raise DataError("answers hold no practice trials")
+    return Answers(tuple(replace(row, design=row.more.get(MARK, "")) for row in kept))
+
+
+def _plan(
+    study: Study | None, margins: Mapping[str, float] | None, *, alpha: float | None, **options: Any
+) -> Plan:
+    if study is None:
+        return Plan(dict(margins or {}), alpha=ALPHA if alpha is None else alpha, **options)
+    planned = study.planned
+    return Plan.of(planned, margins, alpha=planned.alpha if alpha is None else alpha, **options)
+
+
+def _figures(
+    analysis: Analysis, answers: Answers, names: Mapping[str, str], study: Study | None
+) -> dict[str, Figure]:
+    """Return the figures by name, with names whose letters a font has: these, English ones, or keys."""
+    from tactogram.study.analysis.figures import figures_of
+    from tactogram.study.analysis.lettering import OWN, font_with, letter
+
+    drawable, font = {}, OWN
+    for offered in (names, {} if study is None else study.names_in("en")):
+        if (found := font_with(offered.values())) is not None:
+            drawable, font = dict(offered), found
+            break
+    drawn: dict[str, Figure] = {}
+    for section in analysis.sections:
+        own = named_answers(answers.where(design=section.design), drawable)
+        drawn.update(figures_of(named_section(section, drawable), own))
+    for figure in drawn.values() if font != OWN else ():
+        letter(figure, font)
+    return drawn
+
+
+def margins_of(texts: Sequence[str]) -> dict[str, float]:
+    """Return margins from ``QUESTION=VALUE``, as the command line gives them.
+
+    Raises
+    ------
+    ParameterError
+        If one is not of that form.
+    """
+    found = {}
+    for text in texts:
+        name, sign, amount = text.partition("=")
+        try:
+            if not sign or name in found or not math.isfinite(float(amount)):
+                raise ValueError(text)  # noqa: TRY301
+            found[name] = float(amount)
+        except ValueError:
+            raise ParameterError(
+                f"a margin must be QUESTION=VALUE, each question once, of {', '.join(MARGINS)} "
+                f"(which=0.1, realism=5), got {text!r}"
+            ) from None
+    return found
+
+
+def targets_of(path: Path, *, scale: Scale = SEVEN_POINT) -> Targets:
+    """Return the mean score of each item and word: of a table of ratings, or of answers to a study of words.
+
+    Parameters
+    ----------
+    path : Path
+        A table of ratings; a session folder or a table of answers, of which the design ``rating`` is taken.
+    scale : Scale
+        Of a table of ratings.
+
+    Raises
+    ------
+    DataError
+        If the table is broken, or has an item without a score for one of its words.
+    """
+    if not path.exists():
+        raise DataError(f"{path}: no such table of target ratings")
+    if path.is_dir() or {"participant", "question"} <= set(read_cells(path)[0]):
+        return _mean_answers(path)
+    ratings = read_table(path, scale=scale).ratings
+    for place in np.argwhere(np.isnan(ratings.means)):
+        item, word = ratings.items[place[0]], ratings.words[place[1]]
+        raise DataError(f"{path}: item {item!r} must have a score for {word!r}, got none")
+    return {
+        item: dict(zip(ratings.words, map(float, row), strict=True))
+        for item, row in zip(ratings.items, ratings.means, strict=True)
+    }
+
+
+def _mean_answers(path: Path) -> Targets:
+    scores = open_answers(path).where(lambda row: row.design == "rating" and math.isfinite(row.value))
+    if not len(scores):
+        raise DataError(f"{path}: must have answers of the design rating to be targets, got none")
+    conditions = scores.unique("condition")
+    if len(conditions) > 1:
+        raise DataError(f"{path}: targets must be of one condition, got {', '.join(conditions)}")
+    return {
+        item: {word: float(of_word.numbers().mean()) for word, of_word in of_item.by("question").items()}
+        for item, of_item in scores.by("stimulus").items()
+    }
+
+
+def _opened(
+    source: Path,
+    design: str | None,
+    columns: Mapping[str, str] | None,
+    constants: Mapping[str, str] | None,
+    encoding: str,
+) -> Answers:
+    constant = dict(constants or {})
+    mapped = bool(columns or constants)
+    if design is not None and mapped and "design" not in (columns or {}):
+        constant.setdefault("design", design)
+    answers = open_answers(source, columns=columns, constants=constant, encoding=encoding)
+    if design is None:
+        return answers
+    kept = answers.where(design=design)
+    if not len(kept):
+        raise DataError(
+            f"{source}: has no rows of design {design!r}, but {', '.join(answers.unique('design'))}"
+        )
+    return kept

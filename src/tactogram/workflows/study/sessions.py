@@ -1,0 +1,134 @@
+"""Sessions: begun, looked at, noted about, ended, withdrawn from; running one is `studio.studies.run`."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tactogram.errors import DataError
+from tactogram.signal.io.files import written_beside
+from tactogram.study.session.store import SessionStore
+from tactogram.study.study_file import Study, shipped_studies
+from tactogram.study.trials import Page
+from tactogram.workflows.study.studies import check_study, study_folder
+
+if TYPE_CHECKING:
+    from tactogram.workflows.study.stimuli import Played, Stimuli
+
+ORIGIN = "origin.json"
+"""In a session folder: where its study's file lies."""
+
+
+def begin_session(study: Path | str, out: Path | str, *, changes: Mapping[str, Any] | None = None) -> Path:
+    """Begin a study in a session folder, or go on with it, and return the folder.
+
+    Where the study's file lies is kept beside the answers (``origin.json``): stimuli are looked for there.
+
+    Parameters
+    ----------
+    study : Path or str
+        A TOML file, or the name of a shipped one.
+    out : Path
+        New, or begun with the same study.
+    changes : mapping, optional
+        Values by dotted key.
+
+    Raises
+    ------
+    TactogramError
+        If the study is wrong, a stimulus's file is missing, or the folder holds another study.
+    """
+    check_study(study, changes=changes)
+    folder = Path(out)
+    with SessionStore(folder, Study.load(study, changes=changes)):
+        pass
+    keep_origin(folder, study)
+    return folder
+
+
+def origin_folder(session: Path | str) -> Path:
+    """Return what the files of a session's study stand beside; the session's own folder where nobody said.
+
+    Raises
+    ------
+    DataError
+        If what was said cannot be read.
+    """
+    path = Path(session) / ORIGIN
+    if not path.is_file():
+        return Path(session)
+    try:
+        return study_folder(json.loads(path.read_text(encoding="utf-8"))["study"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise DataError(f"{path}: not readable: {error}; run the study again with its file") from error
+
+
+def keep_origin(folder: Path, study: Path | str) -> None:
+    """Write down in a session folder where its study's file lies."""
+    shipped = str(study) in shipped_studies()
+    origin = {"study": str(study) if shipped else str(Path(study).resolve()), "shipped": shipped}
+    with written_beside(folder / ORIGIN) as part:
+        part.write_text(json.dumps(origin, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def session_progress(folder: Path | str) -> dict[str, Any]:
+    """Return where each participant of a session stands, how many stand how, the notes, and whether it was ended."""
+    with SessionStore(Path(folder)) as store:
+        everybody = store.progress()
+        return {
+            "folder": str(folder),
+            "study": store.study.name,
+            "participants": [known | {"device": store.device(known["participant"])} for known in everybody],
+            "statuses": dict(Counter(known["status"] for known in everybody)),
+            "notes": store.notes(),
+            "ended": store.ended,
+            "withdrawn": store.withdrawn,
+            "answers": store.count,
+        }
+
+
+def write_note(folder: Path | str, text: str, *, code: str | None = None) -> dict[str, Any]:
+    """Write down what the experimenter saw, about one participant or the whole study."""
+    with SessionStore(Path(folder)) as store:
+        store.note(text, code=code)
+        return {"folder": str(folder), "notes": len(store.notes())}
+
+
+def abort_participant(folder: Path | str, code: str, *, undo: bool = False) -> dict[str, Any]:
+    """End a participant's session now, or let them go on again; what was answered stays."""
+    with SessionStore(Path(folder)) as store:
+        (store.reopen if undo else store.abort)(code)
+        return {"folder": str(folder), "participant": code, "state": store.state(code)}
+
+
+def end_session(folder: Path | str, *, undo: bool = False) -> dict[str, Any]:
+    """End a study, so that nobody joins or goes on, or let it go on again."""
+    with SessionStore(Path(folder)) as store:
+        (store.go_on if undo else store.end)()
+        return {"folder": str(folder), "ended": store.ended}
+
+
+def withdraw(folder: Path | str, code: str) -> dict[str, Any]:
+    """Delete a participant and all that is kept of them in a session folder."""
+    with SessionStore(Path(folder)) as store:
+        deleted = store.withdraw(code)
+        left = len(store.participants())
+    return {"folder": str(folder), "answers_deleted": deleted, "participants_left": left}
+
+
+def log_played(store: SessionStore, stimuli: Stimuli, code: str, page: Page, slot: str) -> Played:
+    """Render what is in a slot of a participant's page, log it, and return it."""
+    played = stimuli.played(page.slot(slot))
+    store.log_played(
+        code,
+        page.token,
+        slot,
+        sha256=played.sha256,
+        level=played.level,
+        display=played.display,
+        gain_db=played.gain_db,
+    )
+    return played

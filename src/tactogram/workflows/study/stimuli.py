@@ -1,0 +1,312 @@
+"""Stimuli of a study as signals, drives and pictures: read, generated or simulated, and hashed."""
+
+from __future__ import annotations
+
+import hashlib
+import tomllib
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tactogram.datasets.simulate.sets import SETS, make, tasks
+from tactogram.datasets.simulate.tactile_images import FAMILIES, tactile_image
+from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.rendering.displays.catalogue import open_display, shipped
+from tactogram.rendering.displays.display import Display
+from tactogram.rendering.drive.fit import Drive, fit
+from tactogram.rendering.drive.level import Level, parse_level
+from tactogram.signal import Image, Signal
+from tactogram.signal.autoregressive_fit import fit_autoregressive
+from tactogram.signal.io import read_image, read_signal
+from tactogram.signal.synthesis import synthesise
+from tactogram.study.stimuli import Stimulus
+from tactogram.study.study_file import Study
+from tactogram.study.trials import Presented
+
+SEEDS = 16
+"""Pictures of each simulated family that ``any/TEXT`` draws from."""
+
+
+@dataclass(frozen=True)
+class Played:
+    """What is to be played for one slot of a page.
+
+    Parameters
+    ----------
+    drive : Drive or None
+        None is silence.
+    sha256 : str
+        Of the drive's samples, rate and unit; of nothing for silence.
+    level, display : str
+        As `SessionStore.log_played` takes them.
+    gain_db : float
+    """
+
+    drive: Drive | None
+    sha256: str
+    level: str
+    display: str
+    gain_db: float = 0.0
+
+
+class Stimuli:
+    """Those of one study; what was made once is kept.
+
+    Parameters
+    ----------
+    study : Study
+    folder : Path
+        What the files of the study stand beside.
+    within : sequence of Path, optional
+        Folders that files, runs and displays must lie in, links followed: for a server, whose studies may come from
+        anybody. By default any.
+    """
+
+    def __init__(self, study: Study, folder: Path, *, within: Sequence[Path] = ()) -> None:
+        self.study, self.folder = study, folder
+        self._within = tuple(path.resolve() for path in within)
+        self._signals: dict[str, Signal] = {}
+        self._drives: dict[tuple[str, float], Played] = {}
+
+    def signal(self, stimulus: Stimulus) -> Signal:
+        """Return the signal of a stimulus, before it is rendered.
+
+        Raises
+        ------
+        ParameterError
+            If it has none, or what makes it refuses.
+        DataError
+            If its file is not there or not readable.
+        """
+        if stimulus.name not in self._signals:
+            try:
+                self._signals[stimulus.name] = self._made(stimulus)
+            except TactogramError as error:
+                raise type(error)(f"stimulus {stimulus.name}: {error}") from error
+        return self._signals[stimulus.name]
+
+    def played(self, presented: Presented) -> Played:
+        """Return the drive of what a page presents, at its level and gain.
+
+        Raises
+        ------
+        TactogramError
+            Where the display refuses signal or level; the message names the stimulus.
+        """
+        stimulus = presented.stimulus
+        if stimulus is None:
+            return Played(None, hashlib.sha256(b"").hexdigest(), "", self.study.display)
+        key = (stimulus.name, presented.gain_db)
+        if key not in self._drives:
+            self._drives[key] = self._rendered(stimulus, presented.gain_db)
+        return self._drives[key]
+
+    def image(self, stimulus: Stimulus) -> Image | None:
+        """Return the picture of a stimulus, None if it has none."""
+        if stimulus.simulated_image:
+            return _simulated_image(stimulus.simulated_image, stimulus.seed)
+        if stimulus.image_run:
+            made = self._generated(stimulus, stimulus.image_run)
+            if not isinstance(made, Image):
+                raise ParameterError(
+                    f"stimulus {stimulus.name}: {stimulus.image_run} makes signals; give it as run"
+                )
+            return made
+        return read_image(self._file(stimulus.image)) if stimulus.image else None
+
+    def display(self, stimulus: Stimulus) -> Display:
+        """Return what it is played on."""
+        name = stimulus.display or self.study.display
+        if name in shipped():
+            return _display(name)
+        path = self._beside(name)
+        if self._within:
+            self._check_response(path)
+        return _display(str(path))
+
+    def check_names(self) -> None:
+        """Refuse a display, a simulated surface or a simulated picture that is not there; no stimulus is made.
+
+        Raises
+        ------
+        TactogramError
+            The message names the stimulus.
+        """
+        for stimulus in self.study.made_stimuli:
+            try:
+                if stimulus.is_played:
+                    self.display(stimulus)
+                if stimulus.simulated:
+                    _surface(stimulus.simulated)
+                if stimulus.simulated_image:
+                    _family(stimulus.simulated_image)
+            except TactogramError as error:
+                raise type(error)(f"stimulus {stimulus.name}: {error}") from error
+
+    def check_places(self) -> None:
+        """Refuse a study with a stimulus whose file, run or display lies outside of ``within``.
+
+        Raises
+        ------
+        ParameterError, DataError
+            The message names the stimulus.
+        """
+        for stimulus in self.study.all_stimuli:
+            try:
+                for name in (stimulus.file, stimulus.image, stimulus.run, stimulus.image_run):
+                    if name:
+                        self._beside(name)
+                if stimulus.is_played:
+                    self.display(stimulus)
+            except TactogramError as error:
+                raise type(error)(f"stimulus {stimulus.name}: {error}") from error
+
+    def _rendered(self, stimulus: Stimulus, gain_db: float) -> Played:
+        signal, text = self.signal(stimulus), stimulus.level or self.study.level
+        try:
+            level, signal = stronger(parse_level(text), signal, gain_db)
+            drive = fit(
+                signal,
+                self.display(stimulus),
+                level=level,
+                axes=stimulus.axes or None,
+                speed_mm_s=stimulus.speed_mm_s,
+            )
+        except TactogramError as error:
+            raise type(error)(f"stimulus {stimulus.name}: {error}") from error
+        return Played(drive, signal_sha256(drive.signal), text, drive.report.display, gain_db)
+
+    def _made(self, stimulus: Stimulus) -> Signal:
+        if stimulus.run:
+            made = self._generated(stimulus, stimulus.run)
+            if not isinstance(made, Signal):
+                raise ParameterError(f"{stimulus.run} makes images; give it as image_run")
+            return made
+        if stimulus.simulated:
+            length = None if stimulus.autoregressive else stimulus.seconds
+            signal = _simulated(stimulus.simulated, 0 if stimulus.autoregressive else stimulus.seed, length)
+        elif stimulus.file:
+            signal = read_signal(self._file(stimulus.file))
+        else:
+            raise ParameterError("nothing is played for it; give file, run or simulated")
+        if stimulus.autoregressive:
+            model = fit_autoregressive(signal)
+            signal = synthesise(model, stimulus.seconds or signal.seconds, seed=stimulus.seed)
+        elif stimulus.file and stimulus.seconds is not None:
+            signal = signal.cut(0, max(1, round(stimulus.seconds * signal.rate)))
+        return signal
+
+    def _generated(self, stimulus: Stimulus, run: str) -> Signal | Image:
+        from tactogram.workflows.generation.generate import generate
+
+        condition: dict[str, Any] = {}
+        if stimulus.material:
+            condition["material"] = {stimulus.material: 1.0}
+        if stimulus.words:
+            condition["words"] = dict(stimulus.words)
+        [made] = generate(self._beside(run), condition, seconds=stimulus.seconds, seed=stimulus.seed)
+        return made
+
+    def _beside(self, name: str) -> Path:
+        path = Path(name)
+        path = path if path.is_absolute() else self.folder / path
+        if self._within:
+            path = path.resolve()
+            if not any(path.is_relative_to(folder) for folder in self._within):
+                raise ParameterError(
+                    f"{name[:200]}: lies outside of the study's folder and the workspace; copy it there"
+                )
+        return path
+
+    def _check_response(self, display: Path) -> None:
+        """Refuse a display whose measured response lies elsewhere; what else is wrong with it, `open_display` says."""
+        try:
+            response = tomllib.loads(display.read_text(encoding="utf-8")).get("response")
+        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+            return
+        if isinstance(response, dict) and isinstance(response.get("file"), str):
+            self._beside(str(display.parent / response["file"]))
+
+    def _file(self, name: str) -> Path:
+        path = self._beside(name)
+        if not path.is_file():
+            raise DataError(f"{path}: no such file")
+        return path
+
+
+def stronger(level: Level, signal: Signal, gain_db: float) -> tuple[Level, Signal]:
+    """Return level and signal that are played ``gain_db`` stronger than ``level`` says.
+
+    Where the level follows the signal, the signal is scaled; where it replaces the signal's own (``peak``,
+    ``sensation=DB``), the level is.
+    """
+    if gain_db == 0:
+        return level, signal
+    factor = 10 ** (gain_db / 20)
+    if level.kind == "peak" and level.value is not None:
+        return replace(level, value=level.value * factor), signal
+    if level.kind == "sensation" and level.value is not None:
+        return replace(level, value=level.value + gain_db), signal
+    return level, signal.with_samples(signal.samples * np.float32(factor))
+
+
+def signal_sha256(signal: Signal) -> str:
+    """Return the hash of a signal's samples (little-endian float32, axis by axis), rate and unit."""
+    digest = hashlib.sha256(f"{signal.rate!r} {signal.unit}\n".encode())
+    digest.update(np.ascontiguousarray(signal.samples, dtype="<f4").tobytes())
+    return digest.hexdigest()
+
+
+@lru_cache(maxsize=16)
+def _display(name: str) -> Display:
+    return open_display(name)
+
+
+@lru_cache(maxsize=64)
+def _simulated(text: str, seed: int, seconds: float | None) -> Signal:
+    """Return the first recording of a material of a simulated set: its vibration, or whatever it holds."""
+    set_name, place = _surface(text)
+    listed = tasks(set_name, seed=seed, per_class=1, own_images=False)
+    chosen = next(task for task in listed if task.surface == place)
+    # At least one stroke is simulated; what is asked for is cut out of its middle, where the finger moves.
+    length = chosen.seconds if seconds is None else max(seconds, min(chosen.seconds, 2 * seconds))
+    streams = make(replace(chosen, seconds=min(length, 10.0))).streams
+    signal = streams.get("acceleration") or next(iter(streams.values()))
+    wanted = len(signal) if seconds is None else min(len(signal), round(seconds * signal.rate))
+    start = (len(signal) - wanted) // 2
+    return signal.cut(start, start + wanted)
+
+
+def _surface(text: str) -> tuple[str, int]:
+    """Return the set of a simulated material, and its place there."""
+    set_name, _, material = text.partition("/")
+    if set_name not in SETS:
+        raise ParameterError(f"simulated set must be one of {', '.join(SETS)}, got {set_name!r}")
+    names = [surface.name for surface in SETS[set_name].surfaces]
+    if material not in names:
+        known = ", ".join(names) or "none"
+        raise ParameterError(f"simulated must be SET/MATERIAL; {set_name} has {known}, got {text!r}")
+    return set_name, names.index(material)
+
+
+def _simulated_image(text: str, seed: int) -> Image:
+    family, number = _family(text)
+    if family == "any":
+        drawn = zlib.crc32(number.encode())
+        families = list(FAMILIES)
+        return tactile_image(families[drawn % len(families)], drawn // len(families) % SEEDS, seed=seed)
+    return tactile_image(family, int(number), seed=seed)
+
+
+def _family(text: str) -> tuple[str, str]:
+    """Return the family of a simulated picture, and which it is of it."""
+    family, _, number = text.partition("/")
+    if family != "any" and (family not in FAMILIES or not number.isdigit()):
+        known = ", ".join(FAMILIES)
+        raise ParameterError(f"simulated_image must be FAMILY/NUMBER with a family of {known}, got {text!r}")
+    return family, number

@@ -1,0 +1,1 @@
+"""Training: planning, running, resuming and packing runs."""

@@ -1,0 +1,150 @@
+"""What a training would be of: the recordings that are chosen, their parts, the model and its configuration."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel
+
+from tactogram import models
+from tactogram.datasets import (
+    Label,
+    RecordingInfo,
+    Segment,
+    Split,
+    Store,
+    label_of,
+    open_store,
+    split_fractions,
+    split_last,
+    split_photographs,
+)
+from tactogram.datasets.splits.split import By
+from tactogram.errors import ParameterError
+from tactogram.recipe import Recipe, run_id
+from tactogram.workflows.training.rated_examples import TEST_SHARE, VALIDATION_SHARE, RatedData
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a training is asked for; the parameters are those of `tactogram.workflows.training.train.train`."""
+
+    model: str
+    data: Path | str
+    recipe: str = "quick"
+    changes: Mapping[str, Any] = field(default_factory=dict)
+    split: str = ""
+    by: By = "recording"
+    label: Label = "material"
+    where: Mapping[str, str] = field(default_factory=dict)
+    model_folders: Sequence[Path] = ()
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a training would be of: the data and its parts, the model and its configuration."""
+
+    store: Store
+    facts: models.ModelFacts
+    recipe: Recipe
+    config: BaseModel
+    parts: Split
+    rated: RatedData | None
+    """Of a model that learns from ratings."""
+    label: Label
+    model_folders: tuple[Path, ...]
+
+    @property
+    def identity(self) -> str:
+        """The run's id: a hash of everything that decides its result."""
+        resolved = self.recipe.resolved(self.config) | {"split": self.parts.as_dict(), "label": self.label}
+        return run_id(resolved, self.store.sha256)
+
+
+def planned(asked: Asked) -> Plan:
+    """Return what a training of this would be of; no signal is prepared, nothing is written.
+
+    Raises
+    ------
+    TactogramError
+        If data and model do not fit, or something is asked for that there is not.
+    """
+    store = open_store(asked.data)
+    facts = models.find(asked.model, asked.model_folders)
+    recipe = Recipe.load(facts.recipe(asked.recipe), changes=asked.changes)
+    index = select(store.index, asked.where) if len(store) else []
+    rated = None if facts.learns_from == "recordings" else RatedData(store, facts.learns_from)
+    if rated is not None:
+        parts = rated.split(index, recipe.prepare, split=asked.split, by=asked.by, seed=recipe.seed)
+    else:
+        parts = make_split(index, split=asked.split, by=asked.by, seed=recipe.seed, label=asked.label)
+    if "image" in facts.needs:
+        parts = split_photographs(store, parts, seed=recipe.seed)
+    config = facts.config(recipe.config)
+    return Plan(store, facts, recipe, config, parts, rated, asked.label, tuple(asked.model_folders))
+
+
+def make_split(index: Sequence[RecordingInfo], *, split: str, by: By, seed: int, label: Label) -> Split:
+    """Return the parts that a command line's ``--split`` and ``--by`` ask for, each with all classes."""
+    index = labelled(index, label)
+    if split.startswith("last="):
+        number = split.removeprefix("last=")
+        if not number.isdecimal():
+            raise ParameterError(f"--split last=N needs a number of recordings, got {split!r}")
+        if by != "recording":
+            raise ParameterError(
+                f"--split last=N goes by recording and cannot keep {by}s together; leave one out"
+            )
+        # One before them, where there are enough, calibrates "none of these".
+        fewest = min(Counter(info.material for info in index).values())
+        return split_last(index, int(number), validation=int(fewest > int(number) + 1))
+    if split == "all":
+        return Split(tuple(Segment(info.id) for info in index), (), (), by=by, seed=seed)
+    if split:
+        raise ParameterError(f"--split must be last=N or all, got {split!r}")
+    return split_fractions(index, by=by, test=TEST_SHARE, validation=VALIDATION_SHARE, seed=seed)
+
+
+def labelled(index: Sequence[RecordingInfo], label: Label) -> list[RecordingInfo]:
+    """Return ``index`` with the class of each recording for its material: splits share out classes."""
+    named = [replace(info, material=label_of(info, label)) for info in index]
+    nameless = [info for info in named if info.material is None]
+    if nameless:
+        name = nameless[0].source or nameless[0].id
+        raise ParameterError(f"recording {name} has no {label}: leave it out with --where")
+    return named
+
+
+def select(index: Sequence[RecordingInfo], where: Mapping[str, str] | None) -> list[RecordingInfo]:
+    """Return the recordings whose fields, or labels, have the values of ``where``.
+
+    Numbers are compared by value; ``A|B`` is either, ``!A|B`` neither.
+
+    Raises
+    ------
+    ParameterError
+        If none has.
+    """
+    kept = [info for info in index if all(_has(info, key, value) for key, value in (where or {}).items())]
+    if not kept:
+        asked = ", ".join(f"{key}={value}" for key, value in (where or {}).items()) or "anything"
+        raise ParameterError(f"no recording has {asked}")
+    return kept
+
+
+def _has(info: RecordingInfo, key: str, value: str) -> bool:
+    if value.startswith("!"):
+        return not _has(info, key, value[1:])
+    if "|" in value:
+        return any(_has(info, key, one) for one in value.split("|"))
+    got = info.labels.get(key) if key in info.labels else getattr(info, key, None)
+    if isinstance(got, float):
+        try:
+            return got == float(value)
+        except ValueError:
+            return False
+    return got is not None and str(got) == str(value)

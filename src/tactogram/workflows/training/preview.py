@@ -1,0 +1,149 @@
+"""A run that still trains, as its last checkpoint has it: to see and hear what it makes so far."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from tactogram import models
+from tactogram.datasets import Split, Store, label_of, signal_kind
+from tactogram.errors import ParameterError, RunError
+from tactogram.model import Condition, Generator, ImageKind, Kind, RatedGenerator
+from tactogram.signal import Image
+from tactogram.training.run import Run
+from tactogram.workflows.generation.generate import generate, made_by, write_made
+from tactogram.workflows.training.rated_examples import RatedData
+from tactogram.workflows.training.train import LoadedRun, load_run, part_examples, test_part
+
+SAMPLE_S = 2.0
+
+
+def load_unfinished(folder: Path | str, *, model_folders: Sequence[Path] = ()) -> LoadedRun:
+    """Return the run in ``folder`` as its last checkpoint has it.
+
+    Raises
+    ------
+    RunError
+        If there is no checkpoint yet, or the data it learns from is gone.
+    """
+    from tactogram.training.checkpoint import load_state
+
+    run = Run.open(Path(folder))
+    path = run.folder / "checkpoint.safetensors"
+    if not path.is_file():
+        raise RunError(f"{run.folder}: has no checkpoint yet; wait for the first one")
+    recipe, (store, split) = run.recipe, test_part(run)
+    facts = models.find(recipe.model, model_folders)
+    kind: Kind
+    if facts.learns_from == "recordings":
+        examples = part_examples(store, split, "train", recipe.prepare, label=run.data["label"])
+        kind = signal_kind(examples, simulated=store.simulated)
+    else:
+        rated = RatedData(store, facts.learns_from)
+        kind = rated.kind(rated.examples(split, "train", recipe.prepare))
+    model = facts.build(facts.config(recipe.config), kind, seed=recipe.seed)
+    state, _ = load_state(path)
+    model.load_state(state)
+    return LoadedRun(run, facts, recipe, kind, model)
+
+
+def offered(folder: Path | str) -> list[str]:
+    """Return what a sample of a generator can be asked of, sorted: see `sample`; no network is loaded.
+
+    Raises
+    ------
+    RunError
+        If there is no run, or the data that it goes by is gone.
+    """
+    run = Run.open(Path(folder))
+    facts = models.find(run.recipe.model)
+    if "image" in facts.needs:
+        return _photographed(*test_part(run))
+    if run.finished:
+        kind = run.kind()
+        return sorted(kind.items if isinstance(kind, ImageKind) else kind.materials)
+    store, split = test_part(run)
+    if facts.learns_from == "images":
+        keys = {region.key for region in split.photographs.get("train", ())}
+        return sorted(item for item, held in store.photographs_by_material.items() if keys & set(held))
+    named = (label_of(store.info(segment.id), run.data["label"]) for segment in split.train)
+    return sorted({name for name in named if name is not None})
+
+
+def sample(folder: Path | str, *, of: str | None = None, seed: int = 0) -> dict[str, Any]:
+    """Write a sample of a generator into ``samples`` of its run: of its last checkpoint where it still trains.
+
+    Parameters
+    ----------
+    folder : path
+    of : str, optional
+        Which of its materials, of those with a photograph, or of its rated items to go by; by default the first.
+    seed : int
+
+    Returns
+    -------
+    dict
+        ``file``, ``of`` (what it was asked for), ``stage`` and ``step`` (null of a finished run), and what
+        `tactogram.workflows.generation.generate.write_made` says.
+
+    Raises
+    ------
+    ParameterError
+        If the run does not generate, or not of that.
+    RunError
+        If there is no checkpoint yet.
+    """
+    from tactogram.training.checkpoint import load_state
+
+    folder = Path(folder)
+    finished = Run.open(folder).finished
+    loaded = load_run(folder) if finished else load_unfinished(folder)
+    if not isinstance(loaded.model, Generator):
+        raise ParameterError(f"{loaded.run.name}: {loaded.facts.name} does not generate")
+    position: dict[str, Any] = {"stage": None, "step": None}
+    if not finished:
+        _, position = load_state(folder / "checkpoint.safetensors")
+    name, asked, condition = _condition(loaded, of)
+    image = loaded.facts.gives == "image"
+    [made] = generate(loaded, condition, seconds=None if image else SAMPLE_S, seed=seed)
+    place = "end" if finished else f"stage{position['stage']}-step{position['step']:06d}"
+    suffix = ".png" if isinstance(made, Image) else ".wav"
+    file = folder / "samples" / f"{place}-{re.sub(r'[^A-Za-z0-9_-]+', '-', name)}{suffix}"
+    facts = {**made_by(loaded, seed), **position, "of": asked}
+    return {**position, "of": asked, **write_made(file, made, facts, simulated=loaded.simulated)}
+
+
+def _condition(loaded: LoadedRun, of: str | None) -> tuple[str, str, Condition]:
+    """Return what to go by, how that is called, and what to ask a generator for."""
+    needs = loaded.facts.needs
+    if "words" in needs and isinstance(loaded.model, RatedGenerator):
+        item = _one(sorted(loaded.model.rated_means), of)
+        low, high = loaded.any_kind.scale or (0.0, 1.0)
+        means = loaded.model.rated_means[item]
+        words = zip(loaded.any_kind.words, means.tolist(), strict=True)
+        return item, f"scores of {item}", {"words": {word: low + mean * (high - low) for word, mean in words}}
+    if "image" in needs:
+        store, split = test_part(loaded.run)
+        material = _one(_photographed(store, split), of)
+        image = store.photograph(store.photographs_of(material)[0])
+        return material, f"photograph of {material}", {"image": image}
+    material = _one(loaded.kind.materials, of)
+    return material, material, {"material": {material: 1.0}}
+
+
+def _one(known: Sequence[str], of: str | None) -> str:
+    """Return the one that is asked for, or the first."""
+    if of is not None and of not in known:
+        raise ParameterError(f"a sample must be of one of {', '.join(known)}, got {of[:60]!r}")
+    return known[0] if of is None else of
+
+
+def _photographed(store: Store, split: Split) -> list[str]:
+    """Return the materials of a split that have a photograph, sorted."""
+    known = {store.info(segment.id).material for segment in (*split.test, *split.train)}
+    found = sorted(material for material in known if material and store.photographs_of(material))
+    if not found:
+        raise ParameterError("no material of the run has a photograph to go by")
+    return found

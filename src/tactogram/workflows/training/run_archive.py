@@ -1,0 +1,70 @@
+"""A run as one file, to keep or to hand on."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import zipfile
+import zlib
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from tactogram.datasets.store.pending import clear_stale_parts, part_folder
+from tactogram.errors import RunError
+from tactogram.training.run import Run
+
+LEFT_OUT = {"checkpoint.safetensors"}
+LARGEST_BYTES = 8 * 2**30
+"""What an unpacked run may hold: a file that claims more is refused before it is unpacked."""
+
+
+def export_run(run: Path | str, out: Path | str) -> dict[str, Any]:
+    """Pack the finished run in ``run`` into the zip file ``out``; return ``file``, ``files`` and ``bytes``."""
+    found, target = Run.open(Path(run)), Path(out)
+    found.facts()
+    part = target.with_name(target.name + ".part")
+    files = [f for f in sorted(found.folder.rglob("*")) if f.is_file() and f.name not in LEFT_OUT]
+    try:
+        with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as packed:
+            for file in files:
+                packed.write(file, file.relative_to(found.folder).as_posix())
+        os.replace(part, target)
+    finally:
+        part.unlink(missing_ok=True)
+    return {"file": str(target), "files": len(files), "bytes": target.stat().st_size}
+
+
+def import_run(file: Path | str, out: Path | str) -> dict[str, Any]:
+    """Unpack the run in the zip file ``file`` into the folder ``out``; return ``run`` and ``files``.
+
+    Raises
+    ------
+    RunError
+        If the file is not a packed run, names a path outside it, or ``out`` exists.
+    """
+    target = Path(out)
+    if target.exists():
+        raise RunError(f"{target}: exists already; give another --out")
+    target.parent.mkdir(parents=True, exist_ok=True)
+    clear_stale_parts(target)
+    part = part_folder(target)
+    shutil.rmtree(part, ignore_errors=True)  # of a killed process whose number this one has got
+    part.mkdir(mode=0o700)
+    try:
+        with zipfile.ZipFile(file) as packed:
+            for member in packed.infolist():
+                place = PurePosixPath(member.filename)
+                if place.is_absolute() or ".." in place.parts or "\\" in member.filename:
+                    raise RunError(f"{file}: names a path outside the run: {member.filename!r}")
+            if sum(member.file_size for member in packed.infolist()) > LARGEST_BYTES:
+                raise RunError(f"{file}: would unpack to more than {LARGEST_BYTES >> 30} GiB")
+            packed.extractall(part)
+            count = len(packed.infolist())
+        Run.open(part).facts()
+        part.chmod(0o755)
+        part.rename(target)
+    except (OSError, zipfile.BadZipFile, zlib.error, RuntimeError, NotImplementedError, EOFError) as error:
+        raise RunError(f"{file}: not a packed run: {error}") from error
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+    return {"run": str(target), "files": count}

@@ -1,0 +1,77 @@
+"""The folder of a run before its first step: begun, found again, or taken back."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+from tactogram.errors import RunError
+from tactogram.training.run import Run
+from tactogram.workflows.training.plan import Plan
+from tactogram.workflows.training.run_lock import check_idle
+
+BEGUN = ("recipe.toml", "data.json", "environment.json", "split.json")
+"""What a run has before its first step; the recipe, which makes it a run, first."""
+
+
+def found(folder: Path, identity: str, resume: bool) -> Run:
+    """Return the run that may be made in ``folder``, or with ``resume`` the one there, if of the same making."""
+    if not resume:
+        run = Run(folder)
+        run.check_free()
+        return run
+    if not (folder / "recipe.toml").exists():
+        raise RunError(f"{folder}: nothing to resume here; leave --resume away to begin")
+    run = Run.open(folder)
+    if run.data["run_id"] != identity:
+        raise RunError(
+            f"{folder}: was begun with another recipe, split or data; resume with the same ones, "
+            "or give another --out"
+        )
+    check_idle(folder)
+    return run
+
+
+def begin(run: Run, plan: Plan) -> None:
+    """Make the folder of a new run, with all that `tactogram.workflows.training.resume.resume` goes by.
+
+    Raises
+    ------
+    RunError
+        If another process began one there since this one looked: nothing of that one is touched.
+    """
+    run.check_free()
+    store, split = plan.store, plan.parts
+    data: dict[str, Any] = {
+        "path": os.fspath(Path(store.path).resolve()),
+        "name": store.name,
+        "licence": store.licence,
+        "sha256": store.sha256,
+        "simulated": store.simulated,
+        "label": plan.label,
+        "split": {"by": split.by, **{part: len(held) for part, held in split.parts.items()}},
+    }
+    if plan.model_folders:
+        data["model_folders"] = [os.fspath(path.resolve()) for path in plan.model_folders]
+    if split.photographs:
+        data["photographs"] = {part: len(held) for part, held in split.photographs.items()} | {
+            "note": split.photograph_note
+        }
+    run.folder.mkdir(parents=True, exist_ok=True)
+    # Before the recipe, which makes it a run: a kill leaves a run with its split, or none.
+    split.save(run.folder / "split.json")
+    # Defaults included, so that the run stays what it is when they change. TOML has no null.
+    config = plan.config.model_dump(mode="json", exclude_none=True)
+    recipe = plan.recipe.model_copy(update={"config": config})
+    Run.create(run.folder, recipe=recipe, data=data, identity=plan.identity)
+
+
+def take_back(run: Run) -> None:
+    """Remove what `begin` made of a run that was refused in its first step: there is nothing to go on with."""
+    if (run.folder / "checkpoint.safetensors").exists() or run.metrics():
+        return
+    for name in BEGUN:
+        (run.folder / name).unlink(missing_ok=True)
+    if not any(run.folder.iterdir()):
+        run.folder.rmdir()

@@ -1,0 +1,213 @@
+"""Boards that print numbers: with and without heading, time, comments; damaged anywhere."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tactogram.capture import SourceEnded
+from tactogram.capture.sources.serial_csv import CsvFormat, CsvSource
+from tactogram.capture.stream.byte_stream import Replay
+from tactogram.capture.stream.csv_lines import CsvParser
+from tactogram.errors import ParameterError
+
+
+def read(text, step=10**6, rate=None, **form):
+    """Return samples and source of what a board printed, a few bytes at a time."""
+    data = text if isinstance(text, bytes) else text.encode()
+    pieces = ((data[i : i + step], i / 1000) for i in range(0, len(data), step))
+    source = CsvSource(Replay("board", pieces), CsvFormat(rate=rate, **form), name="serial:board")
+    blocks = []
+    with source:
+        try:
+            while True:
+                if (block := source.read(0.0)) is not None:
+                    blocks.append(block)
+        except SourceEnded:
+            pass
+    if not blocks:
+        return np.zeros((0, 0), np.float32), source
+    index = 0
+    for block in blocks:
+        assert block.first_index == index
+        index += len(block)
+    return np.concatenate([b.samples for b in blocks], axis=1), source
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t", " ", ", "])
+@pytest.mark.parametrize("step", [1, 7, 1000])
+def test_heading_time_and_units_are_read_from_the_lines(separator, step):
+    rows = [separator.join(["micros", "ax[g]", "ay[g]", "az[g]"])]
+    rows += [separator.join([str(1000 * n), f"{n / 100}", "0", "1"]) for n in range(100)]
+    samples, source = read("\r\n".join([*rows, ""]), step)
+
+    assert source.axes == ("ax", "ay", "az")
+    assert source.unit == "m/s^2"
+    assert samples[0] == pytest.approx(np.arange(100) / 100 * 9.80665, rel=1e-6)
+    assert source.rate == pytest.approx(1000)
+    assert source.estimate().hz == pytest.approx(1000)
+    assert source.facts()["losses_seen"] is True
+
+
+def test_lines_without_a_heading_are_x_y_z_in_counts():
+    samples, source = read("".join(f"{n},{-n},7\n" for n in range(50)))
+
+    assert source.axes == ("x", "y", "z")
+    assert source.unit == "1"
+    # The first line may be the half of one, so it is counted and not used.
+    assert samples[0].tolist() == list(range(1, 50))
+    assert source.facts()["before"] == 1
+
+
+def test_reading_that_begins_within_a_line_uses_no_piece_of_it():
+    samples, source = read("34,5\n" + "".join(f"{n},{n},{n}\n" for n in range(20)))
+
+    assert samples[0].tolist() == list(range(1, 20))
+    assert source.facts()["before"] == 2
+
+
+def test_labels_of_a_plotter_are_names():
+    samples, source = read("".join(f"force:{n} touch:1\n".replace(" ", ",") for n in range(5)))
+
+    assert source.axes == ("force", "touch")
+    assert samples.shape == (2, 4)
+
+
+def test_comments_greetings_and_empty_lines_are_no_samples_and_no_losses():
+    text = "ADXL355 ready\n# gain 4\n\n1,2\n3,4\n// still here\n% and here\n5,6\n"
+    samples, source = read(text)
+
+    # The greeting has as many words as the rows have columns, and is no heading of theirs.
+    assert source.axes == ("c1", "c2")
+    assert samples.tolist() == [[3, 5], [4, 6]]
+    assert source.facts()["comments"] == 3
+    assert source.facts()["lost"] == 0
+
+
+def test_rows_missing_by_the_boards_own_time_are_nan_in_their_place():
+    text = "time_ms,z\n".replace("time_ms", "ms") + "".join(
+        f"{n},{n}\n" for n in range(100) if not 40 <= n < 45
+    )
+    samples, source = read(text)
+
+    assert samples.shape == (1, 100)
+    assert np.isnan(samples[0, 40:45]).all()
+    assert (samples[0, 45:] == np.arange(45, 100)).all()
+    assert source.facts()["lost"] == 5
+
+
+def test_micros_that_begin_again_after_71_minutes_are_no_gap():
+    text = "micros,z\n" + "".join(f"{(2**32 - 50_000 + 1000 * n) % 2**32},{n}\n" for n in range(100))
+    samples, source = read(text)
+
+    assert samples[0].tolist() == list(range(100))
+    assert source.facts()["time_went_back"] == 0
+
+
+@pytest.mark.parametrize("digit", ["9", "-"])
+def test_one_damaged_digit_of_the_time_is_one_lost_sample_and_no_hole(digit):
+    """It was a hole of nine seconds, and a restart."""
+    rows = [f"{1000 * i},{i}" for i in range(300)]
+    rows[100] = digit + rows[100]
+    samples, source = read("micros,x\n" + "\n".join(rows) + "\n")
+    assert samples.shape == (1, 300)
+    assert np.flatnonzero(np.isnan(samples[0])).tolist() == [100]
+    assert samples[0, 101:].tolist() == list(range(101, 300))
+    assert source.parser.rejected["stray time"] == 1
+    assert source.backward == 0
+
+
+def test_a_board_that_starts_again_leaves_a_gap():
+    times = [*range(5000, 5050), *range(50)]
+    samples, source = read("ms,z\n" + "".join(f"{t},{n}\n" for n, t in enumerate(times)), rate=1000)
+
+    assert source.facts()["time_went_back"] == 1
+    assert samples.shape == (1, 101)
+    assert np.isnan(samples[0, 50])
+
+
+@pytest.mark.parametrize("line", ["3,x,5", "3,4", "3,4,5,6", "3,,5", "3 4 5", "\xff\x00,4,5"])
+def test_damaged_line_without_time_is_one_lost_sample(line):
+    samples, source = read(f"x,y,z\n0,0,0\n1,1,1\n{line}\n2,2,2\n")
+
+    assert samples[0, [0, 1, 3]].tolist() == [0, 1, 2]
+    assert np.isnan(samples[:, 2]).all()
+    assert sum(source.facts()["rejected"].values()) == 1
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "-inf", "ovf", "1e39", "1e400"])
+def test_what_is_no_number_for_a_sample_is_a_lost_one(value):
+    samples, _ = read(f"x,y,z\n0,0,0\n1,{value},1\n2,2,2\n")
+
+    assert np.isnan(samples[:, 1]).all()
+    assert np.isfinite(samples[:, [0, 2]]).all()
+
+
+def test_time_that_leaps_does_not_fill_the_memory():
+    samples, _ = read("s,z\n0,1\n0.001,2\n1e30,3\n", rate=1000)
+
+    assert samples.shape[1] <= 2_000_003
+
+
+def test_what_the_user_says_goes_before_what_the_lines_say():
+    samples, source = read(
+        "a,b,c\n" + "".join(f"{n},{n},{2 * n}\n" for n in range(40)),
+        time="a",
+        time_unit="ms",
+        unit="mN",
+        scale=2.0,
+        axes="left,right",
+    )
+
+    assert source.axes == ("left", "right")
+    assert source.unit == "N"
+    assert source.rate == pytest.approx(1000)
+    assert samples[1] == pytest.approx(np.arange(40) * 4e-3)
+
+
+@pytest.mark.parametrize(
+    ("form", "told"),
+    [
+        ({"time": "d"}, "time must be one of the columns a, b, c, or none, got 'd'"),
+        ({"axes": "left,right"}, "axes must be 3 names, got left,right"),
+    ],
+)
+def test_what_does_not_fit_the_lines_is_refused(form, told):
+    with pytest.raises(ParameterError, match=told):
+        read("a,b,c\n1,2,3\n4,5,6\n", **form)
+
+
+def test_last_line_without_an_end_may_lack_digits_and_is_left_out():
+    samples, source = read("x,y,z\n1,1,1\n2,2,2\n3,3,3")
+
+    assert samples.shape == (3, 2)
+    assert source.facts()["rejected"] == {"unfinished": 1}
+
+
+@settings(max_examples=60)
+@given(st.binary(max_size=1500), st.integers(1, 200))
+def test_any_bytes_cut_anywhere_never_crash_and_give_the_same(data, step):
+    whole, pieces = CsvParser(), CsvParser()
+    expected = whole.feed(data) + whole.finish()
+    found = []
+    for start in range(0, len(data), step):
+        found += pieces.feed(data[start : start + step])
+    found += pieces.finish()
+
+    def plain(rows):
+        return [row if row is None else [None if math.isnan(v) else v for v in row] for row in rows]
+
+    assert plain(found) == plain(expected)
+    assert whole.rejected == pieces.rejected
+
+
+@given(st.text("0123456789,.-e \nxm#:", max_size=300))
+def test_text_like_a_boards_never_crashes_a_source(text):
+    for form in ({}, {"time": "1", "rate": 100.0}):
+        try:
+            samples, source = read(text, **form)
+        except ParameterError:
+            continue
+        assert samples.shape[1] == source.received + source.lost

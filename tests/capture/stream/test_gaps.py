@@ -1,0 +1,78 @@
+"""From samples with gaps to signals without."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tactogram.capture import filled, gap_free
+from tactogram.capture.stream import gaps
+from tactogram.errors import DataError, ParameterError
+
+
+def with_gaps(*holes, n=100):
+    x = np.arange(3 * n, dtype=np.float32).reshape(3, n)
+    for start, stop in holes:
+        x[:, start:stop] = np.nan
+    return x
+
+
+def test_pieces_hold_what_was_measured_and_where():
+    x = with_gaps((20, 30), (50, 51))
+    pieces = gap_free(x, 100.0, "m/s^2", ("x", "y", "z"))
+
+    assert [(p.first_index, len(p.signal)) for p in pieces] == [(0, 20), (30, 20), (51, 49)]
+    assert (pieces[1].signal.samples == x[:, 30:50]).all()
+    assert pieces[1].signal.rate == 100.0
+
+
+def test_short_pieces_are_left_out_when_asked():
+    pieces = gap_free(with_gaps((20, 30), (33, 40)), 100.0, "1", ("x", "y", "z"), least_s=0.1)
+
+    assert [p.first_index for p in pieces] == [0, 40]
+
+
+def test_filling_by_lines_is_reported_and_leaves_the_measured_samples():
+    x = with_gaps((20, 22), (50, 53))
+    signal, report = filled(x, 100.0, "m/s^2", how="linear")
+
+    came = np.isfinite(x)
+    assert (signal.samples[came] == x[came]).all()
+    # The test's samples lie on a line, which a line then gives back.
+    assert signal.samples == pytest.approx(with_gaps(), abs=1e-3)
+    assert (report.samples, report.gaps, report.longest, report.share) == (5, 2, 3, 0.05)
+
+
+def test_filling_by_holding_repeats_the_sample_before():
+    signal, _ = filled(with_gaps((20, 23)), 100.0, "m/s^2", how="hold")
+
+    assert (signal.samples[0, 19:24] == [19, 19, 19, 19, 23]).all()
+
+
+def test_gaps_at_the_ends_are_cut_off_and_not_filled():
+    signal, report = filled(with_gaps((0, 5), (90, 100)), 100.0, "m/s^2", how="linear")
+
+    assert len(signal) == 85
+    assert report.samples == 0
+
+
+def test_a_gap_longer_than_allowed_is_refused():
+    with pytest.raises(DataError, match=r"a gap of 0.2 s is longer than what may be filled \(0.1 s\)"):
+        filled(with_gaps((20, 40)), 100.0, "m/s^2", how="linear")
+
+
+def test_nothing_and_no_way_to_fill_are_refused():
+    with pytest.raises(DataError, match="no sample came"):
+        filled(with_gaps((0, 100)), 100.0, "m/s^2", how="linear")
+    with pytest.raises(ParameterError, match="'linear' or 'hold', got 'spline'"):
+        filled(with_gaps(), 100.0, "m/s^2", how="spline")
+
+
+@given(st.lists(st.booleans(), min_size=1, max_size=80))
+def test_pieces_and_gaps_make_up_the_whole(came):
+    x = np.where(came, np.float32(1), np.float32(np.nan))[None]
+    held = [(p.first_index, p.first_index + len(p.signal)) for p in gap_free(x, 1.0, "1")]
+    covered = sorted(held + gaps(x))
+
+    assert [start for start, _ in covered] == [0, *(stop for _, stop in covered[:-1])]
+    assert covered[-1][1] == len(came)

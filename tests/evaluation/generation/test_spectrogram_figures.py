@@ -1,0 +1,105 @@
+import numpy as np
+import pytest
+from PIL import Image as Pillow
+
+from tactogram.errors import ParameterError
+from tactogram.evaluation.generation.spectrogram_figures import spectrograms_figure
+from tactogram.evaluation.mixing.figures import mixing_figure
+from tactogram.evaluation.mixing.placement import positions
+from tactogram.evaluation.report import save_figure
+from tactogram.signal import Signal
+
+
+def tone(frequency, gain=1.0, *, rate=1000.0, axes=3):
+    t = np.arange(int(2 * rate)) / rate
+    wave = gain * np.sin(2 * np.pi * frequency * t)
+    return Signal(np.stack([9.81 + wave, wave / 2, wave / 4][:axes]), rate, "m/s^2")
+
+
+def noise(gain, seed, axes=3):
+    return Signal(gain * np.random.default_rng(seed).standard_normal((axes, 1000)), 1000, "m/s^2")
+
+
+def pictures(figure):
+    return [place.images[0] for place in figure.axes if place.images]
+
+
+def test_what_is_compared_shares_a_scale_and_gravity_does_not_set_it():
+    drawn = pictures(
+        spectrograms_figure({"tile": {"recorded": tone(100), "generated": tone(100, 0.5)}}, scale="0-1")
+    )
+    assert len(drawn) == 6
+    loud, soft = (np.asarray(picture.get_array()).max() for picture in drawn[:2])
+    assert (loud, soft) == pytest.approx((1.0, 0.5), rel=1e-3)
+    assert [np.asarray(p.get_array()).max() for p in drawn[2::2]] == pytest.approx([1, 1])
+    assert all(picture.get_clim() == (0, 1) for picture in drawn)
+
+
+def test_decibels_keep_the_level_of_everything():
+    groups = {"a": {"recorded": tone(100)}, "b": {"recorded": tone(100, 0.1)}}
+    drawn = pictures(spectrograms_figure(groups, scale="dB"))
+    x_of_a, x_of_b, y_of_a = (np.asarray(drawn[k].get_array()).max() for k in (0, 1, 2))
+    assert x_of_a - x_of_b == pytest.approx(20, abs=0.01)
+    assert x_of_a - y_of_a == pytest.approx(20 * np.log10(2), abs=0.01)
+    assert len({picture.get_clim() for picture in drawn}) == 1
+
+
+@pytest.mark.parametrize("rate", [330.0, 1000.0, 10_000.0])
+def test_a_tone_is_drawn_at_its_frequency(rate):
+    picture = pictures(spectrograms_figure({"tile": {"recorded": tone(100, rate=rate, axes=1)}}))[0]
+    left, right, bottom, top = picture.get_extent()
+    values = np.asarray(picture.get_array())
+    row = values.mean(axis=1).argmax()
+    height = (top - bottom) / len(values)
+    assert abs(bottom + (row + 0.5) * height - 100) < 0.51 * height
+    assert height == pytest.approx(min(rate, 1000) / 256, rel=1e-3)
+    assert top <= min(rate / 2, 1000) + height
+    assert left == 0
+    assert 1.5 < right <= 2.0
+
+
+def ladder(axes=3):
+    weights = np.linspace(0, 1, 3)
+    steps = [[noise(1 + w, 10 * k + i, axes) for i in range(3)] for k, w in enumerate(weights)]
+    ends = ([noise(gain, 90 * gain + i, axes) for i in range(3)] for gain in (1, 2))
+    return [step[0] for step in steps], positions(steps, *ends, weights=weights)
+
+
+@pytest.mark.parametrize("axes", [1, 3])
+def test_a_ladder_shows_its_weights_and_where_it_lies(axes, tmp_path):
+    steps, measured = ladder(axes)
+    figure = mixing_figure(steps, measured, start="cork", end="tile", start_weights=[1, 1, 1], title="t")
+    upper, lower = figure.subfigs
+    shown = [place for place in upper.axes if place.images]
+    assert len(shown) == 3 * axes
+    assert [place.get_title() for place in shown[:3]] == ["0", "0.5", "1"]
+    assert [place.get_xlabel() for place in shown[-3:]] == ["1", "1", "1"]
+    curves = lower.axes[0].get_lines()
+    assert any(np.array_equal(c.get_ydata(), measured.position[:, -1]) for c in curves)
+    with Pillow.open(save_figure(tmp_path / "ladder.png", figure)) as picture:
+        assert picture.width > 1000
+
+
+def test_an_axis_without_ends_is_left_out():
+    steps, measured = ladder()
+    nothing = np.full_like(measured.position, np.nan)
+    nothing[:, -1] = measured.position[:, -1]
+    object.__setattr__(measured, "position", nothing)
+    lower = mixing_figure(steps, measured, start="cork", end="tile").subfigs[1]
+    assert lower.axes[0].get_legend_handles_labels()[1] == ["all axes"]
+
+
+def test_what_does_not_fit_together_is_refused():
+    steps, measured = ladder()
+    with pytest.raises(ParameterError, match="steps must be 3 as in the ladder, got 2"):
+        mixing_figure(steps[:2], measured, start="a", end="b")
+    with pytest.raises(ParameterError, match="at least one signal, got none"):
+        spectrograms_figure({})
+    with pytest.raises(ParameterError, match="got 2 kinds"):
+        spectrograms_figure({"a": {"one": tone(50), "other": tone(50, axes=1)}})
+
+
+def test_silence_can_be_drawn():
+    silent = Signal(np.zeros((1, 600)), 1000, "N")
+    for scale in ("0-1", "dB"):
+        spectrograms_figure({"nothing": {"recorded": silent}}, scale=scale).savefig("/dev/null", format="png")

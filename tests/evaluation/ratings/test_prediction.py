@@ -1,0 +1,120 @@
+"""Errors of predicted scores, and of what they stand beside: constant guesses and people."""
+
+import numpy as np
+import pytest
+
+from tactogram.errors import ParameterError
+from tactogram.evaluation.ratings.figures import prediction_figure, word_map_figure
+from tactogram.evaluation.ratings.prediction import (
+    Predicted,
+    distances_to_targets,
+    one_rater_error,
+    split_half_error,
+)
+from tactogram.statistics.figures import error_figure
+
+WORDS = ("rough", "sticky")
+
+
+def people(items=30, raters=8, noise=0.5, seed=0):
+    rng = np.random.default_rng(seed)
+    means = rng.uniform(1, 7, (items, 1, 2))
+    return means + noise * rng.standard_normal((items, raters, 2))
+
+
+def predicted(error=0.2, repeats=2, seed=0):
+    cube = people()
+    rng = np.random.default_rng(seed)
+    truth = np.repeat(cube.mean(1)[None], repeats, axis=0)
+    scores = truth + error * rng.choice([-1.0, 1.0], truth.shape)
+    constant = np.broadcast_to(truth.mean(1, keepdims=True), truth.shape)
+    return Predicted(WORDS, [f"i{n}" for n in range(30)], scores, constant, truth, cube)
+
+
+def test_error_is_the_mean_over_items_beside_that_of_a_constant_guess():
+    found = predicted()
+    figures = found.as_dict()
+    assert figures["mean"]["mae"] == pytest.approx(0.2)
+    assert figures["per_word"]["rough"]["mae_sd"] == pytest.approx(0, abs=1e-9)
+    by_hand = np.abs(found.truth[0] - found.truth[0].mean(0)).mean(0)
+    for word, value in zip(WORDS, by_hand, strict=True):
+        assert figures["per_word"][word]["constant_mae"] == pytest.approx(value)
+        assert figures["per_word"][word]["p_against_constant"] < 1e-3
+        assert figures["per_word"][word]["rank_correlation"] > 0.95
+
+
+def test_a_model_that_says_the_constant_is_not_better_than_it():
+    found = predicted()
+    same = Predicted(WORDS, found.items, found.constant, found.constant, found.truth, found.cube)
+    row = same.as_dict()["mean"]
+    assert row["mae"] == row["constant_mae"]
+    assert row["p_against_constant"] is None
+    assert row["rank_correlation"] is None
+
+
+def test_items_that_were_not_predicted_count_nowhere():
+    found = predicted(repeats=1)
+    scores = found.scores.copy()
+    scores[0, 20:] = np.nan
+    part = Predicted(WORDS, found.items, scores, found.constant, found.truth, found.cube)
+    assert part.as_dict()["mean"]["mae"] == pytest.approx(0.2)
+    by_hand = np.abs(found.constant - found.truth)[0, :20].mean()
+    assert part.as_dict()["mean"]["constant_mae"] == pytest.approx(by_hand)
+
+
+def test_a_repetition_whose_judges_all_left_a_word_out_has_no_part_in_its_spread():
+    found = predicted(repeats=3)
+    truth, scores = found.truth.copy(), found.scores.copy()
+    scores[2] = truth[2] + 0.4
+    truth[0, :, 1] = np.nan
+    row = Predicted(WORDS, found.items, scores, found.constant, truth, found.cube).as_dict()["per_word"]
+    assert row["sticky"]["mae_sd"] == pytest.approx(np.std([0.2, 0.4], ddof=1))
+    assert row["rough"]["mae_sd"] == pytest.approx(np.std([0.2, 0.2, 0.4], ddof=1))
+
+
+def test_half_of_the_raters_is_as_far_from_the_other_as_their_noise_says():
+    """The difference of two means of n / 2 has the variance 4 s² / n."""
+    error = split_half_error(people(400, 16, 0.5), rng=np.random.default_rng(0), splits=20)
+    np.testing.assert_allclose(error, np.sqrt(2 / np.pi) * np.sqrt(4 / 16) * 0.5, rtol=0.05)
+
+
+def test_one_rater_is_held_against_the_mean_of_the_others():
+    cube = np.array([[[1.0], [3.0], [8.0]]])
+    assert one_rater_error(cube)[0] == pytest.approx(np.mean([4.5, 1.5, 6.0]))
+    with_hole = np.array([[[1.0], [3.0], [np.nan]]])
+    assert one_rater_error(with_hole)[0] == pytest.approx(2.0)
+
+
+def test_one_rater_for_all_says_nothing_of_agreement():
+    assert np.isnan(one_rater_error(people(raters=1))).all()
+    assert np.isnan(split_half_error(people(raters=3), rng=np.random.default_rng(0))).all()
+
+
+def test_distance_is_to_the_target_in_the_name():
+    targets = {"p1": np.array([1.0, 1.0]), "p2": np.array([7.0, 7.0])}
+    found = distances_to_targets({"A/p1": np.array([4.0, 5.0]), "B/p2": np.array([7.0, 7.0])}, targets)
+    assert found["A/p1"] == ("p1", pytest.approx(np.sqrt(12.5)))
+    assert found["B/p2"] == ("p2", 0.0)
+    with pytest.raises(ParameterError, match="A/p9: target must be one of p1, p2"):
+        distances_to_targets({"A/p9": np.zeros(2)}, targets)
+
+
+def test_figures_show_every_word_condition_and_target():
+    found = predicted()
+    axes = prediction_figure(found, found.as_dict()).axes[0]
+    assert [label.get_text() for label in axes.get_yticklabels()] == list(WORDS)
+    bars = error_figure({"sensor": (1.3, 0.02), "A": (1.1, 0.02)}, marked=[("sensor", "A", "*")]).axes[0]
+    assert [patch.get_height() for patch in bars.patches] == [1.3, 1.1]
+    assert "*" in [text.get_text() for text in bars.texts]
+
+
+def test_word_map_keeps_distances_where_two_words_are_all_there_is():
+    kinds = {
+        "plates": {"p1": np.array([1.0, 2.0]), "p2": np.array([6.0, 3.0])},
+        "signals": {"s1": np.array([2.0, 7.0])},
+        "made": {"p1": np.array([4.0, 6.0])},
+    }
+    axes = word_map_figure(kinds, WORDS, targets={"made:p1": "plates:p1"}).axes[0]
+    [line] = [one for one in axes.lines if one.get_marker() == "None"]
+    assert np.hypot(*np.diff(line.get_xydata(), axis=0)[0]) == pytest.approx(5.0)
+    assert f"{np.sqrt(25 / 2):.1f}" in [text.get_text() for text in axes.texts]

@@ -1,0 +1,129 @@
+"""What no drive may do, whole or block by block."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from tactogram.errors import ParameterError
+from tactogram.rendering.displays.catalogue import display_of
+from tactogram.rendering.drive.safety import Guard, fade_window, safe
+from tactogram.signal import Signal
+
+
+def display(**changes):
+    values = {
+        "name": "a",
+        "title": "a",
+        "family": "linear",
+        "rate": 1000,
+        "channels": ["a", "b"],
+        "unit": "V",
+        "limit": 0.7,
+        "fade_ms": 20,
+    }
+    return display_of(values | changes)
+
+
+SAMPLES = hnp.arrays(
+    np.float32,
+    st.tuples(st.just(2), st.integers(1, 120)),
+    elements=st.floats(-1e6, 1e6, width=32, allow_nan=False),
+)
+
+
+@settings(max_examples=50)
+@given(SAMPLES, st.booleans())
+def test_limits_hold_whatever_comes(samples, dc):
+    d = display(dc=dc)
+    drive, facts = safe(Signal(samples, 1000, "V", ("a", "b")), d)
+    assert np.abs(drive.samples.astype(np.float64)).max() <= d.limit
+    assert facts["clipped_samples"] == np.count_nonzero(np.abs(samples.astype(np.float64)) > d.limit)
+    if not dc:
+        assert np.abs(drive.samples.astype(np.float64).mean(axis=1)).max() < 1e-6
+    assert not drive.samples[:, -1].any()
+
+
+@settings(max_examples=30)
+@given(SAMPLES)
+def test_lowest_and_rest_are_kept(samples):
+    d = display(lowest=0.1, rest=0.2, dc=True)
+    drive, _ = safe(Signal(samples, 1000, "V", ("a", "b")), d)
+    x = drive.samples.astype(np.float64)
+    assert x.min() >= 0.1
+    assert x.max() <= 0.7
+    np.testing.assert_allclose(x[:, -1], 0.2, atol=1e-7)
+
+
+def test_a_drive_within_limits_is_only_faded():
+    t = np.arange(1000) / 1000
+    x = np.stack([np.sin(2 * np.pi * 50 * t), np.cos(2 * np.pi * 50 * t)]) * 0.5
+    drive, facts = safe(Signal(x, 1000, "V", ("a", "b")), display())
+    np.testing.assert_allclose(drive.samples[:, 20:-20], x[:, 20:-20], atol=2e-3)
+    assert facts["clipped_samples"] == 0
+    assert abs(drive.samples[:, 0]).max() < 1e-3
+
+
+def test_the_fade_is_a_raised_cosine():
+    w = fade_window(100, 20)
+    assert w[0] == w[-1] == 0
+    assert w[10] == pytest.approx(0.5)
+    assert (w[20:-20] == 1).all()
+    assert (np.diff(w[:20]) > 0).all()
+    np.testing.assert_array_equal(fade_window(3, 0), [1, 1, 0])
+
+
+def test_a_drive_that_is_not_the_displays_is_a_defect():
+    with pytest.raises(ParameterError, match="drive must be"):
+        safe(Signal(np.zeros((2, 10)), 500, "V", ("a", "b")), display())
+
+
+@given(
+    hnp.arrays(np.float32, (2, 300), elements=st.floats(-5, 5, width=32)),
+    st.lists(st.integers(1, 60), min_size=1, max_size=8),
+)
+def test_blocks_change_nothing_in_a_guarded_stream(samples, cuts):
+    whole = Guard(display()).process(samples)
+    guard, parts, at = Guard(display()), [], 0
+    for cut in [*cuts, 300]:
+        parts.append(guard.process(samples[:, at : at + cut]))
+        at += cut
+    np.testing.assert_allclose(np.concatenate(parts, axis=1), whole, atol=1e-6)
+    assert np.abs(whole).max() <= 0.7
+
+
+def test_a_fault_fades_to_rest_and_stays_there_until_reset():
+    guard = Guard(display(dc=True))
+    on = guard.process(np.full((2, 100), 0.5))
+    assert on[0, -1] == pytest.approx(0.5)
+    bad = np.full((2, 100), 0.5)
+    bad[1, 3] = np.nan
+    off = guard.process(bad)
+    assert guard.fault
+    assert np.isfinite(off).all()
+    assert np.abs(np.diff(np.concatenate([on[:, -1:], off], axis=1))).max() < 0.5 * np.pi / 2 / 20 * 1.01
+    assert not off[:, 20:].any()
+    assert not guard.process(np.full((2, 50), 0.5)).any()
+    guard.reset()
+    assert guard.process(np.full((2, 50), 0.5))[0, -1] == pytest.approx(0.5)
+
+
+def test_a_lost_connection_fades_to_rest_and_comes_back_with_a_fade():
+    guard = Guard(display(dc=True))
+    sent = [guard.process(np.full((2, 40), 0.5)), guard.missing(10), guard.missing(60)]
+    sent.append(guard.process(np.full((2, 40), -0.5)))
+    x = np.concatenate(sent, axis=1)
+    assert not x[:, 70:100].any()
+    assert x[0, -1] == pytest.approx(-0.5)
+    assert np.abs(np.diff(x, axis=1)).max() < 0.5 * np.pi / 2 / 20 * 1.01
+
+
+def test_a_guarded_stream_has_no_dc_where_it_is_forbidden():
+    sent = Guard(display()).process(np.full((2, 1000), 0.5))
+    assert np.abs(sent[:, -100:]).max() < 1e-3
+
+
+def test_a_guard_refuses_another_number_of_channels():
+    with pytest.raises(ParameterError, match=r"\(2, time\)"):
+        Guard(display()).process(np.zeros((3, 5)))

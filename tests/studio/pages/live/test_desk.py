@@ -1,0 +1,244 @@
+import time
+
+import numpy as np
+import pytest
+
+import tactogram.workflows.capture.live
+from tactogram.capture.live.recognition import Guess, Heard
+from tactogram.capture.session.console import Status
+from tactogram.errors import DataError, ParameterError
+from tactogram.studio.pages.live.choices import (
+    classifiers,
+    confined,
+    plan_choices,
+    session_state,
+    source_choices,
+    to_be_told,
+)
+from tactogram.studio.pages.live.console import PageConsole, PageMetronome
+from tactogram.studio.pages.live.desk import Desk, Order
+from tactogram.studio.pages.live.traces import Traces
+from tactogram.studio.workspace.folder import Workspace
+from tactogram.workflows.capture.session import capture
+
+SIMULATED = "simulated:twelite?rate=330&loss=0.02"
+
+
+def until(condition, seconds=8.0):
+    """Wait for something that another thread does."""
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "it did not come to be"
+        time.sleep(0.01)
+
+
+def test_traces_hold_the_extremes_of_each_bin():
+    x = np.random.default_rng(0).standard_normal((2, 1000)).astype(np.float32)
+    traces = Traces()
+    for start in range(0, 1000, 37):
+        traces.add(x[:, start : start + 37], 1000.0)
+    found = traces.since(0)
+    assert (found["from"], found["next"], found["bin_s"]) == (0, 100, 0.01)
+    assert found["low"] == pytest.approx(x.reshape(2, 100, 10).min(axis=2), rel=1e-3)
+    assert found["high"] == pytest.approx(x.reshape(2, 100, 10).max(axis=2), rel=1e-3)
+
+
+def test_a_page_gets_only_what_it_has_not_drawn_and_only_what_is_kept():
+    traces = Traces(kept_s=0.5)
+    traces.add(np.zeros((1, 1000), np.float32), 1000.0)
+    assert (traces.since(90)["from"], len(traces.since(90)["lost"])) == (90, 10)
+    assert (traces.since(0)["from"], len(traces.since(0)["lost"])) == (50, 50)
+    assert traces.since(10_000)["from"] == 50  # of another source, before a restart
+
+
+def test_lost_samples_are_marked_and_a_lost_bin_is_empty():
+    x = np.ones((1, 30), np.float32)
+    x[0, 5], x[0, 10:20] = np.nan, np.nan
+    traces = Traces()
+    traces.add(x, 1000.0)
+    found = traces.since(0)
+    assert found["lost"] == [1, 1, 0]
+    assert found["low"] == [[1.0, None, 1.0]]
+
+
+def test_samples_wait_for_the_rate():
+    traces = Traces()
+    traces.add(np.zeros((3, 50), np.float32), None)
+    assert traces.since(0)["next"] == 0
+    traces.add(np.zeros((3, 50), np.float32), 100.0)
+    assert traces.since(0)["next"] == 100
+
+
+def test_an_answer_counts_once_and_only_for_its_question():
+    console = PageConsole()
+    tried = []
+
+    def idle():
+        number = console.question.number
+        tried.extend(
+            [
+                console.answer(number - 1, "a"),
+                console.answer(number, "x"),
+                console.answer(number, "r"),
+                console.answer(number, "a"),
+            ]
+        )
+
+    assert console.ask("Good?", {"a": "accept", "r": "redo"}, default="a", idle=idle) == "r"
+    assert tried == [False, False, True, False]
+    assert console.question is None
+
+
+def test_an_ended_console_answers_with_a_stop():
+    console = PageConsole()
+    console.show(Status("take 1", "countdown", ""))
+    console.end()
+    assert console.ask("Begin?", {"b": "begin", "q": "stop"}, default="b", idle=lambda: None) == "q"
+
+
+def test_the_metronome_says_where_its_beat_is():
+    now = [10.0]
+    metronome = PageMetronome(lambda: now[0])
+    assert metronome.facts() is None
+    metronome.start(0.8, 3.0, back_and_forth=True)
+    now[0] = 11.0
+    assert metronome.facts() == {"number": 1, "elapsed_s": 1.0, "interval_s": 0.8, "back_and_forth": True}
+    now[0] = 14.0
+    assert metronome.facts() is None
+
+
+def test_a_desk_listens_draws_and_lets_the_device_go(tmp_path):
+    desk = Desk(tmp_path)
+    desk.start(Order(SIMULATED))
+    until(lambda: desk.now()["traces"]["next"] > 40)
+    now = desk.now()
+    assert (now["state"], now["axes"], now["simulated"]) == ("watching", ["x", "y", "z"], True)
+    assert now["levels"]["rms"] > 0
+    with pytest.raises(ParameterError, match="stop it first"):
+        desk.start(Order(SIMULATED))
+    desk.stop()
+    assert not desk.running
+    assert desk.result["simulated"]
+    assert desk.last_order() == Order(SIMULATED)
+
+
+@pytest.mark.parametrize("address", ["nothing:", "simulated:twelite?rate=fast"])
+def test_what_is_no_address_begins_nothing(tmp_path, address):
+    desk = Desk(tmp_path)
+    with pytest.raises(ParameterError):
+        desk.start(Order(address))
+    assert (desk.state, desk.last_order()) == ("idle", None)
+
+
+def test_a_device_that_does_not_open_is_told(tmp_path):
+    desk = Desk(tmp_path)
+    desk.start(Order("serial:/dev/no-such-port"))
+    until(lambda: not desk.running)
+    assert "no-such-port" in desk.error
+    assert desk.state == "idle"
+
+
+@pytest.fixture(name="plan")
+def plan_fixture(tmp_path):
+    """Give a plan of two short takes."""
+    path = tmp_path / "tiny.toml"
+    path.write_text(
+        'title = "Tiny"\nmaterials = ["one", "two"]\nseconds = 0.3\ncountdown_s = 0\norder = "as-listed"\nrate = 330\n'
+        "[limits]\nmost_lost = 1.0\nlongest_gap_s = 5.0\n"
+    )
+    return path
+
+
+def test_a_session_is_the_terminals_and_says_how_far_it_is(tmp_path, plan):
+    workspace = Workspace.at(tmp_path)
+    desk = Desk(workspace.own)
+    order = Order(SIMULATED, plan=str(plan), data=str(tmp_path / "rec"), changes={"subject": "K7"})
+    desk.start(order)
+    for key in ("b", "a"):
+        until(lambda k=key: desk.console.question is not None and k in desk.console.question.keys)
+        assert desk.console.answer(desk.console.question.number, key)
+    until(lambda: desk.console.question is not None and "b" in desk.console.question.keys)
+    desk.stop()
+    assert (desk.result["session"], desk.result["accepted"], desk.result["left"]) == ("tiny-K7", 1, 1)
+    state = session_state(workspace, "rec", order.session_name)
+    assert state == {"total": 2, "accepted": 1, "skipped": 0, "left": 1, "open": False}
+    rest = capture(plan, SIMULATED, tmp_path / "rec", changes={"subject": "K7"}, yes=True, sound=False)
+    assert (rest["accepted"], rest["left"], rest["recordings"]) == (1, 0, 2)
+
+
+def test_a_session_needs_a_plan_that_is_one_and_a_store(tmp_path, plan):
+    desk = Desk(tmp_path / "own")
+    with pytest.raises(ParameterError, match="needs a store"):
+        desk.start(Order(SIMULATED, plan=str(plan)))
+    with pytest.raises(ParameterError, match="no such session plan"):
+        desk.start(Order(SIMULATED, plan="none such", data=str(tmp_path / "rec")))
+
+
+def test_simulated_sources_are_always_there(surfaces):
+    workspace = Workspace.at(surfaces)
+    missing = {
+        "kind": "lsl",
+        "address": None,
+        "what": "Lab Streaming Layer stream",
+        "missing": "install pylsl",
+    }
+    found = source_choices(workspace, [missing])
+    assert (found[0].address, found[0].missing) == (None, "install pylsl")
+    addresses = [choice.address for choice in found if choice.simulated]
+    assert "played:studio/first/surfaces?rate=330&loss=0.01&materials=all" in addresses
+    assert any(address.startswith("simulated:twelite") for address in addresses)
+    assert to_be_told(addresses[0]) == "played:studio/first/surfaces?rate=330&loss=0.01"
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        "played:../store",
+        "log:/etc/passwd",
+        "twelite:/dev/x?log=/tmp/raw.log",
+        "simulated:twelite?rate=330&file=..%2Fx.npz",
+    ],
+)
+def test_a_source_reads_and_writes_nothing_outside_of_the_workspace(tmp_path, address):
+    with pytest.raises(ParameterError, match="outside"):
+        confined(Workspace.at(tmp_path), address)
+
+
+def test_a_confined_address_stays_what_it_is(tmp_path):
+    workspace = Workspace.at(tmp_path)
+    assert confined(workspace, "serial:/dev/ttyACM0?unit=g") == "serial:/dev/ttyACM0?unit=g"
+    assert confined(workspace, "played:s?loss=0.1") == f"played:{tmp_path / 's'}?loss=0.1"
+
+
+def test_plans_and_classifiers_of_the_workspace_are_found(tmp_path, plan):
+    workspace = Workspace.at(tmp_path)
+    assert plan_choices(workspace)["tiny.toml"] == "tiny.toml: Tiny"
+    assert "first-try" in plan_choices(workspace)
+    run = tmp_path / "runs" / "nine"
+    run.mkdir(parents=True)
+    (run / "recipe.toml").write_text('model = "stroke_cnn"\n')
+    (run / "model.json").write_text('{"kind": {"materials": ["a", "b"]}}')
+    assert classifiers(workspace) == {"runs/nine": "runs/nine (2 materials)"}
+
+
+def test_a_session_that_is_none_has_no_state(tmp_path):
+    workspace = Workspace.at(tmp_path)
+    assert session_state(workspace, "rec", "none") is None
+    with pytest.raises((ParameterError, DataError)):
+        session_state(workspace, "../rec", "none")
+
+
+def test_what_a_classifier_makes_of_it_is_shown(tmp_path, monkeypatch):
+    guess = Guess(100, 0.3, Heard({"cork": 0.2, "tile": 0.8}, none_of_these=True), 0.0, 1.5, 0.02, 0)
+
+    def live(run, address, *, show, **rest):
+        show(guess)
+        return {"windows": 1, "judged": 1}
+
+    monkeypatch.setattr(tactogram.workflows.capture.live, "live", live)
+    desk = Desk(tmp_path)
+    desk.start(Order(SIMULATED, run="runs/nine"))
+    until(lambda: desk.result is not None)
+    shown = desk.now()["guess"]
+    assert (shown["material"], shown["none_of_these"], shown["latency_s"]) == ("tile", True, 0.02)
+    assert shown["probabilities"] == {"cork": 0.2, "tile": 0.8}

@@ -1,0 +1,234 @@
+"""The page Make in a browser: choose, mix, make, hear, keep, compare, undo, reload; photographs; bad input."""
+
+import json
+
+import numpy as np
+import pytest
+from PIL import Image as Pillow
+
+from tactogram.datasets import Ratings, Recording, create_store
+from tactogram.datasets.ratings.words import WORDS
+from tactogram.signal import Signal
+from tactogram.studio.pages.make.form import word_label
+from tactogram.studio.workspace.folder import Workspace
+
+
+@pytest.fixture(scope="module")
+def photo_run(workspace):
+    """Add a run that goes by photographs."""
+    from tactogram.workflows.training.train import train
+
+    train(
+        "nearest_photo",
+        workspace / "studio/first/surfaces",
+        recipe="tiny",
+        split="all",
+        out=workspace / "runs/by-photo",
+    )
+    return workspace
+
+
+@pytest.fixture(scope="module")
+def words_run(workspace):
+    """Add a run that goes by the ten words: of noise and scores that were drawn, a second's training at most."""
+    from tactogram.workflows.training.train import train
+
+    rng = np.random.default_rng(0)
+    plates = [
+        Recording(
+            streams={"strain": Signal(rng.normal(size=(4, 720)), 600.0, "V", tuple("abcd"))},
+            material=f"plate{plate}",
+            source=f"plate{plate}/{number}",
+            simulated=True,
+        )
+        for plate in range(2)
+        for number in range(4)
+    ]
+    drives = [
+        Recording(
+            streams={"drive": Signal(rng.normal(size=(1, 400)), 400.0, "1", ("drive",))},
+            labels={"item": f"drive{number}"},
+            source=f"drive{number}",
+            simulated=True,
+        )
+        for number in range(4)
+    ]
+    items = ["plate0", "plate1", *(f"drive{number}" for number in range(4))]
+    rows = [(rater, item, word) for item in items for rater in ("r1", "r2") for word in WORDS]
+    ratings = Ratings(*zip(*rows, strict=True), rng.integers(1, 8, len(rows)).astype(float))
+    store = workspace / "data/by-words"
+    create_store(store, plates + drives, name="drawn", licence="-", simulated=True, ratings=ratings)
+    train("ultrasonic_cgan", store, recipe="tiny", split="all", out=workspace / "runs/by-words")
+
+
+SHARES = "all => [...document.querySelectorAll('.sliders .share')].map((s) => s.innerText).join() "
+"""Reads what the sliders' labels tell; what they are held against follows."""
+
+
+def make(tab):
+    """Press Make."""
+    tab.get_by_role("button", name="Make", exact=True).click()
+
+
+def test_mix_make_hear_keep_compare_undo_and_reload(tab, workspace):
+    tab.goto("/make")
+    tab.wait_for_selector("[data-map-handle]")  # the first to need torch
+
+    # The map, by keyboard: towards a corner, and back by undo. A press is a step: each is waited for.
+    tab.locator("[data-map-handle]").focus()
+    shares = tab.locator(".sliders .share").all_inner_texts()
+    for key in ("Shift+ArrowRight", "Shift+ArrowDown", "Shift+ArrowDown"):
+        tab.keyboard.press(key)
+        tab.wait_for_function(SHARES + "!== all.join()", arg=shares)
+        shares = tab.locator(".sliders .share").all_inner_texts()
+    tab.wait_for_function(
+        "() => !document.querySelector('[aria-label=\"Undo the last change of the form\"]').disabled"
+    )
+    assert sum(float(text.rstrip(" %")) for text in shares) == pytest.approx(100, abs=2)
+    assert 1 <= sum(text != "0 %" for text in shares) <= 3
+
+    make(tab)
+    card = tab.locator(".signal").first
+    card.get_by_text("m/s² rms").wait_for()
+    assert "detection threshold" in card.inner_text()
+    assert card.locator(".simulated").count() == 1
+    tab.locator(".signal canvas").nth(1).wait_for()
+    tab.wait_for_function("() => document.querySelector('.spectrogram img').naturalWidth === 640")
+
+    # Heard, at a level that is told.
+    card.locator(".player").click()
+    tab.wait_for_function("() => window.tactogramPlayer.state().place > 0.02")
+    assert "of full scale per m/s²" in card.locator("[data-player-told]").inner_text()
+    tab.keyboard.press("Escape")
+    assert tab.evaluate("window.tactogramPlayer.state().url") == ""
+
+    # Kept, with what it was made of.
+    card.get_by_role("button", name="Keep").click()
+    card.get_by_role("link", name="Send").wait_for()
+    (kept,) = (Workspace.at(workspace).own / "kept").glob("2*")
+    facts = json.loads((kept / "facts.json").read_text())
+    assert facts["run"] == "studio/first/voices"
+    assert facts["simulated"] is True
+    assert facts["command"].startswith("tactogram generate studio/first/voices --mix ")
+
+    # Held against real recordings, on the same scales, changed between while playing.
+    tab.get_by_role("button", name="Nearest recordings").click()
+    tab.wait_for_function("() => document.querySelectorAll('.beside > .signal').length === 3")
+    assert "recording" in tab.locator(".signal").nth(1).inner_text()
+    tab.get_by_role("switch", name="At their true strengths").click()
+    tab.wait_for_function("() => document.querySelectorAll('[data-player-url*=\"gain=\"]').length === 3")
+    urls = [one.get_attribute("data-player-url") for one in tab.locator("[data-player-url]").all()]
+    assert len({url.split("gain=")[1] for url in urls}) == 1
+    tab.locator("h1").click()
+    tab.keyboard.press("1")
+    tab.wait_for_function("() => window.tactogramPlayer.state().place > 0.05")
+    tab.keyboard.press("3")
+    tab.wait_for_function("url => window.tactogramPlayer.state().url === url", arg=urls[2])
+    assert tab.evaluate("window.tactogramPlayer.state().place") >= 0.05
+    tab.keyboard.press("Escape")
+
+    # Undone, and nothing lost on reload.
+    tab.get_by_role("button", name="Undo the last change of the form").click()
+    tab.wait_for_function(SHARES + "!== all.join()", arg=shares)
+    tab.get_by_role("button", name="Redo").click()
+    tab.wait_for_function(SHARES + "=== all.join()", arg=shares)
+    tab.reload()
+    tab.wait_for_selector("[data-map-handle]")
+    tab.wait_for_function("() => document.querySelectorAll('.beside > .signal').length === 3")
+    assert tab.locator(".sliders .share").all_inner_texts() == shares
+
+
+def test_a_photograph_is_dropped_cropped_and_made_of(tab, photo_run, tmp_path):
+    pixels = np.random.default_rng(0).integers(0, 255, (90, 120, 3), np.uint8)
+    Pillow.fromarray(pixels).save(tmp_path / "stone.png")
+    tab.goto("/make?run=runs/by-photo")
+    tab.wait_for_selector("[data-drop]")
+
+    # Without one it says what to do; a file that is no picture is refused in a sentence.
+    make(tab)
+    tab.get_by_text("This model goes by a photograph").wait_for()
+    upload = tab.locator("input[type=file]").first
+    upload.set_input_files({"name": "no.png", "mimeType": "image/png", "buffer": b"not a picture"})
+    tab.get_by_text("no.png", exact=False).first.wait_for()
+
+    # Dropped, as a hand does it.
+    data = list((tmp_path / "stone.png").read_bytes())
+    tab.evaluate(
+        """data => {
+          const held = new DataTransfer();
+          held.items.add(new File([new Uint8Array(data)], 'stone.png', {type: 'image/png'}));
+          const drop = document.querySelector('[data-drop]');
+          drop.dispatchEvent(new DragEvent('drop', {dataTransfer: held, bubbles: true, cancelable: true}));
+        }""",
+        data,
+    )
+    tab.wait_for_function("() => document.querySelector('[data-crop] img')?.naturalWidth === 120")
+    box = tab.locator("[data-crop]").bounding_box()
+    tab.mouse.move(box["x"] + 0.25 * box["width"], box["y"] + 0.25 * box["height"])
+    tab.mouse.down()
+    tab.mouse.move(box["x"] + 0.75 * box["width"], box["y"] + 0.75 * box["height"], steps=3)
+    tab.mouse.up()
+    tab.get_by_role("button", name="The whole photograph").wait_for()
+
+    make(tab)
+    tab.locator(".signal", has_text="stone").first.wait_for()
+    (part,) = (photo_run / "studio" / "photos").glob("stone-*-part-*.png")
+    rows, columns = np.array(Pillow.open(part)).shape[:2]
+    assert abs(rows - 45) <= 2
+    assert abs(columns - 60) <= 2
+    summary = tab.get_by_text("The same on the command line")
+    summary.click()
+    assert f"--image studio/photos/{part.name}" in tab.locator("pre").inner_text()
+
+
+@pytest.mark.usefixtures("words_run")
+def test_ten_words_are_ticked_scored_and_made_of(tab):
+    tab.goto("/make?run=runs/by-words")
+    tab.locator("[data-word]").nth(9).wait_for()
+    labels = tab.locator(".sliders.words .q-checkbox").all_inner_texts()
+    assert labels == [" ".join(word_label(word).split()) for word in WORDS]
+    shares = tab.locator(".sliders .share")
+    assert shares.all_inner_texts() == ["mean"] * 10
+
+    slider = tab.get_by_role(
+        "slider", name="Score of rough"
+    )  # the keyboard reaches what has the role and the name
+    slider.press("PageUp")
+    tab.wait_for_function("() => document.activeElement.ariaValueNow === '5'")
+    assert slider.evaluate("slider => slider === document.activeElement")
+    tab.get_by_role("checkbox", name="sticky").click()
+    rough, sticky = (list(WORDS).index(word) for word in ("rough", "sticky"))
+    tab.wait_for_function(
+        "() => [...document.querySelectorAll('.share')].filter((s) => s.innerText !== 'mean').length === 2"
+    )
+    assert (shares.nth(rough).inner_text(), shares.nth(sticky).inner_text()) == ("5.0", "4.0")
+
+    make(tab)
+    card = tab.locator(".signal").first
+    card.get_by_text("(ratio) rms").wait_for()
+    assert card.locator(".simulated").count() == 1
+    tab.get_by_text("The same on the command line").click()
+    assert "--words rough=5,sticky=4 --rest mean" in tab.locator("pre").inner_text()
+
+
+def test_bad_input_is_told_and_the_page_goes_on(tab):
+    tab.goto("/make?run=studio/first/voices")
+    tab.wait_for_selector("[data-map-handle]")
+    speed = tab.get_by_label("Speed, mm/s")
+    speed.fill("-5")
+    speed.press("Tab")
+
+    make(tab)
+    tab.get_by_text("must be greater than 0").wait_for()
+
+    speed.fill("")
+    speed.press("Tab")
+    make(tab)
+    tab.locator(".signal").first.wait_for()
+    for path in (
+        "/signals/0000/sound.wav",
+        "/make/photo/..%2Fsecret",
+        "/make/image/kept/..",
+        "/make/image/x/y",
+    ):
+        assert tab.request.get(path).status in (400, 403, 404), path

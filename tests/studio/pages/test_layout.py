@@ -1,0 +1,50 @@
+import asyncio
+import logging
+
+import pytest
+
+from tactogram.errors import ParameterError
+from tactogram.studio.pages import layout
+
+
+def refuse():
+    raise ParameterError("expected a, got b")
+
+
+async def refuse_later():
+    refuse()
+
+
+def refuse_by_another():
+    return refuse_later()
+
+
+@pytest.mark.parametrize("handler", [refuse, refuse_later, refuse_by_another])
+def test_an_error_that_comes_when_its_page_was_left_is_logged(handler, caplog, monkeypatch):
+    def gone(*_, **__):
+        raise RuntimeError("The parent element this slot belongs to has been deleted.")  # NiceGUI's
+
+    monkeypatch.setattr(layout.ui, "notify", gone)
+    with caplog.at_level(logging.WARNING):
+        found = layout.telling(handler)()
+        if asyncio.iscoroutine(found):
+            asyncio.run(found)
+    assert [record.getMessage() for record in caplog.records] == [
+        "nobody was left to be told: expected a, got b"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("value", "asked", "says"),
+    [
+        (-3.0, {"least": 0.1}, "Seconds must be at least 0.1, got -3"),
+        (12.0, {"least": 0, "most": 9}, "Seconds must be 0 to 9, got 12"),
+        (2.5, {"whole": True}, "Seconds must be a whole number, got 2.5"),
+        (float("nan"), {"least": 0}, "Seconds must be at least 0, got nan"),
+    ],
+)
+def test_a_number_out_of_range_is_refused_and_not_altered(value, asked, says):
+    with pytest.raises(ParameterError, match=f"^{says}$"):
+        layout.in_range("Seconds", value, **asked)
+    assert layout.in_range("Seconds", 1.0, **asked) == 1.0
+    assert layout.in_range("Seconds", None, **asked) is None

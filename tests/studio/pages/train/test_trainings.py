@@ -1,0 +1,330 @@
+import json
+import os
+import shutil
+import time
+
+import pytest
+
+from tactogram.errors import DataError, ParameterError
+from tactogram.models import find
+from tactogram.recipe import parse_changes
+from tactogram.studio.pages.train import detached
+from tactogram.studio.pages.train.config_form import assignments, settings_of
+from tactogram.studio.pages.train.detached import Process, start
+from tactogram.studio.pages.train.log import (
+    Step,
+    checkpoint_step,
+    complaint,
+    curves,
+    duration,
+    is_stopped,
+    metrics,
+    step_of,
+    thinned,
+    time_left,
+)
+from tactogram.studio.pages.train.run_facts import figures, run_facts
+from tactogram.studio.pages.train.trainings import Task, Trainings, command_line, free_name
+from tactogram.studio.pages.train.widgets import state_of
+from tactogram.studio.workspace.folder import Workspace
+from tactogram.workflows.training.compatibility import check_training
+from tactogram.workflows.training.plan import Asked
+from tactogram.workflows.training.preview import offered, sample
+from tactogram.workflows.training.run_lock import at_work
+from tactogram.workflows.training.train import train
+
+STORE = "studio/first/surfaces"
+STEPS = 300
+ARGUMENTS = ["--set", f"config.steps={STEPS}", "--set", "training.checkpoint_every=100000", "--split", "all"]
+
+
+def command(out, *more):
+    return [
+        "train",
+        "stroke_cnn",
+        "--data",
+        STORE,
+        "--recipe",
+        "tiny",
+        *ARGUMENTS,
+        "--accelerator",
+        "cpu",
+        "--out",
+        out,
+        *more,
+    ]
+
+
+def wait(until, seconds=180.0):
+    end = time.monotonic() + seconds
+    while not (found := until()):
+        assert time.monotonic() < end, "nothing happened"
+        time.sleep(0.02)
+    return found
+
+
+@pytest.fixture(scope="module")
+def trainings(workspace):
+    nice, detached.NICE = detached.NICE, 0  # nothing else is to stay quick here
+    made = Trainings(Workspace.at(workspace), most=1)
+    yield made
+    detached.NICE = nice
+    for task in made.all():
+        if task.process is not None:
+            task.process.end()
+    wait(lambda: not any(task.process and task.process.alive() for task in made.all()))
+
+
+def test_a_training_is_stopped_found_by_another_server_and_resumed_to_the_same_weights(trainings, workspace):
+    first = trainings.begin("train", command("runs/one"), "runs/one")
+    second = trainings.begin("train", command("runs/two"), "runs/two")
+    assert trainings.status(second).state == "waiting"  # one at a time
+    with pytest.raises(ParameterError, match="runs/one: train is at it already"):
+        trainings.begin("train", command("runs/one"), "runs/one")
+    run = workspace / "runs/one"
+    wait(lambda: len(metrics(run)) > 4)
+    assert trainings.status(first).state == "running"
+    with pytest.raises(ParameterError, match="stop it before the run is deleted"):
+        trainings.delete_run(run)
+    other = Trainings(Workspace.at(workspace), most=1)  # as after a restart: nothing but what is on the disk
+    status = other.status(other.get(first.id))
+    assert (status.state, status.step.name, status.step.total) == ("running", "classify", STEPS)
+    other.stop(second.id)
+    assert other.status(other.get(second.id)).state == "stopped"
+    other.stop(first.id)
+    wait(lambda: not other.get(first.id).process.alive())
+    stopped = other.status(other.get(first.id))
+    kept = checkpoint_step(run)
+    assert stopped.state == "stopped"
+    assert stopped.line.startswith(f"stopped after step {kept['step']} of {STEPS} of classify")
+    assert 0 < kept["step"] < STEPS
+    assert metrics(run)[-1]["step"] <= kept["step"] < metrics(run)[-1]["step"] + 10  # nothing is lost
+    again = other.resume(first.id)
+    assert again.arguments == ("train", "--resume", "runs/one")
+    whole = train(
+        "stroke_cnn", workspace / STORE, recipe="tiny", split="all", accelerator="cpu", out=workspace / "runs/whole",
+        changes={"config.steps": STEPS, "training.checkpoint_every": 100000},
+    ).folder  # fmt: skip
+    wait(lambda: other.status(other.get(first.id)).state == "finished")
+    for name in ("model.safetensors", "metrics.jsonl"):
+        assert (run / name).read_bytes() == (whole / name).read_bytes()
+    with pytest.raises(ParameterError, match="finished; only what was stopped or failed can go on"):
+        other.resume(first.id)
+    other.delete_run(run)
+    assert not run.exists()
+    assert first.id not in [task.id for task in other.all()]
+
+
+def test_a_training_that_fails_says_why_and_one_that_is_killed_too(trainings, workspace):
+    failed = trainings.begin("train", ["train", "nosuch", *command("runs/bad")[2:]], "runs/bad")
+    wait(lambda: trainings.status(trainings.get(failed.id)).state == "failed")
+    assert trainings.status(trainings.get(failed.id)).line.startswith("model must be one of ar_texture")
+    assert not (workspace / "runs/bad").exists()
+    killed = trainings.begin("train", command("runs/killed"), "runs/killed")
+    trainings.stop(killed.id, at_once=True)
+    wait(lambda: not trainings.get(killed.id).process.alive())
+    assert trainings.status(trainings.get(killed.id)).state == "stopped"
+    trainings.forget(killed.id)
+    with pytest.raises(DataError, match="no training"):
+        trainings.get(killed.id)
+
+
+def test_a_process_of_the_same_number_is_another_one(trainings, tmp_path):
+    process = start(["devices"], folder=tmp_path, log=tmp_path / "log")
+    later = Process(os.getpid(), process.created - 1000)  # the number was given again
+    assert Process(os.getpid(), time.time() + 5).alive() is False
+    assert not later.alive()
+    assert not later.ask_to_end()
+    task = Task(
+        "20260101-000000-abcdef", "train", ("train",), "runs/gone", "2026-01-01T00:00:00+00:00", later
+    )
+    assert trainings.status(task).state == "failed"
+    assert "killed, or the machine was switched off" in trainings.status(task).line
+    assert process.end()
+    wait(lambda: not process.alive())
+
+
+def test_a_run_that_another_process_trains_is_left_alone(trainings, workspace):
+    run = workspace / "runs/elsewhere"
+    run.mkdir(parents=True)
+    (run / "recipe.toml").write_text('model = "stroke_cnn"\n')
+    assert state_of(run_facts(run), None) == "unfinished"
+    with at_work(run):
+        assert state_of(run_facts(run), None) == "running"
+        with pytest.raises(ParameterError, match="begun elsewhere trains it at present"):
+            trainings.resume_run(run)
+        with pytest.raises(ParameterError, match="a process trains it; stop it before"):
+            trainings.delete_run(run)
+        stopped = Task(
+            "20260101-000000-abcdef",
+            "train",
+            ("train",),
+            "runs/elsewhere",
+            "2026-01-01T00:00:00+00:00",
+            stop_asked=True,
+        )
+        trainings._write(stopped)
+        with pytest.raises(
+            ParameterError, match="begun elsewhere trains it at present"
+        ):  # this studio began it once
+            trainings.resume_run(run)
+    left = run.with_name(".deleted-0a1b2c.gone")
+    (left / "samples").mkdir(parents=True)
+    trainings.delete_run(run)
+    assert not run.exists()
+    assert not left.exists()  # by a server that was killed while it deleted
+
+
+def test_a_sample_is_asked_for_by_name(workspace, tmp_path):
+    run = tmp_path / "voices"
+    shutil.copytree(workspace / "studio/first/voices", run)
+    names = [f"luncheon-mat-0{number}" for number in (1, 2, 3)]
+    names = ["artificial-grass", "carpet", "cloth", "cork-sheet", *names, "punched-plastic-sheet", "tile"]
+    assert offered(run) == names
+    assert sample(run, of="tile")["of"] == "tile"
+    assert (run / "samples/end-tile.wav").is_file()
+    with pytest.raises(ParameterError, match="must be of one of artificial-grass, .* got 'foam'"):
+        sample(run, of="foam")
+    (run / "model.json").unlink()  # while it trains, its data says it
+    data = json.loads((run / "data.json").read_text())
+    (run / "data.json").write_text(json.dumps({**data, "path": str(workspace / STORE)}))
+    assert offered(run) == names
+
+
+def test_what_went_on_elsewhere_is_not_where_this_studio_left_it(trainings, workspace):
+    task = Task(
+        "20260102-000000-abcdef", "train", ("train",), "runs/on", "2026-01-02T00:00:00+00:00", Process(1, 0.0)
+    )
+    (workspace / "runs/on").mkdir(parents=True)
+    checkpoint, log = workspace / "runs/on/checkpoint.safetensors", trainings.folder / f"{task.id}.log"
+    checkpoint.write_bytes(b"")
+    trainings.folder.mkdir(parents=True, exist_ok=True)
+    log.write_text("tactogram: stopped after step 4 of 9 of gan; all of it is kept\n")
+    os.utime(log, (2e9, 2e9))
+    assert trainings.status(task).line.startswith("stopped after step 4")
+    os.utime(checkpoint, (2e9 + 9, 2e9 + 9))
+    assert trainings.status(task).line.startswith("a process that was begun elsewhere went on with it")
+
+
+def test_a_broken_record_is_left_out(trainings, tmp_path):
+    other = Trainings(Workspace.at(tmp_path))
+    other.folder.mkdir(parents=True)
+    (other.folder / "20260101-000000-abcdef.json").write_text("{")
+    (other.folder / "other.json").write_text("{}")
+    assert other.all() == []
+    with pytest.raises(ParameterError, match="lies outside"):
+        other.begin("train", [], "../elsewhere")
+    with pytest.raises(ParameterError, match="not a run of this workspace"):
+        other.delete_run(tmp_path)
+
+
+def test_data_and_model_that_do_not_fit_are_refused_before_anything_is_made(workspace):
+    facts = check_training(Asked("stroke_cnn", workspace / STORE, recipe="tiny", split="all"))
+    assert (facts["train"], facts["test"], len(facts["materials"]), facts["rate"]) == (18, 0, 9, 1000.0)
+    assert facts["simulated"] is True
+    with pytest.raises(ParameterError, match="no ratings to learn from"):
+        check_training(Asked("rater", workspace / STORE, recipe="tiny"))
+    with pytest.raises(ParameterError, match="axis must be one of x, y, z"):
+        check_training(Asked("stroke_cnn", workspace / STORE, split="all", changes={"prepare.axes": ["w"]}))
+
+
+LOG = """prepare: 1/18
+prepare: 18/18
+standardise: 1/1 scale 0.3
+classify: 1/500 loss 3.2
+classify: 50/500 loss 2
+"""
+
+
+def test_how_far_it_is_comes_from_the_log_and_the_metrics(tmp_path):
+    assert step_of("") is None
+    assert step_of(LOG) == Step("classify", 50, 500)
+    lines = [{"stage": 1, "step": step, "loss": 1.0} for step in (10, 70)]
+    (tmp_path / "metrics.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines) + '{"sta')
+    assert step_of(LOG, tmp_path) == Step("classify", 70, 500)
+    (tmp_path / "metrics.jsonl").write_text('{"stage": 0, "step": 400}\n')  # of the stage before
+    assert step_of(LOG, tmp_path) == Step("classify", 50, 500)
+    assert step_of(LOG).share == pytest.approx(0.1)
+
+
+def test_why_it_ended_is_its_last_word():
+    assert complaint(LOG) is None
+    assert complaint(LOG + "tactogram: training diverged at step 3\n") == "training diverged at step 3"
+    assert (
+        complaint("usage: …\ntactogram train: error: argument --devices: invalid")
+        == "argument --devices: invalid"
+    )
+    assert complaint("Traceback (most recent call last):\n  File x\nKeyError: 'a'\n") == "KeyError: 'a'"
+    assert is_stopped("stopped after step 4 of 9 of gan; all of it is kept")
+    assert is_stopped("interrupted")
+    assert not is_stopped("training diverged")
+
+
+def test_curves_are_of_stages_with_more_than_one_step():
+    lines = [{"stage": 0, "step": 1, "scale": 2.0}]
+    lines += [{"stage": 1, "step": step, "loss": step / 2} for step in (1, 10, 20)]
+    assert curves(lines) == {"loss": [(1, 0.5), (10, 5.0), (20, 10.0)]}
+    lines += [{"stage": 2, "step": step, "loss": 1.0} for step in (1, 2)]
+    assert set(curves(lines)) == {"loss (stage 1)", "loss (stage 2)"}
+    assert thinned([(n, float(n)) for n in range(10)], most=5) == [
+        (1, 0.5),
+        (3, 2.5),
+        (5, 4.5),
+        (7, 6.5),
+        (9, 8.5),
+    ]
+
+
+def test_time_left_follows_from_what_was_seen_of_the_stage():
+    seen = [(0.0, Step("fit", 1, 1)), (1.0, Step("train", 10, 100)), (3.0, Step("train", 30, 100))]
+    assert time_left(Step("train", 30, 100), seen) == (10.0, 7.0)
+    assert time_left(Step("train", 30, 100), seen[:2]) is None
+    assert [duration(s) for s in (0.2, 61, 600, 7200)] == ["1 s", "61 s", "10 min", "2.0 h"]
+
+
+def test_names_are_free_and_commands_can_be_typed(tmp_path):
+    (tmp_path / "a").mkdir()
+    assert free_name(tmp_path, "a") == "a-2"
+    assert free_name(tmp_path, "b") == "b"
+    assert command_line(["train", "x", "--out", "my run"]) == "tactogram train x --out 'my run'"
+    assert checkpoint_step(tmp_path) is None
+
+
+def test_a_form_shows_what_the_model_itself_says_of_its_values():
+    settings = {each.key: each for each in settings_of(find("stroke_cnn"), "tiny")}
+    window = settings["config.window"]
+    assert (window.value, window.published, window.widget) == (32, 200, "integer")
+    assert window.text == 'Samples per axis of one input. Sec. II-B: "200-point continuous time series".'
+    assert settings["config.schedule"].choices == ("constant", "one-cycle")
+    assert settings["prepare.rate"].widget == "text"
+    given = {
+        "config.window": 64.0,
+        "config.filters": "[8, 8]",
+        "config.steps": 6,
+        "prepare.band": "",
+        "other": 1,
+    }
+    changed = assignments(list(settings.values()), given)
+    assert changed == ["config.window=64", "config.filters=[8, 8]"]
+    assert parse_changes(changed) == {"config.window": 64, "config.filters": [8, 8]}
+    with pytest.raises(ParameterError, match="whole number"):
+        assignments(list(settings.values()), {"config.window": 2.5})
+
+
+def test_a_nested_configuration_is_asked_for_by_dotted_keys():
+    settings = {each.key: each for each in settings_of(find("visual_tactile_gan"), "quick")}
+    assert settings["config.pairs.hop"].published == 128
+    assert settings["config.pairs.hop"].value == 32
+    assert all(setting.text for setting in settings.values())
+
+
+def test_a_run_tells_its_figures_without_its_networks(workspace):
+    facts = run_facts(workspace / "studio/first/voices")
+    assert (facts.model, facts.finished, facts.simulated) == ("ar_texture", True, True)
+    assert figures(
+        {"window_accuracy": 0.5, "recordings": 3, "measures": {"lsd_db": {"model": 2.0, "floor": 1}}}
+    ) == {
+        "window_accuracy": 0.5,
+        "lsd_db": 2.0,
+    }
+    assert run_facts(workspace / "nothing").model == "unknown"

@@ -1,0 +1,94 @@
+import pytest
+
+from tactogram.errors import DataError, ParameterError
+from tactogram.studio.workspace.folder import MOST_FOLDERS, Workspace
+
+
+@pytest.fixture
+def workspace(tmp_path):
+    return Workspace.at(tmp_path / "work")
+
+
+def made(folder, *names):
+    folder.mkdir(parents=True)
+    for name in names:
+        (folder / name).write_text("")
+    return folder
+
+
+def test_runs_stores_and_sessions_are_found_by_the_file_that_makes_them_one(workspace):
+    run = made(workspace.folder / "runs" / "demo" / "voices", "recipe.toml", "model.json")
+    begun = made(workspace.folder / "runs" / "begun", "recipe.toml")
+    store = made(workspace.folder / "surfaces", "dataset.json")
+    session = made(workspace.folder / "sessions" / "one", "answers.sqlite")
+
+    assert set(workspace.runs()) == {run, begun}
+    assert workspace.finished_runs() == [run]
+    assert workspace.stores() == [store]
+    assert workspace.sessions() == [session]
+
+
+def test_hidden_and_installed_folders_are_passed_over(workspace):
+    made(workspace.folder / ".venv" / "run", "recipe.toml")
+    made(workspace.folder / "node_modules" / "run", "recipe.toml")
+    made(workspace.folder / "a" / "b" / "c" / "d" / "too-deep", "recipe.toml")
+
+    assert workspace.runs() == []
+
+
+def test_a_home_folder_does_not_hold_the_search_up(workspace, monkeypatch):
+    monkeypatch.setattr("tactogram.studio.workspace.folder.MOST_FOLDERS", 3)
+    for number in range(10):
+        made(workspace.folder / f"{number}", "dataset.json")
+
+    assert len(workspace.stores()) < 10 < MOST_FOLDERS
+
+
+def test_a_study_is_a_file_with_a_design(workspace):
+    (workspace.folder / "study.toml").write_text('[design]\nkind = "abx"\n')
+    (workspace.folder / "display.toml").write_text('family = "linear"\n')
+    (workspace.folder / "broken.toml").write_text("[design")
+
+    assert [path.name for path in workspace.studies()] == ["study.toml"]
+
+
+def test_errors_tell_the_name_of_a_path(workspace):
+    with pytest.raises(DataError) as told, workspace.telling_names():
+        raise DataError(f"{workspace.folder}/runs/a/metrics.csv: lacks the column trial")
+    assert str(told.value) == "runs/a/metrics.csv: lacks the column trial"
+
+
+@pytest.mark.parametrize("path", ["../secret", "/etc/passwd", "a/../../b", "runs/\0"])
+def test_a_path_that_leads_out_is_refused(workspace, path):
+    with pytest.raises(ParameterError, match=r"outside of the workspace|NUL"):
+        workspace.inside(path)
+
+
+def test_a_link_that_leads_out_is_refused(workspace, tmp_path):
+    (tmp_path / "secret").write_text("s")
+    (workspace.folder / "link").symlink_to(tmp_path / "secret")
+
+    with pytest.raises(ParameterError, match="outside of the workspace"):
+        workspace.inside("link")
+
+
+def test_a_path_inside_is_named_relative_to_the_workspace(workspace):
+    whole = workspace.inside("runs/../runs/voices")
+
+    assert whole == workspace.folder / "runs" / "voices"
+    assert workspace.name_of(whole) == "runs/voices"
+
+
+def test_a_file_is_no_workspace(tmp_path):
+    (tmp_path / "file").write_text("")
+
+    with pytest.raises(DataError, match="expected a folder to work in, got a file"):
+        Workspace.at(tmp_path / "file")
+
+
+def test_a_folder_at_home_is_shown_from_there(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+
+    assert Workspace.at(tmp_path / "lab" / "one").shown == "~/lab/one"
+    monkeypatch.setenv("HOME", str(tmp_path / "elsewhere"))
+    assert Workspace.at(tmp_path / "lab").shown == str(tmp_path / "lab")

@@ -1,0 +1,102 @@
+import numpy as np
+import pytest
+
+from tactogram.errors import ParameterError
+from tactogram.statistics.clustered import pooled_share
+from tactogram.statistics.equivalence import paired_equivalence
+from tactogram.study.power import preferences as power_preferences
+from tactogram.study.power import table as power
+from tactogram.study.power.kinds import _within, clustered_ps
+from tactogram.study.power.preferences import simulated_preferences
+from tactogram.study.power.table import DESIGNS, power_table
+
+
+def test_many_studies_at_once_give_the_p_of_each():
+    hits = np.random.default_rng(0).binomial(9, 0.6, (4, 7))
+    p, equal = clustered_ps(hits, 9, margin=0.2)
+    for k, study in enumerate(hits):
+        answers = np.concatenate([[1] * one + [0] * (9 - one) for one in study])
+        found = pooled_share(answers, np.repeat(np.arange(7), 9).tolist(), margin=0.2)
+        assert (p[k], equal[k]) == pytest.approx((found.p, found.equivalence_p))
+    gaps = np.random.default_rng(1).normal(size=(2, 6))
+    assert _within(gaps, 0.8) == pytest.approx([paired_equivalence(row, margin=0.8).p for row in gaps])
+
+
+@pytest.mark.parametrize("design", DESIGNS)
+def test_every_design_has_a_table_in_which_nothing_is_shown_too_often(design):
+    table = power_table(design, participants=[12], trials=[20], simulations=400)
+    [row] = table.rows
+    assert row["type_1"] < 0.05 + 3 * np.sqrt(0.05 * 0.95 / 400)
+    assert row["power"] > 2 * row["type_1"]
+
+
+def test_ten_trials_of_one_texture_cannot_show_that_two_are_equal():
+    [row] = power_table("evoked", participants=[10], simulations=100).rows
+    assert (row["exact_smallest_significant"], row["exact_equivalence"]) == (9, 0.0)
+
+
+def test_where_people_differ_the_test_of_all_answers_errs_and_that_by_participant_does_not():
+    [row] = power_table("two_area", participants=[10], trials=[90], simulations=500).rows
+    assert row["printed_type_1"] > 0.2
+    assert row["type_1"] < 0.08
+    [alike] = power_table("two_area", participants=[10], trials=[90], person_sd=0, simulations=500).rows
+    assert alike["printed_type_1"] < 0.08
+
+
+def test_a_table_says_how_many_people_equivalence_takes():
+    options = {"participants": [20], "trials": [30], "simulations": 100}
+    few = power_table("pairwise", margin=0.4, **options)
+    [row] = few.rows
+    assert row["equivalence"] < 0.05
+    assert row["all_equivalent"] <= row["equivalence"]
+    assert few.equivalence_from[30] >= 60
+    assert power_table("abx", margin=0.2, **options).equivalence_from[30] <= 10
+    assert power_table("abx", margin=0.005, **options).equivalence_from == {30: None}
+    with pytest.raises(ParameterError, match="items are those of pairwise"):
+        power_table("abx", items=3)
+
+
+def test_many_items_take_no_more_memory_at_once(monkeypatch):
+    monkeypatch.setattr(power_preferences, "AT_ONCE", 36_000)
+    options = {"effect": 0.0, "person_sd": 0.5, "rng": np.random.default_rng(0)}
+    for items, studies in ((6, 146), (30, 20), (80, 4)):
+        some, _ = next(simulated_preferences(10, 60, items=items, studies=200, **options))
+        assert some.shape[0] == studies
+
+
+def test_a_table_tells_how_far_it_is_to_the_end():
+    told = []
+    power_table(
+        "abx", participants=[4, 8], trials=[10], simulations=100, progress=lambda *how: told.append(how)
+    )
+    taking = [done for task, done, whole in told if task == power.TAKING and whole == 1200]
+    assert taking == [0, 400, 1200]
+    assert told[-1] == (power.LOOKING, 1, 1)
+
+
+def test_an_effect_of_none_is_shown_no_more_often_than_alpha():
+    [row] = power_table("pairwise", effect=0.0, participants=[10], trials=[15], simulations=200).rows
+    assert row["power"] < 0.05
+
+
+def test_a_table_is_the_same_for_the_same_seed():
+    one, two = (power_table("realism", simulations=100, seed=3).as_dict() for _ in range(2))
+    assert one == two
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"design": "abc"}, "design must be one of"),
+        ({"design": "two_area", "participants": [1]}, "participants must be 2 or more"),
+        ({"design": "abx", "participants": [10_001]}, "participants must be 10000 or fewer"),
+        ({"design": "two_area", "trials": [0]}, "trials must be from 1"),
+        ({"design": "two_area", "effect": 1.2}, "share between 0 and 1"),
+        ({"design": "two_area", "margin": float("nan")}, "margin must be finite"),
+        ({"design": "realism", "trial_sd": 0.0}, "trial_sd must be > 0"),
+        ({"design": "realism", "simulations": 5}, "simulations must be >= 100"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_a_line(options, words):
+    with pytest.raises(ParameterError, match=words):
+        power_table(**options)

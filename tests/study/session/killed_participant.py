@@ -1,0 +1,18 @@
+"""Takes a study as a simulated participant and says every page that is stored, until it is killed."""
+
+import sys
+from pathlib import Path
+
+from tactogram.study.power.simulated_participants import SimulatedEffect, SimulatedParticipant
+from tactogram.study.session.store import SessionStore
+
+folder, code = Path(sys.argv[1]), sys.argv[2]
+store = SessionStore(folder)
+participant = store.participant(code)
+simulated = SimulatedParticipant(SimulatedEffect(), (0, participant.number))
+page = store.page(code)
+while page is not None:
+    following = store.submit(code, page.token, simulated.answer(page)).page
+    sys.stdout.write(page.token + "\n")
+    sys.stdout.flush()
+    page = following

@@ -1,0 +1,178 @@
+import json
+import shutil
+
+import pytest
+
+from tactogram.errors import DataError, ParameterError
+from tactogram.study.power.simulated_participants import SimulatedEffect, simulate
+from tactogram.study.session.answer_import import Mapped, import_answers
+from tactogram.study.session.answers import cells, read_answers, write_answers
+from tactogram.study.session.bids_rules import problems
+from tactogram.study.session.export import export_bids
+from tactogram.study.session.store import SessionStore
+from tactogram.study.study_file import Study
+
+
+@pytest.fixture(scope="module")
+def taken(tmp_path_factory, make_study_once):
+    folder = tmp_path_factory.mktemp("taken")
+    with SessionStore(folder / "session", make_study_once("two_area")) as store:
+
+        def play(participant, page):
+            for presented in page.presented:
+                store.log_played(
+                    participant.code,
+                    page.token,
+                    presented.slot,
+                    sha256="a" * 64,
+                    level="gain=1",
+                    display="audio",
+                )
+
+        simulate(store, 2, effect=SimulatedEffect(d_prime=1.0), play=play)
+        yield store
+
+
+@pytest.fixture(scope="module")
+def bids(taken, tmp_path_factory):
+    return export_bids(taken, tmp_path_factory.mktemp("bids") / "set")
+
+
+def test_a_bids_folder_keeps_the_rules_and_holds_every_answer(taken, bids):
+    assert problems(bids) == []
+    tables = sorted(bids.glob("sub-*/ses-1/beh/*_beh.tsv"))
+    assert len(tables) == 2
+    assert sum(len(path.read_text().splitlines()) - 1 for path in tables) == len(taken.answers())
+    assert len(list(bids.glob("sub-*/ses-1/beh/*_events.tsv"))) == 2
+    assert json.loads((bids / "dataset_description.json").read_text())["Simulated"] is True
+    assert "0 participants and 2 simulated participants" in (bids / "README").read_text()
+
+
+def test_names_are_levels_of_the_columns_that_hold_keys(tmp_path):
+    study = Study.load("threshold", changes={"design.most_trials": 2, "practice.trials": 1})
+    with SessionStore(tmp_path / "session", study) as store:
+        simulate(store, 1)
+        folder = export_bids(store, tmp_path / "bids")
+    [sidecar] = folder.glob("sub-*/ses-1/beh/*_beh.json")
+    facts = json.loads(sidecar.read_text(encoding="utf-8"))
+    assert facts["stimulus"]["Levels"] == {"carpet": "carpet", "tile": "tile"}
+    assert "Levels" not in facts["question"]
+    assert problems(folder) == []
+
+
+def spoil_description(folder):
+    (folder / "dataset_description.json").write_text('{"Name": "x"}')
+
+
+def spoil_cell(folder):
+    [path, *_] = sorted(folder.glob("sub-*/ses-1/beh/*_beh.tsv"))
+    path.write_text(path.read_text().replace("n/a", "", 1))
+
+
+def spoil_sidecar(folder):
+    [path, *_] = sorted(folder.glob("sub-*/ses-1/beh/*_beh.json"))
+    path.write_text(json.dumps({k: v for k, v in json.loads(path.read_text()).items() if k != "answer"}))
+
+
+def spoil_participants(folder):
+    path = folder / "participants.tsv"
+    path.write_text("\n".join(path.read_text().splitlines()[:2]) + "\n")
+
+
+def spoil_name(folder):
+    [path, *_] = sorted(folder.glob("sub-*/ses-1/beh/*_events.tsv"))
+    path.rename(path.with_name("events.tsv"))
+
+
+def spoil_onset(folder):
+    [path, *_] = sorted(folder.glob("sub-*/ses-1/beh/*_events.tsv"))
+    path.write_text(path.read_text().replace("0.000", "noon", 1))
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (spoil_description, "lacks BIDSVersion"),
+        (spoil_cell, "has an empty cell"),
+        (spoil_sidecar, "does not describe answer"),
+        (spoil_participants, "is not in participants.tsv"),
+        (spoil_name, "no name of a behavioural file"),
+        (spoil_onset, "'noon' is no number of seconds"),
+    ],
+)
+def test_a_broken_rule_is_found(bids, tmp_path, spoil, message):
+    folder = tmp_path / "set"
+    shutil.copytree(bids, folder)
+    spoil(folder)
+    assert any(message in problem for problem in problems(folder))
+
+
+def test_a_folder_that_holds_something_is_left_alone(taken, tmp_path):
+    (tmp_path / "mine.txt").write_text("mine")
+    with pytest.raises(DataError, match="holds something; give a new folder"):
+        export_bids(taken, tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_the_tidy_table_comes_back_as_the_store_holds_it(taken, tmp_path):
+    write_answers(tmp_path / "a.csv", taken.answers())
+    assert cells(read_answers(tmp_path / "a.csv")) == cells(taken.answers())
+
+
+THEIRS = "subject,texture,kind,response,correct,rt,trial_index\ns1,cork,1,left,yes,512.5,7\ns1,tile,0,right,no,NA,8\n"
+
+
+def test_anothers_table_is_read_by_a_mapping(tmp_path):
+    path = tmp_path / "theirs.csv"
+    path.write_text(THEIRS)
+    mapped = Mapped(
+        columns={
+            "participant": "subject",
+            "stimulus": "texture",
+            "condition": "kind",
+            "answer": "response",
+            "rt_ms": "rt",
+        },
+        constants={"design": "two_area", "question": "which"},
+        values={"condition": {"1": "generated", "0": "recorded"}, "answer": {"left": "A", "right": "B"}},
+    )
+    first, second = import_answers(path, mapped)
+    assert (first.study, first.participant, first.condition, first.answer) == (
+        "theirs",
+        "s1",
+        "generated",
+        "A",
+    )
+    assert (first.correct, first.value, first.rt_ms, first.trial) == (True, 1.0, 512.5, 1)
+    assert (second.correct, second.value, second.trial) == (False, 0.0, 2)
+    assert second.rt_ms != second.rt_ms
+    assert first.more == {"trial_index": "7"}
+
+
+@pytest.mark.parametrize(
+    ("mapped", "message"),
+    [
+        ({"columns": {"participant": "who"}}, "has no column 'who' for participant, has subject"),
+        ({"columns": {"stimulus": "texture"}}, "row 2: participant must not be empty"),
+        (
+            {"columns": {"participant": "subject", "correct": "kind", "value": "texture"}},
+            "value: must be a number",
+        ),
+        (
+            {"columns": {"participant": "subject", "correct": "texture"}},
+            "correct must be true or false, got 'cork'",
+        ),
+    ],
+)
+def test_what_is_wrong_with_anothers_table_is_said(tmp_path, mapped, message):
+    path = tmp_path / "theirs.csv"
+    path.write_text(THEIRS)
+    with pytest.raises(DataError, match=message):
+        import_answers(path, Mapped(**mapped))
+
+
+def test_a_mapping_of_a_column_that_is_none_is_refused():
+    with pytest.raises(ParameterError, match="got 'colour'"):
+        Mapped(columns={"colour": "x"})
+    with pytest.raises(ParameterError, match="participant is given as a column and as a constant"):
+        Mapped(columns={"participant": "x"}, constants={"participant": "y"})

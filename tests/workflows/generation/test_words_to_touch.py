@@ -1,0 +1,347 @@
+"""Words to an image and a vibration: what is asked, filled, refused and written."""
+
+import json
+import shutil
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from tactogram.cli.command import main
+from tactogram.datasets import create_store
+from tactogram.datasets.ratings.ratings import EVOKED, Ratings
+from tactogram.errors import ParameterError
+from tactogram.model import ImageKind, SignalKind, check_condition
+from tactogram.signal import Image, Signal
+from tactogram.signal.io import read_image, read_image_metadata, read_metadata, read_signal, write_signal
+from tactogram.workflows.evaluation.crossval import crossval
+from tactogram.workflows.evaluation.evaluate import evaluate
+from tactogram.workflows.evaluation.mixing_ladder import mixing_ladder
+from tactogram.workflows.generation.generate import generate, parse_words
+from tactogram.workflows.generation.word_scores import ask, rated_means
+from tactogram.workflows.generation.words_to_touch import generate_from_words
+from tactogram.workflows.training.train import LoadedRun, load_run, train
+
+WORDS = ("rough", "sleek", "sticky")
+
+
+class Drawing:
+    """An image of as many rows as words, each as bright as its score."""
+
+    def __init__(self, kind, means):
+        self.kind, self.rated_means, self.asked = kind, means, []
+
+    def generate(self, condition, *, seconds=None, seed):
+        check_condition(condition, needs=("words",))
+        self.asked.append(condition)
+        rows = np.array([condition["words"][word] for word in self.kind.words]) * 200
+        noise = np.random.default_rng(seed).integers(0, 50, (3, 4, 3))
+        return Image((rows[:, None, None] + noise).astype(np.uint8))
+
+
+class Humming(Drawing):
+    """A signal whose samples are its scores, and noise."""
+
+    def generate(self, condition, *, seconds=None, seed):
+        check_condition(condition, needs=("words",), takes=("vibration",))
+        self.asked.append(condition)
+        rows = np.array([condition["words"][word] for word in self.kind.words])
+        return Signal(
+            (rows + np.random.default_rng(seed).random(3)).astype(np.float32), 100.0, "1", ("drive",)
+        )
+
+    def chosen_for(self, condition, *, seed):
+        return {"cluster": 2, "plate": "plate01"}
+
+
+class Judge:
+    """Says 6 of 7 of everything."""
+
+    def predict(self, given):
+        return dict.fromkeys(WORDS, 6.0)
+
+
+def run(name, model, kind, gives, takes=(), needs=("words",), simulated=True):
+    return LoadedRun(
+        SimpleNamespace(name=name, folder=f"runs/{name}", data={"run_id": f"{name}-id"}),
+        SimpleNamespace(name=f"{name}_model", gives=gives, needs=needs, takes=takes),
+        SimpleNamespace(
+            prepare=SimpleNamespace(model_copy=lambda update: SimpleNamespace(apply=lambda x: x))
+        ),
+        kind,
+        model,
+    )
+
+
+def pictures(items=None):
+    items = {"image1": [0.0, 0.5, 1.0], "image2": [0.5, 0.5, 0.0]} if items is None else items
+    kind = ImageKind(WORDS, (0.0, 1.0), tuple(items), simulated=True)
+    return run("sight", Drawing(kind, {k: np.array(v) for k, v in items.items()}), kind, "image")
+
+
+def vibrations(words=WORDS):
+    kind = SignalKind(100.0, "1", ("drive",), ("plate01",), True, words=words, scale=(1.0, 7.0))
+    means = {"plate01": np.array([1.0, 0.0, 0.5])}
+    return run("touch", Humming(kind, means), kind, "signal", takes=("vibration",))
+
+
+def rater(kind=None):
+    kind = kind or SignalKind(100.0, "1", ("drive",), (), True, words=WORDS, scale=(1.0, 7.0))
+    return run("judge", Judge(), kind, "scores", needs=())
+
+
+def test_words_are_read_from_text():
+    assert parse_words("rough=6, sticky=2.5") == {"rough": 6.0, "sticky": 2.5}
+    with pytest.raises(ParameterError, match="--words needs NAME=SCORE"):
+        parse_words("rough:6")
+    with pytest.raises(ParameterError, match="--words names 'rough' twice"):
+        parse_words("rough=6,rough=5")
+
+
+def test_missing_words_are_asked_for_by_name():
+    with pytest.raises(ParameterError, match="a score is needed of sleek, sticky: name them in --words"):
+        ask([pictures()], {"rough": 6})
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ({"rough": 8}, "rough must be 1 to 7, the raters' scale; got 8"),
+        ({"rough": float("nan")}, "rough must be 1 to 7"),
+        ({"sour": 2}, "words must be of rough, sleek, sticky; got 'sour'"),
+    ],
+)
+def test_words_off_the_scale_or_unknown_are_refused(words, message):
+    with pytest.raises(ParameterError, match=message):
+        ask([pictures()], words, rest="mean")
+
+
+def test_the_rest_is_the_mean_of_the_first_run_that_knows_items():
+    """Of plate01 alone: 7, 1, 4 on the 7-point scale."""
+    asked = ask([vibrations(), pictures()], {"rough": 2}, rest="mean")
+    assert asked.scores == {"rough": 2.0, "sleek": 1.0, "sticky": 4.0}
+    assert asked.filled_from == "mean over the 1 rated items of touch (simulated raters)"
+    other = ask([pictures(), vibrations()], {"rough": 2}, rest="mean")
+    assert other.scores == pytest.approx({"rough": 2.0, "sleek": 4.0, "sticky": 4.0})
+    without = ask([pictures({}), vibrations()], rest="mean")
+    assert without.scores["rough"] == 7.0
+
+
+def test_like_takes_measured_means_and_words_go_before_them():
+    asked = ask([vibrations(), pictures()], {"sleek": 3}, like="image1")
+    assert asked.scores == pytest.approx({"rough": 1.0, "sleek": 3.0, "sticky": 7.0})
+    assert dict(asked.given) == {"sleek": 3.0}
+    with pytest.raises(ParameterError, match="--like must be one of plate01, image1, image2; got 'plate99'"):
+        ask([vibrations(), pictures()], like="plate99")
+
+
+def test_one_scale_for_both_the_share_of_people_for_the_other():
+    """4 of 7 stays 4 where raters had 7 points, and is one half where they said yes or no."""
+    asked = ask([vibrations(), pictures()], {"rough": 4, "sleek": 1, "sticky": 7})
+    assert asked.on_scale_of(vibrations()) == {"rough": 4.0, "sleek": 1.0, "sticky": 7.0}
+    assert asked.on_scale_of(pictures()) == {"rough": 0.5, "sleek": 0.0, "sticky": 1.0}
+
+
+def test_items_that_nobody_rated_in_a_word_are_no_means():
+    assert rated_means(pictures({"image1": [np.nan, 0, 0]})) == {}
+
+
+def test_a_pair_comes_from_the_same_scores_by_seed(tmp_path):
+    runs = [vibrations(), pictures()]
+    made = generate_from_words(runs, tmp_path / "pair", words={"rough": 6}, rest="mean", seed=3)
+    note = json.loads((tmp_path / "pair" / "scores.json").read_text())
+    assert note == made["scores"][0]
+    assert note["asked"] == {"rough": 6.0}
+    assert note["filled"] == {"sleek": 1.0, "sticky": 4.0}
+    assert note["simulated"] is True
+    assert note["made"]["vibration"]["taken"] == {"cluster": 2, "plate": "plate01"}
+    assert note["made"]["vibration"]["scores"] == note["scores"]
+    assert note["made"]["image"]["scores"] == pytest.approx(
+        {"rough": 5 / 6, "sleek": 0, "sticky": 0.5}, abs=1e-4
+    )
+    (again,) = generate(pictures(), {"words": note["made"]["image"]["scores"]}, seed=3)
+    np.testing.assert_array_equal(read_image(tmp_path / "pair" / "image.png").pixels, again.pixels)
+    facts = read_image_metadata(tmp_path / "pair" / "image.png")
+    assert (facts["simulated"], facts["seed"], facts["run"], facts["asked"]) == (
+        True,
+        3,
+        "sight-id",
+        {"rough": 6.0},
+    )
+    assert read_metadata(tmp_path / "pair" / "vibration.wav")["taken"]["plate"] == "plate01"
+    other = generate_from_words(runs, tmp_path / "other", words={"rough": 6}, rest="mean", seed=4)
+    assert other["scores"][0]["scores"] == note["scores"]
+    assert (tmp_path / "other" / "image.png").read_bytes() != (tmp_path / "pair" / "image.png").read_bytes()
+
+
+def test_several_are_numbered_and_differ(tmp_path):
+    made = generate_from_words([pictures()], tmp_path, words={"rough": 6}, rest="mean", count=2)
+    assert sorted(f.name for f in tmp_path.iterdir()) == [
+        "image-1.png", "image-2.png", "scores-1.json", "scores-2.json"
+    ]  # fmt: skip
+    one, two = (read_image(row["file"]).pixels for row in made["files"])
+    assert not np.array_equal(one, two)
+
+
+def test_a_recording_goes_to_the_run_that_starts_from_one(tmp_path):
+    write_signal(tmp_path / "sensor.wav", Signal(np.ones(50, np.float32), 100.0, "V"))
+    touch, sight = vibrations(), pictures()
+    made = generate_from_words(
+        [touch, sight], tmp_path / "pair", rest="mean", vibration=tmp_path / "sensor.wav"
+    )
+    assert touch.model.asked[0]["vibration"].unit == "V"
+    assert "vibration" not in sight.model.asked[0]
+    assert made["scores"][0]["vibration_from"] == "sensor.wav"
+    with pytest.raises(ParameterError, match="--vibration: no run goes by one"):
+        generate_from_words([sight], tmp_path / "x", rest="mean", vibration=tmp_path / "sensor.wav")
+
+
+def test_a_rater_scores_what_it_knows(tmp_path):
+    made = generate_from_words([vibrations(), pictures()], tmp_path / "pair", rest="mean", raters=[rater()])
+    said = made["scores"][0]["predicted"]
+    assert list(said) == ["vibration"]
+    assert said["vibration"]["by"] == "a rater model of simulated raters"
+    assert said["vibration"]["scores"] == dict.fromkeys(WORDS, 6.0)
+    with pytest.raises(ParameterError, match="--rater: judge knows none of what was made"):
+        generate_from_words([pictures()], tmp_path / "x", rest="mean", raters=[rater()])
+    assert not (tmp_path / "x").exists()
+
+
+@pytest.mark.parametrize(
+    ("runs", "out", "message"),
+    [
+        ([pictures(), pictures()], "pair", "runs must give one image and one vibration, got image and image"),
+        ([pictures(), vibrations()], "pair.png", "--out must be a folder for 2 runs"),
+        ([pictures()], "x.wav", "--out for images must be a folder or end in .png"),
+        ([vibrations()], "x.png", "--out for signals must be a folder or end in .wav"),
+        ([pictures(), vibrations(("rough", "dry"))], "pair", "runs must be of the same words: sight has"),
+        ([rater()], "pair", "judge: judge_model does not go by words"),
+    ],
+)
+def test_what_makes_no_pair_is_refused_and_nothing_written(tmp_path, runs, out, message):
+    with pytest.raises(ParameterError, match=message):
+        generate_from_words(runs, tmp_path / out, rest="mean")
+    assert not any(tmp_path.iterdir())
+
+
+@pytest.fixture(scope="module")
+def image_run(tmp_path_factory):
+    """A trained, tiny generator of images; simulated."""
+    folder = tmp_path_factory.mktemp("images")
+    rng = np.random.default_rng(0)
+    items = [f"image{n}" for n in range(8)]
+    rows = [
+        (rater, item, word, float(rng.integers(0, 2))) for rater in "ab" for item in items for word in WORDS
+    ]
+    columns = [list(column) for column in zip(*rows, strict=True)]
+    shown = [(item, Image(rng.integers(0, 256, (20, 20, 3), np.uint8))) for item in items]
+    create_store(
+        folder / "store",
+        [],
+        name="images",
+        licence="-",
+        simulated=True,
+        ratings=Ratings(*columns[:3], np.array(columns[3]), EVOKED),
+        photographs=shown,
+    )
+    done = train("tactile_image_cgan", folder / "store", recipe="tiny", out=folder / "run", accelerator="cpu")
+    return done.folder
+
+
+def test_the_command_gives_an_image_and_says_what_it_filled(image_run, tmp_path, capsys):
+    out = str(tmp_path / "x.png")
+    assert (
+        main(
+            ["generate", str(image_run), "--words", "rough=6", "--rest", "mean", "--seed", "1", "--out", out]
+        )
+        == 0
+    )
+    said = capsys.readouterr().out
+    assert "asked: rough 6" in said
+    assert "filled with the mean over the 5 rated items of run (simulated raters): " in said
+    assert "learned from simulated data" in said
+    assert read_image(out).size == (16, 16)
+    assert read_image_metadata(out)["scores"]["rough"] == 6.0
+    assert main(["generate", str(image_run), "--words", "rough=6", "--out", out]) == 1
+    assert "a score is needed of sleek, sticky" in capsys.readouterr().err
+    assert main(["generate", str(image_run), "--rest", "mean", "--speed", "10", "--out", out]) == 1
+    assert "--speed is not for models that go by words" in capsys.readouterr().err
+
+
+def test_python_takes_words_on_the_scale_of_the_run(image_run):
+    loaded = load_run(image_run)
+    (image,) = generate(loaded, {"words": {"rough": 1.0, "sleek": 0.0, "sticky": 0.5}}, seed=2)
+    assert isinstance(image, Image)
+    with pytest.raises(ParameterError, match="rough must be 0 to 1, got 6"):
+        next(generate(loaded, {"words": {"rough": 6.0, "sleek": 0.0, "sticky": 0.5}}))
+
+
+def test_signals_come_back_as_they_were_made(tmp_path):
+    touch = vibrations()
+    generate_from_words([touch], tmp_path / "x.wav", words={"rough": 6}, rest="mean", seed=5)
+    (signal,) = generate(touch, {"words": touch.model.asked[0]["words"]}, seed=5)
+    np.testing.assert_array_equal(read_signal(tmp_path / "x.wav").samples, signal.samples)
+
+
+@pytest.mark.parametrize("name", ["ざらざらする", "Rough", "rough (Zarazara-suru)"])
+def test_words_of_the_studies_go_by_any_of_their_spellings(name):
+    assert ask([pictures()], {name: 6}, rest="mean").given == {"rough": 6.0}
+    with pytest.raises(ParameterError, match="words name 'rough' twice"):
+        ask([pictures()], {name: 6, "rough": 5} if name != "Rough" else {"rough": 5, name: 6}, rest="mean")
+
+
+@pytest.mark.parametrize("out", ["x.jpg", "x.mp3", "file", "file/pair"])
+def test_no_folder_is_made_of_what_looks_like_a_file(tmp_path, out):
+    (tmp_path / "file").write_text("taken")
+    with pytest.raises(ParameterError, match=r"--out must be a folder, or a file that ends in \.png; got"):
+        generate_from_words([pictures()], tmp_path / out, rest="mean")
+    assert [place.name for place in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_length_is_not_for_images_alone(tmp_path):
+    with pytest.raises(ParameterError, match="--seconds is for signals"):
+        generate_from_words([pictures()], tmp_path / "x", rest="mean", seconds=2.0)
+    generate_from_words([vibrations(), pictures()], tmp_path / "pair", rest="mean", seconds=2.0)
+
+
+@pytest.fixture(scope="module")
+def image_rater(image_run):
+    store = load_run(image_run).run.data["path"]
+    return train(
+        "rater", store, recipe="tiny", out=image_run.parent / "rater", accelerator="cpu"
+    ).folder  # fmt: skip
+
+
+def test_a_generator_of_images_is_judged_by_what_they_differ_by_and_a_rater(
+    image_run, image_rater, tmp_path, capsys
+):
+    run = tmp_path / "run"
+    shutil.copytree(image_run, run)
+    assert main(["evaluate", str(run)]) == 0
+    said = capsys.readouterr().out
+    assert "collapsed: one image for all labels and noises" in said
+    assert "give --rater RUN" in said
+    assert main(["evaluate", str(run), "--rater", str(image_rater), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    model = load_run(run).model
+    assert found["spread"]["noise_spread"] == pytest.approx(model.spread().by_noise, rel=1e-5)
+    assert found["told_by"] == "a rater model of simulated raters"
+    assert abs(found["following"]["slope"]) < 0.1, "after 4 updates it cannot look at its label"
+    assert "trained on" in found["data"]["split"], "fewer than 3 were kept apart"
+    assert (run / "evaluation.json").is_file()
+    assert "simulated" in (run / "report.html").read_text(encoding="utf-8")
+
+
+def test_what_does_not_judge_images_is_refused_in_a_line(image_run, image_rater):
+    with pytest.raises(ParameterError, match="judged on the ratings of its own data; leave --data away"):
+        evaluate(image_run, data=load_run(image_run).run.data["path"])
+    with pytest.raises(ParameterError, match="--unknown is for models that name materials"):
+        evaluate(image_run, unknown=True)
+    with pytest.raises(ParameterError, match="tactile_image_cgan is not a predictor of scores"):
+        evaluate(image_run, rater=image_run)
+    with pytest.raises(ParameterError, match="--rater judges generators that go by words; rater is none"):
+        evaluate(image_rater, rater=image_rater)
+    with pytest.raises(ParameterError, match="crossval is for classifiers and predictors of ratings"):
+        crossval("tactile_image_cgan", image_run)
+    with pytest.raises(ParameterError, match="mixes are of materials; tactile_image_cgan goes by words"):
+        mixing_ladder(image_run, "a", "b", out=image_run.parent / "ladder")

@@ -1,0 +1,239 @@
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from tactogram.cli import main
+from tactogram.errors import DeviceError, ParameterError
+from tactogram.rendering.transducer.circuit import preset
+from tactogram.signal import Signal
+from tactogram.signal.io import write_signal
+from tactogram.workflows.rendering.actuators import calibrate, play, transducer
+from tactogram.workflows.rendering.render import render
+
+
+@pytest.fixture(name="run")
+def run_fixture(capsys):
+    """Return a function that runs a command line and returns its exit code, what it printed and what it complained."""
+
+    def run(*arguments):
+        capsys.readouterr()
+        code = main([str(argument) for argument in arguments])
+        said = capsys.readouterr()
+        return SimpleNamespace(returncode=code, stdout=said.out, stderr=said.err)
+
+    return run
+
+
+def write_pairs(path):
+    random = np.random.default_rng(0)
+    rows = ["person,voltage_v_rms,friction,normal_force_n"]
+    for person, k_e in (("anna", 2e-5), ("ben", 4e-5)):
+        for v in np.repeat([0, 40, 70, 100.0], 6):
+            mu = 0.3 * (1 + k_e * v**2 / 0.5) + 0.005 * random.standard_normal()
+            rows.append(f"{person},{v},{mu:.6f},0.5")
+    path.write_text("\n".join(rows) + "\n")
+    return path
+
+
+def test_a_table_becomes_a_calibration_per_person(tmp_path):
+    result = calibrate(write_pairs(tmp_path / "pairs.csv"), tmp_path / "c.toml")
+    assert result["spread"] == pytest.approx(2, rel=0.1)
+    assert result["people"]["anna"]["settings"]["newton_per_v2"] == pytest.approx(2e-5, rel=0.05)
+    assert (tmp_path / "c.toml").read_text().count("[[calibration]]") == 2
+
+
+def test_the_command_line_says_whether_the_square_law_holds(tmp_path, run):
+    done = run("calibrate", write_pairs(tmp_path / "pairs.csv"), "--out", tmp_path / "c.toml")
+    assert done.returncode == 0, done.stderr
+    assert "not contradicted" in done.stdout
+
+
+@pytest.fixture(name="friction")
+def friction_fixture(tmp_path):
+    calibrate(write_pairs(tmp_path / "pairs.csv"), tmp_path / "c.toml")
+    mu = 0.34 + 0.04 * np.sin(2 * np.pi * np.arange(4000) / 4000)
+    write_signal(tmp_path / "mu.npz", Signal(mu.astype(np.float32), 4000, "1"))
+    return tmp_path
+
+
+def test_a_calibration_gives_a_persons_voltage(friction):
+    drives = {}
+    for person in ("anna", "ben"):
+        result = render(
+            friction / "mu.npz",
+            "electrovibration",
+            friction / f"{person}.npz",
+            level="physical",
+            calibration=friction / "c.toml",
+            person=person,
+        )
+        drives[person] = result["report"]["drive"]["peak"]
+        assert f"24 pairs of {person} up to 100 V rms" in result["report"]["scaled"][-1]
+        assert result["report"]["facts"]["v_max"] == 141
+    # mu = mu_0 (1 + k V^2 / F): twice the k_e needs 1 / sqrt 2 of the voltage.
+    assert drives["anna"] / drives["ben"] == pytest.approx(np.sqrt(2), rel=0.1)
+
+
+def test_beyond_the_calibrated_voltage_the_report_says_that_it_is_a_guess(friction):
+    result = render(
+        friction / "mu.npz",
+        "electrovibration",
+        friction / "d.npz",
+        level="peak=1",
+        calibration=friction / "c.toml",
+        person="ben",
+        changes={"limit": 200, "electrovibration.v_max": 200},
+    )
+    assert any("calibrated to 100 V rms only" in words for words in result["report"]["scaled"])
+
+
+@pytest.mark.parametrize(
+    ("display", "person", "changes", "message"),
+    [
+        ("voice-coil", "anna", {}, "for an electrovibration display, this one is linear"),
+        ("electrovibration", None, {}, "holds anna, ben: say which person"),
+        ("electrovibration", "carl", {}, "person must be one of anna, ben"),
+        ("electrovibration", "ben", {"electrovibration.mu_0": 0.2}, "leave out --set or --calibration"),
+    ],
+)
+def test_a_calibration_that_does_not_fit_is_refused(friction, display, person, changes, message):
+    with pytest.raises(ParameterError, match=message):
+        render(
+            friction / "mu.npz",
+            display,
+            friction / "d.npz",
+            level="physical",
+            calibration=friction / "c.toml",
+            person=person,
+            changes=changes,
+        )
+    assert not (friction / "d.npz").exists()
+
+
+def test_a_person_needs_a_calibration(friction, run):
+    done = run("render", friction / "mu.npz", "--display", "electrovibration", "--level", "physical",
+               "--person", "anna", "--out", friction / "d.npz")  # fmt: skip
+    assert done.returncode == 1
+    assert "give --calibration FILE" in done.stderr
+
+
+def test_nothing_is_written_where_nothing_can_be_said(tmp_path):
+    (tmp_path / "pairs.csv").write_text("voltage_v_rms,friction,normal_force_n\n0,0.3,1\n")
+    with pytest.raises(ParameterError, match="needs 6 pairs"):
+        calibrate(tmp_path / "pairs.csv", tmp_path / "c.toml")
+    assert not (tmp_path / "c.toml").exists()
+
+
+def test_a_measured_sweep_gives_carrier_and_q(tmp_path, run):
+    f = np.linspace(27_400, 29_000, 81)
+    y = preset("finger").admittance(f)
+    lines = [f"{a},{b.real},{b.imag}" for a, b in zip(f, y, strict=True)]
+    (tmp_path / "sweep.csv").write_text("frequency_hz,conductance_s,susceptance_s\n" + "\n".join(lines))
+    found = transducer(tmp_path / "sweep.csv")
+    assert found["settings"] == {
+        "carrier_hz": pytest.approx(28_200, abs=0.1),
+        "q": pytest.approx(100, rel=1e-3),
+    }
+    assert json.loads(run("transducer", tmp_path / "sweep.csv", "--json").stdout)["q"] == pytest.approx(
+        found["q"]
+    )
+
+
+def test_a_sweep_in_khz_is_refused_and_one_in_hz_printed_to_be_copied(tmp_path, run):
+    f = np.linspace(27_400, 29_000, 81)
+    y = preset("finger").admittance(f)
+    for name, unit in (("hz", 1), ("khz", 1000)):
+        lines = [f"{a / unit},{b.real},{b.imag}" for a, b in zip(f, y, strict=True)]
+        text = "frequency_hz,conductance_s,susceptance_s\n" + "\n".join(lines)
+        (tmp_path / f"{name}.csv").write_text(text)
+    assert "resonance_hz: 28200\n" in run("transducer", tmp_path / "hz.csv").stdout
+    assert "are they in kHz?" in run("transducer", tmp_path / "khz.csv").stderr
+
+
+class SimulatedDevice:
+    """Stands in for an Analog Discovery."""
+
+    def __init__(self, wanted):
+        self.wanted, self.played, self.looped = wanted, None, None
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        return None
+
+    def play(self, drive):
+        self.played = drive
+
+    def loop(self, drive, seconds):
+        self.played, self.looped = drive, seconds
+
+    def facts(self):
+        return {"simulated": True}
+
+
+@pytest.fixture
+def drive(tmp_path):
+    x = Signal(np.random.default_rng(0).standard_normal(800), 2000, "m/s^2")
+    write_signal(tmp_path / "x.csv", x)
+    return render(tmp_path / "x.csv", "ultrasonic-envelope", tmp_path / "drive.npz", level="peak=1")["file"]
+
+
+def test_a_rendered_envelope_reaches_the_device(drive):
+    devices = []
+
+    def opened(wanted):
+        devices.append(SimulatedDevice(wanted))
+        return devices[-1]
+
+    assert play(drive, "ultrasonic-envelope", device="digilent:1234", opened=opened) == {"simulated": True}
+    assert (devices[0].wanted.carrier_hz, devices[0].wanted.serial) == (28_200, "1234")
+    assert devices[0].wanted.peak_v == pytest.approx(1.1)
+    assert 0.9 < devices[0].played.samples.max() <= 1.1
+    play(drive, "ultrasonic-envelope", loop_s=2.0, opened=opened)
+    assert devices[1].looped == 2.0
+
+
+def test_a_drive_that_does_not_begin_at_rest_is_faded(tmp_path):
+    devices = []
+
+    def opened(wanted):
+        devices.append(SimulatedDevice(wanted))
+        return devices[-1]
+
+    write_signal(tmp_path / "step.npz", Signal(np.full(1600, 1.0), 8000, "V"))
+    play(tmp_path / "step.npz", "ultrasonic-envelope", opened=opened)
+    sent = devices[0].played.samples[0]
+    assert sent[[0, -1]] == pytest.approx([0, 0])
+    assert np.abs(np.diff(sent)).max() < 0.05
+    assert sent[800] == pytest.approx(1)
+
+
+def test_what_is_no_drive_of_the_display_never_reaches_the_device(drive, tmp_path):
+    with pytest.raises(ParameterError, match="no carrier that a device could make"):
+        play(drive, "voice-coil")
+    with pytest.raises(ParameterError, match="no carrier that a device could make"):
+        play(drive, "ultrasonic")
+    with pytest.raises(ParameterError, match="must be digilent"):
+        play(drive, "ultrasonic-envelope", device="rigol")
+    write_signal(tmp_path / "loud.npz", Signal(np.full(100, 2.0), 16_000, "V"))
+    with pytest.raises(ParameterError, match=r"outside of 0 to 1\.1 V"):
+        play(tmp_path / "loud.npz", "ultrasonic-envelope")
+    with pytest.raises(ParameterError, match="channel: must be less than or equal to 2, got 7"):
+        play(drive, "ultrasonic-envelope", channel=7)
+    for seconds in (0, -1, float("nan")):
+        with pytest.raises(ParameterError, match="--loop must be a number of seconds > 0"):
+            play(drive, "ultrasonic-envelope", loop_s=seconds)
+    with pytest.raises(ParameterError, match="is not a drive"):
+        play(tmp_path / "x.csv", "ultrasonic-envelope")
+
+
+def test_without_a_device_it_is_one_line(drive, run):
+    pytest.importorskip("dwfpy")
+    with pytest.raises(DeviceError, match="WaveForms"):
+        play(drive, "ultrasonic-envelope")
+    done = run("play", drive, "--display", "ultrasonic-envelope")
+    assert done.returncode == 1
+    assert done.stderr.count("\n") == 1

@@ -1,0 +1,200 @@
+"""Haptic files through `convert`: any to any, a folder at once, checks."""
+
+import itertools
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tactogram.cli import main
+from tactogram.errors import DataError, ParameterError
+from tactogram.rendering.files import FORMATS, check_file
+from tactogram.signal import Signal
+from tactogram.signal.io import WRITABLE, read_metadata, read_signal, write_signal
+from tactogram.workflows.data.convert import check, convert, convert_folder
+
+RATE = 2000
+NAMES = {f"x{suffix}": None for suffix in WRITABLE} | {f"{n}{k.suffix}": n for n, k in FORMATS.items()}
+"""Files by name, with their format where the suffix does not say it."""
+GOLDEN = Path(__file__).parents[1] / "rendering" / "files" / "golden"
+
+
+def effect(axes=1, unit="1", seconds=1.0):
+    t = np.arange(round(seconds * RATE)) / RATE
+    x = 0.9 * (0.5 - 0.5 * np.cos(2 * np.pi * 2 * t / seconds)) * np.sin(2 * np.pi * 150 * t)
+    return Signal(np.stack([x / (k + 1) for k in range(axes)]), RATE, unit, tuple("abc"[:axes]))
+
+
+def made(path, format=None, seconds=1.0):
+    source = path.parent / "made.wav"
+    write_signal(source, effect(seconds=seconds))
+    convert(source, path, format=format)
+    source.unlink()
+    return path
+
+
+@pytest.mark.parametrize(("source", "target"), list(itertools.product(NAMES, NAMES)))
+def test_any_to_any(tmp_path, source, target):
+    made(tmp_path / source, NAMES[source], seconds=0.25)
+    facts = convert(tmp_path / source, tmp_path / "out" / target, format=NAMES[target])
+    if NAMES[target]:
+        assert check_file(tmp_path / "out" / target)["valid"]
+        assert facts["written"]["format"] == NAMES[target]
+    else:
+        assert read_signal(tmp_path / "out" / target).seconds == pytest.approx(0.25, abs=0.04)
+    assert ("read" in facts) == (NAMES[source] is not None)
+
+
+def test_the_carrier_is_stated_in_what_is_made_of_an_envelope(tmp_path):
+    made(tmp_path / "a.ahap")
+    facts = convert(tmp_path / "a.ahap", tmp_path / "b.wav")
+    assert facts["read"]["carrier_hz"] == [65, 300]
+    assert read_metadata(tmp_path / "b.wav")["read_from"] == facts["read"]
+    assert facts["rate_hz"] == 8000
+    assert convert(tmp_path / "a.ahap", tmp_path / "b.wav", rate=2000)["rate_hz"] == 2000
+
+
+def test_metadata_goes_along_and_the_level_comes_back(tmp_path):
+    write_signal(tmp_path / "a.wav", effect(3, "m/s^2"), metadata={"simulated": True})
+    facts = convert(tmp_path / "a.wav", tmp_path / "a.ahap")
+    assert facts["reduced_by"] == facts["written"]["reduced_by"] == "DFT321 of a, b, c"
+    back = convert(tmp_path / "a.ahap", tmp_path / "b.wav")
+    assert back["metadata"]["simulated"] is True
+    assert back["unit"] == "m/s^2"
+    one = convert(tmp_path / "a.wav", tmp_path / "c.wav", axis="dft321")
+    assert (one["axes"], one["reduced_by"]) == (["dft321"], "DFT321 of a, b, c")
+    assert back["rms"] == pytest.approx(one["rms"], rel=0.03)
+
+
+def test_full_scale_is_of_the_haptic_file(tmp_path):
+    write_signal(tmp_path / "a.wav", effect())
+    facts = convert(tmp_path / "a.wav", tmp_path / "a.haptic", full_scale=2)
+    assert (facts["written"]["full_scale"], facts["written"]["scaled_by"]) == (2, 0.5)
+    assert convert(tmp_path / "a.haptic", tmp_path / "b.csv")["rms"] == pytest.approx(facts["rms"], rel=0.03)
+
+
+def test_friction_is_felt_at_a_speed(tmp_path):
+    x = 0.4 + 0.1 * np.sin(2 * np.pi * np.arange(4000) / 40)
+    write_signal(tmp_path / "a.npz", Signal(x, 40, "1", ("along",), "displacement"))
+    with pytest.raises(ParameterError, match="--play-at MM_S"):
+        convert(tmp_path / "a.npz", tmp_path / "a.ahap")
+    facts = convert(tmp_path / "a.npz", tmp_path / "a.ahap", play_at=100.0)
+    assert facts["written"]["loss"]["frequency_octaves"] < 0.01
+    assert convert(tmp_path / "a.npz", tmp_path / "a.hjif")["rate_per_mm"] == 40
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"target": "b.json"}, "which kind of .json: android, vibration, gamepad"),
+        ({"target": "b.ahap", "format": "haptic"}, "--format haptic is for .haptic, got b.ahap"),
+        ({"target": "b.wav", "format": "csv"}, "--format csv is for .csv, got b.wav"),
+        ({"target": "b.wav", "format": "mp3"}, "--format must be one of ahap"),
+        ({"target": "b.ahap", "subtype": "PCM_16"}, "--subtype is of WAV and FLAC"),
+        ({"target": "b.wav", "modality": "Force"}, "--modality is of HJIF"),
+        ({"target": "b.ahap", "modality": "Force"}, "--modality is of HJIF"),
+        ({"target": "b.ahap", "axis": "q"}, "--axis must be one of a, dft321, mean"),
+        ({"target": "b.mp3"}, "suffix must be one of"),
+    ],
+)
+def test_what_cannot_be_is_refused_and_nothing_is_written(tmp_path, options, message):
+    write_signal(tmp_path / "a.wav", effect())
+    target = tmp_path / options.pop("target")
+    with pytest.raises(ParameterError, match=message):
+        convert(tmp_path / "a.wav", target, **options)
+    assert [path.name for path in tmp_path.iterdir()] == ["a.wav"]
+
+
+def test_what_a_haptic_file_has_no_use_for_is_said(tmp_path):
+    made(tmp_path / "a.ahap")
+    with pytest.raises(ParameterError, match="no use for unit; leave it out"):
+        convert(tmp_path / "a.ahap", tmp_path / "b.wav", unit="N")
+
+
+def test_a_folder_is_converted_with_its_folders(tmp_path):
+    write_signal(tmp_path / "in" / "a.wav", effect())
+    write_signal(tmp_path / "in" / "deep" / "b.csv", effect(3))
+    (tmp_path / "in" / "c.wav").write_bytes(b"RIFF")
+    (tmp_path / "in" / "notes.md").write_text("x")
+    facts = convert_folder(tmp_path / "in", tmp_path / "out", format="ahap")
+    names = sorted(
+        path.relative_to(tmp_path / "out").as_posix() for path in (tmp_path / "out").rglob("*.ahap")
+    )
+    assert names == ["a.ahap", "deep/b.ahap"]
+    assert list(facts["failed"]) == [str(tmp_path / "in" / "c.wav")]
+    assert (facts["left_out"], len(facts["files"])) == (1, 2)
+    again = convert_folder(tmp_path / "out", tmp_path / "wav", format="wav")
+    assert len(again["files"]) == 2
+
+
+def test_a_folder_inside_its_source_is_not_read_again(tmp_path):
+    write_signal(tmp_path / "a.wav", effect())
+    for _ in range(2):
+        assert len(convert_folder(tmp_path, tmp_path / "out", format="hjif")["files"]) == 1
+
+
+def test_two_files_that_would_become_one_are_refused(tmp_path):
+    write_signal(tmp_path / "in" / "a.wav", effect())
+    write_signal(tmp_path / "in" / "a.csv", effect())
+    with pytest.raises(ParameterError, match="would both become"):
+        convert_folder(tmp_path / "in", tmp_path / "out", format="ahap")
+    assert not (tmp_path / "out").exists()
+    with pytest.raises(ParameterError, match="--to must be one of ahap"):
+        convert_folder(tmp_path / "in", tmp_path / "out", format="mp3")
+    (tmp_path / "none").mkdir()
+    with pytest.raises(DataError, match="no file in it can be read"):
+        convert_folder(tmp_path / "none", tmp_path / "out", format="ahap")
+
+
+@pytest.mark.parametrize("name", ["min.hjif", "my.haptic"])
+def test_files_of_others_are_checked_and_converted(tmp_path, name, capsys):
+    assert main(["convert", "--check", str(GOLDEN / name)]) == 0
+    assert "valid" in capsys.readouterr().out
+    assert main(["convert", str(GOLDEN / name), str(tmp_path / "x.wav"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["samples"] == 8000
+
+
+def test_a_wrong_file_is_listed_line_by_line(tmp_path, capsys):
+    (tmp_path / "x.haptic").write_text('{"version": {"major": 2, "minor": 0, "patch": 0}, "signals": {}}')
+    assert main(["convert", "--check", str(tmp_path / "x.haptic")]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].endswith("not valid (haptic), 2 problems")
+    assert lines[1].startswith("version.major")
+    assert check(tmp_path / "x.haptic")["problems"] == lines[1:]
+
+
+def test_a_sound_is_checked_by_reading_it(tmp_path):
+    write_signal(tmp_path / "a.wav", effect())
+    assert check(tmp_path / "a.wav") == {
+        "file": str(tmp_path / "a.wav"),
+        "format": "wav",
+        "valid": True,
+        "problems": [],
+    }
+    (tmp_path / "b.wav").write_bytes(b"RIFF")
+    assert not check(tmp_path / "b.wav")["valid"]
+
+
+def test_the_command_says_what_is_lost(tmp_path, capsys):
+    write_signal(tmp_path / "in" / "a.wav", effect())
+    assert main(["convert", str(tmp_path / "in" / "a.wav"), str(tmp_path / "a.ahap")]) == 0
+    said = capsys.readouterr().out
+    assert "loss: envelope_correlation" in said
+    assert "full_scale: 1" in said
+    assert main(["convert", str(tmp_path / "in"), str(tmp_path / "out"), "--to", "haptic"]) == 0
+    assert "1 written, 0 failed" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["a.wav"], "needs A and B"),
+        (["a.wav", "b.ahap", "--check"], "leave B out"),
+        ([".", "out"], "a folder needs --to"),
+    ],
+)
+def test_the_command_refuses_in_one_line(tmp_path, monkeypatch, capsys, arguments, message):
+    monkeypatch.chdir(tmp_path)
+    assert main(["convert", *arguments]) == 1
+    assert message in capsys.readouterr().err

@@ -1,0 +1,134 @@
+"""Friction over displacement through the jobs: generated to files, judged as a finger meets it."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from tactogram.cli import main
+from tactogram.datasets import Recording, create_store
+from tactogram.errors import ParameterError
+from tactogram.signal import Image, Signal
+from tactogram.signal.io import read_signal, write_signal
+from tactogram.workflows.data.convert import convert
+from tactogram.workflows.evaluation.evaluate import evaluate
+from tactogram.workflows.evaluation.reference_models import Judging
+from tactogram.workflows.generation.generate import generate_files
+from tactogram.workflows.training.train import train
+
+RATE = 40.0  # per mm
+POLES = {"denim": 0.9, "linen": 0.3, "satin": -0.4, "terry": -0.85}
+HASTY = Judging(steps=4, most=4)
+
+
+def photograph(seed, size=96):
+    return Image(np.random.default_rng(seed).integers(0, 256, (size, size, 3), dtype=np.uint8))
+
+
+def friction(material, seed):
+    x = lfilter([1], [1, -POLES[material]], np.random.default_rng(seed).standard_normal(2400))
+    return Recording(
+        streams={"friction": Signal(0.5 + 0.05 * x / x.std(), RATE, "1", ("along",), "displacement")},
+        material=material,
+        speed_mm_s=80.0,
+        force_n=0.5,
+        simulated=True,
+    )
+
+
+@pytest.fixture(scope="module")
+def fabrics(tmp_path_factory):
+    return create_store(
+        tmp_path_factory.mktemp("fabrics") / "store",
+        [friction(name, 100 * k + seed) for k, name in enumerate(POLES) for seed in range(8)],
+        name="fabrics",
+        licence="none",
+        simulated=True,
+        photographs=[(name, photograph(100 * k + n)) for k, name in enumerate(POLES) for n in range(10)],
+    ).path
+
+
+def trained(fabrics, out, **options):
+    return train("frictgan", fabrics, recipe="tiny", out=out, accelerator="cpu", **options)
+
+
+@pytest.fixture(scope="module")
+def run(fabrics, tmp_path_factory):
+    return trained(fabrics, tmp_path_factory.mktemp("runs") / "run")
+
+
+def test_a_signal_over_displacement_is_written_with_its_length(run, tmp_path):
+    condition = {"image": photograph(1)}
+    (row,) = generate_files(run.folder, condition, tmp_path / "x.npz")
+    signal = read_signal(tmp_path / "x.npz")
+    assert (signal.domain, signal.length_mm, signal.rate) == (
+        "displacement",
+        row["length_mm"],
+        row["rate_per_mm"],
+    )
+    (played,) = generate_files(run.folder, condition | {"speed_mm_s": 50.0}, tmp_path / "y.wav", seconds=1.0)
+    assert played["seconds"] == read_signal(tmp_path / "y.wav").seconds == 1.0
+
+
+def test_is_judged_as_met_at_one_speed_though_recordings_have_a_force(run):
+    found = evaluate(run.folder, judging=HASTY)
+    row = found["measures"]["log_spectral_distance_db"]
+    assert all(row[name] is not None for name in ("model", "floor", "ar_texture", "replay", "nearest_photo"))
+    assert any("as met at 50 mm/s" in note for note in found["notes"])
+    assert row["replay"] < row["ceiling"]
+
+
+def test_one_fabric_held_out_is_judged_without_the_published_figure(fabrics, tmp_path, capsys):
+    by_material = trained(fabrics, tmp_path / "run", by="material")
+    assert main(["evaluate", str(by_material.folder), "--judging", "steps=4", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["as_published"] is None
+    assert "two fabrics" in found["as_published_missing"]
+    assert found["measures"]["log_spectral_distance_db"]["model"] is not None
+
+
+def test_figures_that_are_no_numbers_are_null_in_json(run, monkeypatch):
+    from tactogram.models.frictgan.learner import FrictGANLearner
+
+    nothing = {"mean": {"mse": float("nan")}, "per_material": {"denim": {"mse": float("inf")}}}
+    monkeypatch.setattr(FrictGANLearner, "as_published", lambda self, examples: nothing)
+    found = evaluate(run.folder, judging=HASTY)
+    json.dumps(found, allow_nan=False)
+    assert found["as_published"]["mean"]["mse"] is None
+    assert "NaN" not in (run.folder / "evaluation.json").read_text()
+
+
+def test_what_a_model_refuses_in_its_first_step_leaves_nothing(fabrics, tmp_path):
+    with pytest.raises(ParameterError, match="over displacement"):
+        train("ar_texture", fabrics, recipe="tiny", out=tmp_path / "run", accelerator="cpu")
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("speed", [0.0, -5.0, float("nan")])
+def test_a_speed_that_is_none_is_called_a_speed(speed, tmp_path):
+    write_signal(tmp_path / "x.npz", friction("denim", 1).streams["friction"])
+    with pytest.raises(ParameterError, match="--play-at must be a speed > 0 mm/s"):
+        convert(tmp_path / "x.npz", tmp_path / "y.wav", play_at=speed)
+    assert not (tmp_path / "y.wav").exists()
+
+
+def test_data_of_another_kind_is_named_and_refused(run, tmp_path):
+    signal = Signal(np.random.default_rng(3).standard_normal(3000), 1000.0, "m/s^2", ("along",))
+    other = create_store(
+        tmp_path / "other",
+        [Recording(streams={"acceleration": signal}, material="denim")],
+        name="other",
+        licence="none",
+        photographs=[("denim", photograph(999))],
+    )
+    with pytest.raises(ParameterError, match="other: not what run was trained on: signal must be"):
+        evaluate(run.folder, data=other.path, judging=Judging(steps=3, most=4))
+
+
+@pytest.mark.parametrize("model", ["nearest_photo", "replay"])
+def test_recorded_friction_is_played_from_its_run_too(fabrics, tmp_path, model):
+    run = train(model, fabrics, recipe="tiny", out=tmp_path / "run", accelerator="cpu")
+    found = evaluate(run.folder, judging=HASTY)["measures"]["log_spectral_distance_db"]
+    assert found["model"] < found["ceiling"]
+    assert None not in (found["floor"], found["replay"])

@@ -1,0 +1,191 @@
+"""From a photograph to a signal through the jobs: train, judge, generate; surfaces that were never touched too."""
+
+import json
+from functools import partial
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter
+from scipy.signal import lfilter
+
+from tactogram.datasets import Recording, Split, create_store
+from tactogram.datasets.store.photographs import encode
+from tactogram.errors import LeakError, ParameterError
+from tactogram.signal import Image, Signal
+from tactogram.signal.io import read_signal
+from tactogram.workflows.evaluation.evaluate import evaluate
+from tactogram.workflows.evaluation.pictures import judge_pictures, judged_pictures
+from tactogram.workflows.evaluation.reference_models import Judging
+from tactogram.workflows.generation.generate import generate_files
+from tactogram.workflows.training.resume import plan_of
+from tactogram.workflows.training.train import train
+
+RATE = 1000.0
+LOOKS = {"cork": (4.0, 0.3), "felt": (1.0, 0.3), "slate": (1.0, 0.8), "tile": (4.0, 0.8)}
+"""Simulated: coarseness in pixels, and brightness."""
+TOUCHES = {"cork": [1, -1.6, 0.9], "felt": [1, -0.9], "slate": [1, 0.9], "tile": [1, 0.3, 0.8]}
+HASTY = Judging(steps=4, most=4)
+
+
+def photograph(material, seed, size=64):
+    grain, bright = LOOKS[material]
+    noise = gaussian_filter(np.random.default_rng(seed).standard_normal((size, size)), grain)
+    grey = np.clip(bright + 0.08 * noise / noise.std(), 0, 1)
+    return Image(np.uint8(255 * np.repeat(grey[..., None], 3, axis=2)))
+
+
+def recording(material, seed):
+    noise = np.random.default_rng(seed).standard_normal(3000)
+    x = lfilter([1], TOUCHES[material], noise)
+    return Recording(
+        streams={"acceleration": Signal(0.2 * x / x.std(), RATE, "m/s^2", ("z",))},
+        material=material,
+        simulated=True,
+    )
+
+
+def made_store(folder, first=0, photographs=10):
+    return create_store(
+        folder,
+        [recording(name, first + 100 * k + seed) for k, name in enumerate(LOOKS) for seed in range(8)],
+        name="looks",
+        licence="none",
+        simulated=True,
+        photographs=[(name, photograph(name, first + k)) for name in LOOKS for k in range(photographs)],
+    ).path
+
+
+@pytest.fixture(scope="module")
+def looks(tmp_path_factory):
+    return made_store(tmp_path_factory.mktemp("looks") / "store")
+
+
+def trained(looks, out, **options):
+    return train("nearest_photo", looks, recipe="tiny", out=out, accelerator="cpu", **options)
+
+
+@pytest.fixture(scope="module")
+def run(looks, tmp_path_factory):
+    return trained(looks, tmp_path_factory.mktemp("runs") / "run")
+
+
+def test_photographs_are_split_and_written_down(run):
+    assert plan_of(run).identity == run.data["run_id"]  # it can go on by its folder alone
+    split = Split.load(run.folder / "split.json")
+    assert {part: len(held) for part, held in split.photographs.items()} == {
+        "train": 32,
+        "validation": 4,
+        "test": 4,
+    }
+    assert "held out whole" in run.data["photographs"]["note"]
+
+
+def test_is_judged_with_photographs_it_never_saw_beside_three_baselines(run):
+    found = evaluate(run.folder, judging=HASTY)
+    assert set(found["measures"]["log_spectral_distance_db"]) == {
+        "model",
+        "floor",
+        "ceiling",
+        "nearest_other",
+        "ar_texture",
+        "replay",
+        "nearest_photo",
+    }
+    spectra = found["measures"]["log_spectral_distance_db"]
+    assert spectra["model"] == spectra["nearest_photo"] < (spectra["floor"] + spectra["ceiling"]) / 2
+    assert "photographs were held out whole" in found["data"]["split"]
+
+
+def test_a_surface_never_touched_has_its_floor_in_its_own_recordings(looks, tmp_path):
+    by_material = trained(looks, tmp_path / "run", by="material")
+    found = evaluate(by_material.folder, judging=HASTY)
+    assert any(note.startswith("Not trained on: ") for note in found["notes"])
+    assert any(note.startswith("replay does not know every material") for note in found["notes"])
+    (material,) = found["per_material"]
+    row = found["per_material"][material]["log_spectral_distance_db"]
+    assert row["floor"] < 3 < row["model"]
+    assert "recognised_accuracy" not in found["measures"]
+    assert "memorised_share" not in found["measures"]
+
+
+def test_other_data_is_judged_unless_a_photograph_of_it_was_trained_on(run, tmp_path):
+    fresh = made_store(tmp_path / "fresh", first=1000)
+    assert evaluate(run.folder, data=fresh, judging=HASTY)["data"]["split"] == "all 32 recordings"
+    mixed = create_store(
+        tmp_path / "mixed",
+        [recording("cork", 5000 + seed) for seed in range(2)],
+        name="mixed",
+        licence="none",
+        photographs=[("cork", photograph("cork", k)) for k in range(10)],
+    )
+    with pytest.raises(LeakError, match="of its 10 photographs were trained on"):
+        evaluate(run.folder, data=mixed.path, judging=HASTY)
+
+
+def test_a_picture_file_becomes_a_signal_file(run, tmp_path):
+    (tmp_path / "photo.png").write_bytes(encode(photograph("tile", 77)))
+    (row,) = generate_files(
+        run.folder, {}, tmp_path / "x.wav", seconds=1.5, seed=1, photograph=tmp_path / "photo.png"
+    )
+    assert row["taken_for"] == "tile"
+    assert (row["seconds"], row["unit"], row["simulated"]) == (1.5, "m/s^2", True)
+    file = read_signal(tmp_path / "x.wav")
+    assert (file.seconds, file.unit) == (1.5, "m/s^2")
+
+
+def test_what_cannot_be_asked_says_so(run, looks, tmp_path):
+    with pytest.raises(ParameterError, match="condition 'image' is needed"):
+        generate_files(run.folder, {"material": "cork"}, tmp_path / "x.wav")
+    bare = create_store(
+        tmp_path / "bare", [recording("cork", seed) for seed in range(8)], name="bare", licence="none"
+    )
+    with pytest.raises(ParameterError, match="each material must have a photograph, got none of cork"):
+        trained(bare.path, tmp_path / "nothing")
+    assert not (tmp_path / "nothing").exists()
+    assert json.loads((run.folder / "data.json").read_text())["photographs"]["train"] == 32
+
+
+def test_pictures_are_judged_beside_signals_and_the_loss_is_divided(looks, tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        "tactogram.workflows.evaluation.evaluate.judged_pictures", partial(judged_pictures, most=16)
+    )
+    longer = {"config.pairs.hop": 16, "config.pairs.frames": 32}  # half a second
+    sight = train(
+        "visual_tactile_gan", looks, recipe="tiny", changes=longer, out=tmp_path / "run", accelerator="cpu"
+    )
+    found = evaluate(sight.folder, judging=HASTY)
+    pictures = found["pictures"]
+    assert {"l1", "log_spectral_distance_db", "level_difference_db"} <= set(pictures["values"])
+    assert set(pictures["missing"]) <= {
+        "lpips",
+        "fid",
+        "efficientnet_lite0_distance",
+        "efficientnet_lite0_frechet_distance",
+        "psnr_db",
+        "ssim",
+    }
+    assert set(pictures["per_material"]) == set(LOOKS)
+    assert 0 <= pictures["label_accuracy"] <= 1
+    loss = pictures["inversion"]["level_difference_db"]
+    assert loss["network"] == pytest.approx(loss["total"] - loss["inversion"])
+    assert loss["inversion"] < loss["total"]
+    page = (sight.folder / "report.html").read_text()
+    assert "From pictures back to vibration" in page
+    with pytest.raises(ParameterError, match="nearest_photo makes no spectrogram pictures"):
+        judge_pictures(trained(looks, tmp_path / "nearest").folder)
+
+
+def test_crops_of_the_recordings_trained_on_have_no_floor(looks, tmp_path):
+    changes = {"config.pairs.hop": 16, "config.pairs.frames": 32, "config.pairs.protocol": "crop-split"}
+    sight = train(
+        "visual_tactile_gan",
+        looks,
+        recipe="tiny",
+        changes=changes,
+        split="all",
+        out=tmp_path / "run",
+        accelerator="cpu",
+    )
+    losses = judge_pictures(sight.folder, most=16)["inversion"]
+    assert losses
+    assert {loss["floor"] for loss in losses.values()} == {None}

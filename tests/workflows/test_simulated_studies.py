@@ -1,0 +1,97 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tactogram.cli import main
+from tactogram.datasets import item_of, open_store
+from tactogram.datasets.ratings.words import WORDS
+from tactogram.datasets.simulate import metal_plates, sets, studies
+from tactogram.datasets.simulate.studies import study
+from tactogram.errors import ParameterError
+from tactogram.workflows.data.simulate import simulate_to_store
+
+
+@pytest.fixture
+def one_plate(monkeypatch):
+    """Leave one of the twelve plates: a height field takes its time."""
+    plates = metal_plates.PLATES[8:9]
+    monkeypatch.setattr(studies, "PLATES", plates)
+    monkeypatch.setattr(sets, "PLATES", plates)
+    facts = replace(sets.SETS["ultrasonic"], surfaces=tuple(plate.surface for plate in plates))
+    monkeypatch.setitem(sets.SETS, "ultrasonic", facts)
+
+
+def test_the_store_of_the_ultrasonic_study(one_plate, tmp_path):
+    facts = simulate_to_store(
+        "ultrasonic", tmp_path / "one", seed=0, per_class=2, seconds=0.5, raters=3, workers=1
+    )
+    store = open_store(tmp_path / "one")
+    surfaces = [info for info in store.index if info.material]
+    signals = [info for info in store.index if not info.material]
+    assert (len(surfaces), len(signals)) == (2, 39)
+    assert {store.streams_of(info.id) for info in surfaces} == {("strain",)}
+    assert {store.streams_of(info.id) for info in signals} == {("drive",)}
+    assert sorted(info.session for info in surfaces) == [
+        "plate09-m01",
+        "plate09-m02",
+    ]
+    assert {item_of(info) for info in store.index} == set(store.ratings.items)
+    assert store.simulated
+    assert store.ratings.words == WORDS
+    assert (facts["raters"], facts["items"], facts["materials"]) == (3, 40, 1)
+    again = simulate_to_store(
+        "ultrasonic", tmp_path / "two", seed=0, per_class=2, seconds=0.5, raters=3, workers=1
+    )
+    assert again["sha256"] == facts["sha256"]
+
+
+def test_the_store_of_the_image_study(tmp_path, capsys):
+    out = tmp_path / "images"
+    assert main(["data", "simulate", "tactile_images", "--out", str(out), "--per-class", "1"]) == 0
+    store = open_store(out)
+    assert len(store) == 0
+    assert len(store.photograph_keys()) == 16
+    assert store.ratings.items == tuple(f"image{n:03d}" for n in range(1, 17))
+    assert set(store.ratings.items) == set(store.photographs_by_material)
+    assert "simulated" in capsys.readouterr().out
+
+
+def test_four_sets_of_images_are_each_seen_by_thirty_of_37():
+    ratings = study("tactile_images", seed=0, per_class=1).ratings
+    assert len(ratings.raters) == 37
+    seen = ~np.isnan(ratings.cube).all(2)
+    assert set(seen.sum(1)) == {30}
+    of_set = {
+        name: {i for i, s in zip(ratings.item, ratings.session, strict=True) if s == name}
+        for name in set(ratings.session)
+    }
+    assert sorted(of_set) == ["set1", "set2", "set3", "set4"]
+    assert {len(items) for items in of_set.values()} == {4}
+    assert sum(len(items) for items in of_set.values()) == 16
+
+
+def test_an_items_name_does_not_say_what_it_shows():
+    one, other = (
+        dict(study("tactile_images", seed=seed, per_class=1, raters=1).photographs) for seed in (0, 0)
+    )
+    assert all(np.array_equal(one[name].pixels, other[name].pixels) for name in one)
+    contrasts = [image.pixels.std() for image in one.values()]
+    made = [studies.tactile_image(family, 0, seed=0).pixels.std() for family in studies.FAMILIES]
+    assert sorted(contrasts) == sorted(made)
+    assert contrasts != made
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"set_name": "stroking9", "raters": 3}, "nobody rates in stroking9"),
+        ({"set_name": "tactile_images", "raters": 0}, "at least one simulated rater"),
+        ({"set_name": "tactile_images", "per_class": 0}, "per_class must be at least 1"),
+        ({"set_name": "tactile_images", "seconds": 2.0}, "holds images alone"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_and_leaves_nothing(options, said, tmp_path):
+    with pytest.raises(ParameterError, match=said):
+        simulate_to_store(out=tmp_path / "store", seed=0, **options)
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,200 @@
+"""The verb `stream`: runs and files, mixed, on every backend that needs no hardware."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tactogram
+from tactogram.cli import main
+from tactogram.datasets import create_store
+from tactogram.errors import ParameterError
+from tactogram.signal import Signal
+from tactogram.signal.io import read_metadata, read_signal, write_signal
+from tactogram.workflows.streaming.report import latency_lines, underrun_line
+from tactogram.workflows.streaming.settings import StreamSettings
+from tactogram.workflows.streaming.stream import stream
+from tactogram.workflows.training.train import train
+
+
+@pytest.fixture(scope="module")
+def textures(recordings, tmp_path_factory):
+    """An `ar_texture` of four made-up materials at two speeds, three axes."""
+    folder = tmp_path_factory.mktemp("stream")
+    create_store(folder / "store", recordings(count=2), name="t", licence="made in a test", simulated=True)
+    return train("ar_texture", folder / "store", recipe="tiny", split="all", out=folder / "run").folder
+
+
+@pytest.fixture(name="grating")
+def grating_fixture(tmp_path):
+    def make(name, hz):
+        t = np.arange(4000) / 2000
+        signal = Signal(np.sin(2 * np.pi * hz * t).astype(np.float32), 2000, "m/s^2")
+        write_signal(tmp_path / name, signal, metadata={"speed_mm_s": 100.0})
+        return tmp_path / name
+
+    return make
+
+
+def to_file(sources, **options):
+    settings = StreamSettings(**({"backend": "file", "seconds": 2.0} | options.pop("settings", {})))
+    return stream(sources, settings, **options)
+
+
+def test_a_run_is_streamed_to_a_display_and_to_files(textures, tmp_path):
+    out, figure = tmp_path / "sent.wav", tmp_path / "sent.png"
+    told = []
+    result = to_file(
+        [textures],
+        mix={"cork": 0.5, "tile": 0.5},
+        display="voice-coil",
+        level="gain=0.5",
+        out=out,
+        figure=figure,
+        status=lambda line, now: told.append(line),
+        tell=told.append,
+    )
+    assert told[0].startswith("equaliser: within 0.1")  # before anything plays
+    assert result["display"]["equaliser"]["on"]
+    sent = read_signal(out)
+    assert (sent.rate, sent.unit, sent.axes, len(sent)) == (8000, "V", ("coil",), 16_000)
+    assert 0 < np.abs(sent.samples).max() <= 5.0
+    assert read_metadata(out)["simulated"] is True
+    assert figure.stat().st_size > 20_000
+    assert result["simulated"]
+    assert result["weights"] == {"cork": 0.5, "tile": 0.5}
+    json.dumps(result, allow_nan=False)
+    text = "\n".join(latency_lines(result))
+    assert "time to compute a block" in text
+    assert "simulated motion:" in text
+
+
+def test_files_are_laid_out_by_the_speed_that_they_say(grating, tmp_path):
+    """A stroke at a constant speed of 200 mm/s over what gave 150 Hz at 100 mm/s: 300 Hz."""
+    motion = tmp_path / "motion.csv"
+    motion.write_text("time_s,x_mm,force_n\n" + "".join(f"{i / 200},{i},0.5\n" for i in range(500)))
+    out = tmp_path / "sent.npz"
+    to_file([grating("a.wav", 150)], settings={"motion": str(motion)}, out=out)
+    power = np.abs(np.fft.rfft(read_signal(out).samples[0][4000:]))
+    assert np.argmax(power) * 8000 / 12_000 == pytest.approx(300, abs=2)
+
+
+def test_a_mix_that_changes_while_it_plays(grating, tmp_path):
+    motion = tmp_path / "motion.csv"
+    motion.write_text("time_s,x_mm,force_n\n" + "".join(f"{i / 200},{i / 2},0.5\n" for i in range(500)))
+    out = tmp_path / "sent.npz"
+    to_file(
+        [grating("low.wav", 100), grating("high.wav", 400)],
+        settings={"motion": str(motion)},
+        mix={"low": 1.0, "high": 0.0},
+        mix_to={"low": 0.0, "high": 1.0},
+        out=out,
+    )
+    sent = read_signal(out).samples[0]
+    begin, end = (np.abs(np.fft.rfft(x)) for x in (sent[800:4000], sent[-3200:]))
+    assert np.argmax(begin) * 2.5 == pytest.approx(100, abs=4)
+    assert np.argmax(end) * 2.5 == pytest.approx(400, abs=4)
+
+
+def test_a_generator_that_is_not_autoregressive_is_laid_out_too(recordings, tmp_path):
+    create_store(tmp_path / "store", recordings(count=2), name="t", licence="made in a test", simulated=True)
+    run = train("replay", tmp_path / "store", recipe="tiny", split="all", out=tmp_path / "run").folder
+    result = to_file([run], mix={"cork": 1.0}, speed_mm_s=100.0)
+    assert result["textures"] == ["cork"]
+    with pytest.raises(ParameterError, match="--speed MM_S"):
+        to_file([run], mix={"cork": 1.0})
+
+
+@pytest.mark.parametrize("backend", ["null", "clock", "osc"])
+def test_backends_without_hardware(textures, backend):
+    settings = StreamSettings(backend=backend, seconds=0.2, to="127.0.0.1:9" if backend == "osc" else "")
+    lines = []
+    result = stream([textures], settings, mix={"cork": 1.0}, status=lambda line, now: lines.append(line))
+    assert result["latency"]["compute"]["count"] > 0
+    assert result["backend"] == backend
+    assert any("compute p50" in line for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"mix": {"velvet": 1.0}}, "no texture velvet; there are cork"),
+        ({"display": "voice-coil"}, "give --display and --level, or neither"),
+        ({"display": "phone", "level": "peak=1"}, "render a file"),
+        ({"display": "audio", "level": "peak=1", "settings": {"equalise": True}}, "response is not known"),
+        ({"settings": {"equalise": False}}, "give --display and --level, or leave out --equalise"),
+        ({"settings": {"block_ms": 6.0}}, "at most 5 ms"),
+        ({"settings": {"seconds": 0.0}}, "seconds must be > 0"),
+        ({"settings": {"seed": -1}}, "seed must be >= 0"),
+        ({"settings": {"backend": "audio"}}, "say which --display"),
+        ({"settings": {"motion": "osc"}}, "does not keep the time"),
+        ({"out": Path("sent.xyz")}, "suffix must be one of .wav"),
+        ({"figure": Path("sent.pdf")}, "must be .png"),
+        ({"out": Path(__file__) / "sent.wav"}, "cannot be written"),
+    ],
+)
+def test_what_cannot_be_streamed_is_refused(textures, options, says):
+    with pytest.raises(ParameterError, match=says):
+        to_file([textures], **options)
+
+
+def test_the_verb_prints_a_table_and_json(textures, capsys, tmp_path):
+    arguments = ["stream", str(textures), "--mix", "cork=1", "--backend", "file", "--seconds", "0.5"]
+    assert main(arguments) == 0
+    assert "underruns: 0" in capsys.readouterr().out
+    displayed = ["--display", "voice-coil", "--level", "gain=0.5", "--equalise", "off", "--set", "limit=2"]
+    assert main([*arguments, *displayed, "--json"]) == 0
+    told = capsys.readouterr()
+    assert "equaliser: none, the response of voice-coil is left as it is" in told.err
+    result = json.loads(told.out)
+    assert result["latency"]["block_ms"] == 5.0
+    assert (result["display"]["limit"], result["display"]["equaliser"]["on"]) == (2.0, False)
+    assert main([*arguments, "--motion", str(tmp_path / "none.csv")]) == 1
+    assert "none.csv" in capsys.readouterr().err
+
+
+def test_underruns_say_whose_they_are_and_what_helps():
+    def line(worked_ms, *, asked=False, granted=False, underruns=7):
+        return underrun_line(
+            {
+                "latency": {
+                    "underruns": underruns,
+                    "block_ms": 5.0,
+                    "compute": {"count": 1000},
+                    "processor": {"p99_ms": worked_ms},
+                },
+                "device": {"realtime_priority": granted},
+                "realtime_asked": asked,
+            }
+        )
+
+    assert line(1.0, underruns=0) == "underruns: 0"
+    assert line(1.0).startswith("underruns: 7 of 1000 blocks")
+    assert "other programs" in line(1.0)
+    assert "--realtime" in line(1.0)
+    assert "not granted" in line(1.0, asked=True)
+    assert "--realtime" not in line(1.0, asked=True, granted=True)
+    assert "fewer textures" in line(9.0)
+
+
+def test_friction_is_streamed_to_an_electrovibration_display(textures, tmp_path):
+    x = np.arange(2000) / 40
+    mu = Signal((0.35 + 0.03 * np.sin(np.pi * x)).astype(np.float32), 40, "1", ("mu",), domain="displacement")
+    write_signal(tmp_path / "mu.npz", mu)
+    out = tmp_path / "sent.npz"
+    result = tactogram.stream(
+        tmp_path / "mu.npz",
+        StreamSettings(backend="file", seconds=1.0),
+        display="electrovibration",
+        level="physical",
+        out=out,
+    )
+    sent = read_signal(out)
+    assert (sent.rate, sent.unit) == (48_000, "V")
+    assert 30 < np.abs(sent.samples).max() <= 141
+    assert result["display"]["rehearsal"] is None
+    assert result["display"]["fitted"]["mu_wanted"]
+    json.dumps(result, allow_nan=False)
+    with pytest.raises(ParameterError, match="one surface at a time"):
+        to_file([textures], mix={"cork": 1.0}, display="electrovibration", level="physical")

@@ -1,0 +1,94 @@
+"""Work whose result could not be written is refused before it begins."""
+
+import argparse
+import os
+from pathlib import Path
+
+import pytest
+
+from tactogram.cli import main
+from tactogram.cli.parser import make_parser
+from tactogram.errors import ParameterError
+from tactogram.workflows import reproduce
+from tactogram.workflows.data.convert import convert_folder
+from tactogram.workflows.evaluation import crossval
+from tactogram.workflows.evaluation import mixing_ladder as mixing
+from tactogram.workflows.evaluation.evaluate import evaluate
+from tactogram.workflows.training import train as training
+
+NOWHERE = Path(__file__) / "made"
+"""Beneath a file: not even root writes there."""
+
+
+def verbs_with_out(parser, names=()):
+    """Yield the words of every verb with --out, with something for all else that it requires."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for name, inner in action.choices.items():
+                yield from verbs_with_out(inner, (*names, name))
+    if any("--out" in action.option_strings for action in parser._actions):
+        words = list(names)
+        for action in parser._actions:
+            if action.required and "--out" not in action.option_strings:
+                words += [
+                    *action.option_strings[:1],
+                    *["nothing"] * (action.nargs if action.nargs == 2 else 1),
+                ]
+        yield words
+
+
+@pytest.mark.parametrize("words", list(verbs_with_out(make_parser())), ids=lambda words: "-".join(words[:2]))
+def test_a_verb_refuses_what_it_could_not_write_before_all_else(words, capsys):
+    assert main([*words, "--out", str(NOWHERE)]) == 1
+    said = capsys.readouterr().err
+    assert said == f"tactogram: {NOWHERE}: cannot be written ({os.strerror(20)}); give another place\n"
+
+
+@pytest.mark.parametrize(
+    "words", [["demo"], ["study", "run", "two-area"], ["study", "analyse", str(Path(__file__).parent)]]
+)
+def test_a_file_where_a_folder_is_needed_is_refused(words, tmp_path, capsys):
+    (tmp_path / "file").write_text("mine")
+    assert main([*words, "--out", str(tmp_path / "file")]) == 1
+    assert "file: is a file; a folder is needed here" in capsys.readouterr().err
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_a_training_does_not_prepare_what_it_could_not_keep(store, monkeypatch):
+    monkeypatch.setattr(training, "_material", lambda *_: pytest.fail("recordings were prepared"))
+    with pytest.raises(ParameterError, match="cannot be written"):
+        training.train("stroke_cnn", store, recipe="tiny", out=NOWHERE, accelerator="cpu")
+
+
+def test_the_default_folder_is_looked_at_too(store, tmp_path, monkeypatch):
+    (tmp_path / "runs").touch()
+    monkeypatch.chdir(tmp_path)
+    for module, name, begin in (
+        (training, "_material", training.train),
+        (crossval, "run_training", crossval.crossval),
+    ):
+        monkeypatch.setattr(module, name, lambda *_, **__: pytest.fail("trained all the same"))
+        with pytest.raises(ParameterError, match="cannot be written"):
+            begin("stroke_cnn", store, recipe="tiny", accelerator="cpu")
+    with pytest.raises(ParameterError, match="cannot be written"):
+        reproduce.reproduce("stroke_cnn_table2")
+
+
+def test_nothing_is_judged_mixed_or_converted_for_a_folder_that_cannot_be_written(
+    run, store, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(
+        "tactogram.workflows.evaluation.evaluate.judged", lambda *_, **__: pytest.fail("judged all the same")
+    )
+    monkeypatch.setattr(mixing, "mix_ladder", lambda *_, **__: pytest.fail("mixed all the same"))
+    loaded = training.load_run(run.folder)
+    with pytest.raises(ParameterError, match="cannot be written"):
+        mixing.mixing_ladder(loaded, "cork", "tile", out=NOWHERE)
+    unwritable = training.LoadedRun(
+        type(run)(NOWHERE), loaded.facts, loaded.recipe, loaded.any_kind, loaded.model
+    )
+    with pytest.raises(ParameterError, match="cannot be written"):
+        evaluate(unwritable)
+    (tmp_path / "a.csv").write_text("x\n1\n2\n")
+    with pytest.raises(ParameterError, match="cannot be written"):
+        convert_folder(tmp_path, NOWHERE, format="wav", rate=100.0)

@@ -1,0 +1,105 @@
+import fcntl
+import json
+import shutil
+from dataclasses import replace
+
+import pytest
+
+from tactogram.cli.command import main
+from tactogram.errors import RunError
+from tactogram.training.run import Run
+from tactogram.workflows.training import run_lock as looking
+from tactogram.workflows.training.resume import plan_of, resume
+from tactogram.workflows.training.run_folder import begin
+from tactogram.workflows.training.run_lock import at_work, is_at_work
+
+
+@pytest.fixture
+def unfinished(run, tmp_path):
+    """Give a copy of the run as it was before its end."""
+    shutil.copytree(run.folder, tmp_path / "run")
+    (tmp_path / "run" / "model.json").unlink()
+    return Run(tmp_path / "run")
+
+
+def changed(run, **values):
+    file = run.folder / "data.json"
+    file.write_text(json.dumps({**json.loads(file.read_text()), **values}))
+
+
+def test_a_run_says_all_that_its_training_is_of(run):
+    plan = plan_of(run)
+    assert plan.identity == run.data["run_id"]
+    assert plan.config.steps == 60
+    assert {plan.store.info(segment.id).material for segment in plan.parts.train} == {"cork", "foam", "tile"}
+
+
+def test_a_run_that_does_not_say_its_split_is_refused_in_one_line(unfinished):
+    (unfinished.folder / "split.json").unlink()
+    with pytest.raises(
+        RunError, match=r"no split.json\); go on with `tactogram train stroke_cnn --data DIR … --out"
+    ):
+        resume(unfinished.folder)
+
+
+def test_data_that_has_changed_or_gone_is_refused(unfinished, store, tmp_path):
+    data = unfinished.data["path"]
+    changed(unfinished, path=str(tmp_path / "gone"))
+    with pytest.raises(RunError, match="its data is not at .*gone; give --data"):
+        resume(unfinished.folder)
+    assert plan_of(unfinished, data=store).identity == unfinished.data["run_id"]
+    changed(unfinished, path=data, sha256="0" * 64)
+    with pytest.raises(RunError, match="not the data set as it was when the run began"):
+        resume(unfinished.folder)
+
+
+def test_two_processes_never_train_one_run(unfinished):
+    assert not is_at_work(unfinished.folder)
+    with at_work(unfinished.folder):
+        assert is_at_work(unfinished.folder)
+        with pytest.raises(RunError, match="another process trains here at present"):
+            resume(unfinished.folder, accelerator="cpu")
+    assert not is_at_work(unfinished.folder)
+    assert not is_at_work(unfinished.folder / "nothing")
+
+
+def test_a_run_in_work_is_refused_before_anything_is_prepared(unfinished, monkeypatch):
+    monkeypatch.setattr("tactogram.workflows.training.train._material", None)  # would be called
+    with at_work(unfinished.folder), pytest.raises(RunError, match="another process trains here at present"):
+        resume(unfinished.folder, accelerator="cpu")
+
+
+def test_whoever_only_looks_keeps_nobody_from_training(unfinished, monkeypatch):
+    with (unfinished.folder / "recipe.toml").open("rb") as other:
+        fcntl.flock(other, fcntl.LOCK_SH)  # as a page does that lists runs
+        monkeypatch.setattr(looking.time, "sleep", lambda seconds: fcntl.flock(other, fcntl.LOCK_UN))
+        with at_work(unfinished.folder):
+            assert is_at_work(unfinished.folder)
+
+
+def test_a_run_that_was_begun_meanwhile_keeps_its_split(unfinished):
+    plan = plan_of(unfinished)
+    before = (unfinished.folder / "split.json").read_bytes()
+    other = replace(plan, parts=replace(plan.parts, train=plan.parts.train[1:]))
+    with pytest.raises(RunError, match="a run is here already and has begun"):
+        begin(unfinished, other)
+    assert (unfinished.folder / "split.json").read_bytes() == before
+
+
+def test_what_a_run_has_said_is_not_said_again(run, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(["train", "--resume", str(run.folder), "stroke_cnn", "--split", "all", "--set", "seed=1"])
+    assert stopped.value.code == 2
+    assert "leave MODEL, --set, --split away" in capsys.readouterr().err
+
+
+def test_a_finished_run_is_given_as_it_is(run, capsys):
+    assert main(["train", "--resume", str(run.folder)]) == 0
+    assert f"run: {run.folder}" in capsys.readouterr().out
+
+
+def test_a_training_needs_a_model_and_data(capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(["train", "stroke_cnn"])
+    assert stopped.value.code == 2
+    assert "needs MODEL and --data DIR, or --resume RUN" in capsys.readouterr().err
