@@ -90,7 +90,7 @@ def test_what_was_prepared_is_read_from_the_cache(store, tmp_path, monkeypatch):
     monkeypatch.setattr(Prepare, "apply", lambda *_: pytest.fail("prepared again"))
     again = Examples(store, whole(store), prepare, cache_dir=tmp_path / "cache")
     np.testing.assert_array_equal(again[1].signal.samples, expected)
-    assert not list((tmp_path / "cache").glob("*.part-*"))
+    assert not list((tmp_path / "cache").glob(".*.part*"))
 
 
 def test_another_preparation_is_not_taken_from_the_cache(store, tmp_path):

@@ -45,10 +45,13 @@ def test_restoring_forgets_what_was_logged_after_the_checkpoint(run):
             run.save_checkpoint(learner, Position(0, step))
     with (run.folder / "metrics.jsonl").open("a") as file:
         file.write('{"stage": 0, "st')  # a kill in the middle of a line
+    left = run.folder / ".checkpoint-0123abcd.part.safetensors"
+    left.write_bytes(b"half")  # and one in the middle of a checkpoint
     again = Counter()
     assert run.restore(again) == Position(0, 3)
     assert again.n.item() == 3
     assert [m["step"] for m in run.metrics()] == [1, 2, 3]
+    assert not left.exists()
 
 
 def test_a_finished_run_has_weights_without_optimisers(run):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from functools import cache
@@ -32,6 +31,7 @@ from tactogram.errors import ParameterError
 from tactogram.model import Example, Rated, SignalKind
 from tactogram.recipe import Prepare
 from tactogram.signal import Image, Signal
+from tactogram.signal.io.atomic import atomic_write
 
 
 class Examples(Sequence[Example]):
@@ -332,15 +332,8 @@ def _cut(store: Store, segment: Segment, stream: str) -> Signal:
 
 
 def _replace(path: Path, content: bytes | NDArray[np.float32]) -> None:
-    """Write beside and rename: two threads or processes may prepare the same segment."""
-    handle, part = tempfile.mkstemp(dir=path.parent, prefix=f"{path.name}.part-")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            if isinstance(content, bytes):
-                file.write(content)
-            else:
-                np.save(file, content, allow_pickle=False)
-        os.replace(part, path)
-    except BaseException:
-        Path(part).unlink(missing_ok=True)
-        raise
+    with atomic_write(path) as part:  # two threads or processes may prepare the same segment
+        if isinstance(content, bytes):
+            part.write_bytes(content)
+        else:
+            np.save(part, content, allow_pickle=False)

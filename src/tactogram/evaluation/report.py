@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 
 from tactogram.signal import Signal
 from tactogram.signal.filters import resample
+from tactogram.signal.io.atomic import atomic_write, write_text
 
 SIMULATED = "Simulated data: made by formulas, not recorded from real surfaces."
 AUDIBLE_RATE = 8000
@@ -88,19 +89,14 @@ def write_report(
         simulated=SIMULATED if simulated is True else simulated,
         sections=[(s.title, [_render(block) for block in s.blocks]) for s in sections],
     )
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(path.name + ".part")
-    part.write_text(text, encoding="utf-8")
-    part.replace(path)
+    write_text(path, text)
     return path
 
 
 def save_figure(path: Path, figure: Figure) -> Path:
-    """Write ``figure`` as PNG to ``path`` (beside it, then renamed) and return it."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(path.name + ".part")
-    figure.savefig(part, format="png", dpi=150)
-    part.replace(path)
+    """Write ``figure`` as PNG to ``path`` and return it; the whole file or nothing."""
+    with atomic_write(path) as part:
+        figure.savefig(part, format="png", dpi=150)
     return path
 
 

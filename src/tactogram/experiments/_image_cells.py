@@ -24,7 +24,7 @@ from tactogram.experiments._jobs import Jobs
 from tactogram.experiments._stores import given_or_simulated
 from tactogram.models.tactile_image_cgan.images import as_floats, square
 from tactogram.signal import Image
-from tactogram.training.run import write_text
+from tactogram.signal.io.atomic import write_text
 
 WEIGHTS = (1, 1000, 5000, 10000)
 """Sec. II-C."""

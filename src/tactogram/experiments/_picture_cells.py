@@ -14,7 +14,7 @@ from tactogram.datasets import Store
 from tactogram.experiments._jobs import Jobs
 from tactogram.experiments._stores import given_or_simulated
 from tactogram.recipe import Prepare
-from tactogram.training.run import write_text
+from tactogram.signal.io.atomic import write_text
 
 MEASURES = (
     "lpips",

@@ -28,7 +28,7 @@ from tactogram.experiments._image_cells import WEIGHTS, draws_of, image_run, pla
 from tactogram.experiments._jobs import Jobs
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal
-from tactogram.training.run import write_text
+from tactogram.signal.io.atomic import write_text
 
 PEOPLE = 20
 """In each of the two groups. Sec. II-D; n = 2,400 answers of 12 plates and 10 words in Fig. 5."""

@@ -30,7 +30,7 @@ from tactogram.rendering.drive.fit import Drive, fit
 from tactogram.rendering.drive.level import parse_level
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_signal
-from tactogram.training.run import write_text
+from tactogram.signal.io.atomic import write_text
 
 DATA: Mapping[str, tuple[str, dict[str, Any]]] = {
     "material": ("stroking9", {"photographs": 9, "per_class": 8}),

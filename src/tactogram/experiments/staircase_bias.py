@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from tactogram.errors import DataError
+from tactogram.signal.io.atomic import write_text
 from tactogram.study.analysis.psychometric import fit_psychometric, reversal_threshold
 from tactogram.study.analysis.threshold import SETTLED_3_DOWN, estimate_threshold
 from tactogram.study.designs.staircase import Staircase, Track
 from tactogram.study.power.simulated_participants import SimulatedEffect
 from tactogram.study.study_file import Study
-from tactogram.training.run import write_text
 
 Numbers = NDArray[np.float64]
 SPREADS_DB = (1.0, 2.0, 4.0, 8.0)

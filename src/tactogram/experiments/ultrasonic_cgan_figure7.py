@@ -30,7 +30,7 @@ from tactogram.experiments._jobs import Jobs
 from tactogram.experiments._stores import given_or_simulated
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
-from tactogram.training.run import write_text
+from tactogram.signal.io.atomic import write_text
 
 GROUPS = {"A": 1, "B": 2, "C": 3, "D": 4, "E": 12}
 """Clusters of the plates in each group. Sec. IV-B."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -15,12 +14,13 @@ from safetensors.torch import save
 from torch import Tensor
 
 from tactogram.errors import RunError
+from tactogram.signal.io.atomic import atomic_write
 
 VERSION = 1
 
 
 def save_state(path: Path, state: Mapping[str, Any], facts: Mapping[str, Any] | None = None) -> None:
-    """Write ``state`` and ``facts`` to ``path``: beside it first, then renamed; a kill leaves the old one.
+    """Write ``state`` and ``facts`` to ``path``; a kill or a power cut leaves the old file or the new one.
 
     Parameters
     ----------
@@ -36,12 +36,8 @@ def save_state(path: Path, state: Mapping[str, Any], facts: Mapping[str, Any] | 
     header = {
         "tactogram": json.dumps({"version": VERSION, "structure": structure, "facts": dict(facts or {})})
     }
-    part = path.with_name(path.name + ".part")
-    with part.open("wb") as file:
-        file.write(save(tensors, metadata=header))
-        file.flush()
-        os.fsync(file.fileno())
-    part.replace(path)
+    with atomic_write(path, durable=True) as part:
+        part.write_bytes(save(tensors, metadata=header))
 
 
 def load_state(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:

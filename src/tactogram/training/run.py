@@ -10,7 +10,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-import os
 import platform
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -23,6 +22,7 @@ import tomli_w
 from tactogram.errors import RunError
 from tactogram.model import ImageKind, Kind, Learner, SignalKind
 from tactogram.recipe import Recipe
+from tactogram.signal.io.atomic import write_text
 from tactogram.training.checkpoint import load_state, save_state
 from tactogram.training.loop import Position
 
@@ -110,6 +110,8 @@ class Run:
 
     def restore(self, learner: Learner) -> Position:
         """Bring ``learner`` to the last checkpoint and forget log lines written after it."""
+        for left in self.folder.glob(".*.part.safetensors"):  # of a process that was killed while it wrote
+            left.unlink(missing_ok=True)
         path = self.folder / "checkpoint.safetensors"
         position = Position()
         if path.exists():
@@ -207,13 +209,6 @@ class Run:
     def write_json(self, name: str, values: Mapping[str, Any]) -> None:
         """Write one of the run's JSON files."""
         write_text(self.folder / name, json.dumps(values, indent=1, ensure_ascii=False) + "\n")
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write ``text`` beside ``path`` and rename."""
-    part = path.with_name(path.name + ".part")
-    part.write_text(text, encoding="utf-8")
-    os.replace(part, path)
 
 
 def environment() -> dict[str, Any]:

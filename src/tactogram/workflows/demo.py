@@ -15,7 +15,7 @@ from tactogram.evaluation.figures import confusion_figure, photos_figure, signal
 from tactogram.evaluation.report import Block, Picture, Section, Sound, Table, Text, write_report
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_signal
-from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.atomic import write_text
 from tactogram.signal.io.writable import check_writable
 from tactogram.workflows.data.simulate import simulate_to_store
 from tactogram.workflows.evaluation.evaluate import evaluate, judged
@@ -103,8 +103,7 @@ def demo(out: Path | str = "runs/demo", *, seed: int = 0, progress: Progress = s
         "mixing": mixes.in_words(),
         "simulated": True,
     }
-    with written_beside(folder / "result.json") as part:
-        part.write_text(json.dumps(result, ensure_ascii=False), encoding="utf-8")
+    write_text(folder / "result.json", json.dumps(result, ensure_ascii=False))
     return result
 
 

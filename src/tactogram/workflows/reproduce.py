@@ -13,8 +13,8 @@ from typing import Any
 from tactogram import experiments as package
 from tactogram.errors import ParameterError
 from tactogram.experiments._jobs import Jobs
+from tactogram.signal.io.atomic import write_text
 from tactogram.signal.io.writable import check_writable
-from tactogram.training.run import write_text
 from tactogram.workflows.capture.live import live
 from tactogram.workflows.capture.session import capture
 from tactogram.workflows.data.simulate import simulate_to_store

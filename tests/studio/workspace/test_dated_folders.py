@@ -21,6 +21,20 @@ def test_folders_are_named_in_order_and_found_by_name(tmp_path):
     assert folders.find(first) is folders.find("..") is folders.find("") is None
 
 
+def test_two_of_the_same_instant_get_names_of_their_own(tmp_path, monkeypatch):
+    class Stopped(datetime):
+        @classmethod
+        def now(cls, tz=None):
+            return datetime(2026, 1, 2, 3, 4, 5, 6, tzinfo=tz)
+
+    monkeypatch.setattr("tactogram.studio.workspace.dated_folders.datetime", Stopped)
+    folders = DatedFolders(tmp_path)
+    inner = []
+    outer = folders.add(lambda part: inner.append(folders.add(written("b"))))
+    assert [outer, *inner] == ["20260102-030405-000006", "20260102-030405-000007"]
+    assert folders.names() == [*inner, outer]
+
+
 def test_what_fails_leaves_nothing(tmp_path):
     def broken(part):
         (part / "x").write_text("half")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from dataclasses import asdict
 from pathlib import Path
 
@@ -13,20 +12,17 @@ import pyarrow.parquet as pq
 
 from tactogram.datasets.ratings.ratings import Ratings, Scale
 from tactogram.errors import DataError
+from tactogram.signal.io.atomic import atomic_write
 
 COLUMNS = ("rater", "item", "word", "score", "order", "session")
 
 
 def write_ratings(path: Path, ratings: Ratings) -> None:
-    """Write a Parquet file, beside first and then renamed."""
+    """Write a Parquet file; the whole file or nothing."""
     about = {"scale": asdict(ratings.scale), "words": list(ratings.words)}
     table = pa.table({name: pa.array(getattr(ratings, name)) for name in COLUMNS})
-    part = path.with_name(f"{path.name}.part-{os.getpid()}")
-    try:
+    with atomic_write(path) as part:
         pq.write_table(table.replace_schema_metadata({"tactogram": json.dumps(about)}), part)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def read_ratings(path: Path) -> Ratings:

@@ -12,7 +12,6 @@ is therefore the wide form, once per table; whatever the columns are called, `Co
 from __future__ import annotations
 
 import csv
-import os
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -29,6 +28,7 @@ from tactogram.datasets.ratings.files import read_ratings, write_ratings
 from tactogram.datasets.ratings.ratings import SEVEN_POINT, Ratings, Scale, check_rows
 from tactogram.datasets.ratings.words import WORDS, word_of
 from tactogram.errors import DataError, ParameterError
+from tactogram.signal.io.atomic import atomic_write
 
 NAMED = ("rater", "item", "word", "score", "order", "session")
 MISSING = ("", "na", "n/a", "nan", "none", "null", "-", "–")
@@ -152,13 +152,8 @@ def write_table(path: Path, ratings: Ratings, *, form: Form = "long") -> None:
         write_ratings(path, ratings)
         return
     rows = _long(ratings) if form == "long" else _wide(ratings)
-    part = path.with_name(f"{path.name}.part-{os.getpid()}")
-    try:
-        with part.open("w", encoding="utf-8", newline="") as file:
-            csv.writer(file, delimiter="\t" if suffix == ".tsv" else ",").writerows(rows)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    with atomic_write(path) as part, part.open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file, delimiter="\t" if suffix == ".tsv" else ",").writerows(rows)
 
 
 class _Reader:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -16,6 +15,7 @@ from pathlib import Path
 from typing import Any, Literal, Self
 
 from tactogram.errors import DataError, LeakError, ParameterError
+from tactogram.signal.io.atomic import write_text
 
 By = Literal["recording", "session", "subject", "material", "condition"]
 """What stays together on one side of a split."""
@@ -200,7 +200,7 @@ class Split:
                     )
 
     def save(self, path: Path) -> None:
-        """Write it as JSON, beside first and then renamed."""
+        """Write it as JSON; the whole file or nothing."""
         values = {"format": FORMAT, "version": VERSION, "by": self.by, "seed": self.seed, "gap_s": self.gap_s}
         segments = {part: [[s.id, s.start_s, s.stop_s] for s in held] for part, held in self.parts.items()}
         values |= segments | {"groups": dict(self.groups)}
@@ -214,9 +214,7 @@ class Split:
                 "by_region": self.by_region,
                 "photograph_note": self.photograph_note,
             }
-        part = path.with_name(f"{path.name}.part-{os.getpid()}")
-        part.write_text(json.dumps(values, indent=0) + "\n")
-        part.replace(path)
+        write_text(path, json.dumps(values, indent=0) + "\n")
 
     @classmethod
     def load(cls, path: Path) -> Self:

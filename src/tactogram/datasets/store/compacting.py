@@ -22,9 +22,10 @@ from tactogram.datasets.store import shard_writing
 from tactogram.datasets.store.index import Places
 from tactogram.datasets.store.layout import FACTS, Facts, StoredFile, file_hash, schema
 from tactogram.datasets.store.parquet import let_go, opened, plain_parquet, stored_file
-from tactogram.datasets.store.pending import NewFiles, clear_unfinished, replacing, to_disk
+from tactogram.datasets.store.pending import NewFiles, clear_unfinished, replacing
 from tactogram.datasets.store.store import Store, ids_problem, open_store
 from tactogram.errors import DataError
+from tactogram.signal.io.atomic import atomic_write, to_disk
 
 SMALL = 0.5
 """A shard with less than this share of what one may hold is small, and goes together with its neighbours."""
@@ -81,16 +82,14 @@ def compact(path: Path | str, *, progress: Progress | None = None) -> Compacted:
         _check(store, Store(path, new), runs, progress)
         # What goes is noted before: a kill may come between the two.
         files.note(*(path / shard.file for shard in old), path / facts.ids)
-        part = path / f"{FACTS}.part-{os.getpid()}"
-        files.begin(part)
-        part.write_text(new.text(), encoding="utf-8")
         files.to_disk()
-        with replacing(path):
+        with replacing(path), atomic_write(path / FACTS, durable=True) as part:
             if Facts.load(path) != facts:
                 raise DataError(  # noqa: TRY301
                     f"{path} was changed by another process; nothing was changed here, repeat it"
                 )
-            part.replace(path / FACTS)
+            files.begin(part)
+            part.write_text(new.text(), encoding="utf-8")
         to_disk(path)
     except BaseException:
         # An interrupt may come when it was just replaced: what it names stays.

@@ -16,6 +16,7 @@ import psutil
 
 from tactogram.datasets.store.layout import FACTS, Facts
 from tactogram.errors import DataError
+from tactogram.signal.io.atomic import to_disk
 
 Purpose = Literal["adding", "compacting"]
 REPLACED_S = 2.0
@@ -111,18 +112,6 @@ def _at_work(path: Path, kind: str) -> str | None:
         if host != host_name() or not process.isdigit() or psutil.pid_exists(int(process)):
             return noted.name
     return None
-
-
-def to_disk(*paths: Path) -> None:
-    """Return when files and folders are on the disk itself (fsync): a pulled plug takes nothing of them."""
-    for path in paths:
-        if os.name == "nt" and path.is_dir():  # cannot be opened there; the file system sees to it
-            continue
-        opened = os.open(path, os.O_RDWR if os.name == "nt" else os.O_RDONLY)
-        try:
-            os.fsync(opened)
-        finally:
-            os.close(opened)
 
 
 class NewFiles:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
@@ -15,13 +14,14 @@ from tactogram.datasets.ratings.ratings import Ratings, item_of
 from tactogram.datasets.recording import Recording, content_id
 from tactogram.datasets.store.layout import FACTS, ID_TABLE, Facts, StoredFile, facts_hash, store_hash
 from tactogram.datasets.store.parquet import stored_file
-from tactogram.datasets.store.pending import NewFiles, await_replaced, to_disk
+from tactogram.datasets.store.pending import NewFiles, await_replaced
 from tactogram.datasets.store.photographs import Photograph, image_key, photograph_of
 from tactogram.datasets.store.shard_writing import ShardWriter
 from tactogram.datasets.store.store import Store
 from tactogram.datasets.store.stored_photographs import PhotographWriter
 from tactogram.errors import DataError
 from tactogram.signal import Image
+from tactogram.signal.io.atomic import atomic_write, to_disk
 
 
 class StoreWriter:
@@ -191,12 +191,11 @@ class StoreWriter:
             await_replaced(self.folder)
         if self._store is not None and Facts.load(self.folder) != self.facts:
             raise DataError(f"{self.folder} was changed by another process; open it again and repeat")
-        part = self.folder / f"{FACTS}.part-{os.getpid()}"
-        self._files.begin(part)
-        part.write_text(facts.text(), encoding="utf-8")
-        if self._files.durable:
-            self._files.to_disk()
-        part.replace(self.folder / FACTS)
+        with atomic_write(self.folder / FACTS) as part:
+            self._files.begin(part)
+            part.write_text(facts.text(), encoding="utf-8")
+            if self._files.durable:
+                self._files.to_disk()
         if self._files.durable:
             to_disk(self.folder)
         self._done = True
@@ -234,13 +233,11 @@ class StoreWriter:
         return None
 
     def _save_ids(self, ids: np.ndarray, path: Path) -> None:
-        part = path.with_name(f"{path.name}.part-{os.getpid()}")
-        self._files.begin(part, path)
-        # The list that stands now, too: it goes last, and a kill may come before that.
-        self._files.note(self.folder / self.facts.ids)
-        with part.open("wb") as file:
-            np.save(file, ids, allow_pickle=False)
-        part.replace(path)
+        with atomic_write(path) as part:
+            self._files.begin(part, path)
+            # The list that stands now, too: it goes last, and a kill may come before that.
+            self._files.note(self.folder / self.facts.ids)
+            np.save(part, ids, allow_pickle=False)
 
     def _save_ratings(self, ratings: Ratings) -> StoredFile:
         """Write them under a name of their own, so that the old ones stand until ``dataset.json`` is replaced."""

@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 from scipy.interpolate import PchipInterpolator
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.signal import UNITS
 
 HEADING = ("frequency [Hz]", "gain", "phase [rad]", "coherence")
@@ -245,7 +245,7 @@ def write_response(
     if coherence is not None:
         columns.append(coherence)
         heading.append(HEADING[3])
-    with written_beside(path) as part, part.open("w", encoding="utf-8", newline="") as file:
+    with atomic_write(path) as part, part.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(heading)
         writer.writerows([f"{value:.6g}" for value in row] for row in np.stack(columns, axis=1))

@@ -22,7 +22,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from scipy import optimize, stats
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.atomic import write_text
 from tactogram.validation import validated
 
 COLUMNS = ("voltage_v_rms", "friction")
@@ -189,8 +189,7 @@ def write_calibrations(path: Path | str, calibrations: Sequence[Calibration]) ->
     """Write calibrations as TOML, one ``[[calibration]]`` each: beside, then renamed."""
     path = Path(path)
     rows = [one.model_dump(mode="json", exclude_none=True) for one in calibrations]
-    with written_beside(path) as part:
-        part.write_text(tomli_w.dumps({"calibration": rows}), encoding="utf-8")
+    write_text(path, tomli_w.dumps({"calibration": rows}))
     return path
 
 

@@ -19,9 +19,9 @@ from tactogram.rendering.files.formats import hjif
 from tactogram.rendering.files.loss import loss_between
 from tactogram.rendering.files.reduction import to_one_axis
 from tactogram.signal import Signal
+from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.description import Description
 from tactogram.signal.io.description import decode as described
-from tactogram.signal.io.files import written_beside
 
 READ_RATE = 8000.0
 """Rate at which a carrier is made for a file that holds an envelope, Hz."""
@@ -159,7 +159,7 @@ def write_haptic(
         raise ParameterError(f"{kind.title} cannot hold this signal: {problems[0]}")
     text = encoded(document).encode("ascii")
     back = _decoded(document, kind, path, None)
-    with written_beside(path) as part:
+    with atomic_write(path) as part:
         part.write_bytes(text)
     return {
         "format": kind.name,

@@ -26,7 +26,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.rendering.transducer.circuit import Transducer, fitted
-from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.atomic import write_text
 
 Measure = Callable[[float], complex]
 """The admittance in S at a frequency in Hz, taken when the transducer has settled there."""
@@ -211,8 +211,7 @@ class ResonanceTracker:
     def write_log(self, path: Path | str) -> Path:
         """Write the log as a CSV file: beside, then renamed."""
         path = Path(path)
-        with written_beside(path) as part:
-            part.write_text(self.log_text(), encoding="utf-8")
+        write_text(path, self.log_text())
         return path
 
     def _frozen_look(self) -> tuple[float, complex]:

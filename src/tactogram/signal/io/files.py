@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import os
-import secrets
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io import arrays, sound, table, worksheet
+from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.content import Content, assemble
 from tactogram.signal.io.description import Description
 from tactogram.signal.signal import Signal
@@ -168,7 +166,7 @@ def write_signal(
         raise ParameterError(f"subtype and full_scale are for {' and '.join(SOUND)}, got {suffix}")
     description = Description.of(signal, metadata)
     description.encode()
-    with written_beside(path) as part:
+    with atomic_write(path) as part:
         match suffix:
             case ".wav" | ".flac":
                 sound.write(part, signal, description, suffix=suffix, subtype=subtype, full_scale=full_scale)
@@ -178,18 +176,6 @@ def write_signal(
                 worksheet.write(part, signal, description)
             case _:
                 table.write(part, signal, description, suffix=suffix)
-
-
-@contextmanager
-def written_beside(path: Path) -> Iterator[Path]:
-    """Give a path to write to; it takes the place of ``path`` when all went well, and is removed when not."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.stem}-{secrets.token_hex(4)}.part{path.suffix}")
-    try:
-        yield part
-        os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _read(

@@ -25,7 +25,7 @@ from PIL import Image as Pillow
 from PIL import ImageOps, PngImagePlugin, UnidentifiedImageError
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.signal import Image
 
 PICTURE_FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "PPM")
@@ -92,7 +92,7 @@ def write_image(path: Path | str, image: Image, *, metadata: Mapping[str, Any] |
         text.add_itxt(METADATA, json.dumps(dict(metadata or {}), ensure_ascii=False, allow_nan=False))
     except (TypeError, ValueError) as error:
         raise ParameterError(f"metadata must be JSON: {error}") from error
-    with written_beside(path) as part:
+    with atomic_write(path) as part:
         Pillow.fromarray(image.pixels).save(part, format="PNG", pnginfo=text)
 
 

@@ -28,10 +28,9 @@ class DatedFolders:
         self.folder.mkdir(parents=True, exist_ok=True)
         now = datetime.now(UTC)
         self._clear(now - LEFT_OVER)
-        while (self.folder / (identifier := f"{now:{_FORMAT}}")).exists():
+        while (made := self._begun(f"{now:{_FORMAT}}")) is None:
             now += timedelta(microseconds=1)
-        part = self.folder / f".{identifier}.part"
-        part.mkdir()
+        identifier, part = made
         try:
             write(part)
             part.rename(self.folder / identifier)
@@ -39,6 +38,17 @@ class DatedFolders:
             shutil.rmtree(part, ignore_errors=True)
             raise
         return identifier
+
+    def _begun(self, identifier: str) -> tuple[str, Path] | None:
+        """Return a name and the folder to fill for it, None if another takes it."""
+        part = self.folder / f".{identifier}.part"
+        if (self.folder / identifier).exists():
+            return None
+        try:
+            part.mkdir()
+        except FileExistsError:
+            return None
+        return identifier, part
 
     def names(self) -> list[str]:
         """Return the names, newest first."""

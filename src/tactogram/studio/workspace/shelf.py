@@ -14,7 +14,7 @@ from typing import Any
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_image, read_signal, write_image, write_signal
-from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.atomic import write_text
 from tactogram.studio.workspace.dated_folders import DatedFolders
 
 SIGNAL, IMAGE, FACTS = "signal.npz", "image.png", "facts.json"
@@ -158,8 +158,7 @@ class Shelf:
         """Give one another title."""
         made = self.get(identifier)
         values = {"title": _titled(title), **made.facts}
-        with written_beside(made.folder / FACTS) as part:
-            part.write_text(json.dumps(values, ensure_ascii=False, indent=1), encoding="utf-8")
+        write_text(made.folder / FACTS, json.dumps(values, ensure_ascii=False, indent=1))
         return self.get(identifier)
 
     def remove(self, identifier: str) -> None:

@@ -24,7 +24,7 @@ import soundfile
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import READABLE, decode_image, read_signal
-from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.picture import picture_size
 from tactogram.signal.io.riff import read_header
 from tactogram.study.study_file import Study
@@ -192,7 +192,7 @@ def save_upload(folder: Path, name: str, data: bytes, *, kind: Kind) -> Path:
         while path.exists() or path.is_symlink():
             count += 1
             path = folder / f"{Path(safe).stem}-{count}{Path(safe).suffix}"
-        with written_beside(path) as part:
+        with atomic_write(path) as part:
             part.write_bytes(data)
     return path
 

@@ -23,7 +23,6 @@ from __future__ import annotations
 
 import csv
 import math
-import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from io import StringIO
@@ -35,6 +34,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from tactogram.errors import DataError, ParameterError
+from tactogram.signal.io.atomic import atomic_write
 
 SUFFIXES = (".csv", ".tsv", ".parquet")
 
@@ -195,7 +195,7 @@ def cells(answers: Answers) -> tuple[list[str], list[list[str]]]:
 
 
 def write_answers(path: Path, answers: Answers) -> None:
-    """Write a table as ``.csv``, ``.tsv`` or ``.parquet``, beside first and then renamed.
+    """Write a table as ``.csv``, ``.tsv`` or ``.parquet``; the whole file or nothing.
 
     Raises
     ------
@@ -203,17 +203,13 @@ def write_answers(path: Path, answers: Answers) -> None:
         For another suffix.
     """
     suffix = _suffix(path)
-    part = path.with_name(f"{path.name}.part-{os.getpid()}")
-    try:
+    with atomic_write(path) as part:
         if suffix == ".parquet":
             pq.write_table(_arrow(answers), part)
         else:
             headings, rows = cells(answers)
             with part.open("w", encoding="utf-8", newline="") as file:
                 csv.writer(file, delimiter="\t" if suffix == ".tsv" else ",").writerows([headings, *rows])
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def read_answers(path: Path) -> Answers:

@@ -6,7 +6,7 @@ import csv
 from collections.abc import Sequence
 from pathlib import Path
 
-from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.atomic import atomic_write
 from tactogram.study.session.device_facts import COLUMN, described, fact_text
 from tactogram.study.session.store import SessionStore
 
@@ -76,7 +76,7 @@ def write_beside(path: Path, store: SessionStore) -> list[Path]:
     written = []
     for suffix, table in ((PARTICIPANTS, participants_table(store)), (NOTES, notes_table(store))):
         target = path.with_suffix(suffix)
-        with written_beside(target) as part:
+        with atomic_write(target) as part:
             _write(part, *table)
         written.append(target)
     return written

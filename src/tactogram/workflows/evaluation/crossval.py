@@ -29,9 +29,9 @@ from tactogram.evaluation.classification import ClassificationResult, WindowClas
 from tactogram.evaluation.figures import confusion_figure
 from tactogram.evaluation.report import Picture, Section, Table, Text, save_figure, write_report
 from tactogram.recipe import Recipe, run_id
+from tactogram.signal.io.atomic import write_text
 from tactogram.signal.io.writable import check_writable
 from tactogram.training.device import make_fabric
-from tactogram.training.run import write_text
 from tactogram.workflows.progress import Progress, silent
 from tactogram.workflows.training.plan import labelled, make_split, select
 from tactogram.workflows.training.train import run_training

@@ -18,8 +18,8 @@ from tactogram.evaluation.report import save_figure
 from tactogram.model import Condition
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
+from tactogram.signal.io.atomic import write_text
 from tactogram.signal.io.writable import check_writable
-from tactogram.training.run import write_text
 from tactogram.training.seeds import child_seed
 from tactogram.workflows.generation.generate import generate
 from tactogram.workflows.generation.word_scores import goes_by_words

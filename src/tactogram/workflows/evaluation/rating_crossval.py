@@ -19,9 +19,9 @@ from tactogram.evaluation.ratings.prediction import Predicted
 from tactogram.evaluation.report import Picture, Section, Table, Text, save_figure, write_report
 from tactogram.model import Example, ImageExample, Kind, Predictor, Rated
 from tactogram.recipe import Recipe, run_id
+from tactogram.signal.io.atomic import write_text
 from tactogram.signal.io.writable import check_writable
 from tactogram.training.device import make_fabric
-from tactogram.training.run import write_text
 from tactogram.workflows.progress import Progress, silent
 from tactogram.workflows.training.plan import select
 from tactogram.workflows.training.rated_examples import RatedData

@@ -18,8 +18,8 @@ from tactogram.evaluation.ratings.reproduction import constant_error, reproducti
 from tactogram.evaluation.report import Picture, Section, save_figure
 from tactogram.model import Predictor
 from tactogram.signal import Image, Signal
+from tactogram.signal.io.atomic import write_text
 from tactogram.statistics.figures import error_figure
-from tactogram.training.run import write_text
 from tactogram.workflows.evaluation.rating_crossval import Rateable, said_of, words_table
 from tactogram.workflows.training.rated_examples import RatedData
 from tactogram.workflows.training.train import LoadedRun, load_run, test_part

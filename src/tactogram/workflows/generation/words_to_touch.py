@@ -13,7 +13,7 @@ from tactogram.errors import ParameterError
 from tactogram.model import Predictor, SignalKind
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import WRITABLE, read_signal
-from tactogram.training.run import write_text
+from tactogram.signal.io.atomic import write_text
 from tactogram.workflows.generation.generate import (
     generate,
     made_by,

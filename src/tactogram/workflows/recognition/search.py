@@ -23,6 +23,7 @@ from tactogram.datasets import Examples, Segment, Store, label_of, open_store
 from tactogram.errors import ParameterError, RunError
 from tactogram.model import Example
 from tactogram.signal import Signal
+from tactogram.signal.io.atomic import atomic_write
 from tactogram.training.run import Run
 from tactogram.workflows.training.train import LoadedRun, load_run
 
@@ -84,9 +85,8 @@ class SurfaceIndex:
 
     def save(self, run: Run) -> None:
         """Write ``search.usearch`` and ``search.json`` into the run."""
-        part = run.folder / "search.usearch.part"
-        self.index.save(str(part))
-        part.replace(run.folder / "search.usearch")
+        with atomic_write(run.folder / "search.usearch") as part:
+            self.index.save(str(part))
         run.write_json(
             "search.json",
             {
@@ -234,10 +234,8 @@ def _index_of(loaded: LoadedRun, store: Store, threshold: float, calibrated_on: 
     if missing:
         examples = Examples(store, map(Segment, missing), loaded.as_trained, label=label)
         held |= dict(zip(missing, _embed(loaded.model, examples), strict=True))
-        part = file.with_name(file.name + ".part")
-        with part.open("wb") as opened:
-            np.savez(opened, ids=np.array(list(held)), vectors=np.stack(list(held.values())))
-        part.replace(file)
+        with atomic_write(file) as part:
+            np.savez(part, ids=np.array(list(held)), vectors=np.stack(list(held.values())))
     return SurfaceIndex(
         np.stack([held[id] for id in names]),
         list(names),

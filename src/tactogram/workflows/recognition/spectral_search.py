@@ -20,7 +20,7 @@ from tactogram.datasets import Store, open_store
 from tactogram.errors import ParameterError
 from tactogram.recipe import Prepare
 from tactogram.signal import Signal
-from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.atomic import atomic_write
 from tactogram.workflows.progress import Progress, silent
 
 MEASURE = "spectral distance: mean absolute difference of third-octave levels about their mean, dB; not a classifier"
@@ -160,8 +160,8 @@ def _spectra(
         table = np.full((len(held), width), np.nan, np.float32)
         for row, levels in zip(table, held.values(), strict=True):
             row[: len(levels)] = levels
-        with written_beside(file) as part, part.open("wb") as opened:
-            np.savez(opened, ids=np.array(list(held)), levels=table)
+        with atomic_write(file) as part:
+            np.savez(part, ids=np.array(list(held)), levels=table)
     rates = np.array([store.rate(id, stream) for id in ids], np.float64)
     return ids, [held[id] for id in ids], rates
 

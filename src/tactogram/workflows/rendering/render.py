@@ -20,7 +20,7 @@ from tactogram.rendering.drive.level import Level, parse_level
 from tactogram.rendering.families import electrovibration
 from tactogram.signal import Signal
 from tactogram.signal.io import WRITABLE, read_metadata, read_signal, write_signal
-from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.atomic import atomic_write
 from tactogram.validation import validated
 
 
@@ -166,7 +166,7 @@ def write_drive(out: Path, drive: Drive, *, report: Mapping[str, Any]) -> Path:
     if "simulated" in report:
         facts["simulated"] = report["simulated"]
     report_file = out.with_suffix(".report.json")
-    with written_beside(report_file) as part:
+    with atomic_write(report_file) as part:
         part.write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
         write_signal(out, drive.signal, metadata=facts)
     return report_file
@@ -176,7 +176,7 @@ def save_drive_figure(path: Path, drive: Drive, display: Display) -> Path:
     """Write the figure of a drive and return its path."""
     from tactogram.rendering.drive.figures import drive_figure
 
-    with written_beside(path) as part:
+    with atomic_write(path) as part:
         drive_figure(drive, display).savefig(part, format="png", dpi=150)
     return path
 

@@ -9,7 +9,7 @@ from typing import Any
 from tactogram.rendering.streaming.stream import Stream
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
-from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.atomic import atomic_write
 
 
 def latency_lines(facts: Mapping[str, Any]) -> list[str]:
@@ -101,7 +101,7 @@ def write_sent(
         of += (
             " under a simulated hand" if facts["motion"]["simulated"] else f" under {facts['motion']['from']}"
         )
-        with written_beside(figure) as part:
+        with atomic_write(figure) as part:
             stream_figure(sent, running.track, title=f"{what}{of}").savefig(part, format="png", dpi=130)
         written["figure"] = str(figure)
     return written

@@ -15,7 +15,7 @@ import numpy as np
 from tactogram.datasets.ratings.ratings import SEVEN_POINT, Scale
 from tactogram.datasets.ratings.table import read_table
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.atomic import atomic_write, write_text
 from tactogram.signal.io.writable import check_writable
 from tactogram.study.analysis import MARGINS, Analysis, Plan, analyse
 from tactogram.study.analysis.naming import named_answers, named_section
@@ -130,13 +130,10 @@ def analyse_study(
     folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
     remove_earlier(folder, JSON_FILE, kept=pictures)
-    with written_beside(folder / JSON_FILE) as part:
-        text = json.dumps(result, ensure_ascii=False, indent=1, allow_nan=False)
-        part.write_text(text + "\n", encoding="utf-8")
-    with written_beside(folder / TEXT_FILE) as part:
-        part.write_text(analysis.text(), encoding="utf-8")
+    write_text(folder / JSON_FILE, json.dumps(result, ensure_ascii=False, indent=1, allow_nan=False) + "\n")
+    write_text(folder / TEXT_FILE, analysis.text())
     for name, picture in pictures.items():
-        with written_beside(folder / name) as part:
+        with atomic_write(folder / name) as part:
             part.write_bytes(picture)
     taken = Taken.of(Path(source), answers, study)
     named = replace(analysis, sections=tuple(named_section(one, names) for one in analysis.sections))

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from tactogram.errors import ParameterError
-from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.atomic import write_text
 from tactogram.study.session.answers import write_answers
 from tactogram.study.session.bids_rules import problems
 from tactogram.study.session.export import export_bids
@@ -77,9 +77,8 @@ def export_study(
             path = Path(table)
             write_answers(path, answers)
             described = path.with_suffix(STUDY_SUFFIX)
-            with written_beside(described) as part:
-                text = json.dumps(json.loads(store.study.as_json()), ensure_ascii=False, indent=1)
-                part.write_text(text + "\n", encoding="utf-8")
+            text = json.dumps(json.loads(store.study.as_json()), ensure_ascii=False, indent=1)
+            write_text(described, text + "\n")
             participants, notes = write_beside(path, store)
             facts |= {
                 "table": str(path),

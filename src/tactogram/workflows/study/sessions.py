@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tactogram.errors import DataError
-from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.atomic import write_text
 from tactogram.study.session.store import SessionStore
 from tactogram.study.study_file import Study, shipped_studies
 from tactogram.study.trials import Page
@@ -70,8 +70,7 @@ def keep_origin(folder: Path, study: Path | str) -> None:
     """Write down in a session folder where its study's file lies."""
     shipped = str(study) in shipped_studies()
     origin = {"study": str(study) if shipped else str(Path(study).resolve()), "shipped": shipped}
-    with written_beside(folder / ORIGIN) as part:
-        part.write_text(json.dumps(origin, ensure_ascii=False) + "\n", encoding="utf-8")
+    write_text(folder / ORIGIN, json.dumps(origin, ensure_ascii=False) + "\n")
 
 
 def session_progress(folder: Path | str) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.atomic import atomic_write
 from tactogram.study.power.simulated_participants import SimulatedEffect, simulate
 from tactogram.study.session.store import SessionStore
 from tactogram.study.study_file import Study
@@ -104,7 +104,7 @@ def simulate_session(
                 f"{out}: people took this study; simulated participants need that folder to themselves"
             )
         if (folder / ORIGIN).is_file() and not own:
-            with written_beside(out / ORIGIN) as part:
+            with atomic_write(out / ORIGIN) as part:
                 part.write_bytes((folder / ORIGIN).read_bytes())
         who = simulate(store, participants, effect=put_in, seed=seed, progress=progress)
         rows = len(store.answers())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import zipfile
 import zlib
@@ -11,6 +10,7 @@ from typing import Any
 
 from tactogram.datasets.store.pending import clear_stale_parts, part_folder
 from tactogram.errors import RunError
+from tactogram.signal.io.atomic import atomic_write
 from tactogram.training.run import Run
 
 LEFT_OUT = {"checkpoint.safetensors"}
@@ -22,15 +22,14 @@ def export_run(run: Path | str, out: Path | str) -> dict[str, Any]:
     """Pack the finished run in ``run`` into the zip file ``out``; return ``file``, ``files`` and ``bytes``."""
     found, target = Run.open(Path(run)), Path(out)
     found.facts()
-    part = target.with_name(target.name + ".part")
-    files = [f for f in sorted(found.folder.rglob("*")) if f.is_file() and f.name not in LEFT_OUT]
-    try:
-        with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as packed:
-            for file in files:
-                packed.write(file, file.relative_to(found.folder).as_posix())
-        os.replace(part, target)
-    finally:
-        part.unlink(missing_ok=True)
+    files = [
+        f
+        for f in sorted(found.folder.rglob("*"))
+        if f.is_file() and f.name not in LEFT_OUT and not f.name.startswith(".")
+    ]
+    with atomic_write(target) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as packed:
+        for file in files:
+            packed.write(file, file.relative_to(found.folder).as_posix())
     return {"file": str(target), "files": len(files), "bytes": target.stat().st_size}
 
 

@@ -23,6 +23,7 @@ from tactogram.errors import ParameterError, RunError, StoppedError
 from tactogram.model import Classifier, Example, Kind, Learner, SignalKind
 from tactogram.recipe import Prepare, Recipe
 from tactogram.signal import Signal
+from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.writable import check_writable
 from tactogram.training.device import make_fabric
 from tactogram.training.loop import BEGINNING, Position, fit
@@ -329,11 +330,8 @@ def _draw(run: Run, learner: Learner) -> None:
     """Write what a learner draws of its training to ``figures/NAME.png``."""
     drawn = learner.figures() if hasattr(learner, "figures") else {}
     for name, figure in drawn.items():
-        file = run.folder / "figures" / f"{name}.png"
-        file.parent.mkdir(exist_ok=True)
-        part = file.with_name(file.name + ".part")
-        figure.savefig(part, dpi=120, format="png")
-        part.replace(file)
+        with atomic_write(run.folder / "figures" / f"{name}.png") as part:
+            figure.savefig(part, dpi=120, format="png")
 
 
 def test_part(run: Run) -> tuple[Store, Split]:

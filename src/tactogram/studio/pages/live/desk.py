@@ -22,7 +22,7 @@ from tactogram.capture.session.plan import SessionPlan
 from tactogram.capture.stream.feed import Feed
 from tactogram.capture.stream.monitor import Tapped
 from tactogram.errors import ParameterError, TactogramError
-from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.atomic import write_text
 from tactogram.studio.pages.live.console import PageConsole, PageMetronome
 from tactogram.studio.pages.live.traces import Traces
 
@@ -143,8 +143,7 @@ class Desk:
             if self.running:
                 raise ParameterError("something else is being listened to: stop it first")
             self._file.parent.mkdir(parents=True, exist_ok=True)
-            with written_beside(self._file) as part:
-                part.write_text(json.dumps(asdict(order), ensure_ascii=False, indent=1), encoding="utf-8")
+            write_text(self._file, json.dumps(asdict(order), ensure_ascii=False, indent=1))
             self._stop.clear()
             self.number += 1
             self.order, self.result, self.error, self.state = order, None, None, "opening"

@@ -167,7 +167,8 @@ def draw_vibration(on: MakePage) -> None:
         if not made.is_image
     }
     files = {
-        desk.workspace.name_of(path): f"file: {path.stem}" for path in sorted(desk.vibrations().glob("*.npz"))
+        desk.workspace.name_of(path): f"file: {path.stem}"
+        for path in sorted(desk.vibrations().glob("[!.]*.npz"))
     }
     options = {"": "None: the model draws one from the seed", **files, **kept}
     if desk.asked.vibration and desk.asked.vibration not in options:

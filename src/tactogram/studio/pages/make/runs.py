@@ -19,7 +19,7 @@ from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.model import ImageKind, Kind, SignalKind
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_image, read_signal
-from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.atomic import write_text
 from tactogram.studio.pages.make.form import Asked, Form, check, form_of
 from tactogram.studio.pages.make.material_map import levels_db, positions
 from tactogram.studio.workspace.folder import Workspace
@@ -213,10 +213,7 @@ class Runs:
         if len(made) < len(materials):
             raise ParameterError(f"{choice.name}: makes images; there is no map of their spectra")
         places = positions(levels_db(made))
-        file.parent.mkdir(parents=True, exist_ok=True)
-        with written_beside(file) as part:
-            text = {"materials": materials, "places": places.round(4).tolist()}
-            part.write_text(json.dumps(text), encoding="utf-8")
+        write_text(file, json.dumps({"materials": materials, "places": places.round(4).tolist()}))
         return places
 
     def _alone(self, choice: Choice, material: str) -> Signal | Image:

@@ -12,7 +12,8 @@ from tactogram.datasets import Store
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal import Signal
 from tactogram.signal.io import READABLE, SignalFile, read_file
-from tactogram.signal.io.files import SOUND, written_beside
+from tactogram.signal.io.atomic import atomic_write
+from tactogram.signal.io.files import SOUND
 from tactogram.studio.pages.layout import Number, busy, in_background, page, telling, upload
 from tactogram.studio.pages.materials.media import HEAD, MaterialsDesk, address
 from tactogram.studio.pages.materials.neighbours import draw_near
@@ -295,7 +296,7 @@ def keep_signal(folder: Path, name: str, data: bytes) -> Path:
             raise
         read_uploaded_signal(safe, data, rate=1.0)  # raises where it is not the rate that lacks
     path = folder / free_name(folder, Path(safe).stem, Path(safe).suffix)
-    with written_beside(path) as part:
+    with atomic_write(path) as part:
         part.write_bytes(data)
     return path
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.rendering.files.catalogue import FORMATS
-from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.atomic import atomic_write
 
 
 def losses_table(files: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -44,7 +44,7 @@ def zip_files(folder: Path, name: str, files: Mapping[str, Any], *, simulated: b
     table = csv.DictWriter(text, columns, lineterminator="\n")
     table.writeheader()
     table.writerows(rows)
-    with written_beside(folder / name) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
+    with atomic_write(folder / name) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
         for facts in files.values():
             if "file" in facts:
                 archive.write(folder / facts["file"], facts["file"])

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import DataError, ParameterError, TactogramError
-from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.atomic import atomic_write
 from tactogram.studio.pages.studies.experiment_view import report_of
 from tactogram.studio.workspace.folder import Workspace
 from tactogram.study.planned import MARGINS, margin_text
@@ -151,7 +151,7 @@ def copy_study(workspace: Workspace, name: str) -> Path:
     if target.exists():
         raise DataError(f"{workspace.name_of(target)} is there already; change that one, or move it away")
     target.parent.mkdir(parents=True, exist_ok=True)
-    with written_beside(target) as part:
+    with atomic_write(target) as part:
         shutil.copyfile(shipped_studies()[name], part)
     return target
 

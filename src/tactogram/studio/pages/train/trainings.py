@@ -21,7 +21,7 @@ from typing import Any, Literal
 
 from tactogram.datasets.store.pending import clear_stale_parts
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal.io.files import written_beside
+from tactogram.signal.io.atomic import write_text
 from tactogram.studio.pages.train.detached import Process, start
 from tactogram.studio.pages.train.log import Step, complaint, is_stopped, step_of
 from tactogram.studio.workspace.folder import Workspace
@@ -350,8 +350,7 @@ class Trainings:
             return False
 
     def _write(self, task: Task) -> None:
-        with written_beside(self.folder / f"{task.id}.json") as part:
-            part.write_text(json.dumps(asdict(task), ensure_ascii=False, indent=1), encoding="utf-8")
+        write_text(self.folder / f"{task.id}.json", json.dumps(asdict(task), ensure_ascii=False, indent=1))
 
 
 _open: dict[Path, Trainings] = {}

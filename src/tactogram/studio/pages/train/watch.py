@@ -255,7 +255,7 @@ class _Watch:
     def _samples(self) -> None:
         folder = self.folder / "samples"
         files = (
-            sorted(folder.glob("*"), key=lambda file: file.stat().st_mtime, reverse=True)
+            sorted(folder.glob("[!.]*"), key=lambda file: file.stat().st_mtime, reverse=True)
             if folder.is_dir()
             else []
         )

@@ -1,0 +1,84 @@
+import re
+import stat
+import threading
+from pathlib import Path
+
+import pytest
+
+import tactogram
+from tactogram.signal.io.atomic import atomic_write, write_text
+
+
+def test_of_two_writers_each_writes_its_own_file_and_the_last_one_stays(tmp_path):
+    path = tmp_path / "new" / "a.txt"
+    with atomic_write(path) as first:
+        first.write_text("first")
+        with atomic_write(path) as second:
+            second.write_text("second")
+        assert path.read_text() == "second"
+    assert path.read_text() == "first"
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_a_reader_meets_whole_files_while_writers_race(tmp_path):
+    path, texts = tmp_path / "a.txt", {str(n) * 20_000 for n in range(4)}
+    write_text(path, min(texts))
+    going = [threading.Thread(target=lambda t=t: [write_text(path, t) for _ in range(25)]) for t in texts]
+    for writer in going:
+        writer.start()
+    met = {path.read_text()}
+    while any(writer.is_alive() for writer in going):
+        met.add(path.read_text())
+    met.add(path.read_text())
+    assert met <= texts
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_what_fails_leaves_the_old_file_and_no_other(tmp_path):
+    path = tmp_path / "a.txt"
+    write_text(path, "old")
+    with pytest.raises(IsADirectoryError), atomic_write(path) as part:
+        part.write_text("half") and tmp_path.write_text("fails")
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_durable_file_is_on_the_disk_before_it_has_its_name(tmp_path, monkeypatch):
+    path, seen = tmp_path / "a.txt", []
+    monkeypatch.setattr("os.fsync", lambda _: seen.append(path.exists()))
+    write_text(path, "short")
+    assert seen == []
+    path.unlink()
+    with atomic_write(path, durable=True) as part:
+        part.write_text("lasting")
+    assert seen == [False]
+    assert path.read_text() == "lasting"
+
+
+def test_the_first_file_stays_where_none_may_be_written_over(tmp_path):
+    path = tmp_path / "a.txt"
+    for text in ("first", "second"):
+        with atomic_write(path, over=False) as part:
+            part.write_text(text)
+    assert path.read_text() == "first"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_file_has_the_suffix_and_the_rights_of_any_other(tmp_path):
+    plain = tmp_path / "plain.npz"
+    plain.touch()
+    with atomic_write(tmp_path / "a.npz") as part:
+        assert part.suffix == ".npz"
+        part.touch()
+    assert stat.S_IMODE((tmp_path / "a.npz").stat().st_mode) == stat.S_IMODE(plain.stat().st_mode)
+
+
+def test_no_other_code_renames_a_part_of_a_file():
+    package = Path(tactogram.__file__).parent
+    found = {
+        path.name
+        for path in package.rglob("*.py")
+        if re.search(r"os\.(replace|rename)\(|\bpart\.(replace|rename)\(", path.read_text(encoding="utf-8"))
+    }
+    folders = {"run_archive.py", "export.py", "dated_folders.py"}
+    assert found == {"atomic.py", *folders}
