@@ -8,8 +8,8 @@ from tactogram.errors import ParameterError
 from tactogram.experiments import staircase_bias, studies_coverage
 from tactogram.experiments._coverage_cases import CASES
 from tactogram.experiments.studies_coverage import KINDS, _lines, _Prepared, summary_of
-from tactogram.study.power.simulated_participants import SimulatedEffect, simulate, simulated_answers
 from tactogram.study.session.store import SessionStore
+from tactogram.study.simulated_participants import SimulatedEffect, simulate, simulated_answers
 from tactogram.study.study_file import Study, shipped_studies
 
 

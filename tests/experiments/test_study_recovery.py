@@ -5,7 +5,7 @@ import pytest
 
 from tactogram.experiments import _study_recovery as recovery
 from tactogram.experiments.studies_in_browser import STUDIES
-from tactogram.study.power.simulated_participants import SimulatedEffect, simulated_answers
+from tactogram.study.simulated_participants import SimulatedEffect, simulated_answers
 from tactogram.study.study_file import Study
 
 

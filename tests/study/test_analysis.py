@@ -6,12 +6,12 @@ import pytest
 from tactogram.errors import DataError, ParameterError
 from tactogram.statistics.clustered import pooled_share
 from tactogram.statistics.shares import share_of
-from tactogram.study.analysis import EQUIVALENT, NOT_SHOWN, SHOWN, UNDECIDED, Plan, analyse
 from tactogram.study.analysis.figures import figures_of
-from tactogram.study.analysis.findings import verdict_of
-from tactogram.study.analysis.preference import bradley_terry
-from tactogram.study.analysis.reversals import reversals_of
-from tactogram.study.session.answers import Answer, Answers
+from tactogram.study.analysis.findings import EQUIVALENT, NOT_SHOWN, SHOWN, UNDECIDED, verdict_of
+from tactogram.study.answers import Answer, Answers
+from tactogram.study.designs.pairwise.analysis import bradley_terry
+from tactogram.study.designs.staircase.reversals import reversals_of
+from tactogram.study.study_analysis import Plan, analyse
 
 ITEMS = ("cloth", "cork", "tile")
 

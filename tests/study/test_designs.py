@@ -7,16 +7,16 @@ from scipy.integrate import quad
 from scipy.optimize import minimize
 from scipy.stats import norm
 
-from tactogram.study.analysis.magnitude import intensity_of
-from tactogram.study.designs.pairwise import expected_information, posterior
+from tactogram.study.designs.magnitude.analysis import intensity_of
+from tactogram.study.designs.pairwise.design import expected_information, posterior
 from tactogram.study.designs.staircase import Staircase, Track
-from tactogram.study.power.simulated_participants import (
+from tactogram.study.session.sitting import answers_to, next_page
+from tactogram.study.simulated_participants import (
     SimulatedEffect,
     SimulatedParticipant,
     simulated_answers,
     typical,
 )
-from tactogram.study.session.sitting import answers_to, next_page
 from tactogram.study.study_file import Study
 from tactogram.study.trials import Given, Participant
 

@@ -1,10 +1,18 @@
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.study.analysis import EQUIVALENT, NOT_SHOWN, SHOWN, UNDECIDED, Plan, analyse
-from tactogram.study.analysis.findings import Finding, Section, judged
+from tactogram.study.analysis.findings import (
+    EQUIVALENT,
+    NOT_SHOWN,
+    SHOWN,
+    UNDECIDED,
+    Finding,
+    Section,
+    judged,
+)
+from tactogram.study.answers import Answer, Answers
 from tactogram.study.planned import Planned, differing, margin_name, margin_text
-from tactogram.study.session.answers import Answer, Answers
+from tactogram.study.study_analysis import Plan, analyse
 from tactogram.study.study_file import Study, shipped_studies
 
 

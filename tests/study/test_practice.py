@@ -3,8 +3,8 @@ from collections import Counter
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.study.power.simulated_participants import simulate
 from tactogram.study.session.store import SessionStore
+from tactogram.study.simulated_participants import simulate
 
 OWN = [
     {"name": f"own-{version}", "item": "felt", "condition": version, "file": "b.wav", "image": "b.png"}

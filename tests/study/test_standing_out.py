@@ -5,7 +5,7 @@ import pytest
 
 from tactogram.study.analysis.findings import EQUIVALENT, SHOWN
 from tactogram.study.analysis.item_contrasts import REST, WHOLE, gaps_to_the_rest, standing_out
-from tactogram.study.session.answers import Answer, Answers
+from tactogram.study.answers import Answer, Answers
 
 WORDS = ("rough", "dry")
 

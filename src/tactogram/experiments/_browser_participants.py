@@ -20,8 +20,8 @@ from typing import Any
 
 from tactogram.errors import DataError, DeviceError
 from tactogram.extras import imported
-from tactogram.study.power.simulated_participants import SimulatedEffect, SimulatedParticipant
 from tactogram.study.session.sitting import next_page
+from tactogram.study.simulated_participants import SimulatedEffect, SimulatedParticipant
 from tactogram.study.study_file import Study
 from tactogram.study.trials import Given, Participant
 

@@ -24,7 +24,7 @@ from tactogram.experiments._study_recovery import (
 from tactogram.experiments.studies_in_browser import STUDIES
 from tactogram.statistics.shares import abx_share
 from tactogram.study.analysis.threshold import SETTLED_3_DOWN
-from tactogram.study.power.simulated_participants import SimulatedEffect
+from tactogram.study.simulated_participants import SimulatedEffect
 from tactogram.study.study_file import Study
 
 

@@ -18,7 +18,7 @@ from tactogram.statistics.shares import abx_share
 from tactogram.study.analysis.findings import EQUIVALENT, SHOWN
 from tactogram.study.analysis.item_contrasts import REST, WHOLE
 from tactogram.study.analysis.threshold import SETTLED_3_DOWN
-from tactogram.study.power.simulated_participants import UNIT, SimulatedEffect, typical
+from tactogram.study.simulated_participants import UNIT, SimulatedEffect, typical
 from tactogram.study.study_file import Study
 
 Truth = Callable[[SimulatedEffect, Study, int], float]

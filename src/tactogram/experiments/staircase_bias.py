@@ -19,7 +19,7 @@ from tactogram.signal.io.atomic import write_text
 from tactogram.study.analysis.psychometric import fit_psychometric, reversal_threshold
 from tactogram.study.analysis.threshold import SETTLED_3_DOWN, estimate_threshold
 from tactogram.study.designs.staircase import Staircase, Track
-from tactogram.study.power.simulated_participants import SimulatedEffect
+from tactogram.study.simulated_participants import SimulatedEffect
 from tactogram.study.study_file import Study
 
 Numbers = NDArray[np.float64]

@@ -20,9 +20,9 @@ from tactogram.experiments._coverage_cases import CASES, Case
 from tactogram.experiments._study_recovery import Looked, recovery
 from tactogram.signal.io.atomic import write_text
 from tactogram.statistics.shares import share_of
-from tactogram.study.analysis import Plan, analyse
 from tactogram.study.analysis.findings import EQUIVALENT, SHOWN
-from tactogram.study.power.simulated_participants import SimulatedEffect, simulated_answers
+from tactogram.study.simulated_participants import SimulatedEffect, simulated_answers
+from tactogram.study.study_analysis import Plan, analyse
 from tactogram.study.study_file import Study
 
 KINDS = {"effect": 100_000, "none": 200_000, "margin": 300_000}

@@ -20,8 +20,8 @@ from tactogram.experiments._browser_participants import StudyServer, take_all
 from tactogram.experiments._study_recovery import recoveries
 from tactogram.signal.io.atomic import write_text
 from tactogram.study.analysis.findings import p_text
-from tactogram.study.power.simulated_participants import SimulatedEffect
 from tactogram.study.session.store import SessionStore
+from tactogram.study.simulated_participants import SimulatedEffect
 from tactogram.study.study_file import Study
 
 

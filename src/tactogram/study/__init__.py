@@ -1,9 +1,9 @@
 """Experiments with people: designs, the session store, what comes out of it."""
 
-from tactogram.study.session.answers import Answer as Answer
-from tactogram.study.session.answers import Answers as Answers
-from tactogram.study.session.answers import read_answers as read_answers
-from tactogram.study.session.answers import write_answers as write_answers
+from tactogram.study.answers import Answer as Answer
+from tactogram.study.answers import Answers as Answers
+from tactogram.study.answers import read_answers as read_answers
+from tactogram.study.answers import write_answers as write_answers
 from tactogram.study.session.store import SessionStore as SessionStore
 from tactogram.study.session.store import Submitted as Submitted
 from tactogram.study.study_file import Study as Study

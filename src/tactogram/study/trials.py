@@ -94,7 +94,7 @@ class Asked:
     right : str
         The correct answer, "" if none is.
     stimulus, condition, other, other_condition : str
-        See `tactogram.study.session.answers`.
+        See `tactogram.study.answers`.
     values : mapping from str to float
         What ``value`` becomes for an answer; else the number that it is.
     """

@@ -5,8 +5,9 @@ from scipy import special, stats
 from tactogram.statistics.clustered import pooled_share
 from tactogram.statistics.multiplicity import holm
 from tactogram.study.analysis.bradley_terry import bradley_terry, strengths_by_participant
-from tactogram.study.analysis.preference import ALIKE, APART, analyse_preference
-from tactogram.study.power.preferences import (
+from tactogram.study.answers import Answer, Answers
+from tactogram.study.designs.pairwise.analysis import ALIKE, APART, analyse_preference
+from tactogram.study.designs.pairwise.power import (
     Compared,
     _asked,
     _holm_above,
@@ -14,7 +15,6 @@ from tactogram.study.power.preferences import (
     shown_and_equal,
     simulated_preferences,
 )
-from tactogram.study.session.answers import Answer, Answers
 
 
 def test_of_two_items_the_error_is_that_of_a_share_by_participant():

@@ -3,8 +3,8 @@ import pytest
 from tactogram.errors import ParameterError
 from tactogram.study.analysis.findings import Finding, Section
 from tactogram.study.analysis.naming import named_answers, named_section
-from tactogram.study.power.simulated_participants import simulated_answers
 from tactogram.study.session.sitting import next_page
+from tactogram.study.simulated_participants import simulated_answers
 from tactogram.study.study_file import Study, shipped_studies
 from tactogram.study.trials import Given, Participant
 

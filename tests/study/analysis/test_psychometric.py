@@ -4,7 +4,7 @@ from scipy import optimize, special
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.study.analysis.psychometric import SHAPES, _Model, fit_psychometric, reversal_threshold
-from tactogram.study.power.staircases import simulated_thresholds
+from tactogram.study.designs.staircase.power import simulated_thresholds
 
 
 @pytest.mark.parametrize("shape", SHAPES)

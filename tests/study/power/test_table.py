@@ -4,10 +4,10 @@ import pytest
 from tactogram.errors import ParameterError
 from tactogram.statistics.clustered import pooled_share
 from tactogram.statistics.equivalence import paired_equivalence
-from tactogram.study.power import preferences as power_preferences
+from tactogram.study.designs.pairwise import power as power_preferences
+from tactogram.study.designs.pairwise.power import simulated_preferences
 from tactogram.study.power import table as power
 from tactogram.study.power.kinds import _within, clustered_ps
-from tactogram.study.power.preferences import simulated_preferences
 from tactogram.study.power.table import DESIGNS, power_table
 
 

@@ -3,8 +3,8 @@
 import sys
 from pathlib import Path
 
-from tactogram.study.power.simulated_participants import SimulatedEffect, SimulatedParticipant
 from tactogram.study.session.store import SessionStore
+from tactogram.study.simulated_participants import SimulatedEffect, SimulatedParticipant
 
 folder, code = Path(sys.argv[1]), sys.argv[2]
 store = SessionStore(folder)

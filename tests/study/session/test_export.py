@@ -4,12 +4,12 @@ import shutil
 import pytest
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.study.power.simulated_participants import SimulatedEffect, simulate
+from tactogram.study.answers import cells, read_answers, write_answers
 from tactogram.study.session.answer_import import Mapped, import_answers
-from tactogram.study.session.answers import cells, read_answers, write_answers
 from tactogram.study.session.bids_rules import problems
 from tactogram.study.session.export import export_bids
 from tactogram.study.session.store import SessionStore
+from tactogram.study.simulated_participants import SimulatedEffect, simulate
 from tactogram.study.study_file import Study
 
 

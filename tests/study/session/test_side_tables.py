@@ -3,10 +3,10 @@ import json
 
 import pytest
 
-from tactogram.study.power.simulated_participants import simulate
 from tactogram.study.session.bids_rules import problems
 from tactogram.study.session.export import export_bids
 from tactogram.study.session.side_tables import notes_table, participants_table, write_beside
+from tactogram.study.simulated_participants import simulate
 
 
 @pytest.fixture

@@ -11,12 +11,12 @@ from pathlib import Path
 import pytest
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.study.power.simulated_participants import SimulatedEffect, SimulatedParticipant, simulate, take
 from tactogram.study.session import progress as session_standing
 from tactogram.study.session import store as session_store
 from tactogram.study.session.participants import CODE, drawn_code
 from tactogram.study.session.progress import extended, given_of, row_of
 from tactogram.study.session.store import SessionStore, Submitted
+from tactogram.study.simulated_participants import SimulatedEffect, SimulatedParticipant, simulate, take
 from tactogram.study.trials import Given
 
 HASH = "0" * 64

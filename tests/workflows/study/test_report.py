@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from tactogram.cli import main
-from tactogram.study.session.answers import Answers, read_answers, write_answers
+from tactogram.study.answers import Answers, read_answers, write_answers
 from tactogram.study.session.store import SessionStore
 from tactogram.workflows.study.analysis import analyse_study
 from tactogram.workflows.study.export import export_study

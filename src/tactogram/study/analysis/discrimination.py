@@ -25,7 +25,7 @@ from tactogram.statistics.shares import (
     smallest_significant,
 )
 from tactogram.study.analysis.findings import Finding, Section, answered, verdict_of
-from tactogram.study.session.answers import Answers
+from tactogram.study.answers import Answers
 
 CORRECT = "share correct"
 

@@ -16,8 +16,8 @@ from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
 from tactogram.statistics.figures import AXIS_COLOURS, BLUE, GRAY, INK, ORANGE, error_figure
 from tactogram.study.analysis.findings import SHOWN, Finding, Section
-from tactogram.study.analysis.reversals import in_order
-from tactogram.study.session.answers import Answers
+from tactogram.study.answers import Answers
+from tactogram.study.designs.staircase.reversals import in_order
 
 Rows = Sequence[Mapping[str, Any]]
 SLANTED: dict[str, Any] = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"}

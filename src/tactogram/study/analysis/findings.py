@@ -12,8 +12,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from tactogram.errors import DataError
+from tactogram.study.answers import Answers
 from tactogram.study.planned import ALPHA
-from tactogram.study.session.answers import Answers
 
 Role = Literal["confirmatory", "as printed", "check"]
 SHOWN, NOT_SHOWN = "shown", "not shown"

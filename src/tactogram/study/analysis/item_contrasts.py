@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.study.analysis.findings import Finding
-from tactogram.study.analysis.realism import holm_paired
-from tactogram.study.session.answers import Answers
+from tactogram.study.analysis.paired import holm_paired
+from tactogram.study.answers import Answers
 
 Numbers = NDArray[np.float64]
 WHOLE, REST = "all words", "minus the mean of the others"

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from tactogram.study.analysis.findings import Finding, Section
-from tactogram.study.session.answers import Answers
+from tactogram.study.answers import Answers
 
 NAMED_COLUMNS = ("texture", "item", "stimulus", "image", "condition", "staircase")
 """Of the tables of a section."""

@@ -11,7 +11,7 @@ from scipy import stats
 from threadpoolctl import threadpool_limits
 
 from tactogram.study.analysis.findings import Finding, verdict_of
-from tactogram.study.session.answers import Answers
+from tactogram.study.answers import Answers
 
 
 def ordinal_findings(answers: Answers, conditions: Sequence[str]) -> list[Finding]:

@@ -4,11 +4,12 @@ from collections.abc import Mapping
 
 from tactogram.study.designs.abx import Abx
 from tactogram.study.designs.design import Design as Design
+from tactogram.study.designs.evoked import Evoked
 from tactogram.study.designs.magnitude import Magnitude
 from tactogram.study.designs.pairwise import Pairwise
+from tactogram.study.designs.rating import Rating
 from tactogram.study.designs.staircase import Staircase
 from tactogram.study.designs.two_area import TwoArea
-from tactogram.study.designs.word_scales import Evoked, Rating
 
 DESIGNS: Mapping[str, type[Design]] = {
     kind.model_fields["kind"].default: kind

@@ -12,8 +12,8 @@ from scipy import special, stats
 
 from tactogram.statistics.equivalence import share_equivalence_power
 from tactogram.statistics.shares import exact_power, exact_ps, share_of, smallest_significant
-from tactogram.study.power.preferences import shown_and_equal, simulated_preferences
-from tactogram.study.power.staircases import BELOW_START_DB, simulated_thresholds
+from tactogram.study.designs.pairwise.power import shown_and_equal, simulated_preferences
+from tactogram.study.designs.staircase.power import BELOW_START_DB, simulated_thresholds
 
 Numbers = NDArray[np.float64]
 Kind = Literal["share", "votes", "means", "slopes", "ranks", "staircases", "strengths"]

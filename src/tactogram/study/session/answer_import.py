@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.study.session.answers import COLUMNS, KINDS, Answers, answers_of, read_cells
+from tactogram.study.answers import COLUMNS, KINDS, Answers, answers_of, read_cells
 
 MISSING = ("", "na", "n/a", "nan", "none", "null", "-")
 """Cells without a value, in any case."""

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import DataError
-from tactogram.study.session.answers import Answers, cells
+from tactogram.study.answers import Answers, cells
 from tactogram.study.session.device_facts import COLUMN, described
 from tactogram.study.session.side_tables import description_of, notes_table, participants_table
 from tactogram.study.session.states import STATES

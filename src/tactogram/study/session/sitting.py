@@ -11,9 +11,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from tactogram.study.answers import Answer
 from tactogram.study.practice import MARK, TOKEN, practice_page, practised
 from tactogram.study.questions import Option, Question
-from tactogram.study.session.answers import Answer
 from tactogram.study.session.device_facts import device_columns
 from tactogram.study.study_file import Study
 from tactogram.study.trials import Asked, Given, Page, Participant

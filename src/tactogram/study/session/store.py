@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import ParameterError
+from tactogram.study.answers import Answer, Answers
 from tactogram.study.practice import practised
-from tactogram.study.session.answers import Answer, Answers
 from tactogram.study.session.device_facts import kept_facts
 from tactogram.study.session.file import add_device, ended_at, now_utc
 from tactogram.study.session.logs import SessionLogs, last_played

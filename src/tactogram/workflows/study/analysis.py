@@ -17,12 +17,12 @@ from tactogram.datasets.ratings.table import read_table
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import atomic_write, write_text
 from tactogram.signal.io.writable import check_writable
-from tactogram.study.analysis import MARGINS, Analysis, Plan, analyse
 from tactogram.study.analysis.naming import named_answers, named_section
-from tactogram.study.analysis.words import Targets
+from tactogram.study.answers import Answers, read_cells
+from tactogram.study.designs.rating.analysis import Targets
 from tactogram.study.planned import ALPHA
 from tactogram.study.practice import MARK
-from tactogram.study.session.answers import Answers, read_cells
+from tactogram.study.study_analysis import MARGINS, Analysis, Plan, analyse
 from tactogram.study.study_file import Study
 from tactogram.study.wording import Language
 from tactogram.workflows.study.answers import open_answers, study_of
@@ -68,8 +68,8 @@ def analyse_study(
     design : str, optional
         Only rows of this design; where the table has no such column, what all its rows are.
     margins : mapping, optional
-        See `tactogram.study.analysis.Plan`; in the place of those in the study's file. What differs from the file is
-        reported as given afterwards.
+        See `tactogram.study.study_analysis.Plan`; instead of those in the study's file. What differs from the file
+        is reported as given afterwards.
     targets : Path, optional
         What ratings are held against: see `targets_of`.
     targets_scale : Scale

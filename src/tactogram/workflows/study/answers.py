@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from tactogram.errors import DataError, ParameterError
+from tactogram.study.answers import SUFFIXES, Answers, read_answers
 from tactogram.study.session.answer_import import Mapped, import_answers
-from tactogram.study.session.answers import SUFFIXES, Answers, read_answers
 from tactogram.study.session.store import SessionStore
 from tactogram.study.study_file import Study
 from tactogram.workflows.study.export import STUDY_SUFFIX

@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from tactogram.errors import ParameterError
 from tactogram.signal.io.atomic import write_text
-from tactogram.study.session.answers import write_answers
+from tactogram.study.answers import write_answers
 from tactogram.study.session.bids_rules import problems
 from tactogram.study.session.export import export_bids
 from tactogram.study.session.side_tables import write_beside

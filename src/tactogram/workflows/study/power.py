@@ -8,8 +8,8 @@ from typing import Any
 
 from tactogram.study.analysis.findings import finite, table_lines
 from tactogram.study.designs.staircase import Staircase
+from tactogram.study.designs.staircase.power import typical_trials
 from tactogram.study.planned import MARGINS
-from tactogram.study.power.staircases import typical_trials
 from tactogram.study.power.table import DESIGNS, ENOUGH, TRIED, PowerTable, power_table
 from tactogram.study.study_file import Study, shipped_studies
 

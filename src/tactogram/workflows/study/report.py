@@ -13,15 +13,15 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from tactogram.evaluation.report import Block, Picture, Section, Table, Text, write_report
-from tactogram.study.analysis import Analysis, Finding
-from tactogram.study.analysis import Section as Said
-from tactogram.study.analysis.findings import number, p_text
-from tactogram.study.session.answers import Answers
+from tactogram.study.analysis.findings import Finding, number, p_text
+from tactogram.study.analysis.findings import Section as Said
+from tactogram.study.answers import Answers
 from tactogram.study.session.device_facts import COLUMN, described
 from tactogram.study.session.side_tables import NOTES, PARTICIPANTS, notes_table, participants_table
 from tactogram.study.session.sitting import consent_sha256
 from tactogram.study.session.states import counted
 from tactogram.study.session.store import SessionStore
+from tactogram.study.study_analysis import Analysis
 from tactogram.study.study_file import Study
 
 HEADINGS = (

@@ -8,8 +8,8 @@ from typing import Any
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import atomic_write
-from tactogram.study.power.simulated_participants import SimulatedEffect, simulate
 from tactogram.study.session.store import SessionStore
+from tactogram.study.simulated_participants import SimulatedEffect, simulate
 from tactogram.study.study_file import Study
 from tactogram.study.trials import Page, Participant
 from tactogram.validation import validated

@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from tactogram.study.session.answers import Answer
+from tactogram.study.answers import Answer
 from tactogram.study.session.states import NOT_BEGUN, counted
 from tactogram.study.session.store import SessionStore
 

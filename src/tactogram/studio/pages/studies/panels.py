@@ -11,7 +11,7 @@ from tactogram.errors import ParameterError
 from tactogram.studio.pages.layout import busy, in_background, telling
 from tactogram.studio.pages.studies.catalogue import Begun, analysis_folder, counts_of, pairs_of, power_rows
 from tactogram.studio.workspace.folder import RUN, STORE, Workspace
-from tactogram.study.session.answers import SUFFIXES
+from tactogram.study.answers import SUFFIXES
 
 DESIGNS = ("two_area", "realism", "rating", "evoked", "abx", "staircase", "magnitude", "pairwise")
 """Of power tables."""

@@ -22,7 +22,7 @@ from tactogram.study.analysis.bradley_terry import (
     strengths_by_participant,
 )
 from tactogram.study.analysis.findings import Finding, Section, answered, verdict_of
-from tactogram.study.session.answers import Answer, Answers
+from tactogram.study.answers import Answer, Answers
 
 Numbers = NDArray[np.float64]
 TEST = "Bradley-Terry by participant"

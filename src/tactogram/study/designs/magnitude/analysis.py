@@ -16,8 +16,8 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.statistics.equivalence import paired_equivalence
 from tactogram.statistics.summary import summary
 from tactogram.study.analysis.findings import Finding, Section, answered, verdict_of
-from tactogram.study.analysis.realism import paired_findings
-from tactogram.study.session.answers import Answer, Answers
+from tactogram.study.analysis.paired import paired_findings
+from tactogram.study.answers import Answer, Answers
 
 
 def analyse_magnitude(answers: Answers, *, margin: float | None = None) -> Section:

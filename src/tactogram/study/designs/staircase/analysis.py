@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from tactogram.errors import DataError
 from tactogram.statistics.summary import summary
 from tactogram.study.analysis.findings import Finding, Section, answered
+from tactogram.study.analysis.paired import paired_findings
 from tactogram.study.analysis.psychometric import PsychometricFit, fit_psychometric, reversal_threshold
-from tactogram.study.analysis.realism import paired_findings
-from tactogram.study.analysis.reversals import in_order, reversals_of
 from tactogram.study.analysis.threshold import SETTLED_3_DOWN, Threshold, estimate_threshold, settled_share
-from tactogram.study.session.answers import Answers
+from tactogram.study.answers import Answers
+from tactogram.study.designs.staircase.reversals import in_order, reversals_of
 
 ENOUGH_REVERSALS = 12
 """With fewer the bias exceeds 0.3 dB where the function is as flat as four steps (docs/studies.md)."""

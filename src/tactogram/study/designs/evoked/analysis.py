@@ -13,8 +13,8 @@ from tactogram.statistics.reliability import krippendorff_alpha
 from tactogram.statistics.shares import Share, share_of
 from tactogram.study.analysis.findings import Finding, Section, answered, verdict_of
 from tactogram.study.analysis.item_contrasts import standing_out
-from tactogram.study.analysis.realism import paired_findings
-from tactogram.study.session.answers import Answers
+from tactogram.study.analysis.paired import paired_findings
+from tactogram.study.answers import Answers
 
 EVOKED = "share of participants in whom it was evoked"
 

@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 from scipy.special import ndtr
 
-from tactogram.study.session.answers import Answer, Answers
+from tactogram.study.answers import Answer, Answers
 from tactogram.study.session.sitting import answers_to, next_page
 from tactogram.study.session.store import SessionStore
 from tactogram.study.study_file import Study

@@ -11,16 +11,16 @@ import numpy as np
 from tactogram.errors import DataError, ParameterError
 from tactogram.study import planned as _planned
 from tactogram.study.analysis.discrimination import analyse_discrimination
-from tactogram.study.analysis.evoked import analyse_evoked
 from tactogram.study.analysis.findings import Section, judged
-from tactogram.study.analysis.magnitude import analyse_magnitude
-from tactogram.study.analysis.preference import analyse_preference
-from tactogram.study.analysis.realism import analyse_realism
-from tactogram.study.analysis.staircases import analyse_staircases
-from tactogram.study.analysis.words import Targets, analyse_words
+from tactogram.study.answers import Answers
+from tactogram.study.designs.evoked.analysis import analyse_evoked
+from tactogram.study.designs.magnitude.analysis import analyse_magnitude
+from tactogram.study.designs.pairwise.analysis import analyse_preference
+from tactogram.study.designs.rating.analysis import Targets, analyse_words
+from tactogram.study.designs.staircase.analysis import analyse_staircases
+from tactogram.study.designs.two_area.realism import analyse_realism
 from tactogram.study.planned import ALPHA, Planned, differing, margin_name, margin_text
 from tactogram.study.practice import MARK
-from tactogram.study.session.answers import Answers
 
 WHICH, REALISM = "which", "realism"
 MARGINS: tuple[str, ...] = tuple(name for names in _planned.MARGINS.values() for name in names)

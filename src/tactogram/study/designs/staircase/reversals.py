@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.study.session.answers import Answers
+from tactogram.study.answers import Answers
 
 
 def reversals_of(own: Answers) -> NDArray[np.bool_]:

@@ -32,8 +32,8 @@ from tactogram.statistics.multiplicity import holm
 from tactogram.study.analysis.findings import Finding, Section, answered, verdict_of
 from tactogram.study.analysis.item_contrasts import standing_out
 from tactogram.study.analysis.ordinal import ordinal_findings
-from tactogram.study.analysis.realism import holm_paired
-from tactogram.study.session.answers import Answers
+from tactogram.study.analysis.paired import holm_paired
+from tactogram.study.answers import Answers
 
 Numbers = NDArray[np.float64]
 Targets = Mapping[str, Mapping[str, float]]

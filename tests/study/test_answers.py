@@ -3,7 +3,7 @@ import math
 import pytest
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.study.session.answers import COLUMNS, Answer, Answers, cells, read_answers, write_answers
+from tactogram.study.answers import COLUMNS, Answer, Answers, cells, read_answers, write_answers
 
 
 def some():

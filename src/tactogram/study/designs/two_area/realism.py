@@ -10,20 +10,14 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy import stats
 
 from tactogram.errors import DataError
 from tactogram.statistics.clustered import mixed_difference
 from tactogram.statistics.comparison import student_t
-from tactogram.statistics.equivalence import paired_equivalence
-from tactogram.statistics.multiplicity import holm
-from tactogram.statistics.signed_rank import pseudomedian, signed_rank_p
-from tactogram.statistics.summary import Summary, summary
-from tactogram.study.analysis.findings import Finding, Role, Section, answered, verdict_of
-from tactogram.study.session.answers import Answers
-
-Numbers = NDArray[np.float64]
+from tactogram.statistics.summary import summary
+from tactogram.study.analysis.findings import Finding, Section, answered, verdict_of
+from tactogram.study.analysis.paired import holm_paired, paired_findings
+from tactogram.study.answers import Answers
 
 
 def analyse_realism(answers: Answers, *, margin: float | None = None, unit: str = "mm") -> Section:
@@ -79,117 +73,6 @@ def analyse_realism(answers: Answers, *, margin: float | None = None, unit: str 
         {f"marks per texture, {unit}": rows},
         notes,
     )
-
-
-def paired_findings(
-    differences: Numbers,
-    of: str,
-    measure: str,
-    *,
-    margin: float | None = None,
-    n: int,
-    roles: tuple[Role, Role] = ("check", "check"),
-    ps: tuple[float, float] | None = None,
-    equivalence_p: float | None = None,
-) -> list[Finding]:
-    """Return the paired t-test with interval, Cohen's dz and equivalence, and Wilcoxon's beside it.
-
-    Parameters
-    ----------
-    differences : float64 array, shape (participant,)
-    of, measure : str
-    margin : float, optional
-    n : int
-        Answers that went into them.
-    roles : tuple of two roles
-        Of the t-test and of Wilcoxon's.
-    ps : tuple of (float, float), optional
-        Both p after Holm's correction, where there are several such tests.
-    equivalence_p : float, optional
-        The same of the test of equivalence.
-    """
-    found: Summary = summary(differences)
-    raw = paired_ps(differences)
-    p, rank_p = ps or raw
-    equal = None if margin is None else paired_equivalence(differences, margin=margin).p
-    if equivalence_p is not None:
-        equal = equivalence_p
-    people, correction = len(differences), "Holm" if ps else "none"
-    size = {"dz": found.mean / found.sd} if found.sd > 0 else {}
-    t = Finding(
-        of,
-        "paired t by participant",
-        roles[0],
-        measure,
-        found.mean,
-        found.low,
-        found.high,
-        p,
-        verdict_of(p, equivalence_p=equal),
-        n,
-        people,
-        found.mean / found.se if found.se > 0 else None,
-        size,
-        equal,
-        margin,
-        correction,
-    )
-    rank = Finding(
-        of,
-        "Wilcoxon signed ranks by participant, Hodges-Lehmann",
-        roles[1],
-        f"pseudomedian of {measure}",
-        *pseudomedian(differences),
-        rank_p,
-        verdict_of(rank_p, equivalence_p=equal),
-        n,
-        people,
-        equivalence_p=equal,
-        margin=margin,
-        correction=correction,
-        note="equivalence is by paired t" if margin is not None else "",
-    )
-    return [t, rank]
-
-
-def holm_paired(
-    gaps: Mapping[str, tuple[Numbers, int]],
-    measure: str,
-    margin: float | None,
-    roles: tuple[Role, Role] = ("check", "check"),
-) -> list[Finding]:
-    """Return `paired_findings` of several things, every p with Holm's correction over them.
-
-    Parameters
-    ----------
-    gaps : mapping from str to (float64 array of shape (participant,), int)
-        Differences, and answers that went into them, by what they are of.
-    measure : str
-    margin : float, optional
-    roles : tuple of two roles
-    """
-    both = [paired_ps(differences) for differences, _ in gaps.values()]
-    t_p, rank_p = (holm([pair[k] for pair in both]) for k in (0, 1))
-    equal: list[float | None] = [None] * len(gaps)
-    if margin is not None:
-        equal = [*holm([paired_equivalence(d, margin=margin).p for d, _ in gaps.values()])]
-    return [
-        finding
-        for (of, (differences, n)), t, rank, e in zip(gaps.items(), t_p, rank_p, equal, strict=True)
-        for finding in paired_findings(
-            differences, of, measure, margin=margin, n=n, roles=roles, ps=(t, rank), equivalence_p=e
-        )
-    ]
-
-
-def paired_ps(differences: Numbers) -> tuple[float, float]:
-    """Return p of Student's t and of Wilcoxon's signed ranks of differences against 0."""
-    if not differences.any():
-        return 1.0, 1.0
-    found = summary(differences)
-    # Differences without spread: t is infinite, as it should be.
-    t = abs(found.mean) / found.se if found.se > 0 else np.inf
-    return float(2 * stats.t.sf(t, found.n - 1)), signed_rank_p(differences)
 
 
 def _differences(kept: Answers, names: tuple[str, ...]) -> dict[str, float]:

@@ -1,0 +1,3 @@
+"""Evoked words: what the sight of an image calls to mind."""
+
+from tactogram.study.designs.evoked.design import Evoked as Evoked

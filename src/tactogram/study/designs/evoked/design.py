@@ -1,0 +1,80 @@
+"""Evoked words: whether the sight of an image evokes what each word says.
+
+[1], [2] as in `tactogram.study.designs.word_scales`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal, Self
+
+from pydantic import Field
+
+from tactogram.errors import ParameterError
+from tactogram.study.designs.word_scales import WordScales
+from tactogram.study.orders import generator
+from tactogram.study.questions import Option, Question
+from tactogram.study.stimuli import Stimulus
+from tactogram.study.trials import Asked, Participant, Setting
+from tactogram.study.wording import Wording
+
+
+class Evoked(WordScales):
+    """Whether the sight of an image evokes what each word says; images come in sets, each judged by some people."""
+
+    kind: Literal["evoked"] = "evoked"
+    set_size: int = Field(default=80, ge=1)
+    """[2], Sec. II-B: "320 images were divided into four sets, each containing 80 images"."""
+    sets: int = Field(default=1, ge=1)
+    """How many sets each participant judges, the next ones for the next participant. The paper had 30 participants per
+    set and 37 in all, so that most judged several."""
+    instructions: Wording = Wording(
+        ja="画像を見て、それぞれのことばの触感が喚起されるかどうか答えてください。",
+        en="Look at the image, and say whether it evokes each word.",
+    )
+    evoked: Wording = Wording(ja="喚起される", en="evoked")
+    not_evoked: Wording = Wording(ja="喚起されない", en="not evoked")
+
+    def check(self, setting: Setting) -> None:
+        """Refuse stimuli without an image, and more sets than there are."""
+        for stimulus in setting.stimuli:
+            if not stimulus.is_seen:
+                raise ParameterError(
+                    f"evoked shows images, and stimulus {stimulus.name!r} has none; give image"
+                )
+        if self.sets > (count := self._set_count(setting)):
+            raise ParameterError(
+                f"sets must be at most {count}, the number of sets there are, got {self.sets}"
+            )
+
+    def for_practice(self, names: Sequence[str]) -> Self:
+        """Return it with one set: there are few images to practise on."""
+        return self.model_copy(update={"sets": 1})
+
+    def _set_count(self, setting: Setting) -> int:
+        return -(-len(setting.stimuli) // self.set_size)
+
+    def _stimuli(self, setting: Setting, participant: Participant) -> Sequence[Stimulus]:
+        # Which images make a set is drawn once for the study; which sets come, follows the participant's number.
+        count = self._set_count(setting)
+        drawn = generator(setting.seed, 0, "sets").permutation(len(setting.stimuli))
+        first = (participant.number - 1) * self.sets
+        own = [(first + i) % count for i in range(self.sets)]
+        return [setting.stimuli[i] for s in own for i in drawn[s * self.set_size : (s + 1) * self.set_size]]
+
+    def _asked(self, word: str, stimulus: Stimulus) -> Asked:
+        question = Question(
+            id=word,
+            text=self._word_text(word),
+            kind="choice",
+            options=(
+                Option(value="evoked", text=self.evoked),
+                Option(value="not evoked", text=self.not_evoked),
+            ),
+        )
+        return Asked(
+            question,
+            stimulus=stimulus.item,
+            condition=stimulus.condition,
+            values={"evoked": 1.0, "not evoked": 0.0},
+        )
