@@ -8,7 +8,7 @@ import pytest
 from scipy.signal import lfilter
 
 from tactogram import models
-from tactogram.errors import ParameterError
+from tactogram.errors import ParameterError, TactogramError
 from tactogram.model import (
     Classifier,
     Example,
@@ -412,7 +412,7 @@ def test_listing_models_imports_none_of_them():
 )
 def test_broken_facts_are_one_line_that_names_the_file(tmp_path, facts, message):
     place = elsewhere(tmp_path, "broken_model", facts)
-    with pytest.raises(ParameterError, match=message) as error:
+    with pytest.raises(TactogramError, match=message) as error:
         models.available([tmp_path])
     assert str(place / "model.toml") in str(error.value)
     assert "\n" not in str(error.value)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tactogram.errors import ParameterError
+from tactogram.errors import DataError, ParameterError
 from tactogram.recipe import Prepare, Recipe, Training, parse_changes, run_id
 from tactogram.signal import Signal
 
@@ -48,7 +48,7 @@ def test_a_value_is_no_table(file):
 
 def test_broken_toml_names_the_file(tmp_path):
     (tmp_path / "x.toml").write_text("model = ")
-    with pytest.raises(ParameterError, match="x.toml: not a readable recipe"):
+    with pytest.raises(DataError, match="x.toml: not readable as TOML"):
         Recipe.load(tmp_path / "x.toml")
 
 

@@ -1,7 +1,10 @@
-import pytest
+import re
 
-from tactogram.errors import ParameterError
-from tactogram.validation import with_changes
+import pytest
+from pydantic import BaseModel, ConfigDict
+
+from tactogram.errors import DataError, ParameterError
+from tactogram.validation import validated, with_changes
 
 
 def test_values_by_dotted_key_take_the_place_of_the_files():
@@ -15,3 +18,25 @@ def test_values_by_dotted_key_take_the_place_of_the_files():
 def test_a_key_through_a_value_is_refused():
     with pytest.raises(ParameterError, match=r"a\.b\.c: b is a value, not a table"):
         with_changes({"a": {"b": 1}}, {"a.b.c": 2})
+
+
+class Plan(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+    rate: float = 1
+
+
+@pytest.mark.parametrize("values", [{"rate": "x" * 5000}, {"rate": ["x\n" * 5000]}, {"y" * 5000: 1}])
+def test_a_wrong_value_is_not_repeated_in_full(values):
+    with pytest.raises(ParameterError, match="^plan: ") as caught:
+        validated(Plan, values, where="plan")
+    assert len(str(caught.value)) < 250
+    assert "\n" not in str(caught.value)
+
+
+def test_a_long_value_in_any_message_loses_its_middle():
+    value = "a" + "x" * 5000 + "b"
+    message = str(DataError(f"/some/file: cell must be a number, got {value!r}; write\none"))
+    assert re.fullmatch(r"/some/file: cell must be a number, got 'ax+ … x+b'; write one", message)
+    assert len(message) < 150
+    assert len(str(DataError(" ".join([value] * 9)))) <= 1000
+    assert str(DataError("the file's rate is not the run's, got 'short'")).endswith("the run's, got 'short'")

@@ -2,9 +2,21 @@
 
 from __future__ import annotations
 
+import re
+
+MOST_VALUE = 80
+"""Characters of a value that a message repeats."""
+MOST_MESSAGE = 1000
+_LONG_VALUE = re.compile(r"""(?<!\w)(?:'.{200,}?'|".{200,}?"|\[.{200,}?\]|\{.{200,}?\}|\d{200,})(?!\w)""")
+
 
 class TactogramError(Exception):
     """Root of the errors raised on purpose; the command line prints one line for it and exits 1."""
+
+    def __str__(self) -> str:
+        """Return the message in one line, without what is long in the values that it repeats."""
+        message = re.sub(r"\s*[\n\r]\s*", " ", super().__str__())
+        return shortened(_LONG_VALUE.sub(lambda found: shortened(found[0]), message), MOST_MESSAGE)
 
 
 class ParameterError(TactogramError, ValueError):
@@ -41,3 +53,8 @@ class MissingExtraError(TactogramError, ImportError):
 
 class DeviceError(TactogramError):
     """A device or its driver is not there, did not open, or stopped answering; the message names it."""
+
+
+def shortened(text: str, most: int = MOST_VALUE) -> str:
+    """Return a text without its middle where it has more than ``most`` characters."""
+    return text if len(text) <= most else f"{text[: most * 2 // 3]} … {text[-(most // 3 - 3) :]}"

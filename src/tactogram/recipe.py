@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import hashlib
 import json
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from tactogram.errors import ParameterError
+from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.filters import bandpass, dft321, resample
+from tactogram.text_files import parse_toml, read_toml
 from tactogram.validation import validated, with_changes
 
 
@@ -119,14 +119,12 @@ class Recipe(BaseModel):
 
         Raises
         ------
+        DataError
+            If the file is not TOML.
         ParameterError
-            If the file is not TOML, or a key or value is not one of a recipe.
+            If a key or value is not one of a recipe.
         """
-        try:
-            values = tomllib.loads(path.read_text(encoding="utf-8"))
-        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-            raise ParameterError(f"{path}: not a readable recipe: {error}") from error
-        return cls.of(with_changes(values, changes), where=str(path))
+        return cls.of(with_changes(read_toml(path), changes), where=str(path))
 
     @classmethod
     def of(cls, values: Mapping[str, Any], *, where: str = "recipe") -> Self:
@@ -152,8 +150,8 @@ def parse_changes(assignments: Sequence[str], *, option: str = "--set") -> dict[
         if not (sign and key.strip()):
             raise ParameterError(f"{option} needs KEY=VALUE, got {text!r}")
         try:
-            changes[key.strip()] = tomllib.loads(f"x = {value}")["x"]
-        except tomllib.TOMLDecodeError:
+            changes[key.strip()] = parse_toml(f"x = {value}", key)["x"]
+        except DataError:
             changes[key.strip()] = value.strip()
     return changes
 

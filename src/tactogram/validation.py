@@ -7,7 +7,7 @@ from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from tactogram.errors import ParameterError
+from tactogram.errors import ParameterError, shortened
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -18,7 +18,7 @@ def validated(kind: type[M], values: Mapping[str, Any], *, where: str) -> M:
         return kind.model_validate(dict(values))
     except ValidationError as error:
         first = error.errors()[0]
-        key = ".".join(str(part) for part in first["loc"])
+        key = shortened(".".join(str(part) for part in first["loc"]))
         if first["type"] == "extra_forbidden":
             known = ", ".join(sorted(_keys_at(kind, first["loc"][:-1])))
             said = f"; known here: {known}" if known else ""
@@ -27,7 +27,7 @@ def validated(kind: type[M], values: Mapping[str, Any], *, where: str) -> M:
         if isinstance(first["input"], Mapping | BaseModel):
             # Of a whole table the message says what is wrong; its values would fill a page.
             raise ParameterError(": ".join(part for part in (where, key, message) if part)) from None
-        raise ParameterError(f"{where}: {key}: {message}, got {first['input']!r}") from None
+        raise ParameterError(f"{where}: {key}: {message}, got {shortened(repr(first['input']))}") from None
 
 
 def with_changes(values: Mapping[str, Any], changes: Mapping[str, Any] | None) -> dict[str, Any]:

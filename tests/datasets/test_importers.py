@@ -466,7 +466,7 @@ class TestFolder:
     @pytest.mark.parametrize(
         ("table", "says"),
         [
-            ("name\nx\n", "needs a column 'file', got name"),
+            ("name\nx\n", "needs columns file, lacks file, has name"),
             ("file,force_n\ncork/a.wav,fast\n", "row 2: force_n must be a number, got 'fast'"),
             ("file,force_n\ncork/a.wav,-3\n", "row 2: force_n must be at least 0, got -3"),
             ("file,force_n\ncork/b.wav,1\n", r"row 2: there is no signal file cork/b.wav"),

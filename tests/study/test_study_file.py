@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tactogram.errors import ParameterError
+from tactogram.errors import DataError, ParameterError
 from tactogram.study.study_file import Study, shipped_studies
 from tactogram.study.wording import wordings
 
@@ -74,7 +74,7 @@ def test_a_file_that_is_none_is_refused(tmp_path):
     with pytest.raises(ParameterError, match="no such study; shipped ones are abx"):
         Study.load(tmp_path / "x.toml")
     (tmp_path / "x.toml").write_text("title = ")
-    with pytest.raises(ParameterError, match="not a readable study"):
+    with pytest.raises(DataError, match="x.toml: not readable as TOML"):
         Study.load(tmp_path / "x.toml")
 
 

@@ -19,7 +19,6 @@ What is to be known of it:
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,6 +28,7 @@ from numpy.typing import NDArray
 
 from tactogram.datasets.ratings.ratings import EVOKED, Ratings
 from tactogram.errors import DataError
+from tactogram.text_files import read_table
 
 TABLE, FEATURES = "object_adjectives.csv", "phac2_static_features.npz"
 FACTS = ("object_id", "object", "trials")
@@ -130,12 +130,8 @@ def read_phac2(folder: Path | str) -> Adjectives:
 
 
 def _objects(path: Path) -> tuple[list[dict[str, str]], tuple[str, ...]]:
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            rows = list(csv.DictReader(file))
-    except (OSError, UnicodeDecodeError) as error:
-        raise DataError(f"{path}: not readable: {error}") from error
-    if not rows or not {"object_id", "object"} <= rows[0].keys() or len(rows[0]) <= len(FACTS):
+    rows = [row for _, row in read_table(path, needed=("object_id", "object"))]
+    if not rows or len(rows[0]) <= len(FACTS):
         raise DataError(f"{path}: needs columns object_id, object and adjectives, and rows")
     return rows, tuple(name for name in rows[0] if name not in FACTS)
 

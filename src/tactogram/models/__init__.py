@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from importlib import import_module
 from importlib.machinery import PathFinder
@@ -18,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from tactogram.errors import ParameterError
 from tactogram.model import CONDITIONS, Kind, Learner
+from tactogram.text_files import read_toml
 from tactogram.validation import validated
 
 if TYPE_CHECKING:
@@ -212,11 +212,7 @@ def _read(folder: Path, package: str) -> ModelFacts:
     file = folder / "model.toml"
     if not folder.name.isidentifier():
         raise ParameterError(f"{folder}: a model's folder must be named like a module, got {folder.name!r}")
-    try:
-        values = tomllib.loads(file.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ParameterError(f"{file}: not readable as TOML: {error}") from error
-    facts = validated(Facts, values, where=str(file))
+    facts = validated(Facts, read_toml(file), where=str(file))
     return ModelFacts(**facts.model_dump(), name=folder.name, folder=folder, package=package)
 
 

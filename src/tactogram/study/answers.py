@@ -25,7 +25,6 @@ import csv
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +34,7 @@ import pyarrow.parquet as pq
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import atomic_write
+from tactogram.text_files import csv_rows, read_text
 
 SUFFIXES = (".csv", ".tsv", ".parquet")
 
@@ -237,17 +237,18 @@ def read_cells(path: Path, *, encoding: str = "utf-8-sig") -> tuple[list[str], l
             table = pq.read_table(path)
             lists = [[_text(value) for value in column.to_pylist()] for column in table.columns]
             return list(table.column_names), [list(row) for row in zip(*lists, strict=True)]
-        text = path.read_bytes().decode(encoding)
-        divider = "\t" if suffix == ".tsv" else max(",;\t", key=text.partition("\n")[0].count)
-        rows = [row for row in csv.reader(StringIO(text, newline=""), delimiter=divider, strict=True) if row]
-    except (OSError, UnicodeDecodeError, csv.Error, pa.ArrowException) as error:
+    except (OSError, pa.ArrowException) as error:
         raise DataError(f"{path}: not a readable table: {error}") from error
+    text = read_text(path, encoding=encoding)
+    divider = "\t" if suffix == ".tsv" else max(",;\t", key=text.partition("\n")[0].count)
+    rows = csv_rows(text, path, delimiter=divider)
     if not rows:
         raise DataError(f"{path}: must begin with a row of headings, got an empty file")
-    for number, row in enumerate(rows[1:], 2):
-        if len(row) != len(rows[0]):
-            raise DataError(f"{path}: row {number}: must have {len(rows[0])} cells, got {len(row)}")
-    return [heading.strip() for heading in rows[0]], rows[1:]
+    (_, headings), *rows = rows
+    for number, row in rows:
+        if len(row) != len(headings):
+            raise DataError(f"{path}: row {number}: must have {len(headings)} cells, got {len(row)}")
+    return [heading.strip() for heading in headings], [row for _, row in rows]
 
 
 def answers_of(headings: Sequence[str], rows: Sequence[Sequence[str]], *, where: str) -> Answers:

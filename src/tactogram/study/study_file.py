@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import tomllib
 from collections import Counter
 from collections.abc import Mapping
 from functools import cached_property
@@ -23,7 +22,8 @@ from tactogram.study.questions import Question
 from tactogram.study.stimuli import Grid, Stimulus
 from tactogram.study.trials import Setting
 from tactogram.study.wording import LANGUAGES, Language, Wording, wordings
-from tactogram.validation import validated
+from tactogram.text_files import read_toml
+from tactogram.validation import validated, with_changes
 
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_]{0,39}$")]
 
@@ -104,25 +104,16 @@ class Study(BaseModel):
 
         Raises
         ------
+        DataError
+            If the file is not TOML.
         ParameterError
-            If there is no such file, it is not TOML, or a key or value is not one of a study.
+            If there is no such file, or a key or value is not one of a study.
         """
         path = shipped_studies().get(str(study), Path(study))
-        try:
-            values = tomllib.loads(path.read_text(encoding="utf-8"))
-        except FileNotFoundError:
+        if not path.exists():
             names = ", ".join(shipped_studies())
-            raise ParameterError(f"{study}: no such study; shipped ones are {names}") from None
-        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-            raise ParameterError(f"{path}: not a readable study: {error}") from error
-        for key, value in (changes or {}).items():
-            *tables, last = key.split(".")
-            inner = values
-            for table in tables:
-                inner = inner.setdefault(table, {})
-                if not isinstance(inner, dict):
-                    raise ParameterError(f"{path}: {key}: {table} is no table")
-            inner[last] = value
+            raise ParameterError(f"{study}: no such study; shipped ones are {names}")
+        values = with_changes(read_toml(path), changes)
         values.setdefault("name", path.stem.replace("-", "_"))
         return cls.of(values, where=str(path))
 

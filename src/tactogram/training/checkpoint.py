@@ -53,11 +53,13 @@ def load_state(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
             header = json.loads((file.metadata() or {})["tactogram"])
             version, structure, facts = header["version"], header["structure"], header["facts"]
             tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
-    except (OSError, SafetensorError, KeyError, json.JSONDecodeError) as error:
+        if version > VERSION:
+            raise RunError(f"{path}: written by a later version (format {version}, known {VERSION})")
+        return _put_together(structure, tensors), facts
+    except KeyError as error:
+        raise RunError(f"{path}: damaged: lacks {error}; train again, or take a copy of the run") from error
+    except (OSError, SafetensorError, TypeError, ValueError, RecursionError) as error:
         raise RunError(f"{path}: not a readable checkpoint: {error}") from error
-    if version > VERSION:
-        raise RunError(f"{path}: written by a later version (format {version}, known {VERSION})")
-    return _put_together(structure, tensors), facts
 
 
 def _take_apart(value: Any, place: str, tensors: dict[str, Tensor]) -> Any:

@@ -19,10 +19,11 @@ from typing import Any, Self
 
 import tomli_w
 
-from tactogram.errors import RunError
+from tactogram.errors import DataError, RunError
 from tactogram.model import ImageKind, Kind, Learner, SignalKind
 from tactogram.recipe import Recipe
 from tactogram.signal.io.atomic import write_text
+from tactogram.text_files import parse_json, read_json, read_text
 from tactogram.training.checkpoint import load_state, save_state
 from tactogram.training.loop import Position
 
@@ -116,8 +117,11 @@ class Run:
         position = Position()
         if path.exists():
             state, facts = load_state(path)
-            learner.load_state(state)
-            position = Position(**facts)
+            try:
+                learner.load_state(state)
+                position = Position(**facts)
+            except (KeyError, TypeError, ValueError, RuntimeError) as error:
+                raise RunError(f"{path}: the checkpoint is not of this run: {error}") from error
         kept = [m for m in self.metrics() if (m["stage"], m["step"]) <= (position.stage, position.step)]
         write_text(self.folder / "metrics.jsonl", "".join(json.dumps(m) + "\n" for m in kept))
         return position
@@ -128,12 +132,25 @@ class Run:
             file.write(json.dumps({**asdict(position), **values}) + "\n")
 
     def metrics(self) -> list[dict[str, Any]]:
-        """Return the logged lines; a last line cut short by a kill is left out."""
+        """Return the logged lines; a last line cut short by a kill is left out.
+
+        Raises
+        ------
+        RunError
+            If a line is broken.
+        """
         path = self.folder / "metrics.jsonl"
         if not path.exists():
             return []
-        lines = path.read_text(encoding="utf-8").split("\n")
-        return [json.loads(line) for line in lines[:-1]]
+        try:
+            lines = read_text(path).split("\n")[:-1]
+            found = [parse_json(line, f"{path}: line {number}") for number, line in enumerate(lines, 1)]
+        except DataError as error:
+            raise RunError(f"{error}; delete the line, or the run") from error
+        for number, line in enumerate(found, 1):
+            if not isinstance(line, dict) or not {"stage", "step"} <= line.keys():
+                raise RunError(f"{path}: line {number} must say stage and step; delete the line, or the run")
+        return found
 
     def finish(self, learner: Learner, kind: Kind, facts: Mapping[str, Any]) -> None:
         """Write the weights, what they mean, and the curves as a table; then drop the checkpoint."""
@@ -199,9 +216,9 @@ class Run:
             If it is not there, not readable, or no object.
         """
         try:
-            values = json.loads((self.folder / name).read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
-            raise RunError(f"{self.folder / name}: not readable: {error}") from error
+            values = read_json(self.folder / name)
+        except DataError as error:
+            raise RunError(str(error)) from error
         if not isinstance(values, dict):
             raise RunError(f"{self.folder / name}: expected a JSON object, got {type(values).__name__}")
         return values

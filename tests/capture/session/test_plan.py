@@ -5,7 +5,7 @@ from collections import Counter
 import pytest
 
 from tactogram.capture.session.plan import SessionPlan, shipped_plans
-from tactogram.errors import ParameterError
+from tactogram.errors import DataError, ParameterError
 
 PLAN = {
     "materials": ["a", "b", "c"],
@@ -83,7 +83,7 @@ def test_a_file_that_is_not_there_names_the_shipped_plans(tmp_path):
     with pytest.raises(ParameterError, match="saga-classification"):
         SessionPlan.load(tmp_path / "none.toml")
     (tmp_path / "bad.toml").write_text("materials = [")
-    with pytest.raises(ParameterError, match="not a readable session plan"):
+    with pytest.raises(DataError, match="bad.toml: not readable as TOML"):
         SessionPlan.load(tmp_path / "bad.toml")
 
 

@@ -86,7 +86,9 @@ class TestReading:
         columns = Columns(named=named, item="plate{:0>2}", encoding="cp932")
         found = read_table(path, columns=columns).ratings
         assert found.sha256 == read_table(write(tmp_path / "s.csv", WIDE)).ratings.sha256
-        with pytest.raises(DataError, match=r"r.csv: must be UTF-8 text, got the byte 0x94 .*encoding=cp932"):
+        with pytest.raises(
+            DataError, match=r"r.csv: not UTF-8 text at byte 0, got the byte 0x94; .*encoding=cp932"
+        ):
             read_table(path)
 
     def test_columns_are_mapped_and_ignored(self, tmp_path):

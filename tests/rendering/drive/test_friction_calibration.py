@@ -105,12 +105,12 @@ def test_people_are_told_apart_from_csv_to_toml_to_settings(tmp_path):
 @pytest.mark.parametrize(
     ("text", "match"),
     [
-        ("voltage_v_rms\n0\n", "friction is not there"),
+        ("voltage_v_rms\n0\n", "lacks friction"),
         ("voltage_v_rms,friction\n0,0.3\n", "no column normal_force_n"),
         ("voltage_v_rms,friction,normal_force_n\n0,a,1\n", "line 2: needs numbers"),
         ("voltage_v_rms,friction,normal_force_n\n-1,0.3,1\n", "line 2: voltage must be >= 0"),
         ("voltage_v_rms,friction,normal_force_n\n1,0.3,0\n", "normal force > 0"),
-        ("voltage_v_rms,friction,normal_force_n,x\n", "unknown column 'x'"),
+        ("voltage_v_rms,friction,normal_force_n,x\n1,0.3,1,1\n", "unknown column 'x'"),
         ("voltage_v_rms,friction,normal_force_n\n", "holds no pair"),
     ],
 )

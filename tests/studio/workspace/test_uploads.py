@@ -106,7 +106,7 @@ def test_names_are_safe_in_any_folder(name, safe):
         ("a.wav", b"", "a.wav: empty file"),
         ("a.wav", b"MZ\x90\0" * 9, "a.wav: not what its suffix says: expected b'RIFF' first, got b'MZ"),
         ("a.flac", b"\x7fELF" * 9, "a.flac: not what its suffix says"),
-        ("a.csv", b"\x7fELF\0\0", "a.csv: not text: zero byte at byte 4"),
+        ("a.csv", b"\x7fELF\0\0", "a.csv: not a text file: zero byte at byte 4"),
         ("a.csv", b"1,2\n\xff\xfe", "a.csv: not UTF-8 text at byte 4"),
         ("a.npz", b"PK\x03\x04 but not more", "a.npz: truncated or damaged"),
         ("a.xlsx", b"PK\x03\x04 but not more", "a.xlsx: truncated or damaged"),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
@@ -16,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from tactogram.capture.session import plans as _plans
 from tactogram.errors import ParameterError
+from tactogram.text_files import read_toml
 from tactogram.validation import validated, with_changes
 
 Name = Annotated[str, Field(min_length=1)]
@@ -117,18 +117,16 @@ class SessionPlan(BaseModel):
 
         Raises
         ------
+        DataError
+            If the file is not TOML.
         ParameterError
-            If there is no such file, it is not TOML, or a key or value is not one of a plan.
+            If there is no such file, or a key or value is not one of a plan.
         """
         path = shipped_plans().get(str(plan), Path(plan))
-        try:
-            values = tomllib.loads(path.read_text(encoding="utf-8"))
-        except FileNotFoundError:
+        if not path.exists():
             names = ", ".join(shipped_plans())
-            raise ParameterError(f"{plan}: no such session plan; shipped ones are {names}") from None
-        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-            raise ParameterError(f"{path}: not a readable session plan: {error}") from error
-        return cls.of(with_changes(values, changes), where=str(path))
+            raise ParameterError(f"{plan}: no such session plan; shipped ones are {names}")
+        return cls.of(with_changes(read_toml(path), changes), where=str(path))
 
     @classmethod
     def of(cls, values: Mapping[str, Any], *, where: str = "session plan") -> Self:

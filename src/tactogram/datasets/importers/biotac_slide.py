@@ -16,7 +16,6 @@ What to know before using it
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -29,6 +28,7 @@ from tactogram.datasets.importer import Item
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError
 from tactogram.signal import Signal
+from tactogram.text_files import read_table
 
 NAME = "biotac_slide"
 TITLE = "BioTac_slide: a BioTac finger sliding on materials"
@@ -85,12 +85,9 @@ def _materials(path: Path) -> dict[int, dict[str, str]]:
     """Return the rows of ``materials.csv`` by number; empty if there is none."""
     if not path.is_file():
         return {}
-    with path.open(encoding="utf-8-sig", newline="") as file:
-        rows = list(csv.DictReader(file))
-    if not rows or not {"material_id", "name"} <= rows[0].keys():
-        raise DataError(f"{path}: needs columns material_id and name")
+    rows = read_table(path, needed=("material_id", "name"))
     try:
-        return {int(row["material_id"]): row for row in rows}
+        return {int(row["material_id"]): row for _, row in rows}
     except ValueError as error:
         raise DataError(f"{path}: material_id must be a number: {error}") from error
 

@@ -22,7 +22,6 @@ those names would say of all files; a row goes before them.
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -35,6 +34,7 @@ from tactogram.datasets.store.photographs import PICTURES
 from tactogram.errors import DataError
 from tactogram.signal.io import read_file
 from tactogram.signal.units import parse_unit
+from tactogram.text_files import read_table
 
 NAME = "folder"
 TITLE = "a plain folder of recordings"
@@ -198,28 +198,19 @@ def _table(path: Path) -> dict[str, dict[str, Any]]:
     if not path.is_file():
         return {}
     rows: dict[str, dict[str, Any]] = {}
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            reader = csv.DictReader(file)
-            if "file" not in (reader.fieldnames or ()):
-                raise DataError(f"{path}: needs a column 'file', got {', '.join(reader.fieldnames or ())}")
-            for number, values in enumerate(reader, 2):
-                row = _row(f"{path}: row {number}", values)
-                if row["file"] in rows:
-                    raise DataError(
-                        f"{path}: row {number}: {row['file']} stands in row {rows[row['file']]['row']} too"
-                    )
-                rows[row["file"]] = row | {"row": number}
-    except UnicodeDecodeError as error:
-        raise DataError(f"{path}: must be UTF-8 text: {error}") from error
+    for number, values in read_table(path, needed=("file",)):
+        row = _row(f"{path}: row {number}", values)
+        if row["file"] in rows:
+            raise DataError(
+                f"{path}: row {number}: {row['file']} stands in row {rows[row['file']]['row']} too"
+            )
+        rows[row["file"]] = row | {"row": number}
     return rows
 
 
-def _row(where: str, values: Mapping[str | None, Any]) -> dict[str, Any]:
+def _row(where: str, values: Mapping[str, str]) -> dict[str, Any]:
     """Return what one row says, in its types."""
-    if None in values:
-        raise DataError(f"{where} has more values than there are columns")
-    texts = {str(name): text.strip() for name, text in values.items() if text and text.strip()}
+    texts = {name: text.strip() for name, text in values.items() if text.strip()}
     if "file" not in texts:
         raise DataError(f"{where} names no file")
     row: dict[str, Any] = {"ratings": {}, "labels": {}, "file": Path(texts["file"]).as_posix()}

@@ -46,6 +46,7 @@ from tactogram.signal.autoregressive_fit import reflection_of_autocorrelation
 from tactogram.signal.line_spectrum import polynomial_of_reflection, reflection_of_line_spectrum
 from tactogram.signal.synthesis import synthesise
 from tactogram.signal.texture_map import TextureMap
+from tactogram.text_files import read_text
 
 NAME = "hatt"
 TITLE = "Penn Haptic Texture Toolkit: autoregressive models of 100 surfaces over speed and force"
@@ -235,14 +236,10 @@ def _within(wanted: tuple[float, ...], highest: float) -> tuple[float, ...]:
 def _parse(path: Path) -> Element:
     """Return the root of an XML file that declares no document type, and so no entities to expand."""
     try:
-        text = path.read_bytes().decode("utf-8-sig")
+        text = read_text(path)
         if "<!DOCTYPE" in text or "<!ENTITY" in text:
             raise DataError(f"{path}: a document type or entity is declared; the toolkit's files have none")
         root = fromstring(text)
-    except OSError as error:
-        raise DataError(f"{path}: not readable: {error.strerror}") from error
-    except UnicodeDecodeError:
-        raise DataError(f"{path}: expected XML in UTF-8, got other bytes") from None
     except ParseError as error:
         raise DataError(f"{path}: not readable as XML: {error}") from None
     if root.tag != "modelSet":

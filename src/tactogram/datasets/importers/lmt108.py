@@ -20,7 +20,6 @@ scale 1: band-limit it to 20-1000 Hz before treating it as vibration, and call i
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -35,6 +34,7 @@ from tactogram.datasets.store.photographs import PICTURES
 from tactogram.errors import DataError
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal
+from tactogram.text_files import read_table
 
 NAME = "lmt108"
 TITLE = "LMT-108 surface materials"
@@ -124,16 +124,15 @@ def read(item: Item) -> list[Recording]:
 
 def _indexed(index: Path) -> Iterator[tuple[str, Path, str, str, str, str]]:
     """Yield kind, path, group, material, part and number of each row of ``index.csv``."""
-    with index.open(encoding="utf-8-sig", newline="") as file:
-        for row, values in enumerate(csv.DictReader(file), 2):
-            missing = [name for name in ("file", "material", "recording") if not values.get(name)]
-            if missing:
-                raise DataError(f"{index}: row {row} lacks {', '.join(missing)}")
-            path = index.parent / values["file"]
-            axis, sound = _AXIS.fullmatch(path.name), _SOUND.fullmatch(path.name)
-            part = axis[4] if axis else sound[3] if sound else ""
-            kind = axis[3].upper() if axis else "sound"
-            yield kind, path, values.get("group") or "", values["material"], part.lower(), values["recording"]
+    for row, values in read_table(index):
+        missing = [name for name in ("file", "material", "recording") if not values.get(name)]
+        if missing:
+            raise DataError(f"{index}: row {row} lacks {', '.join(missing)}")
+        path = index.parent / values["file"]
+        axis, sound = _AXIS.fullmatch(path.name), _SOUND.fullmatch(path.name)
+        part = axis[4] if axis else sound[3] if sound else ""
+        kind = axis[3].upper() if axis else "sound"
+        yield kind, path, values.get("group", ""), values["material"], part.lower(), values["recording"]
 
 
 def _named(folder: Path) -> Iterator[tuple[str, Path, str, str, str, str]]:

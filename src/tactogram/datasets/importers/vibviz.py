@@ -14,7 +14,6 @@ copies hold 100 of the 120. Checked on real files.
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +25,7 @@ from tactogram.datasets.ratings.ratings import Ratings, Scale
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError
 from tactogram.signal.io import read_signal
+from tactogram.text_files import read_table
 
 NAME = "vibviz"
 TITLE = "VibViz vibration library (designed effects with ratings)"
@@ -96,8 +96,7 @@ def _annotations(folder: Path) -> tuple[Path, list[dict[str, str]]]:
     tables = sorted(folder.glob("vibrationAnnotations*.csv"))
     if len(tables) != 1:
         raise DataError(f"{folder}: must hold one vibrationAnnotations*.csv, got {len(tables)}")
-    with tables[0].open(encoding="utf-8-sig", newline="") as file:
-        rows = list(csv.DictReader(file))
-    if not rows or not {"id", *RATINGS} <= rows[0].keys():
-        raise DataError(f"{tables[0]}: needs columns id, {', '.join(RATINGS)}")
+    rows = [row for _, row in read_table(tables[0], needed=("id", *RATINGS))]
+    if not rows:
+        raise DataError(f"{tables[0]}: no rows below the heading")
     return tables[0], rows

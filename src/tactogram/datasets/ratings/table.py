@@ -15,7 +15,6 @@ import csv
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from io import StringIO
 from pathlib import Path
 from typing import Any, Literal
 
@@ -29,6 +28,7 @@ from tactogram.datasets.ratings.ratings import SEVEN_POINT, Ratings, Scale, chec
 from tactogram.datasets.ratings.words import WORDS, word_of
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import atomic_write
+from tactogram.text_files import csv_rows, read_text
 
 NAMED = ("rater", "item", "word", "score", "order", "session")
 MISSING = ("", "na", "n/a", "nan", "none", "null", "-", "–")
@@ -266,25 +266,13 @@ class _Reader:
 
 def _text_rows(path: Path, encoding: str) -> tuple[list[str], Iterator[tuple[int, list[str]]]]:
     """Return the headings, and the rows that are not empty with their numbers as a spreadsheet shows them."""
-    try:
-        text = path.read_bytes().decode(encoding)
-    except OSError as error:
-        raise DataError(f"{path}: not readable: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        name = "UTF-8" if encoding == "utf-8-sig" else encoding
-        raise DataError(
-            f"{path}: must be {name} text, got the byte {error.object[error.start]:#04x} at {error.start}; "
-            "--set encoding=cp932 reads what Japanese Excel writes"
-        ) from error
+    text = read_text(path, encoding=encoding, hint=", or give encoding=cp932 for what Japanese Excel writes")
     first = text.partition("\n")[0]
     divider = "\t" if path.suffix.lower() == ".tsv" else max(",;\t", key=first.count)
-    try:
-        rows = list(csv.reader(StringIO(text, newline=""), delimiter=divider, strict=True))
-    except csv.Error as error:
-        raise DataError(f"{path}: not a table: {error}") from error
-    if not rows or not any(cell.strip() for cell in rows[0]):
+    (number, headings), *rows = csv_rows(text, path, delimiter=divider) or [(0, [])]
+    if number != 1 or not any(cell.strip() for cell in headings):
         raise DataError(f"{path}: must begin with a row of headings, got none")
-    return rows[0], ((n, row) for n, row in enumerate(rows[1:], 2) if any(cell.strip() for cell in row))
+    return headings, ((n, row) for n, row in rows if any(cell.strip() for cell in row))
 
 
 def _parquet(path: Path) -> pa.Table:

@@ -16,6 +16,7 @@ from typing import Any, Literal, Self
 
 from tactogram.errors import DataError, LeakError, ParameterError
 from tactogram.signal.io.atomic import write_text
+from tactogram.text_files import read_json
 
 By = Literal["recording", "session", "subject", "material", "condition"]
 """What stays together on one side of a split."""
@@ -227,10 +228,7 @@ class Split:
         LeakError
             If it leaks.
         """
-        try:
-            values = json.loads(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
-            raise DataError(f"{path}: not a readable split: {error}") from error
+        values = read_json(path)
         if not isinstance(values, dict) or values.get("format") != FORMAT:
             raise DataError(f"{path} must say format {FORMAT!r}; this is not a split")
         if values.get("version") != VERSION:

@@ -32,6 +32,7 @@ import pyarrow as pa
 from tactogram.datasets.recording import Recording, RecordingInfo
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Signal
+from tactogram.text_files import read_json
 
 FORMAT = "tactogram-dataset"
 VERSION = 1
@@ -138,14 +139,12 @@ class Facts:
             If there is none, or it is not one, or of a version that this package does not know.
         """
         path = folder / FACTS
+        if not path.is_file():
+            raise DataError(f"{folder} is not a store: it has no {FACTS}; make one with data import")
         try:
-            values = json.loads(path.read_text(encoding="utf-8"))
-        except (FileNotFoundError, NotADirectoryError):
-            raise DataError(
-                f"{folder} is not a store: it has no {FACTS}; make one with data import"
-            ) from None
-        except (OSError, ValueError) as error:
-            raise DataError(f"{path} is not readable: {error}; import the data again") from error
+            values = read_json(path)
+        except DataError as error:
+            raise DataError(f"{error}; import the data again") from error
         if not isinstance(values, dict) or values.get("format") != FORMAT:
             raise DataError(f"{path} must say format {FORMAT!r}; this is not a store")
         if values.get("version") != VERSION:

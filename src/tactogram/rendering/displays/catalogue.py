@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, get_args
 
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display, Family
 from tactogram.rendering.displays.families import family_module
 from tactogram.rendering.displays.response import read_response
+from tactogram.text_files import read_toml
 from tactogram.validation import validated, with_changes
 
 FOLDER = Path(__file__).parent
@@ -41,11 +41,7 @@ def open_display(name: str | Path, *, changes: Mapping[str, Any] | None = None) 
     path = known.get(str(name), Path(name))
     if path.suffix != ".toml":
         raise ParameterError(f"display must be one of {', '.join(known)}, or a TOML file, got {str(name)!r}")
-    try:
-        values = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise DataError(f"{path}: not a readable display: {error}") from error
-    return display_of(with_changes(values, changes), where=str(path), folder=path.parent)
+    return display_of(with_changes(read_toml(path), changes), where=str(path), folder=path.parent)
 
 
 def display_of(values: Mapping[str, Any], *, where: str = "display", folder: Path = Path()) -> Display:

@@ -15,6 +15,7 @@ from scipy.interpolate import PchipInterpolator
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.signal import UNITS
+from tactogram.text_files import csv_rows, read_text
 
 HEADING = ("frequency [Hz]", "gain", "phase [rad]", "coherence")
 """Columns of a response's CSV; the last is optional, ``gain`` may carry a unit as ``gain [m/s^2/V]``."""
@@ -200,11 +201,7 @@ def read_response(path: Path) -> tuple[Point, ...]:
     DataError
         Naming the file and the line.
     """
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise DataError(f"{path}: not a readable response: {error}") from error
-    rows = [(n, row) for n, row in enumerate(csv.reader(lines), 1) if row and not row[0].startswith("#")]
+    rows = [(n, row) for n, row in csv_rows(read_text(path), path) if not row[0].startswith("#")]
     if not rows:
         raise DataError(f"{path}: empty; expected columns {', '.join(HEADING[:3])}")
     degrees = False

@@ -7,9 +7,7 @@ interval by Fieller's theorem. Whether the square law holds is asked, not assume
 
 from __future__ import annotations
 
-import csv
 import math
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +21,7 @@ from scipy import optimize, stats
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import write_text
+from tactogram.text_files import read_table, read_toml
 from tactogram.validation import validated
 
 COLUMNS = ("voltage_v_rms", "friction")
@@ -104,27 +103,15 @@ def read_pairs(path: Path | str, *, normal_force_n: float | None = None) -> list
     """
     path = Path(path)
     found: dict[str, list[tuple[float, float, float]]] = {}
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            table = csv.DictReader(file)
-            columns = list(table.fieldnames or ())
-            if missing := [name for name in COLUMNS if name not in columns]:
-                raise DataError(
-                    f"{path}: needs columns {', '.join(COLUMNS)}; {', '.join(missing)} is not there"
-                )
-            if unknown := [name for name in columns if name not in (*COLUMNS, *OPTIONAL)]:
-                raise DataError(
-                    f"{path}: unknown column {unknown[0]!r}; known: {', '.join((*COLUMNS, *OPTIONAL))}"
-                )
-            if "normal_force_n" not in columns and normal_force_n is None:
-                raise DataError(f"{path}: has no column normal_force_n: add it, or say the force")
-            for row in table:
-                person = (row.get("person") or "all").strip()
-                found.setdefault(person, []).append(
-                    _numbers(row, normal_force_n, f"{path}, line {table.line_num}")
-                )
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise DataError(f"{path}: not a table of text that can be read ({error})") from None
+    for number, row in read_table(path, needed=COLUMNS):
+        if unknown := [name for name in row if name not in (*COLUMNS, *OPTIONAL)]:
+            raise DataError(
+                f"{path}: unknown column {unknown[0]!r}; known: {', '.join((*COLUMNS, *OPTIONAL))}"
+            )
+        if "normal_force_n" not in row and normal_force_n is None:
+            raise DataError(f"{path}: has no column normal_force_n: add it, or say the force")
+        person = (row.get("person") or "all").strip()
+        found.setdefault(person, []).append(_numbers(row, normal_force_n, f"{path}, line {number}"))
     if not found:
         raise DataError(f"{path}: holds no pair")
     return [Pairs(person, *np.array(rows).T) for person, rows in found.items()]
@@ -204,10 +191,7 @@ def read_calibrations(path: Path | str) -> list[Calibration]:
         If a key or value is wrong.
     """
     path = Path(path)
-    try:
-        values = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise DataError(f"{path}: not TOML that can be read ({error})") from None
+    values = read_toml(path)
     rows = values.get("calibration")
     if not isinstance(rows, list) or set(values) != {"calibration"}:
         raise DataError(

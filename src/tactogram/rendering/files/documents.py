@@ -9,8 +9,9 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from tactogram.errors import DataError
+from tactogram.errors import shortened
 from tactogram.signal import Signal
+from tactogram.text_files import decode_text, parse_json
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,12 +45,9 @@ def parse(text: bytes, where: Path | str) -> Any:
     Raises
     ------
     DataError
-        If it is not JSON in UTF-8, holds NaN or infinity, or is nested too deep.
+        If it is not JSON in UTF-8, holds NaN, infinity or integers of more than 64 bits, or is nested too deep.
     """
-    try:
-        return json.loads(text.decode("utf-8-sig"), parse_constant=_refused)
-    except (ValueError, RecursionError) as error:
-        raise DataError(f"{where}: not a JSON document: {str(error) or 'nested too deep'}") from error
+    return parse_json(decode_text(text, where), where, finite=True)
 
 
 def encoded(document: Any) -> str:
@@ -71,9 +69,4 @@ def _line(entry: dict[str, Any]) -> str:
     message = entry["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
     if entry["type"] == "missing":
         return f"{place}: is required"
-    got = repr(entry["input"])
-    return f"{place}: {message}, got {got if len(got) < 60 else got[:57] + '...'}"
-
-
-def _refused(name: str) -> Any:
-    raise ValueError(f"{name} is no JSON number")
+    return f"{place}: {message}, got {shortened(repr(entry['input']))}"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import os
 from collections.abc import Iterator
@@ -11,6 +10,7 @@ from pathlib import Path
 from tactogram.errors import DataError, DeviceError, ParameterError
 from tactogram.extras import one_line
 from tactogram.rendering.streaming.motion import MotionSample
+from tactogram.text_files import csv_rows, read_text
 
 COLUMNS = ("time_s", "x_mm", "y_mm", "speed_mm_s", "force_n")
 """Of a motion file; the first is needed, and one of the others. An empty cell is a value not measured then."""
@@ -69,11 +69,7 @@ class MotionFile:
 
 
 def _rows(path: Path) -> Iterator[MotionSample]:
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise DataError(f"{path}: not a readable motion file: {one_line(error)}") from error
-    rows = [(n, row) for n, row in enumerate(csv.reader(lines), 1) if row and not row[0].startswith("#")]
+    rows = [(n, row) for n, row in csv_rows(read_text(path), path) if not row[0].startswith("#")]
     heading = [cell.strip() for cell in rows[0][1]] if rows else []
     if "time_s" not in heading or not set(heading) <= set(COLUMNS) or len(heading) < 2:
         raise DataError(f"{path}: line 1: expected columns of {', '.join(COLUMNS)}, got {', '.join(heading)}")

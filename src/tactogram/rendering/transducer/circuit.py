@@ -16,7 +16,6 @@ References
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -28,6 +27,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tactogram.errors import DataError, ParameterError
+from tactogram.text_files import read_table
 
 RESONANCE_HZ = 28_200.0
 """Hatori & Takemura 2023, Sec. III-C."""
@@ -217,21 +217,12 @@ def read_sweep(path: Path | str) -> tuple[NDArray[np.float64], NDArray[np.comple
     columns = ("frequency_hz", "conductance_s", "susceptance_s")
     rows: list[list[float]] = []
     states: list[str] = []
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            table = csv.DictReader(file)
-            if not set(columns) <= set(table.fieldnames or ()):
-                raise DataError(f"{path}: needs columns {', '.join(columns)}, got {table.fieldnames}")
-            for row in table:
-                try:
-                    rows.append([float(row[name]) for name in columns])
-                except (TypeError, ValueError):
-                    raise DataError(
-                        f"{path}, line {table.line_num}: needs three numbers, got {row}"
-                    ) from None
-                states.append(row.get("state") or "sweep")
-    except (OSError, UnicodeDecodeError) as error:
-        raise DataError(f"{path}: not a table of text that can be read ({error})") from None
+    for number, row in read_table(path, needed=columns):
+        try:
+            rows.append([float(row[name]) for name in columns])
+        except ValueError:
+            raise DataError(f"{path}, line {number}: needs three numbers, got {row}") from None
+        states.append(row.get("state") or "sweep")
     swept = _last_sweep(rows, states)
     if not swept:
         raise DataError(f"{path}: holds no point")

@@ -9,6 +9,7 @@ from typing import Any, cast
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.signal import Domain, Signal
+from tactogram.text_files import parse_json
 
 VERSION = 1
 
@@ -76,8 +77,8 @@ def decode(text: str, where: str) -> Description | None:
         If it is ours, but damaged or from a later version.
     """
     try:
-        facts = json.loads(text)
-    except ValueError:
+        facts = parse_json(text, where)
+    except DataError:
         return None
     if not isinstance(facts, dict) or "tactogram" not in facts:
         return None
@@ -95,5 +96,5 @@ def decode(text: str, where: str) -> Description | None:
             full_scale=None if scale is None else float(scale),
             metadata=dict(facts["metadata"]),
         )
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise DataError(f"{where}: description is damaged: {error!r}") from error

@@ -17,6 +17,7 @@ from tactogram.signal.io.content import Content
 from tactogram.signal.io.description import Description, decode
 from tactogram.signal.signal import Signal
 from tactogram.signal.units import split_heading
+from tactogram.text_files import decode_text
 
 COMMENTS = ("#", "%")
 _SNIFFED_ROWS = 50
@@ -108,9 +109,9 @@ def _rows(path: Path) -> tuple[list[str], list[str], list[int], list[str], str]:
     if not rows:
         raise DataError(f"{path}: no rows")
     separator = "\t" if path.suffix.lower() == ".tsv" else _separator(rows)
-    headings = _cells(rows[0], separator)
+    headings = _cells(rows[0], separator, path)
     if all(_is_number(cell) for cell in headings):
-        headings = _commented(comments, len(headings), separator) or [
+        headings = _commented(comments, len(headings), separator, path) or [
             str(i + 1) for i in range(len(headings))
         ]
     else:
@@ -126,12 +127,7 @@ def _text(path: Path, length: int = -1) -> str:
         raw = file.read(length)
     if not raw:
         raise DataError(f"{path}: empty file")
-    if (zero := raw.find(b"\0")) >= 0:
-        raise DataError(f"{path}: not a text file: zero byte at byte {zero}; save it as UTF-8")
-    try:
-        text = raw.decode("utf-8-sig", "strict" if length < 0 else "ignore")
-    except UnicodeDecodeError as error:
-        raise DataError(f"{path}: not UTF-8 text at byte {error.start}; save it as UTF-8") from error
+    text = decode_text(raw, path, cut_short=length >= 0)
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
@@ -148,18 +144,23 @@ def _separator(rows: Sequence[str]) -> str:
     return " "
 
 
-def _cells(row: str, separator: str) -> list[str]:
+def _cells(row: str, separator: str, path: Path) -> list[str]:
     if separator == " ":
         return _BLANK_SEPARATED.findall(row)
-    [cells] = csv.reader([row], delimiter=separator, skipinitialspace=True)
+    try:
+        [cells] = csv.reader([row], delimiter=separator, skipinitialspace=True)
+    except csv.Error as error:
+        raise DataError(f"{path}: not a table: {error}; is a quote left open?") from None
     return [cell.strip() for cell in cells]
 
 
-def _commented(comments: Sequence[str], count: int, separator: str) -> list[str] | None:
+def _commented(comments: Sequence[str], count: int, separator: str, path: Path) -> list[str] | None:
     """Return the last comment as headings if it has as many cells as the table, as numpy.savetxt writes it."""
     if not comments or decode(comments[-1], "") is not None:
         return None
-    cells = _cells(comments[-1], separator)
+    if len(comments[-1]) > csv.field_size_limit():
+        return None
+    cells = _cells(comments[-1], separator, path)
     return cells if len(cells) == count and not any(_is_number(cell) for cell in cells) else None
 
 
@@ -193,7 +194,7 @@ def _numbers(
         wanted = len(headings) - 1
         if any(row.count(separator) != wanted for row in rows):
             _explain(rows, kept, headings, chosen, separator, path)
-    elif any(len(_cells(row, separator)) != len(headings) for row in rows):
+    elif any(len(_cells(row, separator, path)) != len(headings) for row in rows):
         _explain(rows, kept, headings, chosen, separator, path)
     try:
         return np.loadtxt(
@@ -218,7 +219,7 @@ def _explain(
 ) -> NoReturn:
     """Raise what is wrong with the first row that is."""
     for number, row in zip(kept, rows, strict=True):
-        cells = _cells(row, separator)
+        cells = _cells(row, separator, path)
         if len(cells) != len(headings):
             comma = separator == "," and len(cells) == 2 * len(headings)
             hint = "; write decimal points, not commas" if comma else ""

@@ -12,7 +12,6 @@ import io
 import re
 import tempfile
 import threading
-import tomllib
 import unicodedata
 import zipfile
 from pathlib import Path
@@ -28,6 +27,7 @@ from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.picture import picture_size
 from tactogram.signal.io.riff import read_header
 from tactogram.study.study_file import Study
+from tactogram.text_files import decode_text, parse_toml
 
 Kind = Literal["signal", "image", "table", "study"]
 
@@ -49,8 +49,6 @@ MOST_MEMBERS = 200
 MOST_ROWS = 2_000_000
 """Of a Parquet file."""
 MOST_CHANNELS = 64
-MOST_DOTS = 300
-"""In a row in a study's file."""
 LONGEST_NAME = 160
 """Bytes of a name without its suffix; file systems take 255 of the whole."""
 HEADS: dict[str, tuple[bytes, ...]] = {
@@ -150,16 +148,9 @@ def read_uploaded_study(name: str, data: bytes) -> Study:
         One sentence that names file and key.
     """
     name = checked(name, data, kind="study")
-    text = data.decode("utf-8-sig")
-    # tomllib takes time with the square of a key's parts: 50,000 of them half a minute.
-    if any(run.count(".") > MOST_DOTS for run in re.findall(r"[\w\"'\-. \t]+", text)):
-        raise DataError(f"{name}: a key must have at most {MOST_DOTS} parts")
-    try:
-        values = tomllib.loads(text)
-        values.setdefault("name", Path(name).stem.lower().replace("-", "_"))
-        return Study.of(values, where=name)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise DataError(f"{name}: not a readable study: {_line(error)}") from None
+    values = parse_toml(decode_text(data, name), name)
+    values.setdefault("name", Path(name).stem.lower().replace("-", "_"))
+    return Study.of(values, where=name)
 
 
 def save_upload(folder: Path, name: str, data: bytes, *, kind: Kind) -> Path:
@@ -220,7 +211,7 @@ def checked(name: str, data: bytes, *, kind: Kind) -> str:
             f"{safe}: not what its suffix says: expected {HEADS[suffix][0]!r} first, got {data[:4]!r}"
         )
     if suffix in _TEXT:
-        _check_text(safe, data)
+        decode_text(data, safe)
     if kind == "image":
         picture_size(data, name=safe)
     if suffix in (".npz", ".xlsx"):
@@ -228,15 +219,6 @@ def checked(name: str, data: bytes, *, kind: Kind) -> str:
     if suffix == ".parquet":
         _check_parquet(safe, data)
     return safe
-
-
-def _check_text(name: str, data: bytes) -> None:
-    if (place := data.find(b"\0")) >= 0:
-        raise DataError(f"{name}: not text: zero byte at byte {place}; save it as UTF-8")
-    try:
-        data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise DataError(f"{name}: not UTF-8 text at byte {error.start}; save it as UTF-8") from None
 
 
 def _check_zip(name: str, data: bytes) -> None:

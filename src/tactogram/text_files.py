@@ -1,0 +1,198 @@
+"""Text files: settings in TOML, documents in JSON and tables in CSV, read within limits."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from tactogram.errors import DataError
+
+MOST_BYTES = 2**28
+"""Of a table or a document."""
+MOST_TOML_BYTES = 2**20
+MOST_KEY_PARTS = 32
+"""Of a dotted key in TOML: reading one takes time with the square of its parts."""
+MOST_DEPTH = 32
+"""Of tables and lists in TOML within one another."""
+_LONG_KEY = re.compile(
+    rf"""(?<![\w.-])(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){{{MOST_KEY_PARTS}}}"""
+)
+
+
+def decode_text(
+    raw: bytes, where: Path | str, *, encoding: str = "utf-8-sig", hint: str = "", cut_short: bool = False
+) -> str:
+    """Return the text in ``raw``, which may end within a character if it was ``cut_short``.
+
+    Raises
+    ------
+    DataError
+        If it is not text in this encoding.
+    """
+    if encoding.startswith("utf-8") and (zero := raw.find(b"\0")) >= 0:
+        raise DataError(f"{where}: not a text file: zero byte at byte {zero}; save it as UTF-8")
+    try:
+        return raw.decode(encoding, "ignore" if cut_short else "strict")
+    except UnicodeDecodeError as error:
+        name = "UTF-8" if encoding == "utf-8-sig" else encoding
+        got = f"got the byte {raw[error.start]:#04x}"
+        raise DataError(
+            f"{where}: not {name} text at byte {error.start}, {got}; save it as UTF-8{hint}"
+        ) from None
+
+
+def read_text(
+    path: Path, *, encoding: str = "utf-8-sig", hint: str = "", most_bytes: int = MOST_BYTES
+) -> str:
+    """Return the text in a file.
+
+    Raises
+    ------
+    DataError
+        If it is not readable, larger than ``most_bytes``, or not text in this encoding; ends with ``hint``.
+    """
+    try:
+        with path.open("rb") as file:
+            raw = file.read(most_bytes + 1)
+    except (OSError, ValueError) as error:
+        raise DataError(f"{path}: not readable: {getattr(error, 'strerror', None) or error}") from error
+    if len(raw) > most_bytes:
+        raise DataError(f"{path}: must have at most {most_bytes} bytes, got more")
+    return decode_text(raw, path, encoding=encoding, hint=hint)
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Return the tables of a TOML file; errors as `read_text` and `parse_toml`."""
+    return parse_toml(read_text(path, most_bytes=MOST_TOML_BYTES), path)
+
+
+def parse_toml(text: str, where: Path | str) -> dict[str, Any]:
+    """Return the tables of a TOML text.
+
+    Raises
+    ------
+    DataError
+        If it is not TOML, has a key of more than `MOST_KEY_PARTS` parts, is nested deeper than `MOST_DEPTH`, or holds
+        an integer of more than 64 bits, which the format excludes.
+    """
+    if _LONG_KEY.search(text):
+        raise DataError(f"{where}: a key must have at most {MOST_KEY_PARTS} parts")
+    try:
+        values = tomllib.loads(text)
+        _check_values(values, MOST_DEPTH)
+    except (ValueError, RecursionError) as error:
+        raise DataError(f"{where}: not readable as TOML: {_reason(error)}") from None
+    return values
+
+
+def read_json(path: Path) -> Any:
+    """Return what a JSON file holds; errors as `read_text` and `parse_json`."""
+    return parse_json(read_text(path), path)
+
+
+def parse_json(text: str, where: Path | str, *, finite: bool = False) -> Any:
+    """Return what a JSON text holds.
+
+    Parameters
+    ----------
+    text : str
+    where : Path or str
+        What an error names.
+    finite : bool
+        Refuse NaN, infinity and integers of more than 64 bits.
+
+    Raises
+    ------
+    DataError
+        If it is not JSON, or nested too deep.
+    """
+    hooks: dict[str, Any] = {"parse_constant": _refused, "parse_int": _int64} if finite else {}
+    try:
+        return json.loads(text, **hooks)
+    except (ValueError, RecursionError) as error:
+        raise DataError(f"{where}: not a JSON document: {_reason(error)}") from None
+
+
+def csv_rows(text: str, where: Path | str, *, delimiter: str = ",") -> list[tuple[int, list[str]]]:
+    """Return the rows of a table that hold a cell, each with its number as a spreadsheet shows it.
+
+    Raises
+    ------
+    DataError
+        If a quote is left open, or a cell is longer than the csv module takes.
+    """
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
+    try:
+        return [(number, row) for number, row in enumerate(reader, 1) if row]
+    except csv.Error as error:
+        reason = f"{error}; is a quote left open?" if "limit" in str(error) else error
+        raise DataError(f"{where}: not a table: {reason} (line {reader.line_num})") from None
+
+
+def read_table(path: Path, *, needed: Sequence[str] = ()) -> list[tuple[int, dict[str, str]]]:
+    """Return the rows of a CSV file by its headings, each with its number as a spreadsheet shows it.
+
+    Cells that a row ends before are empty.
+
+    Parameters
+    ----------
+    path : Path
+    needed : sequence of str
+        Columns that must be there.
+
+    Raises
+    ------
+    DataError
+        As `read_text` and `csv_rows`; if a column is missing, or a row has more cells than there are columns.
+    """
+    (_, headings), *rows = csv_rows(read_text(path), path) or [(1, [])]
+    if missing := [name for name in needed if name not in headings]:
+        raise DataError(
+            f"{path}: needs columns {', '.join(needed)}, lacks {', '.join(missing)}, has {', '.join(headings)}"
+        )
+    for number, row in rows:
+        if len(row) > len(headings):
+            raise DataError(f"{path}: row {number} has more values than there are columns")
+    return [
+        (number, dict(zip(headings, row + [""] * (len(headings) - len(row)), strict=True)))
+        for number, row in rows
+    ]
+
+
+def _check_values(value: Any, depth: int) -> None:
+    if not depth:
+        raise ValueError(f"nested deeper than {MOST_DEPTH}")
+    if isinstance(value, dict | list):
+        for inner in value.values() if isinstance(value, dict) else value:
+            _check_values(inner, depth - 1)
+    elif isinstance(value, int):
+        _check_int64(value)
+
+
+def _int64(digits: str) -> int:
+    value = int(digits)
+    _check_int64(value)
+    return value
+
+
+def _check_int64(value: int) -> None:
+    if value.bit_length() > 63:
+        raise ValueError(f"an integer must have at most 64 bits, got {value.bit_length() + 1}")
+
+
+def _refused(name: str) -> Any:
+    raise ValueError(f"{name} is no JSON number")
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, RecursionError):
+        return "nested too deep"
+    if "integer string conversion" in str(error):
+        return "an integer must have at most 64 bits, got thousands of digits"
+    return str(error)
