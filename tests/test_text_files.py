@@ -14,7 +14,7 @@ from tactogram.rendering.drive.friction_calibration import read_calibrations, re
 from tactogram.rendering.streaming.recorded_motion import MotionFile
 from tactogram.rendering.transducer.circuit import read_sweep
 from tactogram.signal.io import read_signal
-from tactogram.study.session.answers import read_answers
+from tactogram.study.answers import read_answers
 from tactogram.study.study_file import Study
 from tactogram.text_files import csv_rows, parse_json, parse_toml, read_table, read_text
 
