@@ -1,1 +1,1 @@
-"""Side-by-side measurements; each is a ratio taken in one run, none is a test."""
+"""Side-by-side measurements of speed, and experiments of our own; none is a test."""

@@ -1,5 +1,9 @@
-"""Measure everything, or what is named, and write the table: ``python -m benchmarks [NAME…]``."""
+"""Benchmarks of speed, and experiments that no publication has: ``python -m benchmarks [NAME…]``.
 
+Names of speed benchmarks, or none for all, are measured into results.md. The name of an experiment runs that one.
+"""
+
+import argparse
 import json
 import os
 import platform
@@ -16,14 +20,70 @@ orientation only. Each table is the last run of its module.
 """
 
 
-def main(names):
-    available = sorted(file.stem.removeprefix("bench_") for file in FOLDER.glob("bench_*.py"))
-    unknown = set(names) - set(available)
-    if unknown:
-        sys.exit(f"benchmarks are {', '.join(available)}; unknown: {', '.join(sorted(unknown))}")
+def main(arguments=None):
+    """Run what the arguments name; return the exit status."""
+    from tactogram.cli.printing import columns, print_result
+    from tactogram.errors import TactogramError
+    from tactogram.experiments.catalogue import experiments
+    from tactogram.experiments.reproduce import reproduce
+    from tactogram.recipe import parse_changes
+    from tactogram.workflows.progress import shown
+
+    parser = parser_of_options()
+    a = parser.parse_args(arguments)
+    ours = experiments(FOLDER / "experiments")
+    speed = sorted(file.stem.removeprefix("bench_") for file in FOLDER.glob("bench_*.py"))
+    if a.list:
+        print_result(a, ours, columns(list(ours.items())) + f"\nspeed: {', '.join(speed)}")
+        return 0
+    if unknown := set(a.names) - {*ours, *speed}:
+        parser.error(f"unknown: {', '.join(sorted(unknown))}; see --list")
+    if not ours.keys() & set(a.names):
+        if a.set or a.out or a.recipe:
+            parser.error("--recipe, --set and --out are those of experiments; see --list")
+        measure(a.names or speed)
+        return 0
+    if len(a.names) > 1:
+        parser.error("an experiment runs alone: give one name")
+    try:
+        with shown() as progress:
+            result = reproduce(
+                a.names[0],
+                recipe=a.recipe or "bench",
+                out=a.out,
+                options=parse_changes(a.set),
+                package="benchmarks.experiments",
+                progress=progress,
+            )
+    except TactogramError as error:
+        sys.stderr.write(f"benchmarks: {error}\n")
+        return 1
+    print_result(a, result, result["text"])
+    return 0
+
+
+def parser_of_options():
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__.split("\n", 1)[0])
+    parser.add_argument("names", metavar="NAME", nargs="*")
+    parser.add_argument("--list", action="store_true", help="list the experiments and the speed benchmarks")
+    parser.add_argument("--recipe", help="of an experiment: bench (two cores, the default) or paper (whole)")
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="an experiment's option, e.g. seeds=200",
+    )
+    parser.add_argument("--out", metavar="DIR", help="folder for an experiment's results (default runs/NAME)")
+    parser.add_argument("--json", action="store_true", help="print an experiment's result as JSON")
+    return parser
+
+
+def measure(names):
+    """Take the named measurements, keep them in results.json and write the table."""
     kept = FOLDER / "results.json"
     results = json.loads(kept.read_text()) if kept.exists() else {}
-    for name in names or available:
+    for name in names:
         sys.stderr.write(f"{name} …\n")
         module = import_module(f"benchmarks.bench_{name}")
         results[name] = {"about": (module.__doc__ or "").strip(), "machine": machine(), "rows": module.run()}
@@ -52,4 +112,4 @@ def cell(value):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    sys.exit(main())

@@ -11,10 +11,11 @@ from tactogram.datasets.ratings.ratings import EVOKED, SEVEN_POINT, Ratings
 from tactogram.datasets.ratings.words import WORDS
 from tactogram.errors import ParameterError
 from tactogram.evaluation.pictures.image_spread import ImageSpread
-from tactogram.experiments import cross_modal
+from tactogram.experiments import cross_modal, image_cells, stores
 from tactogram.experiments import tactile_image_cgan_figure4 as figure4
 from tactogram.model import ImageKind
 from tactogram.signal import Image, Signal
+from tactogram.workflows.progress import silent
 
 PLATES = ("plate01", "plate02", "plate03")
 
@@ -47,13 +48,13 @@ class Painting:
         return ImageSpread(0.5, 0.3, 0.0 if self.blind else 0.3)
 
 
-class MadeUpJobs:
+class MadeUpWorkflows:
     """A generator of weight 1 follows its label; heavier ones are blind."""
 
     def __init__(self):
         self.trained = []
 
-    def simulate(self, name, out, *, seed):
+    def simulate_to_store(self, name, out, *, seed, progress):
         if name == "tactile_images":
             shown = [
                 (f"image{n}", Painting(False).generate({"words": {"rough": n / 4}}, seed=n)) for n in range(4)
@@ -98,6 +99,11 @@ class MadeUpJobs:
         )
 
 
+@pytest.fixture(autouse=True)
+def made_up(stand_in):
+    return stand_in(MadeUpWorkflows(), figure4, cross_modal, image_cells, stores)
+
+
 @pytest.fixture
 def quality(monkeypatch):
     class Quality:
@@ -108,13 +114,12 @@ def quality(monkeypatch):
             return {"efficientnet_lite0_frechet_distance": float((made.mean() - self.real.mean()).abs())}
 
     monkeypatch.setattr(figure4, "ImageQuality", Quality)
-    monkeypatch.setattr(figure4, "of_real_images", lambda jobs, images, rater: None)
+    monkeypatch.setattr(figure4, "of_real_images", lambda images, rater: None)
 
 
-def test_figure_4_trains_four_weights_and_says_which_follow(tmp_path, quality):
-    jobs = MadeUpJobs()
-    found = figure4.run(jobs, tmp_path, paper=False)
-    painters = [row for row in jobs.trained if row[0] == "tactile_image_cgan"]
+def test_figure_4_trains_four_weights_and_says_which_follow(tmp_path, quality, made_up):
+    found = figure4.run(tmp_path, paper=False, progress=silent)
+    painters = [row for row in made_up.trained if row[0] == "tactile_image_cgan"]
     assert [row[4]["config.image_weight"] for row in painters] == [1, 1000, 5000, 10000]
     assert {row[3] for row in painters} == {"all"}
     follows = {weight: row[0]["following"]["correlation"] for weight, row in found["weights"].items()}
@@ -129,20 +134,20 @@ def test_figure_4_trains_four_weights_and_says_which_follow(tmp_path, quality):
 
 
 def test_figure_4_reads_what_it_judged_before(tmp_path, quality, monkeypatch):
-    first = figure4.run(MadeUpJobs(), tmp_path, paper=False, weights="1,10")
+    first = figure4.run(tmp_path, paper=False, progress=silent, weights="1,10")
     assert set(first["weights"]) == {"1", "10"}
-    monkeypatch.setattr(MadeUpJobs, "score", None)
-    assert figure4.run(MadeUpJobs(), tmp_path, paper=False, weights="1,10")["weights"] == first["weights"]
+    monkeypatch.setattr(image_cells, "score", None)
+    assert figure4.run(tmp_path, paper=False, progress=silent, weights="1,10")["weights"] == first["weights"]
 
 
 @pytest.mark.parametrize("weights", ["", "0,1", "heavy", "1,2,3,4,5,6,7,8,9"])
 def test_weights_that_are_none_are_refused(tmp_path, weights):
     with pytest.raises(ParameterError, match="weights must be 1 to 8 whole numbers"):
-        figure4.run(MadeUpJobs(), tmp_path, paper=False, weights=weights)
+        figure4.run(tmp_path, paper=False, progress=silent, weights=weights)
 
 
 def test_cross_modal_has_six_conditions_and_two_groups_of_people(tmp_path):
-    found = cross_modal.run(MadeUpJobs(), tmp_path, paper=False)
+    found = cross_modal.run(tmp_path, paper=False, progress=silent)
     assert list(found["overall"]) == [
         "without models", "without images", "weight 1", "weight 1000", "weight 5000", "weight 10000"
     ]  # fmt: skip
@@ -161,10 +166,9 @@ def test_cross_modal_has_six_conditions_and_two_groups_of_people(tmp_path):
     assert (tmp_path / "figure6.png").is_file()
 
 
-def test_cross_modal_of_real_answers_says_people(tmp_path):
+def test_cross_modal_of_real_answers_says_people(tmp_path, made_up):
     """Answers that repeat the plates' means err by nothing; those of the others by one point."""
-    jobs = MadeUpJobs()
-    targets = jobs.made_by_words(None, seed=0).targets
+    targets = made_up.made_by_words(None, seed=0).targets
     lines = ["rater,item,word,score"]
     for condition in ("without models", "without images", *(f"weight {w}" for w in (1, 1000, 5000, 10000))):
         for rater in ("p1", "p2", "p3"):
@@ -173,7 +177,9 @@ def test_cross_modal_of_real_answers_says_people(tmp_path):
                     score = round(mean) if condition == "weight 5000" else 1 + (round(mean) % 7)
                     lines.append(f"{rater},{condition}/{plate},{word},{score}")
     (tmp_path / "answers.csv").write_text("\n".join(lines) + "\n")
-    found = cross_modal.run(jobs, tmp_path / "out", paper=False, ratings=str(tmp_path / "answers.csv"))
+    found = cross_modal.run(
+        tmp_path / "out", paper=False, progress=silent, ratings=str(tmp_path / "answers.csv")
+    )
     assert found["told_by"] == "people"
     assert found["people_in_both_groups"] == ["p1", "p2", "p3"]
     assert "3 people are in both groups: p by person takes them for others" in found["text"]

@@ -9,9 +9,9 @@ from scipy.signal import lfilter
 from tactogram.datasets import Recording, create_store
 from tactogram.errors import ParameterError
 from tactogram.experiments import stroke_gan_figures, stroke_gan_mixing
+from tactogram.experiments.reproduce import reproduce
 from tactogram.experiments.stroke_gan_mixing import END, SEEN, spread_of
 from tactogram.signal import Signal
-from tactogram.workflows.reproduce import reproduce
 
 MATERIALS = sorted((*SEEN, END))
 

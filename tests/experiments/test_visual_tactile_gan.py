@@ -7,19 +7,21 @@ import numpy as np
 import pytest
 
 from tactogram.datasets import Recording, create_store
+from tactogram.experiments import picture_cells, stores
 from tactogram.experiments import visual_tactile_gan_table3 as table3
 from tactogram.experiments import visual_tactile_gan_table4 as table4
-from tactogram.experiments._picture_cells import against
+from tactogram.experiments.picture_cells import against
 from tactogram.signal import Signal
+from tactogram.workflows.progress import silent
 
 
-class MadeUpJobs:
+class MadeUpWorkflows:
     """Trains nothing: what a cell finds is a formula of what was asked."""
 
     def __init__(self):
         self.trained = []
 
-    def simulate(self, name, out, *, seed, photographs):
+    def simulate_to_store(self, name, out, *, seed, photographs, progress):
         strokes = (
             Recording(
                 streams={
@@ -32,7 +34,7 @@ class MadeUpJobs:
         )
         create_store(out, strokes, name="made up", licence="-", simulated=True)
 
-    def train(self, model, data, *, recipe, changes, out, resume):
+    def train(self, model, data, *, recipe, changes, out, resume, progress):
         self.trained.append((model, recipe, dict(changes)))
         out.mkdir(parents=True)
         d, layers = (changes.get(f"config.{key}", 3) for key in ("discriminators", "layers"))
@@ -43,14 +45,19 @@ class MadeUpJobs:
         (out / "found.json").write_text(json.dumps(figure))
         return SimpleNamespace(read_json=lambda name: {"validation": validation})
 
-    def judge_pictures(self, run, *, most):
+    def judge_pictures(self, run, *, most, progress):
         figure = json.loads((run / "found.json").read_text())
         values = {"l1": figure, "log_spectral_distance_db": 10 * figure}
         return {"values": values, "missing": {"lpips": "no weights"}, "pictures": 8}
 
 
+@pytest.fixture(autouse=True)
+def made_up(stand_in):
+    return stand_in(MadeUpWorkflows(), picture_cells, stores)
+
+
 def test_table_3_is_chosen_on_the_validation_part(tmp_path):
-    found = table3.run(MadeUpJobs(), tmp_path, paper=False, trainings=2)
+    found = table3.run(tmp_path, paper=False, progress=silent, trainings=2)
     assert set(found["cells"]) == {"1x1", "1x3", "3x1", "3x3"}
     assert found["chosen"] == "3x1"
     assert "3x1*" in found["text"]
@@ -59,7 +66,7 @@ def test_table_3_is_chosen_on_the_validation_part(tmp_path):
 
 
 def test_table_4_pairs_seeds_against_the_proposed(tmp_path):
-    found = table4.run(MadeUpJobs(), tmp_path, paper=False, trainings=3)
+    found = table4.run(tmp_path, paper=False, progress=silent, trainings=3)
     rows = found["methods"]
     assert rows["pix2pix"]["test"]["l1"]["mean"] == pytest.approx(0.5, abs=0.01)
     assert rows["proposed"]["p"]["l1"] is None
@@ -70,14 +77,13 @@ def test_table_4_pairs_seeds_against_the_proposed(tmp_path):
     assert "lpips: no weights" in found["text"]
 
 
-def test_finished_cells_are_not_trained_again(tmp_path):
-    jobs = MadeUpJobs()
-    first = table4.run(jobs, tmp_path, paper=False, trainings=2)
-    trained = len(jobs.trained)
+def test_finished_cells_are_not_trained_again(tmp_path, made_up):
+    first = table4.run(tmp_path, paper=False, progress=silent, trainings=2)
+    trained = len(made_up.trained)
     assert trained == 2 * len(table4.METHODS)
-    assert table4.run(jobs, tmp_path, paper=False, trainings=2) == first
-    assert len(jobs.trained) == trained
-    assert all(changes["prepare.axes"] == ["z"] for _, _, changes in jobs.trained)
+    assert table4.run(tmp_path, paper=False, progress=silent, trainings=2) == first
+    assert len(made_up.trained) == trained
+    assert all(changes["prepare.axes"] == ["z"] for _, _, changes in made_up.trained)
 
 
 def test_the_paired_test_is_scipys():

@@ -9,7 +9,7 @@ import pytest
 from tactogram.cli import main
 from tactogram.cli.parser import make_parser
 from tactogram.errors import ParameterError
-from tactogram.workflows import reproduce
+from tactogram.experiments.reproduce import reproduce
 from tactogram.workflows.data.convert import convert_folder
 from tactogram.workflows.evaluation import crossval
 from tactogram.workflows.evaluation import mixing_ladder as mixing
@@ -71,7 +71,7 @@ def test_the_default_folder_is_looked_at_too(store, tmp_path, monkeypatch):
         with pytest.raises(ParameterError, match="cannot be written"):
             begin("stroke_cnn", store, recipe="tiny", accelerator="cpu")
     with pytest.raises(ParameterError, match="cannot be written"):
-        reproduce.reproduce("stroke_cnn_table2")
+        reproduce("stroke_cnn_table2")
 
 
 def test_nothing_is_judged_mixed_or_converted_for_a_folder_that_cannot_be_written(

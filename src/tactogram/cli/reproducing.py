@@ -17,7 +17,7 @@ def add_verbs(verbs: Verbs) -> None:
         action="append",
         default=[],
         metavar="KEY=VALUE",
-        help="what the experiment leaves open, e.g. model=ar_texture, or of studies_coverage seeds=200",
+        help="what the experiment leaves open, e.g. model=ar_texture",
     )
     add(
         "--out",
@@ -31,15 +31,15 @@ def add_verbs(verbs: Verbs) -> None:
 
 def reproduce(a: Arguments) -> None:
     """Run the experiment behind a published table or figure."""
-    from tactogram.workflows.experiment_list import experiments
+    from tactogram.experiments.catalogue import experiments
 
     if a.list or a.experiment is None:
         found = experiments()
         print_result(a, found, columns(list(found.items())))
         return
+    from tactogram.experiments.reproduce import reproduce
     from tactogram.recipe import parse_changes
     from tactogram.workflows.progress import shown
-    from tactogram.workflows.reproduce import reproduce
 
     with shown() as progress:
         result = reproduce(

@@ -1,6 +1,6 @@
-"""One file per published table or figure, found by looking: ``run(jobs, folder, *, paper)`` gives its figures.
+"""Experiments behind published tables and figures, one file each, found by looking.
 
-``jobs`` is `_jobs.Jobs`: jobs stand above experiments and are handed down. ``paper`` asks for the published size
-instead of one for two cores. Further keyword arguments with a default are options of the experiment. The result holds
-``text``, the table as one reads it, published beside ours.
+An experiment is a module with ``run(folder, *, paper, progress)``. ``folder`` takes all that it makes, ``paper`` asks
+for the published size instead of one for two cores, and further keyword arguments with a default are its options. The
+result is a dict of figures; its ``text`` is the table as one reads it, published figures beside ours.
 """

@@ -24,11 +24,13 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.ratings.cross_modal import ALPHA, CrossModal, compare_cross_modal, errors_of
 from tactogram.evaluation.ratings.cross_modal_figures import overall_figure, per_word_figure
 from tactogram.evaluation.report import save_figure
-from tactogram.experiments._image_cells import WEIGHTS, draws_of, image_run, plates_of, store_of
-from tactogram.experiments._jobs import Jobs
+from tactogram.experiments.image_cells import WEIGHTS, draws_of, image_run, plates_of, store_of
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal
 from tactogram.signal.io.atomic import write_text
+from tactogram.workflows.evaluation.word_signals import made_by_words
+from tactogram.workflows.progress import Progress
+from tactogram.workflows.training.train import load_run, train
 
 PEOPLE = 20
 """In each of the two groups. Sec. II-D; n = 2,400 answers of 12 plates and 10 words in Fig. 5."""
@@ -44,10 +46,10 @@ PUBLISHED_WORDS = (3, 8, ("rugged", "uneven"))
 
 
 def run(
-    jobs: Jobs,
     folder: Path,
     *,
     paper: bool,
+    progress: Progress,
     images: str = "",
     data: str = "",
     signal_run: str = "",
@@ -60,7 +62,7 @@ def run(
 
     Parameters
     ----------
-    jobs, folder, paper
+    folder, paper, progress
         As of every experiment.
     images, data : str
         Stores of rated images, and of rated plates and display signals; by default simulated.
@@ -76,17 +78,22 @@ def run(
         Of trainings and of the noise.
     """
     recipe = recipe or ("paper" if paper else "quick")
-    seen, felt = store_of(jobs, folder, "tactile_images", images), store_of(jobs, folder, "ultrasonic", data)
-    made = _signals(jobs, folder, felt, Path(signal_run) if signal_run else None, recipe=recipe, seed=seed)
+    seen, felt = (
+        store_of(folder, "tactile_images", images, progress=progress),
+        store_of(folder, "ultrasonic", data, progress=progress),
+    )
+    made = _signals(
+        folder, felt, Path(signal_run) if signal_run else None, recipe=recipe, seed=seed, progress=progress
+    )
     plates = plates_of(felt)
     shown: dict[str, dict[str, Image]] = {}
     for weight in WEIGHTS:
         sight = (
             Path(image_runs) / f"weight-{weight}-{seed}"
             if image_runs
-            else image_run(jobs, folder, seen, weight=weight, seed=seed, recipe=recipe)
+            else image_run(folder, seen, weight=weight, seed=seed, recipe=recipe, progress=progress)
         )
-        drawn = draws_of(jobs.load_run(sight), plates, draws=1)
+        drawn = draws_of(load_run(sight), plates, draws=1)
         shown[f"weight {weight}"] = {name: row[0] for name, row in zip(plates.names, drawn, strict=True)}
     met = [name for name in plates.names if name in made.signals]
     if not met:
@@ -133,11 +140,13 @@ def run(
     return result | {"text": _text(result, found)}
 
 
-def _signals(jobs: Jobs, folder: Path, felt: Store, given: Path | None, *, recipe: str, seed: int) -> Any:
+def _signals(
+    folder: Path, felt: Store, given: Path | None, *, recipe: str, seed: int, progress: Progress
+) -> Any:
     """Return what the run ``given`` makes of each plate, or one of group D that is trained here."""
     run = given or folder / "runs" / f"signals-{seed}"
     if given is None:
-        jobs.train(
+        train(
             "ultrasonic_cgan",
             felt.path,
             recipe=recipe,
@@ -145,8 +154,9 @@ def _signals(jobs: Jobs, folder: Path, felt: Store, given: Path | None, *, recip
             changes={"seed": seed},
             out=run,
             resume=(run / "recipe.toml").exists(),
+            progress=progress,
         )
-    return jobs.made_by_words(run, seed=seed)
+    return made_by_words(run, seed=seed)
 
 
 def _people(table: Ratings, conditions: Collection[str]) -> set[str]:

@@ -12,8 +12,9 @@ from pathlib import Path
 from statistics import mean, stdev
 from typing import Any
 
-from tactogram.experiments._jobs import Jobs
-from tactogram.experiments._stores import given_or_simulated
+from tactogram.experiments.stores import given_or_simulated
+from tactogram.workflows.evaluation.crossval import crossval
+from tactogram.workflows.progress import Progress
 
 PUBLISHED = {"100": 89.0, "200": 88.0, "400": 93.2, "mixed": 88.9}
 """Table II, classification accuracy in %, windows. The printed rows P, R, V, X, Y, Z of Table I are corrupt."""
@@ -22,10 +23,10 @@ BENCH_FOLDS = 2
 BENCH = {"config.window": 200, "config.batch_size": 32, "config.steps": 300}
 
 
-def run(jobs: Jobs, folder: Path, *, paper: bool) -> dict[str, Any]:
+def run(folder: Path, *, paper: bool, progress: Progress) -> dict[str, Any]:
     """Return accuracy per speed and mixed, in %, mean and spread over folds; makes the data when it is not there."""
     data = folder / "data"
-    store = given_or_simulated(jobs, data, "stroking30")
+    store = given_or_simulated(data, "stroking30", progress=progress)
     options: dict[str, Any] = {"folds": 10, "label": "material+contactor", "recipe": "paper"}
     if not paper:
         options |= {
@@ -36,7 +37,9 @@ def run(jobs: Jobs, folder: Path, *, paper: bool) -> dict[str, Any]:
     rows: dict[str, dict[str, Any]] = {}
     for speed, published in PUBLISHED.items():
         where = {} if speed == "mixed" else {"speed_mm_s": speed}
-        found = jobs.crossval("stroke_cnn", data, where=where, out=folder / f"speed-{speed}", **options)
+        found = crossval(
+            "stroke_cnn", data, where=where, out=folder / f"speed-{speed}", **options, progress=progress
+        )
         windows = [100 * fold["window_accuracy"] for fold in found["per_fold"]]
         rows[speed] = {
             "published": published,

@@ -16,9 +16,12 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.generation.spectrogram_figures import spectrograms_figure
 from tactogram.evaluation.measures import log_spectral_distance
 from tactogram.evaluation.report import save_figure
-from tactogram.experiments._jobs import Jobs
-from tactogram.experiments._stores import given_or_simulated
+from tactogram.experiments.stores import given_or_simulated
 from tactogram.signal import Image, Signal
+from tactogram.workflows.evaluation.mixing_ladder import recorded
+from tactogram.workflows.generation.generate import generate
+from tactogram.workflows.progress import Progress
+from tactogram.workflows.training.train import train
 
 FIGURES = {
     "figure-7": ("artificial-grass", "carpet", "tile"),
@@ -28,15 +31,15 @@ FIGURES = {
 """Three textures each. Which three Figure 7 shows is not said in the text, only that Tile is one of them."""
 
 
-def run(jobs: Jobs, folder: Path, *, paper: bool, model: str = "stroke_gan") -> dict[str, Any]:
+def run(folder: Path, *, paper: bool, progress: Progress, model: str = "stroke_gan") -> dict[str, Any]:
     """Return where the figures are, and for each texture how far generated strokes are from recorded ones."""
     data = folder / "data"
-    store = given_or_simulated(jobs, data, "stroking9")
+    store = given_or_simulated(data, "stroking9", progress=progress)
     recipe = "paper" if paper else "quick"
     out = folder / model
-    jobs.train(model, data, recipe=recipe, out=out, resume=(out / "recipe.toml").exists())
-    real = {name: jobs.recorded(out, name) for names in FIGURES.values() for name in names}
-    made = {name: _signals(jobs, out, name, recorded) for name, recorded in real.items()}
+    train(model, data, recipe=recipe, out=out, resume=(out / "recipe.toml").exists(), progress=progress)
+    real = {name: recorded(out, name) for names in FIGURES.values() for name in names}
+    made = {name: _signals(out, name, strokes) for name, strokes in real.items()}
     files: dict[str, str] = {}
     for figure, names in FIGURES.items():
         groups = {name: {"recorded": real[name][0], "generated": made[name][0]} for name in names}
@@ -75,10 +78,10 @@ def _text(model: str, rows: dict[str, dict[str, float]], files: dict[str, str]) 
     return "\n".join([*lines, *(f"{name}: {file}" for name, file in files.items())])
 
 
-def _signals(jobs: Jobs, run: Path, material: str, recorded: Sequence[Signal]) -> list[Signal]:
+def _signals(run: Path, material: str, strokes: Sequence[Signal]) -> list[Signal]:
     """Return as many generated signals as there are recorded ones, as long as the first of those."""
     signals = []
-    for made in jobs.generate(run, {"material": material}, seconds=recorded[0].seconds, count=len(recorded)):
+    for made in generate(run, {"material": material}, seconds=strokes[0].seconds, count=len(strokes)):
         if isinstance(made, Image):
             raise ParameterError(f"{run.name} gives images; choose a model that gives signals")
         signals.append(made)

@@ -16,8 +16,10 @@ from statistics import mean, stdev
 from typing import Any
 
 from tactogram.evaluation.mixing.placement import EndsAlikeError
-from tactogram.experiments._jobs import Jobs
-from tactogram.experiments._stores import given_or_simulated
+from tactogram.experiments.stores import given_or_simulated
+from tactogram.workflows.evaluation.mixing_ladder import mixing_ladder
+from tactogram.workflows.progress import Progress
+from tactogram.workflows.training.train import train
 
 END = "tile"
 ADDED_TO = "luncheon-mat-03"
@@ -52,10 +54,10 @@ STEPS = 11
 
 
 def run(
-    jobs: Jobs,
     folder: Path,
     *,
     paper: bool,
+    progress: Progress,
     model: str = "stroke_gan",
     trainings: int = 3,
     baselines: str = "ar_texture,replay",
@@ -64,7 +66,7 @@ def run(
 
     Parameters
     ----------
-    jobs, folder, paper
+    folder, paper, progress
         As of every experiment.
     model : str
         Any generator that takes ``material``.
@@ -74,7 +76,7 @@ def run(
         Models to compare with, by comma, trained once each; may be empty.
     """
     data = folder / "data"
-    store = given_or_simulated(jobs, data, "stroking9")
+    store = given_or_simulated(data, "stroking9", progress=progress)
     recipe = "paper" if paper else "quick"
     asked = {"steps": STEPS, "signals": SIGNALS["paper" if paper else "bench"], "seconds": SECONDS}
     lines = {model: range(trainings)} | {
@@ -86,13 +88,13 @@ def run(
         for seed in seeds:
             out = folder / f"{name}-{seed}"
             again = (out / "recipe.toml").exists()
-            jobs.train(name, data, recipe=recipe, changes={"seed": seed}, out=out, resume=again)
+            train(name, data, recipe=recipe, changes={"seed": seed}, out=out, resume=again, progress=progress)
             pairs = [(other, "sum") for other in SEEN] + [(ADDED_TO, "add")]
             for other, mode in pairs:
                 place = folder / "ladders" / f"{name}-{seed}" / f"{other}-{mode}"
-                options = {**asked, "mode": mode, "seed": seed, "out": place, "reuse": True}
+                options: dict[str, Any] = {**asked, "mode": mode, "seed": seed, "out": place, "reuse": True}
                 try:
-                    ladder = jobs.mixing_ladder(out, other, END, **options)
+                    ladder = mixing_ladder(out, other, END, **options, progress=progress)
                 except EndsAlikeError as error:  # a model may make the same of both
                     ladder = {"refused": str(error)}
                 found.setdefault(f"{other} ({mode})", []).append(ladder)

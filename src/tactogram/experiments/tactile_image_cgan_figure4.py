@@ -21,7 +21,7 @@ from tactogram.evaluation.pictures.image_figures import (
 )
 from tactogram.evaluation.pictures.image_quality import TITLES, ImageQuality
 from tactogram.evaluation.report import save_figure
-from tactogram.experiments._image_cells import (
+from tactogram.experiments.image_cells import (
     DRAWS,
     WEIGHTS,
     Plates,
@@ -34,7 +34,8 @@ from tactogram.experiments._image_cells import (
     real_images,
     store_of,
 )
-from tactogram.experiments._jobs import Jobs
+from tactogram.workflows.progress import Progress
+from tactogram.workflows.training.train import load_run
 
 TRIALS = 2
 """Noises that the figure shows. Fig. 4, "Images from two trials are shown"."""
@@ -49,10 +50,10 @@ PUBLISHED = {
 
 
 def run(
-    jobs: Jobs,
     folder: Path,
     *,
     paper: bool,
+    progress: Progress,
     images: str = "",
     plates: str = "",
     rater: str = "",
@@ -64,7 +65,7 @@ def run(
 
     Parameters
     ----------
-    jobs, folder, paper
+    folder, paper, progress
         As of every experiment.
     images, plates : str
         Stores of rated images and of rated surfaces; by default simulated.
@@ -79,27 +80,25 @@ def run(
     """
     chosen = _weights(weights)
     seen, felt = (
-        store_of(jobs, folder, "tactile_images", images),
-        store_of(jobs, folder, "ultrasonic", plates),
+        store_of(folder, "tactile_images", images, progress=progress),
+        store_of(folder, "ultrasonic", plates, progress=progress),
     )
     wanted = plates_of(felt)
-    scoring = rater_run(jobs, folder, seen, rater)
+    scoring = rater_run(folder, seen, rater, progress=progress)
     recipe = recipe or ("paper" if paper else "quick")
     quality = ImageQuality(real_images(seen))
     cells: dict[int, list[dict[str, Any]]] = {}
     for weight in chosen:
         made = [
-            image_run(jobs, folder, seen, weight=weight, seed=seed, recipe=recipe)
+            image_run(folder, seen, weight=weight, seed=seed, recipe=recipe, progress=progress)
             for seed in range(trainings)
         ]
-        cells[weight] = [judge(jobs, folder, each, scoring, wanted, quality) for each in made]
-    best = of_real_images(jobs, seen, scoring)
+        cells[weight] = [judge(folder, each, scoring, wanted, quality) for each in made]
+    best = of_real_images(seen, scoring)
     simulated = seen.simulated or felt.simulated
     said = "simulated images, surfaces and raters" if simulated else "recorded"
     figure, curve = folder / "figure4.png", folder / "trade_off.png"
-    rows = [
-        _row(jobs, folder, weight, wanted, letter) for letter, weight in zip(LETTERS, chosen, strict=False)
-    ]
+    rows = [_row(folder, weight, wanted, letter) for letter, weight in zip(LETTERS, chosen, strict=False)]
     labels = [name.removeprefix("plate").lstrip("0") or name for name in wanted.names]
     title = f"Fig. 4, {recipe} recipe, {said}"
     save_figure(figure, generated_figure(rows, [f"ID{label}" for label in labels], title=title))
@@ -124,7 +123,7 @@ def run(
         "rater_on_unseen_images": None if best is None else best.as_dict(),
         "missing": quality.missing,
         "weights": {str(weight): row for weight, row in cells.items()},
-        "losses": {str(weight): _losses_of(jobs, folder, weight) for weight in chosen},
+        "losses": {str(weight): _losses_of(folder, weight) for weight in chosen},
     }
     return result | {"text": _text(result, said)}
 
@@ -142,8 +141,8 @@ def _weights(text: str) -> list[int]:
     return found
 
 
-def _row(jobs: Jobs, folder: Path, weight: int, plates: Plates, letter: str) -> GeneratedRow:
-    loaded = jobs.load_run(folder / "runs" / f"weight-{weight}-0")
+def _row(folder: Path, weight: int, plates: Plates, letter: str) -> GeneratedRow:
+    loaded = load_run(folder / "runs" / f"weight-{weight}-0")
     made = draws_of(loaded, plates, draws=TRIALS)
     trials = [[row[trial] for row in made] for trial in range(TRIALS)]
     metrics = loaded.run.metrics()
@@ -153,9 +152,9 @@ def _row(jobs: Jobs, folder: Path, weight: int, plates: Plates, letter: str) -> 
     return GeneratedRow(f"({letter}) image weight {weight:,}", trials, losses)
 
 
-def _losses_of(jobs: Jobs, folder: Path, weight: int) -> dict[str, float]:
+def _losses_of(folder: Path, weight: int) -> dict[str, float]:
     """Return the losses over the last half of a training: means, and how far the discriminator's swings."""
-    lines = jobs.load_run(folder / "runs" / f"weight-{weight}-0").run.metrics()
+    lines = load_run(folder / "runs" / f"weight-{weight}-0").run.metrics()
     late = lines[len(lines) // 2 :]
     discriminator = np.array([line["discriminator"] for line in late])
     return {

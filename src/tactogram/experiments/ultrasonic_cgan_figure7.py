@@ -25,12 +25,16 @@ from tactogram.evaluation.ratings.figures import word_map_figure
 from tactogram.evaluation.ratings.prediction import distances_to_targets, one_rater_error, split_half_error
 from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT
 from tactogram.evaluation.report import save_figure
-from tactogram.experiments._figure7_report import RATER_MODEL, figure7_report, figure7_text
-from tactogram.experiments._jobs import Jobs
-from tactogram.experiments._stores import given_or_simulated
+from tactogram.experiments.figure7_report import RATER_MODEL, figure7_report, figure7_text
+from tactogram.experiments.stores import given_or_simulated
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
 from tactogram.signal.io.atomic import write_text
+from tactogram.workflows.evaluation.rating_crossval import crossval_ratings
+from tactogram.workflows.evaluation.ratings import judge_reproduction, predicted_ratings
+from tactogram.workflows.evaluation.word_signals import made_by_words
+from tactogram.workflows.progress import Progress
+from tactogram.workflows.training.train import train
 
 GROUPS = {"A": 1, "B": 2, "C": 3, "D": 4, "E": 12}
 """Clusters of the plates in each group. Sec. IV-B."""
@@ -43,10 +47,10 @@ SIMULATED_RATERS = "simulated raters"
 
 
 def run(
-    jobs: Jobs,
     folder: Path,
     *,
     paper: bool,
+    progress: Progress,
     data: str = "",
     ratings: str = "",
     groups: str = "A,B,C,D,E",
@@ -58,7 +62,7 @@ def run(
 
     Parameters
     ----------
-    jobs, folder, paper
+    folder, paper, progress
         As of every experiment.
     data : str
         A store of rated plates and rated display signals; by default the simulated study.
@@ -73,13 +77,13 @@ def run(
     recipe : str
         Of the generators; by default ``paper``, or ``quick`` for the bench.
     """
-    store = given_or_simulated(jobs, folder / "data", "ultrasonic", given=data)
+    store = given_or_simulated(folder / "data", "ultrasonic", given=data, progress=progress)
     chosen = _chosen(groups)
     recipe = recipe or ("paper" if paper else "quick")
     changes: dict[str, Any] = {"config.iterations": iterations} if iterations else {}
     made = {
         name: [
-            _group(jobs, folder, store, name, seed=seed, recipe=recipe, changes=changes)
+            _group(folder, store, name, seed=seed, recipe=recipe, changes=changes, progress=progress)
             for seed in range(trainings)
         ]
         for name in chosen
@@ -93,9 +97,9 @@ def run(
         "one_rater_mae": float(np.nanmean(one_rater_error(plates.cube))),
         "split_half_mae": float(np.nanmean(split_half_error(plates.cube, rng=np.random.default_rng(0)))),
     }
-    rater, own = _rater(jobs, folder, store)
-    tables = _tables(jobs, folder, store, signals, rater=rater, ratings=ratings, words=plates.words)
-    told = _told(jobs, folder, tables, first.targets, conditions, human=human, own=own["mean"]["mae"])
+    rater, own = _rater(folder, store, progress)
+    tables = _tables(folder, store, signals, rater=rater, ratings=ratings, words=plates.words)
+    told = _told(folder, tables, first.targets, conditions, human=human, own=own["mean"]["mae"])
     shown_by = next((by for by in ("people", SIMULATED_RATERS) if by in tables), next(iter(tables)))
     result: dict[str, Any] = {
         "figure": 7,
@@ -108,7 +112,7 @@ def run(
         "trainings": trainings,
         "failed": {name: dict(held[0].failed) for name, held in made.items() if held[0].failed},
         "told_by": told,
-        "spread_over_trainings": _spread(jobs, made, rater, first.targets) if trainings > 1 else {},
+        "spread_over_trainings": _spread(made, rater, first.targets) if trainings > 1 else {},
         "rater": {
             "error": own["mean"],
             "per_word": own["per_word"],
@@ -135,7 +139,6 @@ def _signals(first: Any, made: Mapping[str, list[Any]]) -> dict[str, Signal]:
 
 
 def _told(
-    jobs: Jobs,
     folder: Path,
     tables: Mapping[str, Ratings],
     targets: Mapping[str, Any],
@@ -151,7 +154,7 @@ def _told(
         "the rater model itself": own,
     }
     return {
-        by: jobs.judge_reproduction(
+        by: judge_reproduction(
             table,
             targets,
             conditions=conditions,
@@ -172,7 +175,6 @@ def _chosen(groups: str) -> list[str]:
 
 
 def _group(
-    jobs: Jobs,
     folder: Path,
     store: Store,
     name: str,
@@ -180,10 +182,11 @@ def _group(
     seed: int,
     recipe: str,
     changes: Mapping[str, Any],
+    progress: Progress,
 ) -> Any:
     """Return what one training of group ``name`` makes of each plate."""
     out = folder / "runs" / f"{name}-{seed}"
-    jobs.train(
+    train(
         "ultrasonic_cgan",
         store.path,
         recipe=recipe,
@@ -191,12 +194,12 @@ def _group(
         changes={**changes, "config.clusters": GROUPS[name], "seed": seed},
         out=out,
         resume=(out / "recipe.toml").exists(),
+        progress=progress,
     )
-    return jobs.made_by_words(out, seed=seed)
+    return made_by_words(out, seed=seed)
 
 
 def _tables(
-    jobs: Jobs,
     folder: Path,
     store: Store,
     signals: Mapping[str, Signal],
@@ -212,17 +215,17 @@ def _tables(
         tables[SIMULATED_RATERS] = score_vibrations(signals, people, seed=0).in_words(words)
         write_table(folder / "simulated-answers.csv", tables[SIMULATED_RATERS])
     of = " of simulated raters" if store.simulated else ""
-    tables[RATER_MODEL + of] = jobs.predicted_ratings(rater, signals)
+    tables[RATER_MODEL + of] = predicted_ratings(rater, signals)
     if ratings:
         tables["people"] = read_table(Path(ratings)).ratings.in_words(words)
     return tables
 
 
-def _rater(jobs: Jobs, folder: Path, store: Store) -> tuple[Path, dict[str, Any]]:
+def _rater(folder: Path, store: Store, progress: Progress) -> tuple[Path, dict[str, Any]]:
     """Return a rater model of all display signals, and its own error on signals kept apart."""
     out = folder / "runs" / "rater"
     changes = {"prepare.stream": "drive"}
-    jobs.train(
+    train(
         "rater",
         store.path,
         recipe="quick",
@@ -230,9 +233,16 @@ def _rater(jobs: Jobs, folder: Path, store: Store) -> tuple[Path, dict[str, Any]
         changes=changes,
         out=out,
         resume=(out / "recipe.toml").exists(),
+        progress=progress,
     )
-    own = jobs.crossval_ratings(
-        "rater", store.path, changes=changes, folds=10, repeats=1, out=folder / "rater-crossval"
+    own = crossval_ratings(
+        "rater",
+        store.path,
+        changes=changes,
+        folds=10,
+        repeats=1,
+        out=folder / "rater-crossval",
+        progress=progress,
     )
     return out, own
 
@@ -252,16 +262,14 @@ def _write_signals(folder: Path, signals: Mapping[str, Signal]) -> Path:
     return folder / "items.csv"
 
 
-def _spread(
-    jobs: Jobs, made: Mapping[str, list[Any]], rater: Path, targets: Mapping[str, Any]
-) -> dict[str, Any]:
+def _spread(made: Mapping[str, list[Any]], rater: Path, targets: Mapping[str, Any]) -> dict[str, Any]:
     """Return each group's error as the rater model tells it, mean and sd over trainings."""
     found = {}
     for name, trained in made.items():
         errors = []
         for one in trained:
             if one.signals:
-                said = jobs.predicted_ratings(rater, one.signals)
+                said = predicted_ratings(rater, one.signals)
                 away = said.means - np.array([targets[item] for item in said.items])
                 errors.append(float(np.nanmean(np.abs(away))))
         found[name] = {

@@ -9,8 +9,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from tactogram.experiments._jobs import Jobs
-from tactogram.experiments._picture_cells import cell, data_of, shown, spread, text_of
+from tactogram.experiments.picture_cells import cell, data_of, shown, spread, text_of
+from tactogram.workflows.progress import Progress
 
 PUBLISHED = {
     (1, 1): (0.3442, 0.0106),
@@ -35,24 +35,25 @@ COARSE = ((1, 1), (1, 3), (3, 1), (3, 3))
 """What the bench recipe trains."""
 
 
-def run(jobs: Jobs, folder: Path, *, paper: bool, data: str = "", trainings: int = 3) -> dict[str, Any]:
+def run(
+    folder: Path, *, paper: bool, progress: Progress, data: str = "", trainings: int = 3
+) -> dict[str, Any]:
     """Return every cell's figures, and which cell the validation part chooses.
 
     Parameters
     ----------
-    jobs, folder, paper
+    folder, paper, progress
         As of every experiment. ``paper`` trains all 16 cells at the published size, else 4 at a small one.
     data : str
         A store with photographs; by default simulated surfaces.
     trainings : int
         Seeds of each cell; the paper has 10.
     """
-    store = data_of(jobs, folder, data)
+    store = data_of(folder, data, progress=progress)
     cells = {}
     for d, layers in PUBLISHED if paper else COARSE:
         cells[d, layers] = [
             cell(
-                jobs,
                 folder,
                 store,
                 f"{d}x{layers}",
@@ -60,6 +61,7 @@ def run(jobs: Jobs, folder: Path, *, paper: bool, data: str = "", trainings: int
                 recipe="paper" if paper else "bench",
                 changes={"config.discriminators": d, "config.layers": layers},
                 seed=seed,
+                progress=progress,
             )
             for seed in range(trainings)
         ]

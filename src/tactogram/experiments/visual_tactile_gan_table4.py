@@ -9,8 +9,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from tactogram.experiments._jobs import Jobs
-from tactogram.experiments._picture_cells import against, cell, data_of, run_of, shown, spread, text_of
+from tactogram.experiments.picture_cells import against, cell, data_of, run_of, shown, spread, text_of
+from tactogram.workflows.evaluation.pictures import compare_pictures
+from tactogram.workflows.progress import Progress
 
 PROPOSED = "proposed"
 METHODS: dict[str, tuple[str, dict[str, Any]]] = {
@@ -37,23 +38,24 @@ PUBLISHED = {
 """LPIPS and FID, mean and sd of 10 runs: nine materials of LMT-108, acceleration."""
 
 
-def run(jobs: Jobs, folder: Path, *, paper: bool, data: str = "", trainings: int = 3) -> dict[str, Any]:
+def run(
+    folder: Path, *, paper: bool, progress: Progress, data: str = "", trainings: int = 3
+) -> dict[str, Any]:
     """Return every method's figures and how they stand to the proposed model's.
 
     Parameters
     ----------
-    jobs, folder, paper
+    folder, paper, progress
         As of every experiment.
     data : str
         A store with photographs; by default simulated surfaces.
     trainings : int
         Seeds of each method; the paper has 10.
     """
-    store = data_of(jobs, folder, data)
+    store = data_of(folder, data, progress=progress)
     cells = {
         name: [
             cell(
-                jobs,
                 folder,
                 store,
                 _file(name),
@@ -61,6 +63,7 @@ def run(jobs: Jobs, folder: Path, *, paper: bool, data: str = "", trainings: int
                 recipe="paper" if paper else "bench",
                 changes=changes,
                 seed=seed,
+                progress=progress,
             )
             for seed in range(trainings)
         ]
@@ -86,7 +89,7 @@ def run(jobs: Jobs, folder: Path, *, paper: bool, data: str = "", trainings: int
     runs = {name: run_of(folder, _file(name), 0) for name in METHODS}
     figure = folder / "figure3.png"
     if all((place / "model.json").is_file() for place in runs.values()):
-        jobs.compare_pictures(runs, figure, attention=(PROPOSED, "without CBN"))
+        compare_pictures(runs, figure, attention=(PROPOSED, "without CBN"), progress=progress)
     result = {
         "figure": str(figure) if figure.is_file() else None,
         "table": 4,

@@ -14,6 +14,7 @@ from typing import Any, Literal
 
 import tactogram
 from tactogram.errors import DataError, ParameterError
+from tactogram.experiments.catalogue import PUBLISHED, experiments
 from tactogram.studio.workspace.folder import RUN, SESSION, Workspace
 
 Kind = Literal["report", "numbers", "figure", "text"]
@@ -36,8 +37,10 @@ NUMBERS = ("evaluation.json", "crossval.json", "analysis.json", "result.json", "
 TEXTS = ("analysis.txt",)
 MOST_BYTES = 50_000_000
 MOST_LISTED = 400
-COMMITTED = Path(tactogram.__file__).parents[2] / "benchmarks" / "reproduced"
-"""Results of experiments that are kept beside the source; not there where only the package is installed."""
+BENCHMARKS = Path(tactogram.__file__).parents[2] / "benchmarks"
+"""Beside the source: experiments of our own, and committed results; not there where only the package is installed."""
+COMMANDS = {PUBLISHED: "tactogram reproduce", BENCHMARKS / "experiments": "python -m benchmarks"}
+"""Folders of experiments, and what runs one."""
 
 
 @dataclass(frozen=True)
@@ -248,26 +251,32 @@ def _plain(value: Any) -> str:
 
 @dataclass(frozen=True)
 class Experiment:
-    """An experiment behind a published table or figure, and its results that lie at hand.
+    """An experiment, and its results that lie at hand.
 
     Parameters
     ----------
-    name, title : str
+    name, title, command : str
     results : tuple of Path
         ``NAME.json`` beside the source, ``runs/NAME/result.json`` of the workspace.
     """
 
     name: str
     title: str
+    command: str
     results: tuple[Path, ...]
 
 
-def experiments_with_results(workspace: Workspace, known: Mapping[str, str]) -> list[Experiment]:
-    """Return the experiments that `tactogram.workflows.experiment_list.experiments` names, with the results at hand."""
+def experiments_with_results(workspace: Workspace) -> list[Experiment]:
+    """Return the experiments behind published tables and, beside the source, our own, with the results at hand."""
     found = []
-    for name, title in known.items():
-        places = (COMMITTED / f"{name}.json", workspace.folder / "runs" / name / "result.json")
-        found.append(Experiment(name, title, tuple(path for path in places if path.is_file())))
+    for folder, command in COMMANDS.items():
+        for name, title in experiments(folder).items():
+            places = (
+                BENCHMARKS / "reproduced" / f"{name}.json",
+                workspace.folder / "runs" / name / "result.json",
+            )
+            results = tuple(path for path in places if path.is_file())
+            found.append(Experiment(name, title, f"{command} {name}", results))
     return found
 
 

@@ -25,7 +25,6 @@ from tactogram.studio.pages.reports.catalogue import (
     says_simulated,
 )
 from tactogram.studio.server.guard import REPORT
-from tactogram.workflows.experiment_list import experiments
 from tactogram.workflows.table import table
 
 TABS = {"reports": "Reports", "published": "Published and ours", "experiments": "Experiments"}
@@ -173,16 +172,16 @@ class PublishedPanel:
 
 
 class ExperimentsPanel:
-    """Experiments behind published tables and figures, and the results of them that lie at hand."""
+    """Experiments, and the results of them that lie at hand."""
 
     def __init__(self, studio: Studio) -> None:
-        found = experiments_with_results(studio.workspace, experiments())
+        found = experiments_with_results(studio.workspace)
         with ui.column().classes("w-full gap-4 mt-4"):
             for one in sorted(found, key=lambda one: not one.results):
                 with ui.element("section").classes("card w-full").props(f'aria-label="{one.name}"'):
                     ui.label(one.name).classes("h2")
                     ui.label(one.title)
-                    ui.label(f"tactogram reproduce {one.name}").classes("told")
+                    ui.label(one.command).classes("told")
                     for path in one.results:
                         self._result(path)
                     if not one.results:

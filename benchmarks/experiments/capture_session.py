@@ -1,4 +1,4 @@
-"""Ours: a session recorded from a simulated TWE-Lite device, killed in the middle, and the same device recognised live.
+"""A session recorded from a simulated TWE-Lite device, killed in the middle, and the same device recognised live.
 
 Nothing here touched hardware, and no surface was stroked. Recordings of simulated surfaces are played by a simulated
 sensor and receiver, which print their frames to a pty at 330 Hz, 2 % of them lost and 5 ms late on average. A session
@@ -31,7 +31,10 @@ from tactogram.datasets.simulate.sets import make, tasks
 from tactogram.datasets.store.store import problems
 from tactogram.errors import DataError
 from tactogram.evaluation.report import save_figure
-from tactogram.experiments._jobs import Jobs
+from tactogram.workflows.capture.live import live
+from tactogram.workflows.capture.session import capture
+from tactogram.workflows.progress import Progress
+from tactogram.workflows.training.train import train
 
 KNOWN = ("carpet2", "sponge-g", "stonetile1", "whitetile2", "woodtile2")
 UNKNOWN = ("carpet1", "stonetile3")
@@ -55,7 +58,7 @@ EACH_S = 4.0
 """How long each surface is stroked while the classifier listens."""
 
 
-def run(jobs: Jobs, folder: Path, *, paper: bool) -> dict[str, Any]:
+def run(folder: Path, *, paper: bool, progress: Progress) -> dict[str, Any]:
     """Return what was accepted, what the logs say of it, and how well and fast the classifier answers."""
     trained_on = _store(folder / "data", KNOWN, takes=range(7), seconds=20.0 if paper else 8.0)
     device = _store(folder / "device", (*KNOWN, *UNKNOWN), takes=range(7, 9), seconds=8.0)
@@ -64,18 +67,19 @@ def run(jobs: Jobs, folder: Path, *, paper: bool) -> dict[str, Any]:
     changes = {"prepare.band": [15.0, 150.0]} | (
         {} if paper else {"config.steps": 80, "config.batch_size": 24}
     )
-    jobs.train(
+    train(
         "stroke_cnn",
         trained_on,
         recipe="paper",
         changes=changes,
         out=classifier,
         resume=(classifier / "recipe.toml").exists(),
+        progress=progress,
     )
     plan = folder / "plan.toml"
     plan.write_text(PLAN.format(materials=list(KNOWN), repetitions=2, seconds=5.0 if paper else 3.0))
-    session = _session(jobs, folder, plan, device)
-    heard = _heard(jobs, folder, classifier, device)
+    session = _session(folder, plan, device)
+    heard = _heard(folder, classifier, device)
     return {
         "simulated": True,
         "device": DEVICE.format(store="…", seed=0),
@@ -102,7 +106,7 @@ def _store(path: Path, materials: Sequence[str], *, takes: range, seconds: float
     return path
 
 
-def _session(jobs: Jobs, folder: Path, plan: Path, device: Path) -> dict[str, Any]:
+def _session(folder: Path, plan: Path, device: Path) -> dict[str, Any]:
     """Record the plan, killed in the middle of a take, and hold every take against the raw logs."""
     store = folder / "recorded"
     noted = folder / "killed.json"
@@ -111,7 +115,7 @@ def _session(jobs: Jobs, folder: Path, plan: Path, device: Path) -> dict[str, An
         noted.write_text(
             json.dumps({"killed_after_s": after_s, "in_the_store_when_killed": len(open_store(store))})
         )
-    result = jobs.capture(plan, DEVICE.format(store=device, seed=2), store, yes=True)
+    result = capture(plan, DEVICE.format(store=device, seed=2), store, yes=True)
     recorded = open_store(store)
     logs = {path.name: read_log(path)[0] for path in sorted(Path(result["folder"]).glob("raw-*.log"))}
     same, samples, lost = 0, 0, 0
@@ -165,12 +169,12 @@ def _killed(plan: Path, device: str, store: Path) -> float:
     raise DataError(f"{store}: the session ended before it could be killed")
 
 
-def _heard(jobs: Jobs, folder: Path, classifier: Path, device: Path) -> dict[str, Any]:
+def _heard(folder: Path, classifier: Path, device: Path) -> dict[str, Any]:
     """Return how well and how fast the classifier names what the device strokes."""
     order = [name for pair in zip(KNOWN, (*UNKNOWN, "", "", ""), strict=True) for name in pair if name]
     found: list[Guess] = []
     address = f"{DEVICE.format(store=device, seed=3)}&materials={','.join(order)}&each_s={EACH_S:g}"
-    result = jobs.live(classifier, address, hop=0.15, seconds=EACH_S * len(order), show=found.append)
+    result = live(classifier, address, hop=0.15, seconds=EACH_S * len(order), show=found.append)
     truth = [order[min(int(guess.time_s / EACH_S), len(order) - 1)] for guess in found]
     # A window that reaches back over a change holds two surfaces; which it should name, nobody can say.
     whole = [guess.time_s % EACH_S > result["window_s"] + 0.2 for guess in found]

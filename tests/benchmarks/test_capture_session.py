@@ -2,9 +2,9 @@
 
 import pytest
 
+from benchmarks.experiments import capture_session as experiment
 from tactogram.capture.live.recognition import Guess, Heard
 from tactogram.capture.session.plan import SessionPlan
-from tactogram.experiments import capture_session as experiment
 
 
 def guess(time_s, name):

@@ -1,4 +1,4 @@
-"""What was put in, held against what an analysis says: per study the finding that carries it, and the truth of it.
+"""Recovery of simulated effects: per study, the finding that shows the effect, beside its true value.
 
 The truth is computed from the simulated participants' rules alone, in the analysis' own unit: never from their answers.
 """

@@ -1,4 +1,4 @@
-"""Ours: can the surface search say "none of these"? Materials held out of training, in turns, simulated.
+"""Rejection of unknown surfaces by the surface search: materials held out of training, in turns, simulated.
 
 Saga et al. propose the classifier as a search engine that grows the data base. That needs an honest "none of
 these". Here the nine simulated surfaces of their generation experiment are held out three at a time.
@@ -10,31 +10,34 @@ from pathlib import Path
 from statistics import mean, stdev
 from typing import Any
 
-from tactogram.experiments._jobs import Jobs
-from tactogram.experiments._stores import given_or_simulated
+from tactogram.experiments.stores import given_or_simulated
+from tactogram.workflows.evaluation.evaluate import evaluate
+from tactogram.workflows.progress import Progress
+from tactogram.workflows.training.train import train
 
 HELD_OUT_AT_ONCE = 3
 
 
-def run(jobs: Jobs, folder: Path, *, paper: bool) -> dict[str, Any]:
+def run(folder: Path, *, paper: bool, progress: Progress) -> dict[str, Any]:
     """Return, over the turns, how many known recordings pass, unknown ones are refused, and the AUROC."""
     data = folder / "data"
-    store = given_or_simulated(jobs, data, "stroking9", per_class=30)
+    store = given_or_simulated(data, "stroking9", per_class=30, progress=progress)
     names = sorted({str(info.material) for info in store.index})
     turns = [names[i::HELD_OUT_AT_ONCE] for i in range(len(names) // HELD_OUT_AT_ONCE)]
     rows = []
     for number, held_out in enumerate(turns):
         out = folder / f"turn-{number}"
         options: dict[str, Any] = {"recipe": "paper"} if paper else {"changes": {"config.steps": 200}}
-        jobs.train(
+        train(
             "stroke_cnn",
             data,
             where={"material": "!" + "|".join(held_out)},
             out=out,
             resume=(out / "recipe.toml").exists(),
             **options,
+            progress=progress,
         )
-        found = jobs.evaluate(out, unknown=True)
+        found = evaluate(out, unknown=True, progress=progress)
         rows.append({"held_out": held_out, **found["none_of_these"]})
     figures = {
         name: {"mean": mean(values), "sd": stdev(values)}

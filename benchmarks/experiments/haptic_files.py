@@ -1,4 +1,4 @@
-"""What each haptic file format loses: every effect of VibViz written, checked, read back and compared.
+"""Losses of each haptic file format: every effect of VibViz written, checked, read back and compared.
 
 Needs the files of VibViz: ``--set data=FOLDER`` with its WAV files (8 to 48 kHz, one or two channels; two become one
 by their mean where a format holds one). No table of a publication: designers ask which format keeps what.
@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import ParameterError
-from tactogram.experiments._jobs import Jobs
 from tactogram.rendering.files import FORMATS, check_file, read_haptic, to_one_axis, write_haptic
 from tactogram.rendering.files.conversion import losses
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
+from tactogram.workflows.progress import Progress
 
 FIGURES = {
     "envelope_correlation": "envelope r",
@@ -30,12 +30,12 @@ FIGURES = {
 SIGNAL_FORMATS: dict[str, dict[str, Any]] = {"wav": {}, "wav PCM_16": {"subtype": "PCM_16"}, "csv": {}}
 
 
-def run(jobs: Jobs, folder: Path, *, paper: bool, data: str = "") -> dict[str, Any]:
+def run(folder: Path, *, paper: bool, progress: Progress, data: str = "") -> dict[str, Any]:
     """Return figures of each format: the median over effects, the 10th and the 90th percentile.
 
     Parameters
     ----------
-    jobs, folder
+    folder, progress
         As of every experiment.
     paper : bool
         Every effect; else every fourth, which takes a quarter of the time.
@@ -44,7 +44,7 @@ def run(jobs: Jobs, folder: Path, *, paper: bool, data: str = "") -> dict[str, A
     """
     paths = sorted(Path(data).rglob("*.wav")) if data else []
     if not paths:
-        raise ParameterError("haptic_files needs --set data=FOLDER with the WAV files of VibViz")
+        raise ParameterError("data must be a folder with the WAV files of VibViz")
     paths = paths if paper else paths[::4]
     formats: dict[str, dict[str, Any]] = {name: _empty() for name in (*SIGNAL_FORMATS, *FORMATS)}
     rates, axes, seconds = set(), set(), 0.0

@@ -15,14 +15,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from benchmarks.experiments.browser_participants import StudyServer, take_all
+from benchmarks.experiments.study_recovery import recoveries
 from tactogram.errors import DataError, ParameterError
-from tactogram.experiments._browser_participants import StudyServer, take_all
-from tactogram.experiments._study_recovery import recoveries
 from tactogram.signal.io.atomic import write_text
 from tactogram.study.analysis.findings import p_text
 from tactogram.study.session.store import SessionStore
 from tactogram.study.simulated_participants import SimulatedEffect
 from tactogram.study.study_file import Study
+from tactogram.workflows.progress import Progress
 
 
 @dataclass(frozen=True)
@@ -79,10 +80,10 @@ NOTES = (
 
 
 def run(
-    jobs: Any,
     folder: Path,
     *,
     paper: bool,
+    progress: Progress,
     studies: str = "",
     participants: int = 20,
     at_once: int = 4,
@@ -92,7 +93,7 @@ def run(
 
     Parameters
     ----------
-    jobs, folder
+    folder, progress
         As of every experiment. What was done already is in ``folder`` and is not done again.
     paper : bool
         Every trial of each study; else the changes of `STUDIES`, for two cores.

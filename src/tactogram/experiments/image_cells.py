@@ -1,4 +1,4 @@
-"""What the experiments of Hatori et al. 2025 share: stores, image generators of four weights, a rater of images.
+"""Parts shared by the experiments on Hatori et al. 2025: stores, image generators of four weights, a rater of images.
 
 Everything is made once in the experiment's folder and read again; a training goes on where it stopped.
 """
@@ -20,11 +20,13 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.pictures.image_quality import ImageQuality
 from tactogram.evaluation.pictures.image_spread import ImageSpread
 from tactogram.evaluation.ratings.label_following import Following, following
-from tactogram.experiments._jobs import Jobs
-from tactogram.experiments._stores import given_or_simulated
+from tactogram.experiments.stores import given_or_simulated
 from tactogram.models.tactile_image_cgan.images import as_floats, square
 from tactogram.signal import Image
 from tactogram.signal.io.atomic import write_text
+from tactogram.workflows.progress import Progress
+from tactogram.workflows.recognition.score import score
+from tactogram.workflows.training.train import load_run, train
 
 WEIGHTS = (1, 1000, 5000, 10000)
 """Sec. II-C."""
@@ -36,9 +38,9 @@ REAL = 96
 Array = NDArray[np.float64]
 
 
-def store_of(jobs: Jobs, folder: Path, set_name: str, given: str = "") -> Store:
+def store_of(folder: Path, set_name: str, given: str, *, progress: Progress) -> Store:
     """Return the store at ``given``, or a simulated set, made once in ``folder``."""
-    return given_or_simulated(jobs, folder / set_name, set_name, given=given)
+    return given_or_simulated(folder / set_name, set_name, given=given, progress=progress)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,10 +72,12 @@ def plates_of(store: Store) -> Plates:
     return Plates(names, store.ratings.words, means)
 
 
-def image_run(jobs: Jobs, folder: Path, images: Store, *, weight: int, seed: int, recipe: str) -> Path:
+def image_run(
+    folder: Path, images: Store, *, weight: int, seed: int, recipe: str, progress: Progress
+) -> Path:
     """Return the folder of an image generator of one weight, trained on all images."""
     run = folder / "runs" / f"weight-{weight}-{seed}"
-    jobs.train(
+    train(
         "tactile_image_cgan",
         images.path,
         recipe=recipe,
@@ -81,22 +85,22 @@ def image_run(jobs: Jobs, folder: Path, images: Store, *, weight: int, seed: int
         split="all",
         out=run,
         resume=(run / "recipe.toml").exists(),
+        progress=progress,
     )
     return run
 
 
-def rater_run(jobs: Jobs, folder: Path, images: Store, given: str = "") -> Path:
+def rater_run(folder: Path, images: Store, given: str, *, progress: Progress) -> Path:
     """Return the folder of a rater of images, trained on seven tenths of them; the rest says how far it errs."""
     if given:
         return Path(given)
     run = folder / "runs" / "rater"
     resume = (run / "recipe.toml").exists()
-    jobs.train("rater", images.path, recipe="quick", out=run, resume=resume)
+    train("rater", images.path, recipe="quick", out=run, resume=resume, progress=progress)
     return run
 
 
 def judge(
-    jobs: Jobs,
     folder: Path,
     run: Path,
     rater: Path,
@@ -107,7 +111,7 @@ def judge(
 
     Kept in ``cells/RUN.json`` and read again where run, rater and plates are the same.
     """
-    loaded, judging = jobs.load_run(run), jobs.load_run(rater)
+    loaded, judging = load_run(run), load_run(rater)
     kept = folder / "cells" / f"{run.name}.json"
     asked_of = {
         "run_id": loaded.run.data["run_id"],
@@ -120,7 +124,7 @@ def judge(
             return found
     made = draws_of(loaded, plates)
     said = np.array(
-        [[scores_of(jobs, judging, image, plates.words) for image in row] for row in made]
+        [[scores_of(judging, image, plates.words) for image in row] for row in made]
     )  # plate, draw, word
     spread: ImageSpread = loaded.model.spread()
     result = following(plates.means, said)
@@ -150,9 +154,9 @@ def draws_of(loaded: Any, plates: Plates, *, draws: int = DRAWS) -> list[list[Im
     return [[loaded.model.generate({"words": words}, seed=seed) for seed in range(draws)] for words in asked]
 
 
-def scores_of(jobs: Jobs, judging: Any, given: Any, words: Sequence[str]) -> Array:
+def scores_of(judging: Any, given: Any, words: Sequence[str]) -> Array:
     """Return what a rater model says, 0 to 1, shape (word,)."""
-    said = jobs.score(judging, given)
+    said = score(judging, given)
     low, high = said["scale"]
     scores: Array = (np.array([said["scores"][word] for word in words]) - low) / (high - low)
     return scores
@@ -172,9 +176,9 @@ def as_tensor(made: Sequence[Image]) -> torch.Tensor:
     )
 
 
-def of_real_images(jobs: Jobs, images: Store, rater: Path) -> Following | None:
+def of_real_images(images: Store, rater: Path) -> Following | None:
     """Return how far the rater follows the ratings of real images that it did not see: what it can tell at best."""
-    judging = jobs.load_run(rater)
+    judging = load_run(rater)
     held = Split.load(judging.run.folder / "split.json").photographs
     unseen = {region.key for region in (*held.get("test", ()), *held.get("validation", ()))}
     item_of = {key: item for item, keys in images.photographs_by_material.items() for key in keys}
@@ -183,5 +187,5 @@ def of_real_images(jobs: Jobs, images: Store, rater: Path) -> Following | None:
         return None
     words = images.ratings.words
     asked = np.stack([images.ratings.rated(item).means for _, item in rows])
-    said = np.stack([scores_of(jobs, judging, images.photograph(key), words) for key, _ in rows])
+    said = np.stack([scores_of(judging, images.photograph(key), words) for key, _ in rows])
     return following(asked, said[:, None])

@@ -4,13 +4,14 @@ import json
 
 import pytest
 
+from benchmarks.experiments import staircase_bias, studies_coverage
+from benchmarks.experiments.coverage_cases import CASES
+from benchmarks.experiments.studies_coverage import KINDS, _lines, _Prepared, summary_of
 from tactogram.errors import ParameterError
-from tactogram.experiments import staircase_bias, studies_coverage
-from tactogram.experiments._coverage_cases import CASES
-from tactogram.experiments.studies_coverage import KINDS, _lines, _Prepared, summary_of
 from tactogram.study.session.store import SessionStore
 from tactogram.study.simulated_participants import SimulatedEffect, simulate, simulated_answers
 from tactogram.study.study_file import Study, shipped_studies
+from tactogram.workflows.progress import silent
 
 
 def test_every_shipped_study_is_covered():
@@ -18,22 +19,26 @@ def test_every_shipped_study_is_covered():
 
 
 def test_studies_are_counted_and_not_simulated_again(tmp_path):
-    first = studies_coverage.run(None, tmp_path, paper=False, studies="magnitude", seeds=2, participants=4)
+    first = studies_coverage.run(
+        tmp_path, paper=False, progress=silent, studies="magnitude", seeds=2, participants=4
+    )
     written = (tmp_path / "magnitude-none.jsonl").read_bytes()
     [exponent, _] = first["studies"]["magnitude"]["effect"]["looked"]
     assert (exponent["studies"], exponent["put_in"]) == (2, pytest.approx(0.8))
     assert exponent["covered"]["n"] == 2
     assert "| magnitude | margin | all [log-log] | 1 | 0.100 exponent |" in first["text"]
     (tmp_path / "magnitude-none.jsonl").write_bytes(written + b'{"cut sh')
-    again = studies_coverage.run(None, tmp_path, paper=False, studies="magnitude", seeds=2, participants=4)
+    again = studies_coverage.run(
+        tmp_path, paper=False, progress=silent, studies="magnitude", seeds=2, participants=4
+    )
     assert again == first
     assert (tmp_path / "magnitude-none.jsonl").read_bytes() == written
     assert [line["seed"] - KINDS["none"] for line in _lines(tmp_path / "magnitude-none.jsonl")] == [1, 2]
-    studies_coverage.run(None, tmp_path, paper=False, studies="magnitude", seeds=3, participants=4)
+    studies_coverage.run(tmp_path, paper=False, progress=silent, studies="magnitude", seeds=3, participants=4)
     assert (tmp_path / "magnitude-none.jsonl").read_bytes().startswith(written)
     assert [line["seed"] - KINDS["none"] for line in _lines(tmp_path / "magnitude-none.jsonl")] == [1, 2, 3]
     with pytest.raises(ParameterError, match="studies must be of plate-words"):
-        studies_coverage.run(None, tmp_path, paper=False, studies="else")
+        studies_coverage.run(tmp_path, paper=False, progress=silent, studies="else")
 
 
 def test_at_the_margin_the_truth_is_the_margin():
@@ -76,7 +81,7 @@ def test_answers_without_a_session_are_those_of_one(tmp_path):
 def test_a_row_for_each_length_and_slope(tmp_path, monkeypatch):
     monkeypatch.setattr(staircase_bias, "SPREADS_DB", (4.0,))
     monkeypatch.setattr(staircase_bias, "LENGTHS", {8: 80})
-    found = staircase_bias.run(None, tmp_path, paper=False, observers=30)
+    found = staircase_bias.run(tmp_path, paper=False, progress=silent, observers=30)
     [row] = found["rows"]
     assert abs(row["fit"]["bias"]) < 4 * row["fit"]["se"]
     assert 30 < row["trials"] < 60

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from benchmarks.experiments import haptic_files
 from tactogram.errors import ParameterError
-from tactogram.experiments import haptic_files
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
+from tactogram.workflows.progress import silent
 
 
 def effect(rate, channels, seconds=0.2):
@@ -19,7 +20,7 @@ def effect(rate, channels, seconds=0.2):
 def test_every_format_has_its_figures_and_leaves_no_file(tmp_path):
     for k, (rate, channels) in enumerate([(8000, 1), (44100, 2), (22050, 1)]):
         write_signal(tmp_path / "in" / f"{k}.wav", effect(rate, channels), subtype="PCM_16")
-    found = haptic_files.run(None, tmp_path / "out", paper=True, data=str(tmp_path / "in"))
+    found = haptic_files.run(tmp_path / "out", paper=True, progress=silent, data=str(tmp_path / "in"))
     assert (found["effects"], found["channels"]) == (3, [1, 2])
     for name, row in found["formats"].items():
         assert (row["valid"], row["refused"]) == (3, []), name
@@ -36,5 +37,5 @@ def test_every_format_has_its_figures_and_leaves_no_file(tmp_path):
 
 
 def test_without_files_it_says_what_it_needs(tmp_path):
-    with pytest.raises(ParameterError, match="--set data=FOLDER"):
-        haptic_files.run(None, tmp_path, paper=False)
+    with pytest.raises(ParameterError, match="data must be a folder"):
+        haptic_files.run(tmp_path, paper=False, progress=silent)

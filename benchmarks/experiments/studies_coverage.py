@@ -1,4 +1,4 @@
-"""How often the analysis of each shipped study holds what was put in: hundreds of simulated studies, without a browser.
+"""Coverage of each shipped study's analysis, over hundreds of simulated studies, without a browser.
 
 Of each design with an effect, with none, and with an effect as large as the margin: how often the interval of 95 %
 covers the truth, and how often each verdict is said. Participants, stimuli and answers are simulated.
@@ -15,15 +15,16 @@ from typing import Any
 import numpy as np
 from scipy import optimize
 
+from benchmarks.experiments.coverage_cases import CASES, Case
+from benchmarks.experiments.study_recovery import Looked, recovery
 from tactogram.errors import ParameterError
-from tactogram.experiments._coverage_cases import CASES, Case
-from tactogram.experiments._study_recovery import Looked, recovery
 from tactogram.signal.io.atomic import write_text
 from tactogram.statistics.shares import share_of
 from tactogram.study.analysis.findings import EQUIVALENT, SHOWN
 from tactogram.study.simulated_participants import SimulatedEffect, simulated_answers
 from tactogram.study.study_analysis import Plan, analyse
 from tactogram.study.study_file import Study
+from tactogram.workflows.progress import Progress
 
 KINDS = {"effect": 100_000, "none": 200_000, "margin": 300_000}
 """What is put in, and what is added to the seeds of its studies, so that no two kinds share participants."""
@@ -45,10 +46,10 @@ NOTES = (
 
 
 def run(
-    jobs: Any,
     folder: Path,
     *,
     paper: bool,
+    progress: Progress,
     studies: str = "",
     seeds: int = 0,
     participants: int = 20,
@@ -58,7 +59,7 @@ def run(
 
     Parameters
     ----------
-    jobs, folder
+    folder, progress
         As of every experiment. Studies that are in ``folder`` already are not simulated again.
     paper : bool
         Every trial and word of each study; else the changes of `CASES`, for two cores.

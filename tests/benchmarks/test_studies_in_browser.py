@@ -2,9 +2,9 @@
 
 import pytest
 
+from benchmarks.experiments import studies_in_browser
+from benchmarks.experiments.browser_participants import browser_path
 from tactogram.errors import DataError, DeviceError
-from tactogram.experiments import studies_in_browser
-from tactogram.experiments._browser_participants import browser_path
 from tactogram.study.study_file import shipped_studies
 
 

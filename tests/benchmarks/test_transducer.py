@@ -1,9 +1,9 @@
 import json
-from types import SimpleNamespace
 
 import pytest
 
-from tactogram.experiments import transducer
+from benchmarks.experiments import transducer
+from tactogram.workflows.progress import silent
 
 
 @pytest.fixture(scope="module")
@@ -12,7 +12,7 @@ def result(tmp_path_factory):
     saved = transducer.save_figure
     transducer.save_figure = lambda path, figure: path  # drawing is timed by nobody
     try:
-        made = transducer.run(SimpleNamespace(), folder, paper=False, seeds=1)
+        made = transducer.run(folder, paper=False, progress=silent, seeds=1)
     finally:
         transducer.save_figure = saved
     return {**made, "folder": folder}

@@ -21,9 +21,9 @@ from sklearn.preprocessing import StandardScaler
 
 from tactogram.datasets.phac2 import Adjectives, read_phac2
 from tactogram.errors import DataError, ParameterError
-from tactogram.experiments._jobs import Jobs
 from tactogram.models.rater import Config
 from tactogram.models.rater.regression import fit_regression
+from tactogram.workflows.progress import Progress
 
 FOLDS = 10
 STRENGTH = 0.1
@@ -33,14 +33,14 @@ REFERENCE = 0.80
 Floats = NDArray[np.float64]
 
 
-def run(jobs: Jobs, folder: Path, *, paper: bool, data: str = "", seeds: int = 0) -> dict[str, Any]:
+def run(folder: Path, *, paper: bool, progress: Progress, data: str = "", seeds: int = 0) -> dict[str, Any]:
     """Return the area under the ROC curve of each adjective over held-out objects, mean and sd over drawings.
 
     An object's score is the mean over its ten trials. Scores of all folds are put in order together.
 
     Parameters
     ----------
-    jobs, folder, paper
+    folder, paper, progress
         As of every experiment.
     data : str
         Folder of the files.
@@ -48,9 +48,7 @@ def run(jobs: Jobs, folder: Path, *, paper: bool, data: str = "", seeds: int = 0
         Drawings of the folds; by default 5 with ``paper``, else 2.
     """
     if not data:
-        raise ParameterError(
-            "rater_phac2 needs --set data=FOLDER with object_adjectives.csv and phac2_static_features.npz"
-        )
+        raise ParameterError("data must be a folder with object_adjectives.csv and phac2_static_features.npz")
     held = read_phac2(data)
     several = [number for number, row in enumerate(held.table.T) if 1 < row.sum() < len(row) - 1]
     drawings = seeds or (5 if paper else 2)

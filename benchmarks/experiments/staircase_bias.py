@@ -1,4 +1,4 @@
-"""How far thresholds of staircases are from the truth, by length and by how flat the function is: simulated observers.
+"""Bias and spread of staircase thresholds, by length and by slope of the function: simulated observers.
 
 Each takes one staircase of the shipped study `threshold` with so many reversals. Held against the truth: the fit that
 decides (`estimate_threshold`), the mean of reversals, and maximum likelihood read at 75 %.
@@ -21,6 +21,7 @@ from tactogram.study.analysis.threshold import SETTLED_3_DOWN, estimate_threshol
 from tactogram.study.designs.staircase import Staircase, Track
 from tactogram.study.simulated_participants import SimulatedEffect
 from tactogram.study.study_file import Study
+from tactogram.workflows.progress import Progress
 
 Numbers = NDArray[np.float64]
 SPREADS_DB = (1.0, 2.0, 4.0, 8.0)
@@ -47,12 +48,14 @@ NOTES = (
 )
 
 
-def run(jobs: Any, folder: Path, *, paper: bool, observers: int = 500, seed: int = 0) -> dict[str, Any]:
+def run(
+    folder: Path, *, paper: bool, progress: Progress, observers: int = 500, seed: int = 0
+) -> dict[str, Any]:
     """Return bias and spread for each length and slope.
 
     Parameters
     ----------
-    jobs, folder, paper
+    folder, paper, progress
         As of every experiment; both recipes are one.
     observers : int
         Simulated, for each row.

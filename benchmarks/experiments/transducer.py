@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.evaluation.report import save_figure
-from tactogram.experiments._jobs import Jobs
 from tactogram.rendering.families.ultrasonic import Settings, modulated
 from tactogram.rendering.transducer.circuit import PRESETS, Transducer
 from tactogram.rendering.transducer.figures import Passed, admittance_figure, envelope_figure, tracking_figure
@@ -30,6 +29,7 @@ from tactogram.rendering.transducer.resonance_tracking import TrackingSettings
 from tactogram.rendering.transducer.simulation import demodulated, recovered_envelope, simulate_waveform
 from tactogram.signal import Signal
 from tactogram.signal.crest_factor import low_crest_phases, periodic_signal
+from tactogram.workflows.progress import Progress
 
 QS = (30, 100, 300)
 RATE, WAVEFORM_RATE = 96_000, 1_000_000
@@ -42,17 +42,16 @@ TOUCH = Touch(100, 200)
 Array = NDArray[np.float64]
 
 
-def run(jobs: Jobs, folder: Path, *, paper: bool, seeds: int = 20) -> dict[str, Any]:
+def run(folder: Path, *, paper: bool, progress: Progress, seeds: int = 20) -> dict[str, Any]:
     """Return what arrives at each Q, and how each way of tracking follows the drift; figures are in ``folder``.
 
     Parameters
     ----------
-    jobs, folder, paper
+    folder, paper, progress
         As of every experiment; there is one size.
     seeds : int
         Of the measurement's noise.
     """
-    del jobs, paper
     rows, arriving = [], []
     signal = texture()
     for q in QS:

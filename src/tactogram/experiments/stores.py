@@ -1,4 +1,4 @@
-"""The data that an experiment is on: what it was given, or a simulated set that is made once."""
+"""Data of an experiment: the store that it was given, or a simulated set that is made once."""
 
 from __future__ import annotations
 
@@ -7,22 +7,25 @@ from typing import Any
 
 from tactogram.datasets import Store, open_store
 from tactogram.errors import DataError
-from tactogram.experiments._jobs import Jobs
+from tactogram.workflows.data.simulate import simulate_to_store
+from tactogram.workflows.progress import Progress
 
 
-def given_or_simulated(jobs: Jobs, path: Path, set_name: str, *, given: str = "", **options: Any) -> Store:
+def given_or_simulated(
+    path: Path, set_name: str, *, progress: Progress, given: str = "", **options: Any
+) -> Store:
     """Return the store at ``given``; without, a simulated set, with seed 0, made in ``path`` unless it is there.
 
     Parameters
     ----------
-    jobs : Jobs
     path : Path
     set_name : str
         As `tactogram data simulate` takes it.
+    progress : Progress
     given : str
         A store; may be empty.
     options
-        As ``jobs.simulate`` takes them.
+        As `simulate_to_store` takes them.
 
     Raises
     ------
@@ -34,5 +37,5 @@ def given_or_simulated(jobs: Jobs, path: Path, set_name: str, *, given: str = ""
     try:
         return open_store(path)
     except DataError:
-        jobs.simulate(set_name, path, seed=0, **options)
+        simulate_to_store(set_name, path, seed=0, **options, progress=progress)
         return open_store(path)

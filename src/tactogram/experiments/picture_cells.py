@@ -11,10 +11,12 @@ from typing import Any
 from scipy.stats import ttest_rel
 
 from tactogram.datasets import Store
-from tactogram.experiments._jobs import Jobs
-from tactogram.experiments._stores import given_or_simulated
+from tactogram.experiments.stores import given_or_simulated
 from tactogram.recipe import Prepare
 from tactogram.signal.io.atomic import write_text
+from tactogram.workflows.evaluation.pictures import judge_pictures
+from tactogram.workflows.progress import Progress
+from tactogram.workflows.training.train import train
 
 MEASURES = (
     "lpips",
@@ -34,9 +36,11 @@ PHOTOGRAPHS = 9
 """Of each simulated surface: non-overlapping places."""
 
 
-def data_of(jobs: Jobs, folder: Path, data: str) -> Store:
+def data_of(folder: Path, data: str, *, progress: Progress) -> Store:
     """Return the store at ``data``, or simulated surfaces, made once."""
-    return given_or_simulated(jobs, folder / "data", SIMULATED, given=data, photographs=PHOTOGRAPHS)
+    return given_or_simulated(
+        folder / "data", SIMULATED, given=data, photographs=PHOTOGRAPHS, progress=progress
+    )
 
 
 def axis_of(store: Store) -> dict[str, Any]:
@@ -49,7 +53,6 @@ def axis_of(store: Store) -> dict[str, Any]:
 
 
 def cell(
-    jobs: Jobs,
     folder: Path,
     store: Store,
     name: str,
@@ -58,6 +61,7 @@ def cell(
     recipe: str,
     changes: Mapping[str, Any],
     seed: int,
+    progress: Progress,
 ) -> dict[str, Any]:
     """Return the figures of one training, from ``cells/NAME-SEED.json`` where it is finished.
 
@@ -83,16 +87,17 @@ def cell(
         if found["asked"] == facts:
             return found
     run = run_of(folder, name, seed)
-    trained = jobs.train(
+    trained = train(
         model,
         store.path,
         recipe=recipe,
         changes=changes | {"seed": seed},
         out=run,
         resume=(run / "recipe.toml").exists(),
+        progress=progress,
     )
     found = {"asked": facts, "validation": trained.read_json("model.json").get("validation", {})}
-    found |= jobs.judge_pictures(run, most=JUDGED)
+    found |= judge_pictures(run, most=JUDGED, progress=progress)
     kept.parent.mkdir(parents=True, exist_ok=True)
     write_text(kept, json.dumps(found, indent=1) + "\n")
     return found

@@ -1,4 +1,4 @@
-"""A generated texture from each model so far on each display, with what was scaled, clipped or cannot be reached.
+"""A texture of each model on each display, with what was scaled, clipped or cannot be reached.
 
 Not a published table: a check that what any model makes comes out of any display, at a stated level, and of what each
 display takes from it. All models are trained briefly on simulated data, so the textures are no measure of the models.
@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 from tactogram.datasets import Store
 from tactogram.errors import DataError, ParameterError, UnitError
 from tactogram.evaluation.report import save_figure
-from tactogram.experiments._jobs import Jobs
-from tactogram.experiments._stores import given_or_simulated
+from tactogram.experiments.stores import given_or_simulated
 from tactogram.models import ModelFacts, available, find
 from tactogram.rendering.displays.catalogue import open_display, shipped
 from tactogram.rendering.displays.display import Display
@@ -31,6 +30,9 @@ from tactogram.rendering.drive.level import parse_level
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_signal
 from tactogram.signal.io.atomic import write_text
+from tactogram.workflows.generation.generate import generate
+from tactogram.workflows.progress import Progress
+from tactogram.workflows.training.train import load_run, train
 
 DATA: Mapping[str, tuple[str, dict[str, Any]]] = {
     "material": ("stroking9", {"photographs": 9, "per_class": 8}),
@@ -53,10 +55,10 @@ SPEED_MM_S = 50.0
 
 
 def run(
-    jobs: Jobs,
     folder: Path,
     *,
     paper: bool,
+    progress: Progress,
     models: str = "",
     shown: str = "",
     recipe: str = "",
@@ -66,7 +68,7 @@ def run(
 
     Parameters
     ----------
-    jobs, folder, paper
+    folder, paper, progress
         As of every experiment; ``paper`` trains by the recipe ``quick`` instead of ``tiny``.
     models : str
         Which, joined by commas; by default all that generate signals.
@@ -81,7 +83,7 @@ def run(
     textures, simulated = {}, []
     for name in _chosen(models):
         own = recipe or ("quick" if paper else TRAINED.get(name, "tiny"))
-        textures[name], learned = _texture(jobs, folder, find(name), given.get(name), own)
+        textures[name], learned = _texture(folder, find(name), given.get(name), own, progress)
         simulated.append(learned)
     wanted = [open_display(name.strip()) for name in shown.split(",") if name.strip()]
     displays = {d.name: d for d in wanted or map(open_display, shipped())}
@@ -152,28 +154,28 @@ def _chosen(models: str) -> list[str]:
 
 
 def _texture(
-    jobs: Jobs, folder: Path, facts: ModelFacts, run_folder: str | None, recipe: str
+    folder: Path, facts: ModelFacts, run_folder: str | None, recipe: str, progress: Progress
 ) -> tuple[Signal, bool]:
     """Return a texture that a model made, and whether it learned from simulated data."""
-    store = _store(jobs, folder, facts)
+    store = _store(folder, facts, progress)
     out = Path(run_folder) if run_folder else folder / "runs" / f"{facts.name}-{recipe}"
     if run_folder is None:
         resume = (out / "recipe.toml").exists()
-        jobs.train(facts.name, store.path, recipe=recipe, out=out, resume=resume)
-    loaded = jobs.load_run(out)
+        train(facts.name, store.path, recipe=recipe, out=out, resume=resume, progress=progress)
+    loaded = load_run(out)
     condition = _condition(store, facts)
     over_time = "speed_mm_s" in facts.takes and facts.needs == ("image",)
     if over_time:
         condition["speed_mm_s"] = SPEED_MM_S
-    (made,) = jobs.generate(loaded, condition, seconds=SECONDS)
+    (made,) = generate(loaded, condition, seconds=SECONDS)
     if isinstance(made, Image):
         raise ParameterError(f"{facts.name} gives an image")
     return made, bool(loaded.simulated)
 
 
-def _store(jobs: Jobs, folder: Path, facts: ModelFacts) -> Store:
+def _store(folder: Path, facts: ModelFacts, progress: Progress) -> Store:
     name, options = OWN_DATA.get(facts.name, DATA[facts.needs[0]])
-    return given_or_simulated(jobs, folder / name, name, **options)
+    return given_or_simulated(folder / name, name, progress=progress, **options)
 
 
 def _condition(store: Store, facts: ModelFacts) -> dict[str, Any]:

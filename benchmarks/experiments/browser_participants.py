@@ -25,7 +25,7 @@ from tactogram.study.simulated_participants import SimulatedEffect, SimulatedPar
 from tactogram.study.study_file import Study
 from tactogram.study.trials import Given, Participant
 
-HAND = Path(__file__).with_name("_browser_hand.js")
+HAND = Path(__file__).with_name("browser_hand.js")
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 CLOCK = 10
 """How many times faster the pages' clock runs than the wall's."""

@@ -1,4 +1,4 @@
-"""What the experiment on Hatori & Takemura 2023, Figure 7, found, as a table and as a report."""
+"""Table and report of the experiment on Hatori & Takemura 2023, Figure 7."""
 
 from __future__ import annotations
 

@@ -8,10 +8,10 @@ from scipy.signal import lfilter
 
 from tactogram.datasets import Recording, create_store
 from tactogram.errors import ParameterError
+from tactogram.experiments.reproduce import reproduce
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.signal import Signal
 from tactogram.signal.io import read_metadata, read_signal
-from tactogram.workflows.reproduce import reproduce
 
 SHOWN = ("voice-coil", "string-tablet", "lra-drv2605")
 
@@ -31,7 +31,7 @@ def result_fixture(tmp_path_factory):
 
     create_store(folder / "stroking9", strokes(), name="made up", licence="-", simulated=True)
     options = {"models": "replay", "recipe": "tiny", "shown": ",".join(SHOWN)}
-    return reproduce("displays", out=folder, options=options), folder
+    return reproduce("displays", package="benchmarks.experiments", out=folder, options=options), folder
 
 
 def test_every_display_gets_a_drive_a_report_and_a_figure(result):
@@ -62,4 +62,6 @@ def test_the_level_is_that_of_sensation_where_the_display_has_one(result):
 
 def test_an_unknown_model_is_refused(tmp_path):
     with pytest.raises(ParameterError, match="models must be of ar_texture"):
-        reproduce("displays", out=tmp_path, options={"models": "stroke_cnn"})
+        reproduce(
+            "displays", package="benchmarks.experiments", out=tmp_path, options={"models": "stroke_cnn"}
+        )

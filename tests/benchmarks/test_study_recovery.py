@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tactogram.experiments import _study_recovery as recovery
-from tactogram.experiments.studies_in_browser import STUDIES
+from benchmarks.experiments import study_recovery as recovery
+from benchmarks.experiments.studies_in_browser import STUDIES
 from tactogram.study.simulated_participants import SimulatedEffect, simulated_answers
 from tactogram.study.study_file import Study
 

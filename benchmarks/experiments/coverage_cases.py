@@ -1,4 +1,4 @@
-"""What is put into the simulated studies of `studies_coverage`, and where in their analyses it is looked for."""
+"""Cases of `studies_coverage`: effects put into simulated studies, and where their analyses show them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from typing import Any
 
 from scipy.special import expit
 
-from tactogram.experiments._study_recovery import (
+from benchmarks.experiments.studies_in_browser import STUDIES
+from benchmarks.experiments.study_recovery import (
     GAP,
     LOOKED,
     Looked,
@@ -21,7 +22,6 @@ from tactogram.experiments._study_recovery import (
     two_alternatives,
     without,
 )
-from tactogram.experiments.studies_in_browser import STUDIES
 from tactogram.statistics.shares import abx_share
 from tactogram.study.analysis.threshold import SETTLED_3_DOWN
 from tactogram.study.simulated_participants import SimulatedEffect

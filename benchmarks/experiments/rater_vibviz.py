@@ -11,39 +11,42 @@ from typing import Any
 
 from tactogram.datasets import open_store
 from tactogram.errors import DataError, ParameterError
-from tactogram.experiments._jobs import Jobs
+from tactogram.workflows.data.stores import import_store
+from tactogram.workflows.evaluation.rating_crossval import crossval_ratings
+from tactogram.workflows.progress import Progress
 
 FOLDS, REPEATS = 10, 5
 
 
-def run(jobs: Jobs, folder: Path, *, paper: bool, data: str = "") -> dict[str, Any]:
+def run(folder: Path, *, paper: bool, progress: Progress, data: str = "") -> dict[str, Any]:
     """Return the errors of each rating; ``paper`` draws the folds five times, else twice.
 
     Parameters
     ----------
-    jobs, folder, paper
+    folder, paper, progress
         As of every experiment.
     data : str
         Folder of the files, or a store.
     """
     if not data:
         raise ParameterError(
-            "rater_vibviz needs --set data=FOLDER with vibrationAnnotations*.csv and its WAV files"
+            "data must be a store of VibViz, or a folder with vibrationAnnotations*.csv and its WAV files"
         )
     try:
         store = open_store(data)
     except DataError:
         made = folder / "data"
         if not (made / "dataset.json").is_file():
-            jobs.import_store("vibviz", data, made)
+            import_store("vibviz", data, made, progress=progress)
         store = open_store(made)
-    found: dict[str, Any] = jobs.crossval_ratings(
+    found: dict[str, Any] = crossval_ratings(
         "rater",
         store.path,
         recipe="vibviz",
         folds=FOLDS,
         repeats=REPEATS if paper else 2,
         out=folder / "crossval",
+        progress=progress,
     )
     lines = [
         f"Mean absolute error on {store.name}, {found['items']} vibrations, scale -3 to 3; {found['split']}",

@@ -1,0 +1,1 @@
+"""Experiments of our own, of the same form as `tactogram.experiments`: no publication has their tables."""
