@@ -18,6 +18,7 @@ from typing import Any
 from benchmarks.experiments.browser_participants import StudyServer, take_all
 from benchmarks.experiments.study_recovery import recoveries
 from tactogram.errors import DataError, ParameterError
+from tactogram.extras import imported
 from tactogram.signal.io.atomic import write_text
 from tactogram.study.analysis.findings import p_text
 from tactogram.study.session.store import SessionStore
@@ -199,7 +200,7 @@ def take_study(
     if not sitting.killed:
         raise DataError(f"{name}: was at its end before the server was to be killed")
     _check(sitting.wrong, unfinished, answers.rows, sitting.given)
-    exported = _verb(
+    _verb(
         "study", "export", str(session), "--out", str(folder / "answers.csv"), "--bids", str(folder / "bids")
     )
     return {
@@ -216,7 +217,7 @@ def take_study(
         "lost": 0,
         "twice": 0,
         "seconds": round(seconds, 1),
-        "bids_problems": exported["bids_problems"],
+        "bids_problems": _bids_problems(folder / "bids"),
     }
 
 
@@ -269,6 +270,17 @@ def _verb(*arguments: str) -> dict[str, Any]:
         raise DataError(f"tactogram {' '.join(arguments[:2])} failed: {done.stderr.strip()[-300:]}")
     result: dict[str, Any] = json.loads(done.stdout)
     return result
+
+
+def _bids_problems(folder: Path) -> list[str]:
+    """Return the codes of the errors that the BIDS validator finds."""
+    imported("bids_validator_deno", extra="dev", what="the BIDS validator")
+    validator = Path(sys.executable).with_name("bids-validator-deno")
+    done = subprocess.run(
+        [validator, folder, "--format", "json"], check=False, capture_output=True, text=True
+    )
+    issues = json.loads(done.stdout)["issues"]["issues"]
+    return sorted({issue["code"] for issue in issues if issue["severity"] == "error"})
 
 
 def _table(found: Mapping[str, Any]) -> str:

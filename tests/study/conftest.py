@@ -1,3 +1,8 @@
+import json
+import subprocess
+import sys
+from pathlib import Path
+
 import pytest
 
 from tactogram.study.session.store import SessionStore
@@ -49,3 +54,21 @@ def store(tmp_path):
 @pytest.fixture(name="make_study_once", scope="session")
 def make_study_once_fixture():
     return make_study
+
+
+@pytest.fixture(scope="session")
+def bids_issues():
+    """Return what the official validator finds: errors, and columns that no sidecar describes."""
+    validator = Path(sys.executable).with_name("bids-validator-deno")
+
+    def issues(folder):
+        done = subprocess.run(
+            [validator, folder, "--format", "json"], check=False, capture_output=True, text=True
+        )
+        return sorted(
+            f"{issue['code']} {issue.get('subCode', '')}".strip()
+            for issue in json.loads(done.stdout)["issues"]["issues"]
+            if issue["severity"] == "error" or issue["code"] == "TSV_ADDITIONAL_COLUMNS_UNDEFINED"
+        )
+
+    return issues

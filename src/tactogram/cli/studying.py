@@ -157,13 +157,12 @@ def simulate(a: Arguments) -> None:
     print_result(a, result, text)
 
 
-def export(a: Arguments) -> int:
+def export(a: Arguments) -> None:
     """Write the answers of a session as a tidy table or a BIDS folder."""
     from tactogram.workflows.study.export import export_study
 
     facts = export_study(a.folder, table=a.out, bids=a.bids)
     print_result(a, facts, lines_of(facts))
-    return 1 if facts.get("bids_problems") else 0
 
 
 def withdraw(a: Arguments) -> None:

@@ -3,7 +3,6 @@ import json
 
 import pytest
 
-from tactogram.study.session.bids_rules import problems
 from tactogram.study.session.export import export_bids
 from tactogram.study.session.side_tables import notes_table, participants_table, write_beside
 from tactogram.study.simulated_participants import simulate
@@ -48,9 +47,9 @@ def test_an_export_after_a_withdrawal_leaves_no_note_of_who_withdrew(noted, tmp_
     assert gone not in (tmp_path / "a.participants.csv").read_text()
 
 
-def test_a_bids_folder_holds_notes_and_devices_and_keeps_the_rules(noted, tmp_path):
+def test_a_bids_folder_holds_notes_and_devices_and_is_valid(noted, tmp_path, bids_issues):
     folder = export_bids(noted, tmp_path / "bids")
-    assert problems(folder) == []
+    assert bids_issues(folder) == []
     lines = (folder / "sourcedata" / "notes.tsv").read_text().splitlines()
     assert len(lines) == 3
     assert lines[2].startswith("n/a\tPower went at noon\t")

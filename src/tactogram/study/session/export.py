@@ -135,8 +135,9 @@ def _write(folder: Path, store: SessionStore, answers: Answers) -> None:
         headings, table = cells(own)
         kept = [i for i, name in enumerate(headings) if name not in ("study", "participant", "session")]
         names = [headings[i] for i in kept]
-        _tsv(place / f"{stem}_beh.tsv", names, [[row[i] for i in kept] for row in table])
-        _json(place / f"{stem}_beh.json", _sidecar(study, names))
+        rows = [[row[i] for i in kept] for row in table]
+        _tsv(place / f"{stem}_beh.tsv", names, rows)
+        _json(place / f"{stem}_beh.json", _sidecar(study, names, rows))
         if played := store.played_log(code):
             _events(place / f"{stem}_events", played)
     if store.notes():
@@ -173,17 +174,18 @@ def _readme(study: Study, answers: Answers) -> str:
     )
 
 
-def _sidecar(study: Study, names: Sequence[str]) -> dict[str, Any]:
+def _sidecar(study: Study, names: Sequence[str], rows: Sequence[Sequence[str]]) -> dict[str, Any]:
     facts: dict[str, Any] = {
         "TaskName": study.name,
         "TaskDescription": study.title.en or study.title.ja,
         "Instructions": study.design.instructions.en or study.design.instructions.ja,
     }
     called = {key: name.en or name.ja for key, name in study.called.items()}
-    for name in names:
+    for name, values in zip(names, zip(*rows, strict=True), strict=True):
         facts[name] = {"Description": _column(name)}
         if called and name in CALLED:
-            facts[name]["Levels"] = called
+            # Whatever a column holds must be a level; those of practice trials have no name.
+            facts[name]["Levels"] = {value: value for value in sorted(set(values)) if value} | called
     facts["rt_ms"]["Units"] = "ms"
     return facts
 

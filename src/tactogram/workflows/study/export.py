@@ -12,7 +12,6 @@ from typing import Any, Literal
 from tactogram.errors import ParameterError
 from tactogram.signal.io.atomic import write_text
 from tactogram.study.answers import write_answers
-from tactogram.study.session.bids_rules import problems
 from tactogram.study.session.export import export_bids
 from tactogram.study.session.side_tables import write_beside
 from tactogram.study.session.store import SessionStore
@@ -59,7 +58,7 @@ def export_study(
         ``.csv``, ``.tsv`` or ``.parquet``. Beside it stand the study (``.study.json``), the participants with what
         their devices said (``.participants.csv``), and the experimenter's notes (``.notes.csv``).
     bids : Path, optional
-        A new folder. It is checked by `bids_rules.problems`.
+        A new folder.
     """
     if table is None and bids is None:
         raise ParameterError("export needs where to: --out F.csv, --bids DIR, or both")
@@ -87,6 +86,5 @@ def export_study(
                 "notes_table": str(notes),
             }
         if bids is not None:
-            made = export_bids(store, Path(bids))
-            facts |= {"bids": str(made), "bids_problems": problems(made)}
+            facts["bids"] = str(export_bids(store, Path(bids)))
     return facts
