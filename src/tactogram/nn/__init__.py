@@ -5,3 +5,5 @@ from tactogram.nn.moving_average import MovingAverage as MovingAverage
 from tactogram.nn.phase_shuffle import PhaseShuffle as PhaseShuffle
 from tactogram.nn.strided_convolution import StridedConv as StridedConv
 from tactogram.nn.strided_convolution import StridedConvTranspose as StridedConvTranspose
+from tactogram.nn.strided_convolution import glorot_linear as glorot_linear
+from tactogram.nn.wave_discriminator import WaveDiscriminator as WaveDiscriminator

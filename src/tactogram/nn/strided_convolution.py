@@ -170,6 +170,14 @@ def glorot_uniform_(weight: Tensor, *, fan_in: int, fan_out: int) -> None:
     nn.init.uniform_(weight, -bound, bound)
 
 
+def glorot_linear(inputs: int, outputs: int) -> nn.Linear:
+    """Return a dense layer with the initial weights of TensorFlow: Glorot uniform weights, biases of 0."""
+    layer = nn.Linear(inputs, outputs)
+    glorot_uniform_(layer.weight, fan_in=inputs, fan_out=outputs)
+    nn.init.zeros_(layer.bias)
+    return layer
+
+
 # -- the trilinear form, on the processor --------------------------------------------------------------------
 
 

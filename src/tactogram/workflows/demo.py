@@ -66,7 +66,7 @@ def demo(out: Path | str = "runs/demo", *, seed: int = 0, progress: Progress = s
 
     classifier = trained("stroke_cnn", CLASSIFIER_STEPS)
     named = evaluate(classifier, unknown=True, progress=progress)
-    generator = trained("stroke_gan", GENERATOR_STEPS)
+    generator = trained("texture_gan", GENERATOR_STEPS)
     voice, voice_sections = judged(generator, judging=JUDGING, progress=progress)
     mixes = mix_ladder(generator, *MIX, steps=5, signals=4, seconds=3.0, seed=seed, progress=progress)
     for step, signal in enumerate(mixes.shown):
@@ -215,9 +215,9 @@ def _how(seed: int) -> str:
         f"tactogram data simulate stroking9 --per-class {PER_CLASS} --seed {seed} --out data; "
         f"tactogram train stroke_cnn --data data {others} --set config.steps={CLASSIFIER_STEPS} --set seed={seed} "
         f"--out stroke_cnn; tactogram evaluate stroke_cnn --unknown; "
-        f"tactogram train stroke_gan --data data {others} --set config.steps={GENERATOR_STEPS} --set seed={seed} "
-        f"--out stroke_gan; tactogram evaluate stroke_gan --judging steps={JUDGING.steps}; "
-        f"tactogram mix stroke_gan {' '.join(MIX)} --steps 5 --signals 4 --seconds 3 --seed {seed}. "
+        f"tactogram train texture_gan --data data {others} --set config.steps={GENERATOR_STEPS} --set seed={seed} "
+        f"--out texture_gan; tactogram evaluate texture_gan --judging steps={JUDGING.steps}; "
+        f"tactogram mix texture_gan {' '.join(MIX)} --steps 5 --signals 4 --seconds 3 --seed {seed}. "
         "Sounds are played at full scale: their level is lost in the loudspeaker, not in the files beside this report."
     )
 

@@ -1,10 +1,11 @@
-"""Training in the paper's order; signals of any length, from labels that may be mixed."""
+"""Training in the paper's order, and signals of any length from labels that may be mixed."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,27 +14,16 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from tactogram.errors import ParameterError
+from tactogram.features.signal_crops import SignalCrops
 from tactogram.model import Condition, Example, SignalKind, Stage, check_condition, material_weights
-from tactogram.models.stroke_gan.band_matching import match_bands
 from tactogram.models.stroke_gan.config import Config
-from tactogram.models.stroke_gan.crops import Crops
-from tactogram.models.stroke_gan.domain import domain_of
-from tactogram.models.stroke_gan.excitation import split_bands, white_noise
-from tactogram.models.stroke_gan.labels import NUMBERS, Labels
-from tactogram.models.stroke_gan.networks import Discriminator, Generator
-from tactogram.models.stroke_gan.pieces import Pieces, drawn, given_latent
-from tactogram.models.stroke_gan.texture_statistics import energy_distance, spread_within, statistics
-from tactogram.nn import MovingAverage, gradient_penalty
+from tactogram.models.stroke_gan.networks import Generator, discriminator
+from tactogram.models.stroke_gan.scaling import Scaling
+from tactogram.nn import gradient_penalty
 from tactogram.nn.bare_and_fixed import bare, fixed
+from tactogram.nn.latent_pieces import crossfaded_pieces, given_latent, uniform_latents
 from tactogram.signal import Signal
-from tactogram.signal.band_levels import BandLevels
-from tactogram.signal.joining import extend
-from tactogram.training.seeds import torch_seeded
-
-MEASURED = 512
-"""Crops that the spread of the texture statistics is measured on."""
-MATCHED_LENGTHS = 4
-"""Lengths of the networks, at most, of each recording that the bands are matched to."""
+from tactogram.training.seeds import child_rng, torch_seeded
 
 
 class StrokeGANLearner:
@@ -56,20 +46,15 @@ class StrokeGANLearner:
             raise ParameterError("stroke_gan needs recordings with a material, got none")
         self.config, self.kind, self.materials = config, kind, kind.materials
         self.device = torch.device(device)
-        self.domain = domain_of(config, kind)
-        self.band_levels = BandLevels(kind.rate) if config.match_bands else None
-        self.labels = Labels(config.conditions)
-        self.spread = torch.ones(0)
-        size = {"axes": len(kind.axes), "labels": len(kind.materials) + len(config.conditions)}
+        self.scaling = Scaling(kind, config.within_range)
+        size = {"axes": len(kind.axes), "labels": len(kind.materials)}
         with torch_seeded(seed, "weights"):
-            generator, discriminator = Generator(config, **size), Discriminator(config, **size)
-        self.generator: Any = generator.to(self.device)
-        self.discriminator: Any = discriminator.to(self.device)
-        self.average = MovingAverage(generator, config.moving_average) if config.moving_average else None
-        rates = (config.generator_learning_rate or config.learning_rate, config.learning_rate)
+            networks = Generator(config, **size), discriminator(config, **size)
+        self.generator: Any = networks[0].to(self.device)
+        self.discriminator: Any = networks[1].to(self.device)
         self.optimisers: list[Any] = [
-            torch.optim.Adam(network.parameters(), lr=rate, betas=config.betas)
-            for network, rate in zip((generator, discriminator), rates, strict=True)
+            torch.optim.Adam(network.parameters(), lr=config.learning_rate, betas=config.betas)
+            for network in networks
         ]
         self.backward: Callable[[Tensor], None] = Tensor.backward
         self.autocast: Callable[[], AbstractContextManager[Any]] = nullcontext
@@ -79,8 +64,6 @@ class StrokeGANLearner:
         self.discriminator, self.optimisers[1] = fabric.setup(self.discriminator, self.optimisers[1])
         self.backward, self.autocast = fabric.backward, fabric.autocast
         self.device = fabric.device
-        if self.average:
-            self.average.network.to(self.device)
 
     # -- training ----------------------------------------------------------------------------------------
 
@@ -88,60 +71,54 @@ class StrokeGANLearner:
         present = {example.material for example in examples}
         if missing := [name for name in self.materials if name not in present]:
             raise ParameterError(f"no training recording of {', '.join(missing)}; leave it out of the data")
-        crops = len(Crops(examples, self.config).epoch([len(example.signal) for example in examples]))
-        seen = self.config.batch_size * self.config.critic_updates
-        steps = self.config.steps or math.ceil(self.config.epochs * crops / seen)
-        match = (Stage("match", 1),) if self.band_levels else ()
-        return Stage("fit", 1), Stage("train", steps), *match
+        config, crops = self.config, len(self._crops(examples).epoch())
+        steps = config.steps or math.ceil(config.epochs * crops / (config.batch_size * config.critic_updates))
+        return Stage("fit", 1), Stage("train", steps)
 
     def batches(
         self, stage: Stage, examples: Sequence[Example], *, seed: int, start: int = 0
     ) -> Iterator[Any]:
-        if stage.name != "train":
+        if stage.name == "fit":
             yield examples
             return
-        crops = Crops(examples, self.config, self.domain.lead)
+        crops = self._crops(examples)
         count = self.config.batch_size * self.config.critic_updates
         step = start
         while True:
-            yield step, *self._prepared(crops.draw(step * count, count, seed=seed))
+            yield self._prepared(crops.draw(step * count, count, partial(child_rng, seed)))
             step += 1
+
+    def _crops(self, examples: Sequence[Example]) -> SignalCrops:
+        config = self.config
+        repetitions = config.repetitions if config.repetition == "repeat" else None
+        return SignalCrops(examples, config.length, round(config.overlap * config.length), repetitions)
 
     def _prepared(
         self, crops: Sequence[tuple[Example, NDArray[np.float32]]]
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return crops as the networks see them, (crop, axis, time), and their labels, (crop, C)."""
-        places = [self.materials.index(str(example.material)) for example, _ in crops]
-        x = np.stack([self.domain.inside(crop, m) for (_, crop), m in zip(crops, places, strict=True)])
-        classes = np.eye(len(self.materials), dtype=np.float32)[places]
-        values = [self.labels.numbers(example.condition) for example, _ in crops]
-        return x, np.hstack((classes, np.array(values, np.float32).reshape(len(crops), -1)))
+        classes = [self.materials.index(str(example.material)) for example, _ in crops]
+        x = np.stack([self.scaling.scaled(crop) for _, crop in crops])
+        return x, np.eye(len(self.materials), dtype=np.float32)[classes]
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         if stage.name == "fit":
-            return self._fit(batch)
-        if stage.name == "match" and self.band_levels:
-            return self._match(batch, self.band_levels)
-        number, real, label = batch
-        self._schedule(number / stage.steps)
+            for example in batch:
+                self.kind.check(example.signal)
+            return self.scaling.fit(batch)
         size = self.config.batch_size
-        real = torch.from_numpy(real).to(self.device)
-        label = torch.from_numpy(label).to(self.device)
+        real, label = (torch.from_numpy(part).to(self.device) for part in batch)
         figures: dict[str, Tensor] = {}
         for update in range(self.config.critic_updates):
             part = slice(update * size, (update + 1) * size)
             figures |= self._update_discriminator(real[part], label[part])
         for update in range(self.config.generator_updates):
-            part = slice(update % self.config.critic_updates * size, None)
-            figures |= self._update_generator(real[part][:size], label[part][:size])
-        if self.average:
-            self.average.update(bare(self.generator))
+            start = update % self.config.critic_updates * size
+            figures |= self._update_generator(label[start : start + size])
         return {name: value.item() for name, value in figures.items()}
 
     def _update_discriminator(self, real: Tensor, label: Tensor) -> dict[str, Tensor]:
         """Gulrajani et al. 2017, Algorithm 1, lines 4 to 9."""
-        if not self.config.adversarial:
-            return {}
         with torch.no_grad():
             made = self._make(label)
         scores = self.discriminator(torch.cat((real, made)), label.repeat(2, 1)).float()
@@ -152,72 +129,23 @@ class StrokeGANLearner:
         self._descend(1, self.config.penalty * penalty - wasserstein)
         return {"wasserstein": wasserstein, "penalty": penalty}
 
-    def _update_generator(self, real: Tensor, label: Tensor) -> dict[str, Tensor]:
-        """Gulrajani et al. 2017, Algorithm 1, lines 11 and 12; and, where it is on, the texture statistics."""
-        config, figures = self.config, dict[str, Tensor]()
-        loss = torch.zeros((), device=self.device)
-        made = self._make(label)
-        if config.adversarial:
-            with fixed(self.discriminator):
-                figures["generator_loss"] = -self.discriminator(made, label).float().mean()
-            loss = loss + config.adversarial * figures["generator_loss"]
-        if config.statistics:
-            spread = self.spread.to(self.device)
-            ours, again, theirs = (statistics(x) / spread for x in (made, self._make(label), real))
-            figures["statistics"] = energy_distance(theirs, ours, again)
-            loss = loss + config.statistics * figures["statistics"]
+    def _update_generator(self, label: Tensor) -> dict[str, Tensor]:
+        """Gulrajani et al. 2017, Algorithm 1, lines 11 and 12."""
+        with fixed(self.discriminator):
+            loss = -self.discriminator(self._make(label), label).float().mean()
         self._descend(0, loss)
-        return figures
+        return {"generator_loss": loss}
 
     def _make(self, label: Tensor) -> Tensor:
-        """Return a signal per row of ``label`` from a latent, and noise, of torch's own generator."""
-        latent = torch.rand(len(label), self.config.latents) * 2 - 1
-        noise = self._bands(white_noise(len(label), len(self.kind.axes), self.config.length))
-        made: Tensor = self.generator(latent.to(self.device), label, noise)
+        """Return a signal per row of ``label``, of a latent from torch's own generator."""
+        latent = torch.rand(len(label), self.config.latent) * 2 - 1
+        made: Tensor = self.generator(latent.to(self.device), label)
         return made.float()
-
-    def _bands(self, white: Tensor) -> Tensor | None:
-        """Return white noise as the generator wants it: in bands, or none."""
-        bands = self.config.noise_bands
-        return split_bands(white.to(self.device), bands) if bands else None
 
     def _descend(self, which: int, loss: Tensor) -> None:
         self.optimisers[which].zero_grad()
         self.backward(loss)
         self.optimisers[which].step()
-
-    def _schedule(self, done: float) -> None:
-        """Set the learning rates when a share ``done`` of the training is."""
-        config = self.config
-        share = (1 + math.cos(math.pi * done)) / 2 if config.schedule == "cosine" else 1.0
-        rates = (config.generator_learning_rate or config.learning_rate, config.learning_rate)
-        for optimiser, rate in zip(self.optimisers, rates, strict=True):
-            for group in optimiser.param_groups:
-                group["lr"] = rate * share
-
-    def _fit(self, examples: Sequence[Example]) -> dict[str, float]:
-        """Measure what stands outside the networks: the scale or the filters, and the numeric conditions."""
-        for example in examples:
-            self.kind.check(example.signal)
-        self.labels.fit(examples)
-        figures = self.domain.fit(examples)
-        if self.config.statistics:
-            crops = Crops(examples, self.config, self.domain.lead).draw(0, MEASURED, seed=0)
-            x, label = self._prepared(crops)
-            classes = torch.from_numpy(label[:, : len(self.materials)]).argmax(1)
-            self.spread = spread_within(statistics(torch.from_numpy(x)), classes)
-        return figures
-
-    def _match(self, examples: Sequence[Example], levels: BandLevels) -> dict[str, float]:
-        """Measure the bands of recordings, and of signals generated for their conditions."""
-
-        def generated(place: int, condition: Condition, length: int, seed: int) -> NDArray[np.float32]:
-            weights = np.eye(len(self.materials))[place]
-            return self._signal(self.labels.label(weights, condition), weights, length, seed=seed).samples
-
-        longest = MATCHED_LENGTHS * self.config.length
-        match_bands(levels, examples, self.materials, longest=longest, generate=generated)
-        return {"band_correction_db": levels.correction_db()}
 
     @torch.no_grad()
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
@@ -227,7 +155,7 @@ class StrokeGANLearner:
         """
         if not examples:
             return {}
-        crops = Crops(examples, self.config, self.domain.lead).draw(0, max(len(examples), 16), seed=0)
+        crops = self._crops(examples).draw(0, max(len(examples), 16), partial(child_rng, 0))
         x, label = (torch.from_numpy(part).to(self.device) for part in self._prepared(crops))
         with torch_seeded(0, "validate"):
             real = bare(self.discriminator)(x, label).mean()
@@ -237,13 +165,9 @@ class StrokeGANLearner:
     def state(self) -> dict[str, Any]:
         return {
             "materials": list(self.materials),
-            "domain": self.domain.state(),
-            "conditions": self.labels.state(),
-            "spread": self.spread,
-            "bands": self.band_levels.state() if self.band_levels else None,
+            "domain": self.scaling.state(),
             "generator": self.generator.state_dict(),
             "discriminator": self.discriminator.state_dict(),
-            "average": self.average.state() if self.average else None,
             "optimisers": [optimiser.state_dict() for optimiser in self.optimisers],
         }
 
@@ -252,15 +176,9 @@ class StrokeGANLearner:
             raise ParameterError(
                 f"state is of {', '.join(state['materials'])}; expected {', '.join(self.materials)}"
             )
-        self.domain.load_state(state["domain"])
-        self.labels.load_state(state["conditions"])
-        self.spread = state["spread"]
-        if self.band_levels:
-            self.band_levels.load_state(state["bands"])
+        self.scaling.load_state(state["domain"])
         self.generator.load_state_dict(state["generator"])
         self.discriminator.load_state_dict(state["discriminator"])
-        if self.average:
-            self.average.load_state(state["average"])
         for optimiser, kept in zip(self.optimisers, state.get("optimisers") or (), strict=False):
             optimiser.load_state_dict(kept)
 
@@ -270,48 +188,28 @@ class StrokeGANLearner:
         """Return a signal; one longer than the networks' is pieces of new latents, crossfaded.
 
         ``material`` weights go in as they are: {a: 1, b: 0.3} and {a: 0.7, b: 0.3} are the paper's two ways of
-        mixing. ``latent``, float array of shape (latent,) in -1 to 1, is that of the first piece. A speed or a
-        force is by default the median of the recordings; one beyond theirs counts as the nearest of theirs,
-        and is refused without ``config.conditions``.
+        mixing. ``latent``, float array of shape (latent,) in -1 to 1, is that of the first piece.
         """
-        check_condition(condition, needs=("material",), takes=(*NUMBERS, "latent"))
-        self.labels.check(condition)
-        weights = material_weights(condition, self.materials)
-        label = self.labels.label(weights, condition)
+        check_condition(condition, needs=("material",), takes=("latent",))
+        label = torch.tensor(material_weights(condition, self.materials), dtype=torch.float32)
+        given = given_latent(condition, self.config.latent)
         length = self.config.length if seconds is None else max(1, round(seconds * self.kind.rate))
-        given = given_latent(condition, self.config)
-        if self.band_levels is None or not self.band_levels.measured:
-            return self._signal(label, weights, length, seed=seed, given=given)
-        signal = self._signal(label, weights, length + 2 * self.band_levels.reach, seed=seed, given=given)
-        return signal.with_samples(self.band_levels.apply(signal.samples, weights).astype(np.float32))
-
-    def _signal(
-        self,
-        label: Tensor,
-        weights: NDArray[np.float64],
-        length: int,
-        *,
-        seed: int,
-        given: Tensor | None = None,
-    ) -> Signal:
-        """Return ``length`` samples as the networks and the domain make them."""
-        pieces = Pieces(lambda first, count: self._pieces(first, count, label, given, seed))
-        inside = extend(
-            lambda number: Signal(pieces[number], self.kind.rate, "1", self.kind.axes),
-            seconds=(self.domain.settle + length) / self.kind.rate,
-            overlap_s=round(self.config.overlap * self.config.length) / self.kind.rate,
+        made = crossfaded_pieces(
+            lambda first, count: self._pieces(first, count, label, given, seed),
+            self.kind,
+            length=length,
+            overlap=round(self.config.overlap * self.config.length),
         )
-        return self.domain.outside(inside.samples, weights)
+        return self.scaling.unscaled(made)
 
     @torch.inference_mode()
     def _pieces(
-        self, first: int, count: int, label: Tensor, given: Tensor | None, seed: int
+        self, first: int, count: int, label: Tensor, given: Mapping[int, Tensor], seed: int
     ) -> NDArray[np.float32]:
-        """Return pieces ``first`` to ``first + count``, float32, (piece, axis, time); each has its own seeds."""
-        latents, white = drawn(first, count, self.config, axes=len(self.kind.axes), given=given, seed=seed)
-        network = self.average.network if self.average else bare(self.generator)
-        labels = label.expand(count, -1).to(self.device)
-        made = network(latents.to(self.device), labels, self._bands(white))
+        """Return pieces ``first`` to ``first + count``, float32, (piece, axis, time); each has its own seed."""
+        rng = partial(child_rng, seed, "latent")
+        latents = uniform_latents(first, count, self.config.latent, given=given, rng=rng)
+        made = bare(self.generator)(latents.to(self.device), label.expand(count, -1).to(self.device))
         result: NDArray[np.float32] = made.float().cpu().numpy()
         return result
 

@@ -51,7 +51,7 @@ def test_a_name_that_is_none_for_a_folder_is_refused(name):
 
 def test_every_model_is_told_in_two_sentences():
     texts = {name: told(facts) for name, facts in available().items()}
-    assert texts["stroke_gan"].startswith(
+    assert texts["texture_gan"].startswith(
         "Generates signals, going by material, speed (if given) and force (if given); learns from recordings"
     )
     assert "with photographs" in told(find("pix2pix"))

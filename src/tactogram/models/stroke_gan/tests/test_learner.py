@@ -7,7 +7,7 @@ from scipy.signal import lfilter, welch
 
 from tactogram.errors import ParameterError
 from tactogram.model import Example, SignalKind, Stage
-from tactogram.models.stroke_gan.config import Config
+from tactogram.models.stroke_gan.config import TEXTURE_GAN, Config
 from tactogram.models.stroke_gan.learner import StrokeGANLearner
 from tactogram.recipe import Recipe
 from tactogram.signal import Signal
@@ -20,27 +20,20 @@ RATE = 1000.0
 AXES = ("x", "y")
 COLOURS = {"cork": [1, -1.5, 0.8], "felt": [1, -0.9], "tile": [1, 0.3, 0.8]}
 SMALL = {"channels": (12, 8, 4), "batch_size": 4, "latent": 6, "steps": 6, "repetition": "crossfade"}
-OURS = (
-    SMALL
-    | {"residual": "autoregressive", "order": 8, "noise_bands": 2, "statistics": 1.0}
-    | {"match_bands": True}
-)
-both = pytest.mark.parametrize("values", [SMALL, OURS], ids=["scaled", "whitened"])
 
 
 def config(values=SMALL, **changes):
     return validated(Config, {**values, **changes}, where="test")
 
 
-def examples(scale=1.0, length=1800, per_class=2, speeds=None):
+def examples(scale=1.0, length=1800, per_class=2):
     """Simulated: noise through a filter per material, each with its own level."""
     found = []
     for number, (name, taps) in enumerate(COLOURS.items()):
         for take in range(per_class):
             noise = np.random.default_rng(10 * number + take).standard_normal((2, length + 200))
             x = 0.3 * (number + 1) * lfilter([1], taps, noise)[:, 200:] + [[0.0], [9.81]]
-            condition = {} if speeds is None else {"speed_mm_s": speeds[(number + take) % len(speeds)]}
-            found.append(Example(f"{name}-{take}", Signal(scale * x, RATE, "m/s^2", AXES), name, condition))
+            found.append(Example(f"{name}-{take}", Signal(scale * x, RATE, "m/s^2", AXES), name))
     return found
 
 
@@ -87,14 +80,14 @@ def test_an_update_of_one_network_leaves_the_other_alone():
     made = learner()
     data = examples()
     made.step(Stage("fit", 1), data)
-    _, x, label = next(made.batches(made.stages(data)[-1], data, seed=0))
+    x, label = next(made.batches(made.stages(data)[-1], data, seed=0))
     real, label = torch.from_numpy(x), torch.from_numpy(label)
     for network, other, update in (
-        (made.discriminator, made.generator, made._update_discriminator),
-        (made.generator, made.discriminator, made._update_generator),
+        (made.discriminator, made.generator, lambda: made._update_discriminator(real, label)),
+        (made.generator, made.discriminator, lambda: made._update_generator(label)),
     ):
         before = [p.clone() for p in network.parameters()], [p.clone() for p in other.parameters()]
-        update(real, label)
+        update()
         assert not all(map(torch.equal, before[0], network.parameters()))
         assert all(map(torch.equal, before[1], other.parameters()))
         assert all(p.requires_grad for p in other.parameters())
@@ -109,30 +102,11 @@ def test_adam_and_its_numbers_are_the_papers():
     assert (made.config.batch_size, made.config.penalty, made.config.epochs) == (64, 10, 40)
 
 
-def test_cosine_falls_to_nothing():
-    made = learner(schedule="cosine", learning_rate=1e-2, generator_learning_rate=1e-3)
-    for done, share in ((0, 1), (0.5, 0.5), (1, 0)):
-        made._schedule(done)
-        rates = [optimiser.param_groups[0]["lr"] for optimiser in made.optimisers]
-        assert rates == pytest.approx([1e-3 * share, 1e-2 * share])
-
-
-def test_the_average_generates():
-    made = trained(moving_average=0.5)
-    assert made.average is not None
-    before = made.generate({"material": "cork"}, seed=0).samples
-    torch.nn.init.zeros_(made.generator.dense.weight)
-    np.testing.assert_array_equal(made.generate({"material": "cork"}, seed=0).samples, before)
-    torch.nn.init.zeros_(made.average.network.dense.weight)
-    assert not np.array_equal(made.generate({"material": "cork"}, seed=0).samples, before)
-
-
-@both
-def test_on_lightning_fabric_as_without_it(values):
+def test_on_lightning_fabric_as_without_it():
     from tactogram.recipe import Training
     from tactogram.training.device import make_fabric
 
-    one, other = learner(values), learner(values)
+    one, other = learner(), learner()
     other.setup(make_fabric(Training(), accelerator="cpu"))
     for made in (one, other):
         fit(made, examples(), seed=0)
@@ -140,25 +114,12 @@ def test_on_lightning_fabric_as_without_it(values):
     np.testing.assert_array_equal(one.generate(asked, seed=1).samples, other.generate(asked, seed=1).samples)
 
 
-def test_half_precision_trains_to_finite_losses():
-    from tactogram.recipe import Training
-    from tactogram.training.device import make_fabric
-
-    made = learner(OURS)
-    made.setup(make_fabric(Training(precision="bf16-mixed"), accelerator="cpu"))
-    seen = []
-    fit(made, examples(), seed=0, on_step=lambda place, stage, losses: seen.append(losses))
-    assert len(seen) == 8
-    assert np.isfinite(made.generate({"material": "felt"}, seed=0).samples).all()
-
-
 # -- level, unit, length --------------------------------------------------------------------------------------
 
 
-@both
-def test_level_is_kept(values):
+def test_level_is_kept():
     """A hundredth of the signal in is a hundredth out, gravity and all."""
-    large, small = (trained(values, examples(scale)) for scale in (1.0, 0.01))
+    large, small = (trained(SMALL, examples(scale)) for scale in (1.0, 0.01))
     one, other = (made.generate({"material": "cork"}, seconds=0.5, seed=3) for made in (large, small))
     assert other.unit == "m/s^2"
     np.testing.assert_allclose(
@@ -167,9 +128,8 @@ def test_level_is_kept(values):
     assert one.samples[1].mean() == pytest.approx(9.81, abs=3)
 
 
-@both
-def test_a_longer_signal_begins_as_the_shorter_one(values):
-    made = trained(values)
+def test_a_longer_signal_begins_as_the_shorter_one():
+    made = trained()
     asked = {"material": {"cork": 0.4, "tile": 0.6}}
     long = made.generate(asked, seconds=9.3, seed=5)
     assert len(long) == 9300
@@ -180,9 +140,8 @@ def test_a_longer_signal_begins_as_the_shorter_one(values):
     assert len(made.generate(asked, seed=5)) == made.config.length
 
 
-@both
-def test_pieces_are_joined_without_a_seam(values):
-    made = trained(values)
+def test_pieces_are_joined_without_a_seam():
+    made = trained()
     long = made.generate({"material": "tile"}, seconds=40.0, seed=0)
     hop = made.config.length - round(made.config.overlap * made.config.length)
     places = [p + d for p in range(hop, len(long) - 200, hop) for d in range(0, 128, 8)]
@@ -205,48 +164,32 @@ def test_nothing_is_clipped_unless_asked_for_and_then_said():
     figures = made.step(Stage("fit", 1), examples())
     assert figures["clipped_share"] == 0
     assert set(figures) == {"scale_x", "scale_y", "clipped_share"}
-    largest = max(np.abs(e.signal.samples[0] - made.domain.offset[0]).max() for e in examples())
+    largest = max(np.abs(e.signal.samples[0] - made.scaling.offset[0]).max() for e in examples())
     assert figures["scale_x"] == pytest.approx(largest)
     figures = learner(within_range=0.99).step(Stage("fit", 1), examples())
     assert figures["scale_x"] < largest
     assert 0.005 < figures["clipped_share"] <= 0.01
 
 
-@both
-def test_domain_goes_both_ways(values):
-    made = learner(values)
-    data = examples()
-    made.step(Stage("fit", 1), data)
-    signal, place = data[0].signal, 0
-    inside = made.domain.inside(signal.samples, place)
-    weights = np.eye(3)[place]
-    rest = np.zeros((2, made.domain.settle), np.float32)
-    back = made.domain.outside(np.hstack((rest, inside)), weights)
-    assert len(back) == inside.shape[1] == len(signal) - made.domain.lead
-    # The filters begin at rest, not in the recording's state: that dies away.
-    begin = made.domain.models[place].order + made.domain.rests[place].order if values is OURS else 0
-    expected = signal.samples[:, begin : begin + len(back)]
-    np.testing.assert_allclose(back.samples[:, 400:], expected[:, 400:], atol=2e-3)
-    if values is OURS:
-        assert inside.var(1) == pytest.approx([1, 1], rel=0.15)
+def test_scaling_goes_both_ways():
+    made, (one, *_) = learner(), examples()
+    made.step(Stage("fit", 1), examples())
+    scaled = made.scaling.scaled(one.signal.samples)
+    assert np.abs(scaled).max() <= 1
+    np.testing.assert_allclose(made.scaling.unscaled(scaled).samples, one.signal.samples, atol=1e-5)
 
 
 # -- labels -----------------------------------------------------------------------------------------------------
 
 
-@both
-def test_labels_are_learned(values):
-    made = trained(values | {"steps": 40, "learning_rate": 2e-3, "adversarial": 1.0})
+def test_labels_are_learned():
+    made = trained(steps=40, learning_rate=2e-3)
     levels = {name: made.generate({"material": name}, seconds=3, seed=0).samples[0].std() for name in COLOURS}
-    if values is OURS:  # the filters' part; a few steps of the networks alone do not get there
-        recorded = {e.material: e.signal.samples[0].std() for e in examples()}
-        assert all(0.6 < levels[name] / recorded[name] < 1.6 for name in COLOURS)
     assert len({round(float(level), 4) for level in levels.values()}) == 3
 
 
-@both
-def test_weights_go_in_as_given(values):
-    made = trained(values)
+def test_weights_go_in_as_given():
+    made = trained()
     one = made.generate({"material": {"cork": 1.0, "tile": 0.5}}, seed=0)
     scaled = made.generate({"material": {"cork": 2.0, "tile": 1.0}}, seed=0)
     assert not np.array_equal(one.samples, scaled.samples)
@@ -264,7 +207,7 @@ def test_weights_go_in_as_given(values):
         ({"material": {"cork": -0.5, "tile": 1}}, "weight of cork must be finite and >= 0, got -0.5"),
         ({"material": {"cork": float("nan")}}, "weight of cork must be finite and >= 0, got nan"),
         ({"material": "cork", "words": {"rough": 1}}, "'words' is not one this model takes"),
-        ({"material": "cork", "speed_mm_s": 100}, "speed_mm_s is not known of the training recordings"),
+        ({"material": "cork", "speed_mm_s": 100}, "'speed_mm_s' is not one this model takes"),
         ({"material": "cork", "latent": np.zeros(5)}, "latent must be 6 numbers in -1 to 1, got shape"),
         ({"material": "cork", "latent": np.full(6, 1.5)}, "latent must be 6 numbers in -1 to 1"),
         ({"material": "cork", "latent": np.full(6, np.nan)}, "latent must be 6 numbers in -1 to 1"),
@@ -290,68 +233,11 @@ def test_latent_decides_the_first_piece():
 
 def test_the_same_seed_is_the_same_noise_under_any_condition():
     made = trained()
-    latent = child_rng(5, "latent", 0).uniform(-1, 1, made.config.latents)
+    latent = child_rng(5, "latent", 0).uniform(-1, 1, made.config.latent)
     for material in ("cork", "tile"):
         by_seed = made.generate({"material": material}, seed=5).samples
         given = made.generate({"material": material, "latent": latent}, seed=5).samples
         np.testing.assert_array_equal(by_seed, given)
-
-
-def test_speed_beside_the_classes():
-    data = examples(speeds=(100.0, 200.0))
-    made = trained(SMALL | {"conditions": ("speed_mm_s",)}, data)
-    assert made.generator.dense.in_features == 6 + 3 + 1
-    slow, fast, mean, beyond = (
-        made.generate({"material": "cork", "speed_mm_s": speed}, seed=0).samples
-        for speed in (100.0, 200.0, 150.0, 500.0)
-    )
-    assert not np.array_equal(slow, fast)
-    np.testing.assert_array_equal(fast, beyond)  # clamped to what was recorded
-    np.testing.assert_array_equal(mean, made.generate({"material": "cork"}, seed=0).samples)
-    for speed in (-1.0, float("nan")):
-        with pytest.raises(ParameterError, match="speed_mm_s must be finite and >= 0"):
-            made.generate({"material": "cork", "speed_mm_s": speed}, seed=0)
-
-
-def test_a_speed_that_was_not_learned_must_be_the_recordings_own():
-    made = trained(data=examples(speeds=(100.0,)))
-    plain = made.generate({"material": "cork"}, seed=0).samples
-    np.testing.assert_array_equal(
-        made.generate({"material": "cork", "speed_mm_s": 100.0}, seed=0).samples, plain
-    )
-    with pytest.raises(
-        ParameterError, match="was 100 to 100 in training and is not one of config.conditions"
-    ):
-        made.generate({"material": "cork", "speed_mm_s": 200.0}, seed=0)
-
-
-def test_the_default_of_a_condition_is_the_median_and_bands_are_matched_at_the_recordings_own():
-    data = examples(speeds=(100.0, 110.0, 400.0))
-    made = trained(OURS | {"conditions": ("speed_mm_s",)}, data)
-    median, plain = (
-        made.generate({"material": "cork", **asked}, seed=0).samples for asked in ({"speed_mm_s": 110.0}, {})
-    )
-    np.testing.assert_array_equal(median, plain)
-    again = learner(OURS | {"conditions": ("speed_mm_s",)})
-    again.load_state(made.state())
-    np.testing.assert_array_equal(again.generate({"material": "cork"}, seed=0).samples, plain)
-    assert again.band_levels.recorded.shape[:2] == (3, 2)
-
-
-@pytest.mark.parametrize(
-    ("speeds", "message"), [(None, "speed_mm_s is not known"), ((100.0,), None)], ids=["unknown", "constant"]
-)
-def test_a_condition_that_says_nothing_has_its_place_all_the_same(speeds, message):
-    """So that a recipe can ask for it whatever the data."""
-    made = trained(SMALL | {"conditions": ("speed_mm_s", "force_n")}, examples(speeds=speeds))
-    assert made.generator.dense.in_features == 6 + 3 + 2
-    plain = made.generate({"material": "cork"}, seed=0).samples
-    if message is None:
-        told = made.generate({"material": "cork", "speed_mm_s": 100.0}, seed=0).samples
-        np.testing.assert_array_equal(told, plain)
-    else:
-        with pytest.raises(ParameterError, match=message):
-            made.generate({"material": "cork", "speed_mm_s": 100.0}, seed=0)
 
 
 def test_what_cannot_be_learned_is_refused():
@@ -359,8 +245,6 @@ def test_what_cannot_be_learned_is_refused():
         StrokeGANLearner(config(), SignalKind(RATE, "N", ("z",)), seed=0)
     with pytest.raises(ParameterError, match="no training recording of felt, tile"):
         learner().stages(examples()[:2])
-    with pytest.raises(ParameterError, match="noise_bands needs residual"):
-        config(noise_bands=2)
     with pytest.raises(ParameterError, match="kernel 3 must not be shorter than stride 4"):
         config(kernel=3)
     wrong = [Example(e.id, Signal(e.signal.samples, 500.0, "m/s^2", AXES), e.material) for e in examples()]
@@ -373,6 +257,27 @@ def test_batches_hold_every_recording_once_an_epoch():
     fit(made, data, seed=0)
     stage = made.stages(data)[-1]
     labels = np.concatenate(
-        [b[2] for b in islice(made.batches(stage, data, seed=7), 3)]
+        [b[1] for b in islice(made.batches(stage, data, seed=7), 3)]
     )  # 12 crops: 2 epochs
     assert labels.sum(0).tolist() == [4, 4, 4]
+
+
+# -- what was part of this model ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", TEXTURE_GAN)
+def test_a_key_of_texture_gan_names_that_model(name):
+    """Runs and recipes from before the two were separate."""
+    from tactogram.models import find
+
+    with pytest.raises(ParameterError, match=f"{name} belongs to the model texture_gan") as error:
+        find("stroke_gan").config({"steps": 500, name: 1})
+    assert "\n" not in str(error.value)
+
+
+def test_a_state_from_before_texture_gan_was_separate_loads():
+    made, other = trained(), learner()
+    former = {"conditions": {}, "spread": torch.ones(0), "bands": None, "average": None}
+    other.load_state(made.state() | former)
+    one, again = (m.generate({"material": "cork"}, seed=0).samples for m in (made, other))
+    np.testing.assert_array_equal(one, again)

@@ -1,11 +1,7 @@
-import math
-
-import pytest
 import torch
 
 from tactogram.models.stroke_gan.config import Config
-from tactogram.models.stroke_gan.excitation import split_bands
-from tactogram.models.stroke_gan.networks import Discriminator, Generator, Periodic
+from tactogram.models.stroke_gan.networks import Generator, discriminator
 
 NARROW = Config(channels=(16, 8, 4, 2, 1))  # the published layout, a 64th of its channels
 AXES, CLASSES = 3, 9
@@ -39,7 +35,7 @@ def test_generator_has_the_shapes_of_table_iii():
 
 def test_discriminator_has_the_shapes_of_table_iii_with_its_typing_error_mended():
     """Table III says (n, 64, 4096, 64) and so on where the axes must stand: (n, 3, 4096, 64)."""
-    network = Discriminator(NARROW, axes=AXES, labels=CLASSES)
+    network = discriminator(NARROW, axes=AXES, labels=CLASSES)
     seen, out = shapes_of(network, torch.zeros(2, 3, 16384), one_hot(count=2))
     shuffled = [
         (2, 3, 4096, 64 // 64),
@@ -57,15 +53,15 @@ def test_published_networks_have_the_weights_of_table_iii():
     assert config.length == 16384
     with torch.device("meta"):
         generator = Generator(config, axes=AXES, labels=CLASSES)
-        discriminator = Discriminator(config, axes=AXES, labels=CLASSES)
+        critic = discriminator(config, axes=AXES, labels=CLASSES)
     kernels = [(512, 1024), (256, 512), (128, 256), (64, 128)]
     shared = sum(25 * a * b for a, b in kernels)
     by_hand = (100 + 9) * 49152 + 49152 + shared + 25 * 1 * 64 + (512 + 256 + 128 + 64 + 1)
     assert sum(p.numel() for p in generator.parameters()) == by_hand == 22_817_281
     by_hand = 25 * (1 + 9) * 64 + shared + (64 + 128 + 256 + 512 + 1024) + 49152 + 1
-    assert sum(p.numel() for p in discriminator.parameters()) == by_hand == 17_475_137
+    assert sum(p.numel() for p in critic.parameters()) == by_hand == 17_475_137
     assert tuple(generator.layers[0].weight.shape) == (25, 512, 1024)
-    assert tuple(discriminator.first.weight.shape) == (25, 1 + 9, 64)
+    assert tuple(critic.first.weight.shape) == (25, 1 + 9, 64)
 
 
 def test_activations_and_their_places():
@@ -89,7 +85,7 @@ def test_axes_share_their_filters_and_are_not_convolved_together():
 
 
 def test_label_channels_are_constant_channels_beside_the_signal():
-    network = Discriminator(NARROW, axes=2, labels=CLASSES)
+    network = discriminator(NARROW, axes=2, labels=CLASSES)
     with torch.no_grad():
         network.first.bias.uniform_(-1, 1)
     x, label = torch.randn(3, 2, 16384), torch.rand(3, CLASSES)
@@ -100,14 +96,14 @@ def test_label_channels_are_constant_channels_beside_the_signal():
 
 def test_labels_reach_the_output_of_both():
     generator = Generator(NARROW, axes=1, labels=CLASSES)
-    discriminator = Discriminator(NARROW, axes=1, labels=CLASSES)
+    critic = discriminator(NARROW, axes=1, labels=CLASSES)
     latent, x = torch.rand(1, 100), torch.randn(1, 1, 16384)
     assert not torch.allclose(generator(latent, one_hot(0)), generator(latent, one_hot(1)))
     with torch.random.fork_rng():
         torch.manual_seed(0)
-        one = discriminator(x, one_hot(0))
+        one = critic(x, one_hot(0))
         torch.manual_seed(0)
-        other = discriminator(x, one_hot(1))
+        other = critic(x, one_hot(1))
     assert not torch.allclose(one, other)
 
 
@@ -121,48 +117,3 @@ def test_half_a_label_is_half_its_part_of_the_first_layer():
 
     both = 0.3 * first(one_hot(0)) + 0.7 * first(one_hot(4))
     torch.testing.assert_close(first(0.3 * one_hot(0) + 0.7 * one_hot(4)), both, atol=1e-5, rtol=1e-4)
-
-
-# -- ours: noise in bands -----------------------------------------------------------------------------------
-
-
-def test_bands_sum_to_the_noise_and_lie_in_octaves():
-    noise = torch.randn(4, 2, 4096, generator=torch.Generator().manual_seed(0))
-    bands = split_bands(noise, 4)
-    torch.testing.assert_close(bands.sum(3), noise, atol=1e-5, rtol=1e-4)
-    power = torch.fft.rfft(bands, dim=2).abs().square().mean((0, 1))  # F, band
-    centre = (power * torch.arange(len(power))[:, None]).sum(0) / power.sum(0) / len(power)
-    assert centre.tolist() == pytest.approx([1 / 16, 3 / 16, 3 / 8, 3 / 4], rel=0.15)
-
-
-def test_generator_of_noise_begins_as_plain_noise():
-    config = Config(channels=(16, 8, 4), residual="autoregressive", noise_bands=3)
-    network = Generator(config, axes=2, labels=1)
-    noise = torch.randn(8, 2, config.length, generator=torch.Generator().manual_seed(0))
-    with torch.no_grad():
-        made = network(torch.rand(8, 100), torch.ones(8, 1), split_bands(noise, 3))
-    assert made.std().item() == pytest.approx(1, abs=0.2)
-    assert torch.corrcoef(torch.stack((made.flatten(), noise.flatten())))[0, 1] > 0.95
-
-
-def test_sinusoids_have_their_frequencies_and_labels_mix_in_them():
-    config = Config(channels=(16, 8, 4), residual="autoregressive", noise_bands=2, sinusoids=6)
-    periodic = Periodic(config, axes=2, labels=3)
-    latent = torch.rand(1, 12, generator=torch.Generator().manual_seed(0)) * 2 - 1
-    with torch.no_grad():
-        periodic.wave.zero_()
-        periodic.wave[1, 4, 0] = 1.0  # sine 4 in the first axis of label 1
-    label = torch.eye(3)
-    hidden, wave = periodic(latent, label[1:2])
-    assert hidden.shape == (1, 1, config.length // 4, 4)
-    assert wave.shape == (1, 2, config.length)
-    assert not wave[0, 1].any()
-    spectrum = torch.fft.rfft(wave[0, 0] * torch.hann_window(config.length)).abs()
-    step = math.log(0.2 * config.length / 8) / 6
-    expected = 8 / config.length * math.exp(step * (4.5 + latent[0, 4].item() / 2))
-    assert spectrum.argmax().item() / config.length == pytest.approx(expected, abs=1 / config.length)
-    both = periodic(latent, 0.5 * label[:1] + 0.5 * label[1:2])
-    for mixed, one, other in zip(
-        both, periodic(latent, label[:1]), periodic(latent, label[1:2]), strict=True
-    ):
-        torch.testing.assert_close(mixed, (one + other) / 2)

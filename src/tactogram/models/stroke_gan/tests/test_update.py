@@ -66,7 +66,7 @@ def test_a_step_is_algorithm_1_with_the_numbers_of_table_iv(monkeypatch, critic_
     for number in range(STEPS):
         real = rand(4 * critic_updates, 2, 64, generator=torch.Generator().manual_seed(number)) * 2 - 1
         label = torch.eye(2)[torch.arange(4 * critic_updates) % 2]
-        figures = ours.step(Stage("train", STEPS), (number, real.numpy(), label.numpy()))
+        figures = ours.step(Stage("train", STEPS), (real.numpy(), label.numpy()))
         expected = {}
         for update in range(critic_updates):
             expected |= plain.update_critic(real[4 * update :][:4], label[4 * update :][:4])

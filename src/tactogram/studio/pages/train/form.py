@@ -30,7 +30,7 @@ def draw(desk: TrainDesk, *, model: str = "", data: str = "") -> None:
     for name, usual in USUAL.items():
         values.setdefault(name, usual)
     values.setdefault("changes", {})
-    values["model"] = model if model in models else _kept(values, "model", models, "stroke_gan")
+    values["model"] = model if model in models else _kept(values, "model", models, "texture_gan")
     values["data"] = data if data in stores else _kept(values, "data", stores, stores[0] if stores else None)
     ui.label("Start a training").classes("h2").props('role="heading" aria-level="2"')
     if not stores:

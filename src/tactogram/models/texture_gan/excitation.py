@@ -1,4 +1,4 @@
-"""Noise in bands, for a generator that shapes it: white in sum, the axes going together as they are told."""
+"""White noise in bands, for a generator that shapes each."""
 
 from __future__ import annotations
 

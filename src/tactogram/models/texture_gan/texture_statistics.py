@@ -1,7 +1,7 @@
-"""Statistics that tell textures apart whatever their phase, and a distance between two sets of them.
+"""Statistics that distinguish textures whatever their phase, and a distance between two sets of them.
 
-Which ones matter follows work on the hearing of textures: marginal distributions, envelopes of bands, how fast
-they swell and fade, how they go together (McDermott & Simoncelli 2011).
+The choice follows work on the hearing of textures: marginal distributions, envelopes of bands, their modulation
+and their correlations (McDermott & Simoncelli 2011).
 
 References
 ----------

@@ -1,4 +1,4 @@
-"""The label of a signal: a weight per material, and the numbers that its recipe asks for, standardised."""
+"""The label of a signal: a weight per material, and speed and force, standardised."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Number(NamedTuple):
 
 
 class Labels:
-    """From the conditions of a signal to the networks' label.
+    """Labels of the networks from the conditions of signals.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class Labels:
     def __init__(self, names: Sequence[str]) -> None:
         self.names = tuple(names)
         self.known: Mapping[str, Number] = {}
-        """The numbers that every training recording names, whether in the label or not."""
+        """The numbers that every training recording has, in the label or not."""
 
     def fit(self, examples: Sequence[Example]) -> None:
         """Measure the numeric conditions of the training part."""
@@ -61,16 +61,16 @@ class Labels:
         return torch.tensor([*weights, *self.numbers(condition)], dtype=torch.float32)
 
     def numbers(self, condition: Condition) -> list[float]:
-        """Return the numeric conditions, standardised: 0 is the median, and what is not known."""
+        """Return the numeric conditions, standardised: 0 is the median, and stands for what is not known."""
         return [self._standardised(name, condition.get(name)) for name in self.names]
 
     def check(self, condition: Condition) -> None:
-        """Refuse a speed or force that makes no sense, or that nothing was learned of.
+        """Refuse a speed or force that is invalid or was not learned.
 
         Raises
         ------
         ParameterError
-            If it is not finite or below 0, is not known of the recordings, or is beyond theirs and not in the label.
+            If it is not finite or below 0, if the recordings have none, or if it is beyond theirs and not in the label.
         """
         for name in NUMBERS:
             value = condition.get(name)

@@ -4,13 +4,13 @@ from scipy.signal import coherence, lfilter, welch
 
 from tactogram.errors import ParameterError
 from tactogram.model import Example, SignalKind
-from tactogram.models.stroke_gan.config import Config
-from tactogram.models.stroke_gan.whitened import REACH, Whitened
+from tactogram.models.texture_gan.config import Config
+from tactogram.models.texture_gan.whitening import REACH, Whitening
 from tactogram.signal import Signal
 
 KIND = SignalKind(1000.0, "m/s^2", ("x", "y", "z"), ("cork", "tile"))
 GRAVITY = np.array([[0], [0], [9.81]])
-CONFIG = Config(channels=(4, 4, 4), residual="autoregressive", order=12)
+CONFIG = Config(channels=(4, 4, 4), order=12)
 
 
 def surface(material, seed, length=6000):
@@ -24,33 +24,33 @@ def surface(material, seed, length=6000):
 
 @pytest.fixture(scope="module")
 def fitted():
-    domain = Whitened(CONFIG, KIND)
-    domain.fit([surface(name, seed) for name in KIND.materials for seed in range(4)])
-    return domain
+    whitening = Whitening(CONFIG, KIND)
+    whitening.fit([surface(name, seed) for name in KIND.materials for seed in range(4)])
+    return whitening
 
 
-def noise(domain, material, length=60_000):
+def noise(whitening, material, length=60_000):
     """What the filters make of white noise."""
-    y = np.random.default_rng(0).standard_normal((3, domain.settle + length)).astype(np.float32)
-    return domain.outside(y, np.eye(2)[material])
+    y = np.random.default_rng(0).standard_normal((3, whitening.settle + length)).astype(np.float32)
+    return whitening.coloured(y, np.eye(2)[material])
 
 
 @pytest.mark.parametrize("material", [0, 1])
-def test_inside_is_white_in_every_axis_and_between_them(fitted, material):
+def test_white_is_white_in_every_axis_and_between_them(fitted, material):
     example = surface(KIND.materials[material], 9)
-    inside = fitted.inside(example.signal.samples, material).astype(np.float64)
-    assert inside.shape == (3, len(example.signal) - fitted.lead)
-    assert inside.std(1) == pytest.approx([1, 1, 1], rel=0.1)
-    spectrum = np.fft.rfft(inside)
+    white = fitted.whitened(example.signal.samples, material).astype(np.float64)
+    assert white.shape == (3, len(example.signal) - fitted.lead)
+    assert white.std(1) == pytest.approx([1, 1, 1], rel=0.1)
+    spectrum = np.fft.rfft(white)
     for i in range(3):
         for j in range(i + 1):
-            r = np.fft.irfft(spectrum[i] * spectrum[j].conj()) / inside.shape[1]
+            r = np.fft.irfft(spectrum[i] * spectrum[j].conj()) / white.shape[1]
             r[0] -= i == j
             assert np.abs(np.concatenate((r[:60], r[-60:]))).max() < 0.09
 
 
 @pytest.mark.parametrize("material", [0, 1])
-def test_noise_outside_has_spectrum_level_and_coherence_of_the_recordings(fitted, material):
+def test_coloured_noise_has_spectrum_level_and_coherence_of_the_recordings(fitted, material):
     real, made = surface(KIND.materials[material], 9, 60_000).signal, noise(fitted, material)
     assert len(made) == 60_000
     assert made.samples[2].mean() == pytest.approx(9.81, rel=0.05)
@@ -68,12 +68,12 @@ def test_noise_outside_has_spectrum_level_and_coherence_of_the_recordings(fitted
 def test_between_two_materials_the_level_is_between(fitted):
     levels = [noise(fitted, m).samples[0].std() for m in (0, 1)]
     y = np.random.default_rng(0).standard_normal((3, fitted.settle + 20_000)).astype(np.float32)
-    half = fitted.outside(y, np.array([0.5, 0.5])).samples[0].std()
+    half = fitted.coloured(y, np.array([0.5, 0.5])).samples[0].std()
     assert half == pytest.approx(np.sqrt(levels[0] * levels[1]), rel=0.1)
 
 
 def test_state_comes_back(fitted):
-    other = Whitened(CONFIG, KIND)
+    other = Whitening(CONFIG, KIND)
     other.load_state(fitted.state())
     np.testing.assert_array_equal(noise(other, 0, 500).samples, noise(fitted, 0, 500).samples)
 
@@ -84,14 +84,14 @@ def test_a_silent_axis_stays_silent():
         Example(str(i), Signal(random.standard_normal((3, 2000)) * [[1], [0], [1]], 1000.0, "m/s^2"), name)
         for i, name in enumerate(KIND.materials)
     ]
-    domain = Whitened(CONFIG, KIND)
-    domain.fit(data)
-    assert np.isfinite(domain.inside(data[0].signal.samples, 0)).all()
-    made = noise(domain, 0, 500)
+    whitening = Whitening(CONFIG, KIND)
+    whitening.fit(data)
+    assert np.isfinite(whitening.whitened(data[0].signal.samples, 0)).all()
+    made = noise(whitening, 0, 500)
     assert np.isfinite(made.samples).all()
 
 
 def test_recordings_too_short_for_the_filters_are_refused():
     data = [surface(name, 0, 200) for name in KIND.materials]
     with pytest.raises(ParameterError, match="of cork must have more than 268 samples, got 200 at most"):
-        Whitened(CONFIG, KIND).fit(data)
+        Whitening(CONFIG, KIND).fit(data)

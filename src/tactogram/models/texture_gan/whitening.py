@@ -1,4 +1,4 @@
-"""What filters cannot foresee of a signal: white noise, but for how it swells, clicks and repeats.
+"""Whitening by autoregressive filters, and the way back. What is left swells, clicks and repeats.
 
 References
 ----------
@@ -18,7 +18,7 @@ from scipy.signal import lfilter
 
 from tactogram.errors import ParameterError
 from tactogram.model import Example, SignalKind
-from tactogram.models.stroke_gan.config import Config
+from tactogram.models.texture_gan.config import Config
 from tactogram.signal import Signal
 from tactogram.signal.autoregressive import AutoregressiveModel, mix
 from tactogram.signal.autoregressive_fit import fit_autoregressive
@@ -27,25 +27,25 @@ Array = NDArray[np.float64]
 MAX_ORDER = 60
 """As in `ar_texture`."""
 REACH = 64
-"""Samples to both sides that an axis is foreseen from the others by."""
+"""Samples to both sides of the filters that predict an axis from the others."""
 PORTION = 1 << 14
-"""Samples of a recording that are looked at together; bounds the memory."""
+"""Samples of a recording that are taken together; bounds the memory."""
 
 
-class Whitened:
-    """What an autoregressive model of the material does not foresee, at unit variance, each axis by itself.
+class Whitening:
+    """The prediction error of an autoregressive model of the material, each axis white and of unit variance.
 
-    An axis' model foresees it from its own past; its error is foreseen, `REACH` samples to both sides, from the
-    errors of the axes before it; and what is left after that once more from its own past. So spectra, level and
-    coherence between the axes are the filters', and the networks shape what those cannot say. Between materials
-    the filters are mixed as `ar_texture`'s are, the ones between axes linearly.
+    Each axis is predicted from its own past; its error is predicted, `REACH` samples to both sides, from the
+    errors of the axes before it; and the rest once more from its own past. So spectra, level and coherence between
+    the axes belong to the filters, and the networks shape what is left. Between materials the filters are mixed as
+    those of `ar_texture` are, the filters between axes linearly.
 
     Attributes
     ----------
     couplings : list of float64 arrays, shape (axis, axis, 2 reach + 1)
-        Per material; [i, j] foresees axis i from axis j < i.
+        Per material; [i, j] predicts axis i from axis j < i.
     rests : list of AutoregressiveModel
-        Per material; of what is left of each axis' error, at unit variance, after that.
+        Per material; of the rest of each axis' error, at unit variance.
     """
 
     def __init__(self, config: Config, kind: SignalKind) -> None:
@@ -57,17 +57,17 @@ class Whitened:
 
     @property
     def lead(self) -> int:
-        """The highest orders, and what the coupling reaches over at both ends."""
+        """Samples before a crop that `whitened` needs: the highest orders and the reach of the coupling."""
         orders = [max((model.order for model in part), default=0) for part in (self.models, self.rests)]
         return sum(orders) + 2 * self.reach
 
     @property
     def settle(self) -> int:
-        """A whole length: the filters start at rest, and may ring for long."""
+        """Samples that `coloured` needs before those it returns: a whole length, since filters may ring for long."""
         return self.config.length
 
     def fit(self, examples: Sequence[Example]) -> dict[str, float]:
-        """Fit a model, the couplings and a model of the rest per material.
+        """Fit a model, the couplings and a model of the rest per material; return their mean order.
 
         Raises
         ------
@@ -83,8 +83,7 @@ class Whitened:
             errors = [_error(model, signal.samples) for signal in signals if len(signal) > least]
             if not errors:
                 raise ParameterError(
-                    f"a recording of {name} must have more than {least} samples, got {max(map(len, signals))} at "
-                    'most; set config.residual = "none"'
+                    f"a recording of {name} must have more than {least} samples, got {max(map(len, signals))} at most"
                 )
             coupling = _couple(errors, len(self.kind.axes), self.reach)
             left = [signals[0].with_samples(self._left(error, coupling)) for error in errors]
@@ -94,23 +93,23 @@ class Whitened:
             self.rests.append(fit_autoregressive(left, order=order, max_order=most))
         return {"order": float(np.mean([model.order for model in self.models]))}
 
-    def inside(self, x: NDArray[np.float32], material: int) -> NDArray[np.float32]:
-        """See `tactogram.models.stroke_gan.domain.Domain`."""
+    def whitened(self, x: NDArray[np.float32], material: int) -> NDArray[np.float32]:
+        """Return (axis, lead + time) samples of a recording as (axis, time) for the networks."""
         model, rest = self.models[material], self.rests[material]
         needed = model.order + rest.order + 2 * self.reach
         error = _error(model, x[:, self.lead - needed :])
         return _error(rest, self._left(error, self.couplings[material])).astype(np.float32)
 
     def _left(self, error: Array, coupling: Array) -> Array:
-        """Return errors (axis, time) less what the axes before foresee, (axis, time - 2 reach)."""
+        """Return errors (axis, time) less their prediction from the axes before, (axis, time - 2 reach)."""
         left = error[:, self.reach : error.shape[1] - self.reach].copy()
         for i in range(1, len(error)):
             for j in range(i):
                 left[i] -= np.convolve(error[j], coupling[i, j], "valid")
         return left
 
-    def outside(self, y: NDArray[np.float32], weights: NDArray[np.float64]) -> Signal:
-        """See `tactogram.models.stroke_gan.domain.Domain`."""
+    def coloured(self, y: NDArray[np.float32], weights: NDArray[np.float64]) -> Signal:
+        """Return (axis, settle + time) samples of the networks as a signal; ``weights`` are by material."""
         model, rest = mix(self.models, weights), mix(self.rests, weights)
         coupling = np.tensordot(weights / weights.sum(), np.array(self.couplings), 1)
         error = _driven(rest, y)
@@ -153,14 +152,14 @@ def _unit(model: AutoregressiveModel) -> Array:
 
 
 def _error(model: AutoregressiveModel, x: NDArray[Any]) -> Array:
-    """Return what the model does not foresee of (axis, time) samples, (axis, time - order), at unit variance."""
+    """Return the prediction error of (axis, time) samples, (axis, time - order), at unit variance."""
     deviation = x - np.asarray(model.mean)[:, None]
     rows = zip(deviation, model.coefficients, strict=True)
     return np.array([np.convolve(row, taps, "valid") for row, taps in rows]) / _unit(model)
 
 
 def _driven(model: AutoregressiveModel, error: NDArray[Any]) -> Array:
-    """Return what the model's filters, from rest, make of errors of unit variance, (axis, time)."""
+    """Return errors of unit variance, (axis, time), through the model's filters, which begin at rest."""
     rows = zip(error * _unit(model), model.coefficients, strict=True)
     driven: Array = np.array([lfilter([1.0], taps, row) for row, taps in rows])
     driven += np.asarray(model.mean)[:, None]
@@ -168,7 +167,7 @@ def _driven(model: AutoregressiveModel, error: NDArray[Any]) -> Array:
 
 
 def _couple(errors: Sequence[Array], axes: int, reach: int) -> Array:
-    """Return the filters that foresee each axis from those before it, by least squares."""
+    """Return the filters that predict each axis from those before it, by least squares."""
     width = 2 * reach + 1
     coupling = np.zeros((axes, axes, width))
     if axes == 1:

@@ -1,4 +1,4 @@
-"""After the training: the strength of bands in recordings, and in what is generated for their conditions."""
+"""Band matching: strengths of bands in recordings, and in signals generated for their conditions."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def match_bands(
     longest: int,
     generate: Generate,
 ) -> None:
-    """Measure ``levels`` of recordings, and of a signal generated for the condition of each.
+    """Measure ``levels`` of recordings and, for the condition of each, of a generated signal.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def match_bands(
 def _beside(
     levels: BandLevels, examples: Sequence[Example], place: int, *, longest: int, generate: Generate
 ) -> tuple[list[NDArray[np.floating]], list[NDArray[np.floating]]]:
-    """Return recordings of a material, and a signal generated beside each, all longer than the filters."""
+    """Return recordings of a material and a generated signal for each, all longer than the filters."""
     examples = [e for e in examples if len(e.signal) > 2 * levels.reach] or examples
     recorded, made = [], []
     for number, example in enumerate(examples[:: -(-len(examples) // RECORDINGS)]):

@@ -1,0 +1,82 @@
+"""Random crops of recordings, each as long as the signals of a network."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.model import Example
+from tactogram.signal import Signal
+from tactogram.signal.joining import extend
+
+Rng = Callable[[str, int], np.random.Generator]
+"""From a purpose, ``"epoch"`` or ``"crop"``, and its number to a random generator of its own."""
+
+
+@dataclass(frozen=True)
+class SignalCrops:
+    """An endless sequence of crops: epoch after epoch, each with every recording in a new order.
+
+    Crop k depends on the random generators and k alone. Only the crops asked for are read.
+
+    Parameters
+    ----------
+    examples : sequence of Example
+    length : int
+        Samples of a crop.
+    overlap : int
+        Samples of the crossfades that join a shorter recording to itself; at most a third of the recording.
+    repetitions : int, optional
+        How often a shorter recording is put end to end instead, or more often if that is still too short. None
+        crossfades.
+    lead : int
+        Samples before each crop that come with it.
+    """
+
+    examples: Sequence[Example]
+    length: int
+    overlap: int
+    repetitions: int | None = None
+    lead: int = 0
+
+    def epoch(self) -> NDArray[np.int64]:
+        """Return the number of each recording as often as an epoch crops it, int64, shape (crop,).
+
+        Once, or once for every whole ``length`` in it.
+        """
+        times = [max(1, len(example.signal) // self.length) for example in self.examples]
+        return np.repeat(np.arange(len(times)), times)
+
+    def draw(self, start: int, count: int, rng: Rng) -> list[tuple[Example, NDArray[np.float32]]]:
+        """Return crops ``start`` to ``start + count``: each recording, and float32 (axis, lead + length)."""
+        members = self.epoch()
+        drawn = []
+        for number in range(start, start + count):
+            epoch, place = divmod(number, len(members))
+            order = rng("epoch", epoch).permutation(len(members))
+            example = self.examples[members[order[place]]]
+            drawn.append((example, self.cut(example.signal, rng("crop", number))))
+        return drawn
+
+    def cut(self, signal: Signal, rng: np.random.Generator) -> NDArray[np.float32]:
+        """Return a crop of ``signal``, float32, shape (axis, lead + length); every place is equally likely."""
+        size, length = len(signal), self.lead + self.length
+        if size >= length:
+            start = int(rng.integers(size - length + 1))
+            return np.array(signal.samples[:, start : start + length])
+        if self.repetitions is not None:
+            # The same as a crop of `joining.repeat`, without making the whole.
+            times = max(self.repetitions, -(-length // size))
+            start = int(rng.integers(times * size - length + 1))
+            return np.take(signal.samples, np.arange(start, start + length), axis=1, mode="wrap")
+        overlap = min(self.overlap, size // 3)
+        begin = int(rng.integers(size - 2 * overlap))
+        joined = extend(
+            lambda number: signal.cut(0 if number else begin),
+            seconds=length / signal.rate,
+            overlap_s=overlap / signal.rate,
+        )
+        return np.array(joined.samples)

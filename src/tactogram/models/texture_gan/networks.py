@@ -1,0 +1,126 @@
+"""Generator: a waveform, gains of noise in bands, and sinusoids. Tensors are (batch, axis, time, channel)."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor, nn
+
+from tactogram.models.texture_gan.config import Config
+from tactogram.nn import StridedConvTranspose, WaveDiscriminator, glorot_linear
+
+MOST_GAIN = 3.0
+"""Range of the log gain of a noise band, Np: ±26 dB."""
+SLOWEST = 8.0
+"""Cycles of the slowest sinusoid in a signal; the latent and the dense layer shape what is slower."""
+FASTEST = 0.2
+"""Cycles per sample of the fastest one."""
+
+
+class Generator(nn.Module):
+    """Latent, label and noise to a whitened signal. Each axis is convolved on its own, with shared filters.
+
+    Parameters
+    ----------
+    config : Config
+    axes : int
+        A.
+    labels : int
+        C: one per class, and one per numeric condition.
+    """
+
+    def __init__(self, config: Config, *, axes: int, labels: int) -> None:
+        super().__init__()
+        self.leak, self.plain = config.leak, config.latent
+        self.shape = (axes, config.points, config.channels[0])
+        self.dense = glorot_linear(config.latent + labels, axes * config.points * config.channels[0])
+        layers = [
+            StridedConvTranspose(coarse, fine, kernel=config.kernel, stride=config.stride)
+            for coarse, fine in pairwise((*config.channels, 1 + config.noise_bands))
+        ]
+        self.periodic = Periodic(config, axes=axes, labels=labels) if config.sinusoids else None
+        with torch.no_grad():  # begin as plain noise: a waveform near 0 and gains near 1
+            layers[-1].weight.mul_(0.1)
+        self.layers = nn.ModuleList(layers)
+
+    def forward(self, latent: Tensor, label: Tensor, noise: Tensor) -> Tensor:
+        """Return signals.
+
+        Parameters
+        ----------
+        latent : Tensor, shape (batch, latent + 2 sinusoids)
+            Uniform in -1 to 1.
+        label : Tensor, shape (batch, C)
+        noise : Tensor, shape (batch, axis, time, band)
+            White in sum.
+
+        Returns
+        -------
+        Tensor, shape (batch, axis, time)
+            Of about unit variance.
+        """
+        h = self.dense(torch.cat((latent[:, : self.plain], label), 1))  # B, A * 16 * 64
+        h = h.unflatten(1, self.shape)  # B, A, 16, 64
+        for layer in self.layers:
+            if self.periodic and layer is self.layers[-1]:
+                hidden, tones = self.periodic(latent[:, self.plain :], label)
+                h = h + hidden  # B, A, T / 4, C
+            h = layer(F.leaky_relu(h, self.leak))  # B, A, 4 T, C / 2; the last B, A, 4096, 1 + bands
+        wave, gains = h[..., 0].float(), MOST_GAIN * torch.tanh(h[..., 1:].float() / MOST_GAIN)
+        shaped: Tensor = wave + (gains.exp() * noise).sum(3)  # B, A, T
+        return shaped + tones if self.periodic else shaped
+
+
+class Periodic(nn.Module):
+    """Sinusoids over time for what repeats, as in the periodic spatial GAN (Bergmann et al. 2017).
+
+    Ribs and weaves repeat for longer than filters reach. Frequencies lie evenly on a logarithmic scale, each moved
+    within its own step, and phases anywhere, by the latent. How much of each goes into the waveform of which axis,
+    and into which channel of the last hidden layer, which shapes the noise, is learned by label: so labels mix
+    here as well.
+
+    References
+    ----------
+    - Bergmann, U., Jetchev, N. & Vollgraf, R. (2017). Learning texture manifolds with the periodic spatial GAN.
+      ICML.
+    """
+
+    centres: Tensor
+
+    def __init__(self, config: Config, *, axes: int, labels: int) -> None:
+        super().__init__()
+        self.time, self.stride, self.axes = config.length, config.stride, axes
+        lowest, highest = math.log(SLOWEST / self.time), math.log(FASTEST)
+        self.step = (highest - lowest) / config.sinusoids
+        centres = lowest + self.step * (torch.arange(config.sinusoids) + 0.5)
+        self.register_buffer("centres", centres, persistent=False)
+        self.hidden = nn.Parameter(0.1 * torch.randn(labels, config.sinusoids, config.channels[-1]))
+        self.wave = nn.Parameter(0.05 * torch.randn(labels, 2 * config.sinusoids, axes))
+
+    def forward(self, latent: Tensor, label: Tensor) -> tuple[Tensor, Tensor]:
+        """Return what is added to the hidden layer, (batch, 1, time / 4, channel), and out, (batch, axis, time)."""
+        place, phase = latent.float().chunk(2, 1)  # B, S
+        frequency = (self.centres + self.step / 2 * place).exp()  # cycles per sample
+        samples = torch.arange(self.time, device=latent.device)
+        angle = math.tau * frequency[:, :, None] * samples + math.pi * phase[:, :, None]  # B, S, T
+        sine = angle.sin()
+        hidden, wave = (torch.einsum("bl,lsc->bcs", label.float(), w) for w in (self.hidden, self.wave))
+        both = torch.cat((sine, angle.cos()), 1)  # B, 2 S, T
+        return (hidden @ sine[:, :, :: self.stride]).mT[:, None], wave @ both
+
+
+def discriminator(config: Config, *, axes: int, labels: int) -> WaveDiscriminator:
+    """Return the critic: the generator's layers backwards, and phase shuffle between them."""
+    return WaveDiscriminator(
+        channels=config.channels,
+        points=config.points,
+        kernel=config.kernel,
+        stride=config.stride,
+        leak=config.leak,
+        phase_shuffle=config.phase_shuffle,
+        axes=axes,
+        labels=labels,
+    )

@@ -1,0 +1,320 @@
+from itertools import islice
+
+import numpy as np
+import pytest
+import torch
+from scipy.signal import lfilter, welch
+
+from tactogram.errors import ParameterError
+from tactogram.model import Example, SignalKind, Stage
+from tactogram.models.texture_gan.config import Config
+from tactogram.models.texture_gan.learner import FIRST_HEARD, TextureGANLearner
+from tactogram.signal import Signal
+from tactogram.signal.joining import seam_excess_db
+from tactogram.training.loop import fit
+from tactogram.training.seeds import child_rng
+from tactogram.validation import validated
+
+RATE = 1000.0
+AXES = ("x", "y")
+COLOURS = {"cork": [1, -1.5, 0.8], "felt": [1, -0.9], "tile": [1, 0.3, 0.8]}
+SMALL = {
+    "channels": (12, 8, 4), "batch_size": 4, "latent": 6, "steps": 6, "order": 8, "noise_bands": 2, "sinusoids": 3,
+    "moving_average": 0.0, "adversarial": 1.0, "learning_rate": 1e-4, "generator_learning_rate": 1e-4,
+}  # fmt: skip
+
+
+def config(values=SMALL, **changes):
+    return validated(Config, {**values, **changes}, where="test")
+
+
+def examples(scale=1.0, length=1800, per_class=2, speeds=None):
+    """Simulated: noise through a filter per material, each with its own level."""
+    found = []
+    for number, (name, taps) in enumerate(COLOURS.items()):
+        for take in range(per_class):
+            noise = np.random.default_rng(10 * number + take).standard_normal((2, length + 200))
+            x = 0.3 * (number + 1) * lfilter([1], taps, noise)[:, 200:] + [[0.0], [9.81]]
+            condition = {} if speeds is None else {"speed_mm_s": speeds[(number + take) % len(speeds)]}
+            found.append(Example(f"{name}-{take}", Signal(scale * x, RATE, "m/s^2", AXES), name, condition))
+    return found
+
+
+def learner(values=SMALL, **changes):
+    kind = SignalKind(RATE, "m/s^2", AXES, tuple(COLOURS), simulated=True)
+    return TextureGANLearner(config(values, **changes), kind, seed=0)
+
+
+def trained(values=SMALL, data=None, **changes):
+    made = learner(values, **changes)
+    fit(made, data or examples(), seed=0)
+    return made
+
+
+# -- training -----------------------------------------------------------------------------------------------
+
+
+def test_an_update_of_one_network_leaves_the_other_alone():
+    made = learner()
+    data = examples()
+    made.step(Stage("fit", 1), data)
+    _, x, label = next(made.batches(made.stages(data)[1], data, seed=0))
+    real, label = torch.from_numpy(x), torch.from_numpy(label)
+    for network, other, update in (
+        (made.discriminator, made.generator, made._update_discriminator),
+        (made.generator, made.discriminator, made._update_generator),
+    ):
+        before = [p.clone() for p in network.parameters()], [p.clone() for p in other.parameters()]
+        update(real, label)
+        assert not all(map(torch.equal, before[0], network.parameters()))
+        assert all(map(torch.equal, before[1], other.parameters()))
+        assert all(p.requires_grad for p in other.parameters())
+
+
+def test_cosine_falls_to_nothing():
+    made = learner(learning_rate=1e-2, generator_learning_rate=1e-3)
+    for done, share in ((0, 1), (0.5, 0.5), (1, 0)):
+        made._schedule(done)
+        rates = [optimiser.param_groups[0]["lr"] for optimiser in made.optimisers]
+        assert rates == pytest.approx([1e-3 * share, 1e-2 * share])
+
+
+def test_the_average_generates():
+    made = trained(moving_average=0.5)
+    assert made.average is not None
+    before = made.generate({"material": "cork"}, seed=0).samples
+    torch.nn.init.zeros_(made.generator.dense.weight)
+    np.testing.assert_array_equal(made.generate({"material": "cork"}, seed=0).samples, before)
+    torch.nn.init.zeros_(made.average.network.dense.weight)
+    assert not np.array_equal(made.generate({"material": "cork"}, seed=0).samples, before)
+
+
+def test_on_lightning_fabric_as_without_it():
+    from tactogram.recipe import Training
+    from tactogram.training.device import make_fabric
+
+    one, other = learner(), learner()
+    other.setup(make_fabric(Training(), accelerator="cpu"))
+    for made in (one, other):
+        fit(made, examples(), seed=0)
+    asked = {"material": {"cork": 0.5, "tile": 0.5}}
+    np.testing.assert_array_equal(one.generate(asked, seed=1).samples, other.generate(asked, seed=1).samples)
+
+
+def test_half_precision_trains_to_finite_losses():
+    from tactogram.recipe import Training
+    from tactogram.training.device import make_fabric
+
+    made = learner(SMALL)
+    made.setup(make_fabric(Training(precision="bf16-mixed"), accelerator="cpu"))
+    seen = []
+    fit(made, examples(), seed=0, on_step=lambda place, stage, losses: seen.append(losses))
+    assert len(seen) == 8
+    assert np.isfinite(made.generate({"material": "felt"}, seed=0).samples).all()
+
+
+# -- level, unit, length --------------------------------------------------------------------------------------
+
+
+def test_level_is_kept():
+    """A hundredth of the signal in is a hundredth out, gravity and all."""
+    large, small = (trained(SMALL, examples(scale)) for scale in (1.0, 0.01))
+    one, other = (made.generate({"material": "cork"}, seconds=0.5, seed=3) for made in (large, small))
+    assert other.unit == "m/s^2"
+    np.testing.assert_allclose(
+        other.samples, 0.01 * one.samples, rtol=1e-2, atol=1e-3 * np.abs(other.samples).max()
+    )
+    assert one.samples[1].mean() == pytest.approx(9.81, abs=3)
+
+
+def test_a_longer_signal_begins_as_the_shorter_one():
+    made = trained()
+    asked = {"material": {"cork": 0.4, "tile": 0.6}}
+    long = made.generate(asked, seconds=9.3, seed=5)
+    assert len(long) == 9300
+    for seconds in (0.001, 0.7, 3.0):
+        short = made.generate(asked, seconds=seconds, seed=5)
+        assert len(short) == round(seconds * RATE)
+        np.testing.assert_allclose(short.samples, long.samples[:, : len(short)], rtol=1e-4, atol=1e-5)
+    assert len(made.generate(asked, seed=5)) == made.config.length
+
+
+def test_pieces_are_joined_without_a_seam():
+    made = trained()
+    long = made.generate({"material": "tile"}, seconds=40.0, seed=0)
+    hop = made.config.length - round(made.config.overlap * made.config.length)
+    places = [p + d for p in range(hop, len(long) - 200, hop) for d in range(0, 128, 8)]
+    assert seam_excess_db(long, places) < 0.5
+    pieces = [made.generate({"material": "tile"}, seed=seed).samples for seed in range(40)]
+    _, joined = welch(long.samples, RATE, nperseg=256)
+    _, alone = welch(np.array(pieces), RATE, nperseg=256)
+    difference = 10 * np.log10(joined[:, 2:] / alone.mean(0)[:, 2:])
+    assert np.sqrt((difference**2).mean()) < 1.0
+    # In a crossfade, the power is between that of a piece's end and that of the next one's beginning.
+    overlap = made.config.length - hop
+    ends = np.mean([x[:, -overlap:].var(1) + x[:, :overlap].var(1) for x in pieces], 0) / 2
+    starts = range(hop, len(long) - hop, hop)
+    faded = np.mean([long.samples[:, s : s + overlap].var(1) for s in starts], 0)
+    assert 10 * np.log10(faded / ends) == pytest.approx(0, abs=1.0)
+
+
+def test_whitening_goes_both_ways():
+    made = learner()
+    data = examples()
+    made.step(Stage("fit", 1), data)
+    signal, place = data[0].signal, 0
+    white = made.whitening.whitened(signal.samples, place)
+    weights = np.eye(3)[place]
+    rest = np.zeros((2, made.whitening.settle), np.float32)
+    back = made.whitening.coloured(np.hstack((rest, white)), weights)
+    assert len(back) == white.shape[1] == len(signal) - made.whitening.lead
+    # The filters begin at rest, not in the recording's state: that dies away.
+    begin = made.whitening.models[place].order + made.whitening.rests[place].order
+    expected = signal.samples[:, begin : begin + len(back)]
+    np.testing.assert_allclose(back.samples[:, 400:], expected[:, 400:], atol=2e-3)
+    assert white.var(1) == pytest.approx([1, 1], rel=0.15)
+
+
+# -- labels -----------------------------------------------------------------------------------------------------
+
+
+def test_labels_are_learned():
+    made = trained(steps=40, learning_rate=2e-3)
+    levels = {name: made.generate({"material": name}, seconds=3, seed=0).samples[0].std() for name in COLOURS}
+    recorded = {e.material: e.signal.samples[0].std() for e in examples()}
+    assert all(0.6 < levels[name] / recorded[name] < 1.6 for name in COLOURS)
+    assert len({round(float(level), 4) for level in levels.values()}) == 3
+
+
+def test_weights_go_in_as_given():
+    made = trained()
+    one = made.generate({"material": {"cork": 1.0, "tile": 0.5}}, seed=0)
+    scaled = made.generate({"material": {"cork": 2.0, "tile": 1.0}}, seed=0)
+    assert not np.array_equal(one.samples, scaled.samples)
+    plain = made.generate({"material": "cork"}, seed=0)
+    weighted = made.generate({"material": {"cork": 1.0, "tile": 0.0}}, seed=0)
+    np.testing.assert_array_equal(plain.samples, weighted.samples)
+
+
+@pytest.mark.parametrize(
+    ("condition", "message"),
+    [
+        ({}, "condition 'material' is needed"),
+        ({"material": "glass"}, "must be one of cork, felt, tile, got 'glass'"),
+        ({"material": {"cork": 0, "tile": 0.0}}, "needs a weight > 0, got all 0"),
+        ({"material": {"cork": -0.5, "tile": 1}}, "weight of cork must be finite and >= 0, got -0.5"),
+        ({"material": {"cork": float("nan")}}, "weight of cork must be finite and >= 0, got nan"),
+        ({"material": "cork", "words": {"rough": 1}}, "'words' is not one this model takes"),
+        ({"material": "cork", "speed_mm_s": 100}, "speed_mm_s is not known of the training recordings"),
+        ({"material": "cork", "latent": np.zeros(5)}, "latent must be 12 numbers in -1 to 1, got shape"),
+        ({"material": "cork", "latent": np.full(12, 1.5)}, "latent must be 12 numbers in -1 to 1"),
+        ({"material": "cork", "latent": np.full(12, np.nan)}, "latent must be 12 numbers in -1 to 1"),
+    ],
+)
+def test_broken_conditions_are_one_line(condition, message):
+    made = learner()
+    made.step(Stage("fit", 1), examples())
+    with pytest.raises(ParameterError, match=message) as error:
+        made.generate(condition, seed=0)
+    assert "\n" not in str(error.value)
+
+
+def test_latent_decides_the_piece_that_a_signal_begins_with():
+    made, length = trained(), config().length
+    one, other, by_seed = (
+        made.generate({"material": "cork", **asked}, seconds=3.0, seed=0).samples
+        for asked in ({"latent": np.linspace(-1, 1, 12)}, {"latent": np.linspace(1, -1, 12)}, {})
+    )
+    spread = by_seed.std(1)
+    assert (np.abs(one - other)[:, : length // 2].max(1) > 0.05 * spread).all()
+    assert (np.abs(one - other)[:, 2 * length :].max(1) < 1e-3 * spread).all()
+
+
+def test_the_same_seed_is_the_same_noise_under_any_condition():
+    made = trained()
+    latent = child_rng(5, "latent", FIRST_HEARD).uniform(-1, 1, made.config.latents)
+    for material in ("cork", "tile"):
+        by_seed = made.generate({"material": material}, seed=5).samples
+        given = made.generate({"material": material, "latent": latent}, seed=5).samples
+        np.testing.assert_array_equal(by_seed, given)
+
+
+def test_speed_beside_the_classes():
+    data = examples(speeds=(100.0, 200.0))
+    made = trained(SMALL | {"conditions": ("speed_mm_s",)}, data)
+    assert made.generator.dense.in_features == 6 + 3 + 1
+    slow, fast, mean, beyond = (
+        made.generate({"material": "cork", "speed_mm_s": speed}, seed=0).samples
+        for speed in (100.0, 200.0, 150.0, 500.0)
+    )
+    assert not np.array_equal(slow, fast)
+    np.testing.assert_array_equal(fast, beyond)  # clamped to what was recorded
+    np.testing.assert_array_equal(mean, made.generate({"material": "cork"}, seed=0).samples)
+    for speed in (-1.0, float("nan")):
+        with pytest.raises(ParameterError, match="speed_mm_s must be finite and >= 0"):
+            made.generate({"material": "cork", "speed_mm_s": speed}, seed=0)
+
+
+def test_a_speed_that_was_not_learned_must_be_the_recordings_own():
+    made = trained(data=examples(speeds=(100.0,)), conditions=())
+    plain = made.generate({"material": "cork"}, seed=0).samples
+    np.testing.assert_array_equal(
+        made.generate({"material": "cork", "speed_mm_s": 100.0}, seed=0).samples, plain
+    )
+    with pytest.raises(
+        ParameterError, match="was 100 to 100 in training and is not one of config.conditions"
+    ):
+        made.generate({"material": "cork", "speed_mm_s": 200.0}, seed=0)
+
+
+def test_the_default_of_a_condition_is_the_median_and_bands_are_matched_at_the_recordings_own():
+    data = examples(speeds=(100.0, 110.0, 400.0))
+    made = trained(SMALL | {"conditions": ("speed_mm_s",)}, data)
+    median, plain = (
+        made.generate({"material": "cork", **asked}, seed=0).samples for asked in ({"speed_mm_s": 110.0}, {})
+    )
+    np.testing.assert_array_equal(median, plain)
+    again = learner(SMALL | {"conditions": ("speed_mm_s",)})
+    again.load_state(made.state())
+    np.testing.assert_array_equal(again.generate({"material": "cork"}, seed=0).samples, plain)
+    assert again.band_levels.recorded.shape[:2] == (3, 2)
+
+
+@pytest.mark.parametrize(
+    ("speeds", "message"), [(None, "speed_mm_s is not known"), ((100.0,), None)], ids=["unknown", "constant"]
+)
+def test_a_condition_that_says_nothing_has_its_place_all_the_same(speeds, message):
+    """So that a recipe can ask for it whatever the data."""
+    made = trained(SMALL | {"conditions": ("speed_mm_s", "force_n")}, examples(speeds=speeds))
+    assert made.generator.dense.in_features == 6 + 3 + 2
+    plain = made.generate({"material": "cork"}, seed=0).samples
+    if message is None:
+        told = made.generate({"material": "cork", "speed_mm_s": 100.0}, seed=0).samples
+        np.testing.assert_array_equal(told, plain)
+    else:
+        with pytest.raises(ParameterError, match=message):
+            made.generate({"material": "cork", "speed_mm_s": 100.0}, seed=0)
+
+
+def test_what_cannot_be_learned_is_refused():
+    with pytest.raises(ParameterError, match="needs recordings with a material"):
+        TextureGANLearner(config(), SignalKind(RATE, "N", ("z",)), seed=0)
+    with pytest.raises(ParameterError, match="no training recording of felt, tile"):
+        learner().stages(examples()[:2])
+    with pytest.raises(ParameterError, match="adversarial and statistics must not both be 0"):
+        config(adversarial=0, statistics=0)
+    with pytest.raises(ParameterError, match="kernel 3 must not be shorter than stride 4"):
+        config(kernel=3)
+    wrong = [Example(e.id, Signal(e.signal.samples, 500.0, "m/s^2", AXES), e.material) for e in examples()]
+    with pytest.raises(ParameterError, match="signal must be 1000 Hz"):
+        fit(learner(), wrong, seed=0)
+
+
+def test_batches_hold_every_recording_once_an_epoch():
+    made, data = learner(), examples()
+    fit(made, data, seed=0)
+    stage = made.stages(data)[1]
+    labels = np.concatenate(
+        [b[2] for b in islice(made.batches(stage, data, seed=7), 3)]
+    )  # 12 crops: 2 epochs
+    assert labels.sum(0).tolist() == [4, 4, 4, 0, 0]  # neither speed nor force is known
