@@ -11,7 +11,7 @@ from pathlib import Path
 
 from tactogram.capture import SourceEnded, read_log
 from tactogram.capture.sources.twelite import TweliteSource
-from tactogram.capture.twelite.parser import Parser
+from tactogram.capture.twelite.parser import TweliteParser
 from tactogram.capture.twelite.simulator import SimulatedPort, SimulatedReceiver, transmissions, write_log
 
 SECONDS = 120
@@ -39,7 +39,7 @@ def parsing(form, mode):
 
 
 def fed(data):
-    parser = Parser()
+    parser = TweliteParser()
     for start in range(0, len(data), 4096):
         parser.feed(data[start : start + 4096])
     parser.finish()

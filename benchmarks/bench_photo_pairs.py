@@ -30,7 +30,7 @@ from tactogram.features.photo_pairs import WeakPairs, weak_pairs
 from tactogram.features.spectrogram_picture import SpectrogramPicture
 from tactogram.nn.unet import UNet
 from tactogram.nn.vision_import import vision_module
-from tactogram.recipe import Prepare
+from tactogram.recipe import Preparation
 from tactogram.signal import Image, Signal
 
 MATERIALS = ("a", "b", "c")
@@ -108,7 +108,7 @@ def loader(path: Path, *, cache_mib: float = 384.0) -> WeakPairs:
     """Return the pairs of all that is in a store."""
     store = open_store(path)
     examples = Examples(
-        store, [Segment(info.id) for info in store.index], Prepare(), photographs=whole_photographs(store)
+        store, [Segment(info.id) for info in store.index], Preparation(), photographs=whole_photographs(store)
     )
     return weak_pairs(examples, PICTURE, PhotoCrops(), seed=0, cache_mib=cache_mib)
 

@@ -18,10 +18,10 @@ from torch import nn
 
 from tactogram.model import SignalKind, Stage
 from tactogram.models import find
-from tactogram.models.ultrasonic_cgan.learner import Data
+from tactogram.models.ultrasonic_cgan.learner import TrainingSpectra
 from tactogram.models.ultrasonic_cgan.networks import Discriminator, Generator
-from tactogram.models.ultrasonic_cgan.spectra import Side
-from tactogram.models.ultrasonic_cgan.surfaces import Surfaces
+from tactogram.models.ultrasonic_cgan.spectra import SideSpectra
+from tactogram.models.ultrasonic_cgan.surfaces import SurfaceTable
 from tactogram.training.seeds import torch_seeded
 
 REPETITIONS, ITERATIONS = 5, 20
@@ -68,8 +68,8 @@ def looped():
     learner = facts.build(config, kind, seed=0)
     sensor, display = side(plates, 10_080), side(tuple(f"signal{n:02d}" for n in range(39)), 39)
     examples = []
-    learner._data = Data(examples, sensor, display)
-    learner.surfaces = Surfaces.measured(sensor, display, config)
+    learner._data = TrainingSpectra(examples, sensor, display)
+    learner.surfaces = SurfaceTable.measured(sensor, display, config)
     stage = Stage("cluster-1", config.iterations // ITERATIONS)
     for step, batch in enumerate(learner.batches(stage, examples, seed=0)):
         with torch_seeded(0, "step", stage.name, 0, step):
@@ -79,7 +79,7 @@ def looped():
 
 def side(items, count):
     rng = np.random.default_rng(0)
-    return Side(
+    return SideSpectra(
         spectra=rng.random((count, 1000), np.float32),
         item=np.arange(count) % len(items),
         place=np.zeros((count, 3), int),

@@ -12,7 +12,7 @@ import sys
 import matplotlib.pyplot as plt
 import numpy as np
 
-from tactogram.rendering.drive.friction_calibration import Pairs, calibrated
+from tactogram.rendering.drive.friction_calibration import FrictionMeasurements, calibrated
 from tactogram.rendering.drive.level import Level
 from tactogram.rendering.families.electrovibration import Settings, friction
 from tactogram.rendering.streaming.electrovibration import ElectrovibrationStream
@@ -25,7 +25,7 @@ figure, (left, middle, right) = plt.subplots(1, 3, figsize=(14.5, 4.2), layout="
 random = np.random.default_rng(0)
 volts = np.repeat([0, 40, 60, 80, 100.0], 6)
 measured = 0.3 * (1 + 2e-5 * volts**2 / 0.5) + 0.006 * random.standard_normal(len(volts))
-law = calibrated(Pairs("simulated person", volts, measured, np.full(len(volts), 0.5)))
+law = calibrated(FrictionMeasurements("simulated person", volts, measured, np.full(len(volts), 0.5)))
 settings = Settings(v_max=141, output="envelope", **law.settings())
 low, high = law.newton_per_v2_interval
 print(

@@ -15,15 +15,15 @@ from tactogram.model import (
     Generator,
     ImageExample,
     ImageKind,
+    ItemRatings,
     Learner,
-    Rated,
     RatedGenerator,
     SignalKind,
 )
 from tactogram.recipe import Recipe
 from tactogram.signal import Image, Signal
 from tactogram.training.checkpoint import load_state, save_state
-from tactogram.training.loop import Position, fit
+from tactogram.training.loop import TrainingPosition, fit
 
 RATE = 1000.0
 WORDS = ("rough", "sticky")
@@ -66,7 +66,7 @@ def rated(material, seed):
     """Simulated: what three raters say, by material, item and rater."""
     rng = np.random.default_rng([seed, GRAIN[material]])
     means = np.array([GRAIN[material], 10 - GRAIN[material]]) / 10 + rng.normal(0, 0.05, 2)
-    return Rated(WORDS, ("ann", "bob", "eve"), np.clip(means + rng.normal(0, 0.1, (3, 2)), 0, 1))
+    return ItemRatings(WORDS, ("ann", "bob", "eve"), np.clip(means + rng.normal(0, 0.1, (3, 2)), 0, 1))
 
 
 def rated_data(facts, seeds):
@@ -216,7 +216,7 @@ def test_resumed_is_never_interrupted(facts, tmp_path):
     learner = built(facts)
     examples = training(facts)
     *first, last = learner.stages(examples)
-    stop = Position(len(first), last.steps // 2)
+    stop = TrainingPosition(len(first), last.steps // 2)
 
     class KilledError(Exception):
         pass
@@ -232,7 +232,7 @@ def test_resumed_is_never_interrupted(facts, tmp_path):
     resumed = built(facts)
     if stop.step:
         resumed.load_state(load_state(tmp_path / "checkpoint.safetensors")[0])
-    fit(resumed, examples, seed=0, start=stop if stop.step else Position())
+    fit(resumed, examples, seed=0, start=stop if stop.step else TrainingPosition())
     np.testing.assert_array_equal(outputs(resumed, facts), outputs(trained(facts), facts))
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.recipe import Prepare, Recipe, Training, parse_changes, run_id
+from tactogram.recipe import Preparation, Recipe, TrainingSettings, parse_changes, run_id
 from tactogram.signal import Signal
 
 
@@ -15,8 +15,8 @@ def file(tmp_path):
 
 def test_a_file_holds_only_what_differs(file):
     recipe = Recipe.load(file)
-    assert recipe.prepare == Prepare(band=(20, 1000), rate="band")
-    assert recipe.training == Training()
+    assert recipe.prepare == Preparation(band=(20, 1000), rate="band")
+    assert recipe.training == TrainingSettings()
 
 
 def test_changes_replace_values_by_dotted_key(file):
@@ -71,40 +71,40 @@ def test_run_id_sees_every_value_and_the_data():
 def test_the_rate_follows_the_recipe(prepare, rate):
     t = np.arange(44100) / 44100
     signal = Signal(np.sin(2 * np.pi * 100 * t), 44100, "1")
-    prepared = Prepare(**prepare).apply(signal)
+    prepared = Preparation(**prepare).apply(signal)
     assert prepared.rate == rate
     middle = prepared.samples[0, len(prepared) // 4 : -len(prepared) // 4]
     assert np.sqrt(np.mean(middle**2)) == pytest.approx(np.sqrt(0.5), rel=0.01)
 
 
 def test_acceleration_is_the_default_stream_then_the_first():
-    assert Prepare().stream_of(["force", "acceleration"]) == "acceleration"
-    assert Prepare().stream_of(["pac", "tdc"]) == "pac"
-    assert Prepare(stream="tdc").stream_of(["pac", "tdc"]) == "tdc"
+    assert Preparation().stream_of(["force", "acceleration"]) == "acceleration"
+    assert Preparation().stream_of(["pac", "tdc"]) == "pac"
+    assert Preparation(stream="tdc").stream_of(["pac", "tdc"]) == "tdc"
     with pytest.raises(ParameterError, match="prepare.stream must be one of pac, tdc, got 'x'"):
-        Prepare(stream="x").stream_of(["pac", "tdc"])
+        Preparation(stream="x").stream_of(["pac", "tdc"])
 
 
 def test_the_beginning_is_kept_where_takes_end_at_rest():
     signal = Signal(np.arange(500.0), 100, "m/s^2")
-    assert Prepare(length=2.5).apply(signal).samples[0, -1] == 249
-    assert len(Prepare(length=9).apply(signal)) == 500
+    assert Preparation(length=2.5).apply(signal).samples[0, -1] == 249
+    assert len(Preparation(length=9).apply(signal)) == 500
     along = Signal(np.arange(500.0), 40, "1", domain="displacement")
-    assert Prepare(length=10).apply(along).length_mm == 10
+    assert Preparation(length=10).apply(along).length_mm == 10
     with pytest.raises(ParameterError, match="length"):
         Recipe.of({"model": "stroke_cnn", "prepare": {"length": 0}})
 
 
 def test_axes_are_chosen_or_combined():
     signal = Signal(np.random.default_rng(0).standard_normal((3, 500)), 1000, "m/s^2")
-    assert Prepare(axes=("y",)).apply(signal).axes == ("y",)
-    one = Prepare(axes="dft321").apply(signal)
+    assert Preparation(axes=("y",)).apply(signal).axes == ("y",)
+    one = Preparation(axes="dft321").apply(signal)
     assert len(one.axes) == 1
     assert (one.samples**2).sum() == pytest.approx((signal.samples**2).sum(), rel=1e-4)
 
 
 def test_mean_of_axes_is_one_axis_however_many_there_were():
     two = Signal(np.array([[1.0, 3.0], [3.0, -1.0]]), 100.0, "1", ("left", "right"))
-    mixed = Prepare(axes="mean").apply(two)
-    assert mixed.axes == Prepare(axes="mean").apply(two.select("left")).axes == ("mean",)
+    mixed = Preparation(axes="mean").apply(two)
+    assert mixed.axes == Preparation(axes="mean").apply(two.select("left")).axes == ("mean",)
     np.testing.assert_array_equal(mixed.samples, [[2.0, 1.0]])

@@ -23,7 +23,7 @@ from tactogram.extras import imported
 from tactogram.study.session.sitting import next_page
 from tactogram.study.simulated_participants import SimulatedEffect, SimulatedParticipant
 from tactogram.study.study_file import Study
-from tactogram.study.trials import Given, Participant
+from tactogram.study.trials import PageAnswers, Participant
 
 HAND = Path(__file__).with_name("browser_hand.js")
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
@@ -252,7 +252,7 @@ class _Taker:
     ) -> None:
         self.browser, self.server, self.study, self.participant = browser, server, study, participant
         self.simulated, self.sitting = simulated, sitting
-        self.given: list[Given] = []
+        self.given: list[PageAnswers] = []
 
     async def take(self, answered: Callable[[], Any], killed: asyncio.Event) -> None:
         context = await self.browser.new_context(
@@ -279,7 +279,7 @@ class _Taker:
                 else:
                     raise DataError(f"{self.sitting.refused[-1]} ({TRIES} times)")
                 accepted = page.accepted(answers)
-                self.given.append(Given(page.token, accepted, page.more))
+                self.given.append(PageAnswers(page.token, accepted, page.more))
                 self.sitting.given[self.participant.code, page.token] = list(accepted.values())
                 await answered()
                 if killed.is_set() and not was_killed:

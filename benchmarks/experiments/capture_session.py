@@ -23,7 +23,7 @@ import numpy as np
 
 from tactogram.capture import read_log
 from tactogram.capture.live.figures import live_figure
-from tactogram.capture.live.recognition import Guess
+from tactogram.capture.live.recognition import WindowClassification
 from tactogram.capture.session.take import restored
 from tactogram.datasets import create_store, open_store
 from tactogram.datasets.simulate.materials import STROKING_30
@@ -33,7 +33,7 @@ from tactogram.errors import DataError
 from tactogram.evaluation.report import save_figure
 from tactogram.workflows.capture.live import live
 from tactogram.workflows.capture.session import capture
-from tactogram.workflows.progress import Progress
+from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.train import train
 
 KNOWN = ("carpet2", "sponge-g", "stonetile1", "whitetile2", "woodtile2")
@@ -58,7 +58,7 @@ EACH_S = 4.0
 """How long each surface is stroked while the classifier listens."""
 
 
-def run(folder: Path, *, paper: bool, progress: Progress) -> dict[str, Any]:
+def run(folder: Path, *, paper: bool, progress: ProgressCallback) -> dict[str, Any]:
     """Return what was accepted, what the logs say of it, and how well and fast the classifier answers."""
     trained_on = _store(folder / "data", KNOWN, takes=range(7), seconds=20.0 if paper else 8.0)
     device = _store(folder / "device", (*KNOWN, *UNKNOWN), takes=range(7, 9), seconds=8.0)
@@ -172,7 +172,7 @@ def _killed(plan: Path, device: str, store: Path) -> float:
 def _heard(folder: Path, classifier: Path, device: Path) -> dict[str, Any]:
     """Return how well and how fast the classifier names what the device strokes."""
     order = [name for pair in zip(KNOWN, (*UNKNOWN, "", "", ""), strict=True) for name in pair if name]
-    found: list[Guess] = []
+    found: list[WindowClassification] = []
     address = f"{DEVICE.format(store=device, seed=3)}&materials={','.join(order)}&each_s={EACH_S:g}"
     result = live(classifier, address, hop=0.15, seconds=EACH_S * len(order), show=found.append)
     truth = [order[min(int(guess.time_s / EACH_S), len(order) - 1)] for guess in found]
@@ -201,7 +201,7 @@ def _heard(folder: Path, classifier: Path, device: Path) -> dict[str, Any]:
     }
 
 
-def _delays(found: Sequence[Guess], truth: Sequence[str]) -> dict[str, float | None]:
+def _delays(found: Sequence[WindowClassification], truth: Sequence[str]) -> dict[str, float | None]:
     """Return for each known surface how long after it began to be stroked it was named first."""
     delays: dict[str, float | None] = {}
     for guess, name in zip(found, truth, strict=True):

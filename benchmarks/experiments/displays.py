@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from tactogram.datasets import Store
 from tactogram.errors import DataError, ParameterError, UnitError
 from tactogram.evaluation.report import save_figure
-from tactogram.experiments.stores import given_or_simulated
-from tactogram.models import ModelFacts, available, find
+from tactogram.experiments.stores import find_or_simulate
+from tactogram.models import ModelInfo, available, find
 from tactogram.rendering.displays.catalogue import open_display, shipped
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.drive.figures import drive_figure
@@ -31,7 +31,7 @@ from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_signal
 from tactogram.signal.io.atomic import write_text
 from tactogram.workflows.generation.generate import generate
-from tactogram.workflows.progress import Progress
+from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.train import load_run, train
 
 DATA: Mapping[str, tuple[str, dict[str, Any]]] = {
@@ -58,7 +58,7 @@ def run(
     folder: Path,
     *,
     paper: bool,
-    progress: Progress,
+    progress: ProgressCallback,
     models: str = "",
     shown: str = "",
     recipe: str = "",
@@ -154,7 +154,7 @@ def _chosen(models: str) -> list[str]:
 
 
 def _texture(
-    folder: Path, facts: ModelFacts, run_folder: str | None, recipe: str, progress: Progress
+    folder: Path, facts: ModelInfo, run_folder: str | None, recipe: str, progress: ProgressCallback
 ) -> tuple[Signal, bool]:
     """Return a texture that a model made, and whether it learned from simulated data."""
     store = _store(folder, facts, progress)
@@ -173,12 +173,12 @@ def _texture(
     return made, bool(loaded.simulated)
 
 
-def _store(folder: Path, facts: ModelFacts, progress: Progress) -> Store:
+def _store(folder: Path, facts: ModelInfo, progress: ProgressCallback) -> Store:
     name, options = OWN_DATA.get(facts.name, DATA[facts.needs[0]])
-    return given_or_simulated(folder / name, name, progress=progress, **options)
+    return find_or_simulate(folder / name, name, progress=progress, **options)
 
 
-def _condition(store: Store, facts: ModelFacts) -> dict[str, Any]:
+def _condition(store: Store, facts: ModelInfo) -> dict[str, Any]:
     """Return a condition of the kind that a model needs, from what it learned from."""
     match facts.needs[0]:
         case "material":

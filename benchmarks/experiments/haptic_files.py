@@ -17,7 +17,7 @@ from tactogram.rendering.files import FORMATS, check_file, read_haptic, to_one_a
 from tactogram.rendering.files.conversion import losses
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
-from tactogram.workflows.progress import Progress
+from tactogram.workflows.progress import ProgressCallback
 
 FIGURES = {
     "envelope_correlation": "envelope r",
@@ -30,7 +30,7 @@ FIGURES = {
 SIGNAL_FORMATS: dict[str, dict[str, Any]] = {"wav": {}, "wav PCM_16": {"subtype": "PCM_16"}, "csv": {}}
 
 
-def run(folder: Path, *, paper: bool, progress: Progress, data: str = "") -> dict[str, Any]:
+def run(folder: Path, *, paper: bool, progress: ProgressCallback, data: str = "") -> dict[str, Any]:
     """Return figures of each format: the median over effects, the 10th and the 90th percentile.
 
     Parameters

@@ -19,11 +19,11 @@ from sklearn.metrics import roc_auc_score
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
-from tactogram.datasets.phac2 import Adjectives, read_phac2
+from tactogram.datasets.phac2 import AdjectiveTrials, read_phac2
 from tactogram.errors import DataError, ParameterError
 from tactogram.models.rater import Config
 from tactogram.models.rater.regression import fit_regression
-from tactogram.workflows.progress import Progress
+from tactogram.workflows.progress import ProgressCallback
 
 FOLDS = 10
 STRENGTH = 0.1
@@ -33,7 +33,9 @@ REFERENCE = 0.80
 Floats = NDArray[np.float64]
 
 
-def run(folder: Path, *, paper: bool, progress: Progress, data: str = "", seeds: int = 0) -> dict[str, Any]:
+def run(
+    folder: Path, *, paper: bool, progress: ProgressCallback, data: str = "", seeds: int = 0
+) -> dict[str, Any]:
     """Return the area under the ROC curve of each adjective over held-out objects, mean and sd over drawings.
 
     An object's score is the mean over its ten trials. Scores of all folds are put in order together.
@@ -112,7 +114,7 @@ def drawn_folds(table: NDArray[np.bool_], seed: int) -> list[NDArray[np.int64]]:
     )
 
 
-def _logistic(held: Adjectives, unseen: NDArray[np.int64], several: list[int], seed: int) -> Floats:
+def _logistic(held: AdjectiveTrials, unseen: NDArray[np.int64], several: list[int], seed: int) -> Floats:
     """Return scores of the unseen objects, shape (object, adjective)."""
     known = ~np.isin(held.trial_object, unseen)
     scores = np.full((len(unseen), len(held.adjectives)), np.nan)
@@ -124,7 +126,7 @@ def _logistic(held: Adjectives, unseen: NDArray[np.int64], several: list[int], s
     return scores
 
 
-def _rater(held: Adjectives, unseen: NDArray[np.int64], several: list[int], seed: int) -> Floats:
+def _rater(held: AdjectiveTrials, unseen: NDArray[np.int64], several: list[int], seed: int) -> Floats:
     """Return scores of the unseen objects, shape (object, adjective)."""
     known = ~np.isin(held.trial_object, unseen)
     model = fit_regression(

@@ -13,12 +13,12 @@ from tactogram.datasets import open_store
 from tactogram.errors import DataError, ParameterError
 from tactogram.workflows.data.stores import import_store
 from tactogram.workflows.evaluation.rating_crossval import crossval_ratings
-from tactogram.workflows.progress import Progress
+from tactogram.workflows.progress import ProgressCallback
 
 FOLDS, REPEATS = 10, 5
 
 
-def run(folder: Path, *, paper: bool, progress: Progress, data: str = "") -> dict[str, Any]:
+def run(folder: Path, *, paper: bool, progress: ProgressCallback, data: str = "") -> dict[str, Any]:
     """Return the errors of each rating; ``paper`` draws the folds five times, else twice.
 
     Parameters

@@ -18,10 +18,10 @@ from tactogram.errors import DataError
 from tactogram.signal.io.atomic import write_text
 from tactogram.study.analysis.psychometric import fit_psychometric, reversal_threshold
 from tactogram.study.analysis.threshold import SETTLED_3_DOWN, estimate_threshold
-from tactogram.study.designs.staircase import Staircase, Track
+from tactogram.study.designs.staircase import Staircase, StaircaseTrack
 from tactogram.study.simulated_participants import SimulatedEffect
 from tactogram.study.study_file import Study
-from tactogram.workflows.progress import Progress
+from tactogram.workflows.progress import ProgressCallback
 
 Numbers = NDArray[np.float64]
 SPREADS_DB = (1.0, 2.0, 4.0, 8.0)
@@ -49,7 +49,7 @@ NOTES = (
 
 
 def run(
-    folder: Path, *, paper: bool, progress: Progress, observers: int = 500, seed: int = 0
+    folder: Path, *, paper: bool, progress: ProgressCallback, observers: int = 500, seed: int = 0
 ) -> dict[str, Any]:
     """Return bias and spread for each length and slope.
 
@@ -108,7 +108,7 @@ def staircase_of(
     design: Staircase, place: float, spread: float, lapse: float, rng: np.random.Generator
 ) -> tuple[Numbers, Numbers, NDArray[np.bool_]]:
     """Return intensities, answers (1 right) and reversals of a simulated observer, each of shape (trial,)."""
-    track = Track(design.start_db)
+    track = StaircaseTrack(design.start_db)
     x, right, turned = [], [], []
     while not design.ended(track):
         sure = ndtr((track.intensity - place) / spread)

@@ -10,18 +10,18 @@ from pathlib import Path
 from statistics import mean, stdev
 from typing import Any
 
-from tactogram.experiments.stores import given_or_simulated
+from tactogram.experiments.stores import find_or_simulate
 from tactogram.workflows.evaluation.evaluate import evaluate
-from tactogram.workflows.progress import Progress
+from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.train import train
 
 HELD_OUT_AT_ONCE = 3
 
 
-def run(folder: Path, *, paper: bool, progress: Progress) -> dict[str, Any]:
+def run(folder: Path, *, paper: bool, progress: ProgressCallback) -> dict[str, Any]:
     """Return, over the turns, how many known recordings pass, unknown ones are refused, and the AUROC."""
     data = folder / "data"
-    store = given_or_simulated(data, "stroking9", per_class=30, progress=progress)
+    store = find_or_simulate(data, "stroking9", per_class=30, progress=progress)
     names = sorted({str(info.material) for info in store.index})
     turns = [names[i::HELD_OUT_AT_ONCE] for i in range(len(names) // HELD_OUT_AT_ONCE)]
     rows = []

@@ -22,9 +22,9 @@ from tactogram.signal.io.atomic import write_text
 from tactogram.statistics.shares import share_of
 from tactogram.study.analysis.findings import EQUIVALENT, SHOWN
 from tactogram.study.simulated_participants import SimulatedEffect, simulated_answers
-from tactogram.study.study_analysis import Plan, analyse
+from tactogram.study.study_analysis import AnalysisPlan, analyse
 from tactogram.study.study_file import Study
-from tactogram.workflows.progress import Progress
+from tactogram.workflows.progress import ProgressCallback
 
 KINDS = {"effect": 100_000, "none": 200_000, "margin": 300_000}
 """What is put in, and what is added to the seeds of its studies, so that no two kinds share participants."""
@@ -49,7 +49,7 @@ def run(
     folder: Path,
     *,
     paper: bool,
-    progress: Progress,
+    progress: ProgressCallback,
     studies: str = "",
     seeds: int = 0,
     participants: int = 20,
@@ -114,7 +114,7 @@ class _Prepared:
         effect = SimulatedEffect(**self.effects[kind])
         own = KINDS[kind] + seed
         answers = simulated_answers(self.study, participants, effect=effect, seed=own)
-        analysis = analyse(answers, plan=Plan.of(self.study.planned, draws=draws, seed=own)).as_dict()
+        analysis = analyse(answers, plan=AnalysisPlan.of(self.study.planned, draws=draws, seed=own)).as_dict()
         side = "none" if kind == "none" else "effect"
         said = [recovery(one, analysis, self.study, effect, own, side) for one in self.looked]
         return {"seed": own, "looked": [{key: one[key] for key in (*KEPT, *OTHERS)} for one in said]}

@@ -24,7 +24,7 @@ from tactogram.study.analysis.findings import p_text
 from tactogram.study.session.store import SessionStore
 from tactogram.study.simulated_participants import SimulatedEffect
 from tactogram.study.study_file import Study
-from tactogram.workflows.progress import Progress
+from tactogram.workflows.progress import ProgressCallback
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ def run(
     folder: Path,
     *,
     paper: bool,
-    progress: Progress,
+    progress: ProgressCallback,
     studies: str = "",
     participants: int = 20,
     at_once: int = 4,

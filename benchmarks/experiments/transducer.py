@@ -17,19 +17,24 @@ from numpy.typing import NDArray
 from tactogram.evaluation.report import save_figure
 from tactogram.rendering.families.ultrasonic import Settings, modulated
 from tactogram.rendering.transducer.circuit import PRESETS, Transducer
-from tactogram.rendering.transducer.figures import Passed, admittance_figure, envelope_figure, tracking_figure
+from tactogram.rendering.transducer.figures import (
+    EnvelopeTransmission,
+    admittance_figure,
+    envelope_figure,
+    tracking_figure,
+)
 from tactogram.rendering.transducer.resonance_simulation import (
-    Drifting,
-    Followed,
+    DriftingTransducer,
     SimulatedAdmittance,
-    Touch,
+    SimulatedTouch,
+    TrackingResult,
     followed,
 )
 from tactogram.rendering.transducer.resonance_tracking import TrackingSettings
-from tactogram.rendering.transducer.simulation import demodulated, recovered_envelope, simulate_waveform
+from tactogram.rendering.transducer.simulation import demodulated, simulate_envelope, simulate_waveform
 from tactogram.signal import Signal
 from tactogram.signal.crest_factor import low_crest_phases, periodic_signal
-from tactogram.workflows.progress import Progress
+from tactogram.workflows.progress import ProgressCallback
 
 QS = (30, 100, 300)
 RATE, WAVEFORM_RATE = 96_000, 1_000_000
@@ -38,11 +43,11 @@ LINES = (10, 1000, 10)
 METHODS = ("climb_admittance", "dither_admittance", "dither_conductance", "motional_phase")
 TRACKED = {"free": "free, Q 800", "plate": "plate, Q 300", "finger": "finger, Q 100"}
 STEPS, DRIFT_HZ, NOISE = 300, 80.0, 0.01
-TOUCH = Touch(100, 200)
+TOUCH = SimulatedTouch(100, 200)
 Array = NDArray[np.float64]
 
 
-def run(folder: Path, *, paper: bool, progress: Progress, seeds: int = 20) -> dict[str, Any]:
+def run(folder: Path, *, paper: bool, progress: ProgressCallback, seeds: int = 20) -> dict[str, Any]:
     """Return what arrives at each Q, and how each way of tracking follows the drift; figures are in ``folder``.
 
     Parameters
@@ -107,14 +112,14 @@ def texture() -> Signal:
     return Signal(x / np.abs(x).max(), 8000, "1")
 
 
-def _passed(signal: Signal, q: int, *, emphasised: bool) -> tuple[Passed, dict[str, Any]]:
+def _passed(signal: Signal, q: int, *, emphasised: bool) -> tuple[EnvelopeTransmission, dict[str, Any]]:
     """Return what arrives of ``signal`` at a Q, drawn and in figures."""
     transducer = Transducer(q=q)
     settings = Settings(q=q, pre_emphasis=emphasised, loop=True, output="envelope")
     drive, facts = modulated(signal, settings, rate=RATE)
     # The second time round it has settled: one period, so that every line is a bin.
     twice = drive.with_samples(np.tile(drive.samples, 2))
-    arrived = recovered_envelope(transducer, twice).samples[0, len(drive) :].astype(np.float64)
+    arrived = simulate_envelope(transducer, twice).samples[0, len(drive) :].astype(np.float64)
     wanted = (
         modulated(signal, Settings(output="envelope", loop=True), rate=RATE)[0].samples[0].astype(np.float64)
     )
@@ -129,7 +134,7 @@ def _passed(signal: Signal, q: int, *, emphasised: bool) -> tuple[Passed, dict[s
     swing = (arrived / settings.carrier_v).std() / wanted.std()
     found = facts["transducer"]
     how = f"with pre-emphasis (cap {settings.cap_db:g} dB)" if emphasised else "without pre-emphasis"
-    passed = Passed(
+    passed = EnvelopeTransmission(
         f"Q {q}, {how}",
         float(RATE),
         wanted,
@@ -165,19 +170,19 @@ def _waveform_check(signal: Signal) -> dict[str, float]:
     envelope, _ = modulated(short, settings.model_copy(update={"output": "envelope"}), rate=WAVEFORM_RATE)
     transducer = Transducer(q=100)
     heard = demodulated(simulate_waveform(transducer, waveform), carrier_hz=28_200, band_hz=5000)
-    wanted = recovered_envelope(transducer, envelope)
+    wanted = simulate_envelope(transducer, envelope)
     inside = slice(WAVEFORM_RATE // 50, -WAVEFORM_RATE // 50)
     away = np.abs(heard.samples[0, inside] - wanted.samples[0, inside])
     return {"q": 100, "rate": WAVEFORM_RATE, "largest_difference": float(away.max() / wanted.samples.max())}
 
 
-def _tracking(folder: Path, seeds: int) -> tuple[dict[str, dict[str, Followed]], list[dict[str, Any]]]:
+def _tracking(folder: Path, seeds: int) -> tuple[dict[str, dict[str, TrackingResult]], list[dict[str, Any]]]:
     """Return one run of each way to be drawn, and a row of figures for each over all seeds."""
-    cases = {name: Drifting(PRESETS[name], DRIFT_HZ, STEPS) for name in TRACKED}
+    cases = {name: DriftingTransducer(PRESETS[name], DRIFT_HZ, STEPS) for name in TRACKED}
     titles = dict(TRACKED)
-    cases["touched"] = Drifting(PRESETS["plate"], DRIFT_HZ, STEPS, (TOUCH,))
+    cases["touched"] = DriftingTransducer(PRESETS["plate"], DRIFT_HZ, STEPS, (TOUCH,))
     titles["touched"] = "plate, touched meanwhile"
-    shown: dict[str, dict[str, Followed]] = {}
+    shown: dict[str, dict[str, TrackingResult]] = {}
     rows = []
     for name, case in cases.items():
         for method in METHODS:

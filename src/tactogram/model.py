@@ -81,7 +81,7 @@ def material_weights(condition: Condition, materials: Sequence[str]) -> NDArray[
 
 
 @dataclass(frozen=True, eq=False)
-class Rated:
+class ItemRatings:
     """What people said of one item.
 
     Parameters
@@ -135,7 +135,7 @@ class Example:
     condition: Condition = field(default_factory=dict)
     photographs: Sequence[Image] = ()
     item: str | None = None
-    rated: Rated | None = None
+    rated: ItemRatings | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +156,7 @@ class ImageExample:
     id: str
     photographs: Sequence[Image]
     item: str
-    rated: Rated
+    rated: ItemRatings
 
     @property
     def image(self) -> Image:

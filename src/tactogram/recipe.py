@@ -17,7 +17,7 @@ from tactogram.text_files import parse_toml, read_toml
 from tactogram.validation import validated, with_changes
 
 
-class Prepare(BaseModel):
+class Preparation(BaseModel):
     """What is done to a recording before a model sees it: the same in training, evaluation and use.
 
     In this order: take ``stream``; cut to ``length``; take ``axes``; band-pass ``band``; resample to ``rate``.
@@ -84,7 +84,7 @@ class Prepare(BaseModel):
         return min(own, 2.5 * self.band[1])
 
 
-class Training(BaseModel):
+class TrainingSettings(BaseModel):
     """How the loop runs; none of it changes what is learned but ``precision``."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -106,9 +106,9 @@ class Recipe(BaseModel):
     """Its name, as `tactogram models` lists it."""
     seed: int = Field(default=0, ge=0)
     """Of everything that is drawn: the split, first weights, batches."""
-    prepare: Prepare = Prepare()
+    prepare: Preparation = Preparation()
     """What is done to every recording, in training and in use."""
-    training: Training = Training()
+    training: TrainingSettings = TrainingSettings()
     """Precision, and how often something is logged and kept."""
     config: dict[str, Any] = Field(default_factory=dict)
     """What differs from the model's own `Config`."""

@@ -3,13 +3,13 @@
 import pytest
 
 from benchmarks.experiments import capture_session as experiment
-from tactogram.capture.live.recognition import Guess, Heard
+from tactogram.capture.live.recognition import Classification, WindowClassification
 from tactogram.capture.session.plan import SessionPlan
 
 
 def guess(time_s, name):
-    heard = Heard({"carpet2": float(name == "carpet2"), "sponge-g": float(name == "sponge-g")})
-    return Guess(0, time_s, heard, 0.0, 1.0, 0.01, 0)
+    heard = Classification({"carpet2": float(name == "carpet2"), "sponge-g": float(name == "sponge-g")})
+    return WindowClassification(0, time_s, heard, 0.0, 1.0, 0.01, 0)
 
 
 def test_its_plan_is_one(tmp_path):

@@ -10,7 +10,7 @@ from tactogram.datasets.examples import Examples, random_windows, regular_window
 from tactogram.datasets.splits.split import Segment
 from tactogram.errors import ParameterError
 from tactogram.model import Example
-from tactogram.recipe import Prepare
+from tactogram.recipe import Preparation
 from tactogram.signal import Image, Signal
 
 
@@ -46,7 +46,7 @@ def store(tmp_path):
 
 
 def test_a_segment_is_cut_before_it_is_prepared(store):
-    prepare = Prepare(axes=("y",), band=(20.0, 200.0), rate=500.0)
+    prepare = Preparation(axes=("y",), band=(20.0, 200.0), rate=500.0)
     [info, _] = store.index
     [example] = Examples(store, [Segment(info.id, 0.2, 0.7)], prepare)
     expected = prepare.apply(store.signal(info.id, "acceleration").cut(200, 700))
@@ -55,7 +55,7 @@ def test_a_segment_is_cut_before_it_is_prepared(store):
 
 
 def test_conditions_are_those_that_are_known(store):
-    first, second = Examples(store, whole(store), Prepare())
+    first, second = Examples(store, whole(store), Preparation())
     assert set(first.condition) == {"speed_mm_s", "force_n", "words", "image"}
     assert first.condition["words"] == {"rough": 6.0}
     assert first.condition["image"].mm_per_pixel == 0.5
@@ -72,22 +72,22 @@ def test_conditions_are_those_that_are_known(store):
     ],
 )
 def test_classes_are_as_asked_for(store, label, expected):
-    examples = Examples(store, whole(store), Prepare(), label=label)
+    examples = Examples(store, whole(store), Preparation(), label=label)
     assert examples.materials == expected
     assert signal_kind(examples).materials == expected
 
 
 def test_an_unknown_label_is_refused(store):
     with pytest.raises(ParameterError, match="label must be"):
-        Examples(store, whole(store), Prepare(), label="colour")[0]
+        Examples(store, whole(store), Preparation(), label="colour")[0]
 
 
 def test_what_was_prepared_is_read_from_the_cache(store, tmp_path, monkeypatch):
-    prepare = Prepare(band=(20.0, 200.0))
+    prepare = Preparation(band=(20.0, 200.0))
     first = Examples(store, whole(store), prepare, cache_dir=tmp_path / "cache")
     first.prepare_all(workers=2)
     expected = first[1].signal.samples.copy()
-    monkeypatch.setattr(Prepare, "apply", lambda *_: pytest.fail("prepared again"))
+    monkeypatch.setattr(Preparation, "apply", lambda *_: pytest.fail("prepared again"))
     again = Examples(store, whole(store), prepare, cache_dir=tmp_path / "cache")
     np.testing.assert_array_equal(again[1].signal.samples, expected)
     assert not list((tmp_path / "cache").glob(".*.part*"))
@@ -95,13 +95,13 @@ def test_what_was_prepared_is_read_from_the_cache(store, tmp_path, monkeypatch):
 
 def test_another_preparation_is_not_taken_from_the_cache(store, tmp_path):
     cache = tmp_path / "cache"
-    [one] = Examples(store, whole(store)[:1], Prepare(rate=500.0), cache_dir=cache)
-    [two] = Examples(store, whole(store)[:1], Prepare(rate=250.0), cache_dir=cache)
+    [one] = Examples(store, whole(store)[:1], Preparation(rate=500.0), cache_dir=cache)
+    [two] = Examples(store, whole(store)[:1], Preparation(rate=250.0), cache_dir=cache)
     assert (one.signal.rate, two.signal.rate) == (500.0, 250.0)
 
 
 def test_the_temporary_cache_goes_with_the_object(store):
-    examples = Examples(store, whole(store), Prepare())
+    examples = Examples(store, whole(store), Preparation())
     folder = examples._cache
     assert len(examples[0].signal) == 1000
     del examples
@@ -110,7 +110,7 @@ def test_the_temporary_cache_goes_with_the_object(store):
 
 def test_all_that_is_prepared_is_counted(store):
     seen = []
-    Examples(store, whole(store), Prepare()).prepare_all(
+    Examples(store, whole(store), Preparation()).prepare_all(
         progress=lambda done, total: seen.append((done, total))
     )
     assert seen == [(1, 2), (2, 2)]
@@ -118,17 +118,17 @@ def test_all_that_is_prepared_is_counted(store):
 
 def test_a_segment_beyond_the_end_is_refused(store):
     with pytest.raises(ParameterError, match="must begin within its 1 s"):
-        Examples(store, [Segment(store.index[0].id, 1.0)], Prepare())[0]
+        Examples(store, [Segment(store.index[0].id, 1.0)], Preparation())[0]
 
 
 def test_an_unknown_recording_is_refused(store):
     with pytest.raises(ParameterError, match="recording must be one of"):
-        Examples(store, [Segment("0" * 16)], Prepare())
+        Examples(store, [Segment("0" * 16)], Preparation())
 
 
 def test_simulated_is_told(store):
-    assert signal_kind(Examples(store, whole(store), Prepare())).simulated
-    assert not signal_kind(Examples(store, whole(store)[1:], Prepare())).simulated
+    assert signal_kind(Examples(store, whole(store), Preparation())).simulated
+    assert not signal_kind(Examples(store, whole(store)[1:], Preparation())).simulated
 
 
 @pytest.mark.parametrize(
@@ -152,7 +152,7 @@ def test_mixed_kinds_are_refused_and_the_option_named(other, says):
 
 def test_no_examples_have_no_kind(store):
     with pytest.raises(ParameterError, match="no examples"):
-        signal_kind(Examples(store, [], Prepare()))
+        signal_kind(Examples(store, [], Preparation()))
 
 
 @given(samples=st.integers(1, 50), length=st.integers(1, 50), hop=st.integers(1, 9), seed=st.integers(0, 9))

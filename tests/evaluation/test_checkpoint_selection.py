@@ -4,9 +4,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.checkpoint_selection import Chosen, Follower, Rule, choose, smoothed
+from tactogram.evaluation.checkpoint_selection import (
+    IterationSelector,
+    SelectedIteration,
+    SelectionRule,
+    choose,
+    smoothed,
+)
 
-RULE = Rule(window=3)
+RULE = SelectionRule(window=3)
 
 
 def curves(losses, rates):
@@ -17,45 +23,47 @@ def test_takes_the_smallest_loss_where_the_smoothed_rate_is_40_to_60_percent():
     losses = [9.0, 5.0, 0.1, 3.0, 0.7, 2.0, 0.2]
     rates = [1.0, 1.0, 1.0, 0.3, 0.3, 0.5, 0.9]
     # Smoothed: -, -, 1, 0.767, 0.533, 0.367, 0.567
-    assert choose(*curves(losses, rates), RULE) == Chosen(7, 0.2, pytest.approx(0.5667, abs=1e-4))
+    assert choose(*curves(losses, rates), RULE) == SelectedIteration(7, 0.2, pytest.approx(0.5667, abs=1e-4))
 
 
 def test_goes_by_the_smoothed_rate_not_by_one_batch():
     losses, rates = curves([1, 1, 1, 0.1, 1], [0.9, 0.9, 0.9, 0.5, 0.9])
     assert choose(losses, rates, RULE) is None
-    assert choose(losses, rates, Rule(window=1)) == Chosen(4, 0.1, 0.5)
+    assert choose(losses, rates, SelectionRule(window=1)) == SelectedIteration(4, 0.1, 0.5)
 
 
 def test_a_discriminator_that_always_knows_is_a_failed_training():
-    assert choose(np.linspace(3, 9, 500), np.full(500, 0.99), Rule()) is None
+    assert choose(np.linspace(3, 9, 500), np.full(500, 0.99), SelectionRule()) is None
 
 
 def test_a_discriminator_that_is_always_fooled_is_a_failed_training():
-    assert choose(np.linspace(1, 0.01, 500), np.full(500, 0.1), Rule()) is None
+    assert choose(np.linspace(1, 0.01, 500), np.full(500, 0.1), SelectionRule()) is None
 
 
 def test_a_loss_of_zero_is_not_taken():
     losses, rates = curves([0, 0, 0, 0.4, 0], [0.5] * 5)
-    assert choose(losses, rates, RULE) == Chosen(4, 0.4, 0.5)
+    assert choose(losses, rates, RULE) == SelectedIteration(4, 0.4, 0.5)
     assert choose(np.zeros(5), rates, RULE) is None
 
 
 def test_limits_themselves_are_within():
     for edge in (0.4, 0.6):
-        assert choose(np.ones(4), np.full(4, edge), Rule(window=1)) == Chosen(1, 1.0, edge)
-    assert choose(np.ones(4), np.full(4, 0.39), Rule(window=1)) is None
-    assert choose(np.ones(4), np.full(4, 0.61), Rule(window=1)) is None
+        assert choose(np.ones(4), np.full(4, edge), SelectionRule(window=1)) == SelectedIteration(
+            1, 1.0, edge
+        )
+    assert choose(np.ones(4), np.full(4, 0.39), SelectionRule(window=1)) is None
+    assert choose(np.ones(4), np.full(4, 0.61), SelectionRule(window=1)) is None
 
 
 def test_nothing_is_taken_before_the_window_is_full():
     assert choose(*curves([0.1, 0.1], [0.5, 0.5]), RULE) is None
-    assert choose(*curves([0.1, 0.2, 0.3], [0.5, 0.5, 0.5]), RULE) == Chosen(3, 0.3, 0.5)
+    assert choose(*curves([0.1, 0.2, 0.3], [0.5, 0.5, 0.5]), RULE) == SelectedIteration(3, 0.3, 0.5)
 
 
 def test_none_of_the_beginning_is_taken_where_the_rule_says_so():
     losses, rates = curves([0.1, 0.2, 0.3, 0.4], [0.5] * 4)
-    assert choose(losses, rates, Rule(window=1, after=2)) == Chosen(3, 0.3, 0.5)
-    assert choose(losses, rates, Rule(window=1, after=4)) is None
+    assert choose(losses, rates, SelectionRule(window=1, after=2)) == SelectedIteration(3, 0.3, 0.5)
+    assert choose(losses, rates, SelectionRule(window=1, after=4)) is None
 
 
 def test_of_equals_the_first_is_taken():
@@ -81,12 +89,14 @@ made_up = st.lists(
 @given(made_up, st.integers(1, 8), st.integers(0, 59), st.integers(0, 9))
 def test_followed_while_training_and_resumed_it_takes_the_same(made_up, window, pause, after):
     losses, rates = curves(*zip(*((loss, right / 128) for loss, right in made_up), strict=True))
-    rule = Rule(window=window, after=after)
-    follower, kept = Follower(rule), None
+    rule = SelectionRule(window=window, after=after)
+    follower, kept = IterationSelector(rule), None
     for number, (loss, rate) in enumerate(zip(losses, rates, strict=True)):
         if number == pause:
-            follower = Follower(rule, follower.chosen, tuple(rates[max(0, number - window) : number]), number)
-        if follower.see(loss, rate):
+            follower = IterationSelector(
+                rule, follower.chosen, tuple(rates[max(0, number - window) : number]), number
+            )
+        if follower.update(loss, rate):
             kept = number + 1
     assert follower.chosen == choose(losses, rates, rule)
     assert kept == (follower.chosen and follower.chosen.iteration)
@@ -94,6 +104,6 @@ def test_followed_while_training_and_resumed_it_takes_the_same(made_up, window, 
 
 def test_senseless_rules_are_refused():
     with pytest.raises(ParameterError, match="low < high"):
-        Rule(0.6, 0.4)
+        SelectionRule(0.6, 0.4)
     with pytest.raises(ParameterError, match="window must be at least 1"):
-        Rule(window=0)
+        SelectionRule(window=0)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.classification import ClassificationResult, judge_classifier, pooled
+from tactogram.evaluation.classification import ClassificationResult, evaluate_classifier, pooled
 from tactogram.model import Example
 from tactogram.signal import Signal
 
@@ -22,7 +22,7 @@ def example(material, *answers):
 
 
 def test_windows_and_recordings_are_counted():
-    result = judge_classifier(
+    result = evaluate_classifier(
         Told(), [example("a", 0.1, 0.2, 0.9), example("b", 0.6, 0.4, 0.4), example("b", 0.9)]
     )
     np.testing.assert_array_equal(result.windows, [[2, 1], [2, 2]])
@@ -46,8 +46,8 @@ def test_pooling_by_hand():
 
 
 def test_folds_add_up():
-    one = judge_classifier(Told(), [example("a", 0.1)])
-    two = judge_classifier(Told(), [example("b", 0.1)])
+    one = evaluate_classifier(Told(), [example("a", 0.1)])
+    two = evaluate_classifier(Told(), [example("b", 0.1)])
     np.testing.assert_array_equal((one + two).recordings, [[1, 0], [1, 0]])
     with pytest.raises(ParameterError, match="different classes"):
         _ = one + ClassificationResult(("a", "c"), one.windows, one.recordings)
@@ -63,4 +63,4 @@ def test_the_interval_is_wilsons():
 
 def test_an_unknown_class_is_refused():
     with pytest.raises(ParameterError, match="recording i is of 'z', which the classifier does not know"):
-        judge_classifier(Told(), [example("z", 0.1)])
+        evaluate_classifier(Told(), [example("z", 0.1)])

@@ -7,7 +7,15 @@ import soundfile
 from PIL import Image as Pillow
 
 from tactogram.evaluation import figures
-from tactogram.evaluation.report import Picture, Section, Sound, Table, Text, save_figure, write_report
+from tactogram.evaluation.report import (
+    ReportFigure,
+    ReportSection,
+    ReportSound,
+    ReportTable,
+    ReportText,
+    save_figure,
+    write_report,
+)
 from tactogram.signal import Image, Signal
 
 
@@ -23,10 +31,17 @@ def test_a_report_holds_all_it_shows(tmp_path):
         summary="Short.",
         simulated=True,
         sections=[
-            Section(
-                "One", [Text("5 < 6"), Table(("name", "value"), [("a", 0.12345), ("b", None)], "caption")]
+            ReportSection(
+                "One",
+                [
+                    ReportText("5 < 6"),
+                    ReportTable(("name", "value"), [("a", 0.12345), ("b", None)], "caption"),
+                ],
             ),
-            Section("Two", [Picture(figures.signal_figure(stroke()), "a stroke"), Sound(stroke(), "listen")]),
+            ReportSection(
+                "Two",
+                [ReportFigure(figures.signal_figure(stroke()), "a stroke"), ReportSound(stroke(), "listen")],
+            ),
         ],
     )
     page = path.read_text()

@@ -74,7 +74,7 @@ def test_the_generators_loss_leaves_the_discriminator_without_gradients():
 def test_the_figure_is_the_mean_over_batches_of_32_and_8():
     gan = pair()
     gan.distance = largest
-    assert gan.judge(lambda photo: photo, Pairs()) == pytest.approx((32 * 31 + 8 * 39) / 40)
+    assert gan.validation_distance(lambda photo: photo, Pairs()) == pytest.approx((32 * 31 + 8 * 39) / 40)
 
 
 def test_the_least_distance_decides_and_of_equal_ones_the_later():

@@ -11,7 +11,7 @@ from scipy.linalg import solve_toeplitz
 from scipy.signal import freqz, lfilter, welch
 
 from tactogram.errors import ParameterError
-from tactogram.recipe import Prepare
+from tactogram.recipe import Preparation
 from tactogram.signal import Signal
 from tactogram.signal.autoregressive import AutoregressiveModel, mix
 from tactogram.signal.autoregressive_fit import fit_autoregressive
@@ -289,7 +289,7 @@ def test_weights_that_are_none_are_refused(weights):
 def test_synthetic_is_as_near_to_unseen_recordings_as_real_ones(real_data):
     """Log-spectral distance at 20-1000 Hz; the model is fitted to four recordings, judged by four others."""
     folder = real_data("lmt108_sound")
-    prepare = Prepare(band=(20, 1000), rate=2500)
+    prepare = Preparation(band=(20, 1000), rate=2500)
     rows = list(csv.DictReader((folder / "index.csv").read_text(encoding="utf-8").splitlines()))
     for material in sorted({row["material"] for row in rows})[::5]:
         files = [folder / row["file"] for row in rows if row["material"] == material]

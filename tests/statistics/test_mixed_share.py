@@ -3,7 +3,7 @@ import pytest
 from scipy import integrate, optimize, special, stats
 
 from tactogram.errors import ParameterError
-from tactogram.statistics.mixed_share import Mixed, mixed_share
+from tactogram.statistics.mixed_share import MixedShareModel, mixed_share
 
 
 def answers(hits, asked):
@@ -51,7 +51,7 @@ def test_few_textures_that_differ_leave_the_interval_that_t_of_as_many_values_le
 
 def test_laplace_is_near_the_integral():
     hits = np.array([3.0, 12.0, 20.0, 17.0, 25.0])
-    model = Mixed(hits, np.full(5, 30.0), np.eye(5), np.zeros(5, np.int64))
+    model = MixedShareModel(hits, np.full(5, 30.0), np.eye(5), np.zeros(5, np.int64))
 
     def exact(logit, spread):
         def at(effect, hit):
@@ -76,7 +76,7 @@ def test_what_has_no_model_is_refused():
 
 def test_effects_are_the_likeliest_where_whole_newton_steps_go_back_and_forth():
     hits, asked, logit, spread = np.array([0.0, 59, 12]), np.full(3, 60.0), 2.4, 4.9
-    model = Mixed(hits, asked, np.eye(3), np.zeros(3, np.int64))
+    model = MixedShareModel(hits, asked, np.eye(3), np.zeros(3, np.int64))
 
     def alone(hit):
         def below(u):
@@ -93,7 +93,7 @@ def test_effects_are_the_likeliest_where_whole_newton_steps_go_back_and_forth():
 def test_a_spread_that_comes_to_0_on_the_way_can_grow_again():
     hits = np.array([[1, 0, 0], [4, 2, 1], [0, 0, 0], [1, 0, 0], [5, 5, 5]], np.float64)
     members = np.hstack([np.repeat(np.eye(5), 3, 0), np.tile(np.eye(3), (5, 1))])
-    model = Mixed(hits.ravel(), np.full(15, 5.0), members, np.repeat([0, 1], [5, 3]))
+    model = MixedShareModel(hits.ravel(), np.full(15, 5.0), members, np.repeat([0, 1], [5, 3]))
     logits, spreads = np.linspace(-3, 1, 5), np.linspace(0, 5, 6)
     least = min(model.deviance(a, np.array([b, c])) for a in logits for b in spreads for c in spreads)
     assert model.fitted()[2] <= least

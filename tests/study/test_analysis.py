@@ -11,7 +11,7 @@ from tactogram.study.analysis.findings import EQUIVALENT, NOT_SHOWN, SHOWN, UNDE
 from tactogram.study.answers import Answer, Answers
 from tactogram.study.designs.pairwise.analysis import bradley_terry
 from tactogram.study.designs.staircase.reversals import reversals_of
-from tactogram.study.study_analysis import Plan, analyse
+from tactogram.study.study_analysis import AnalysisPlan, analyse
 
 ITEMS = ("cloth", "cork", "tile")
 
@@ -107,14 +107,14 @@ def test_an_effect_on_which_is_generated_is_shown_and_its_absence_is_equivalence
     assert there.verdict == SHOWN
     assert there.low < 1 / (1 + np.exp(-0.8)) < there.high
     absent = which(trials=90, sd=0.1)
-    [nothing] = only(analyse(absent, plan=Plan({"which": 0.1}))).role("confirmatory")
+    [nothing] = only(analyse(absent, plan=AnalysisPlan({"which": 0.1}))).role("confirmatory")
     assert nothing.verdict == EQUIVALENT
     [without] = only(analyse(absent)).role("confirmatory")
     assert without.verdict == NOT_SHOWN
 
 
 def test_ten_trials_are_undecided():
-    section = only(analyse(which(people=1, trials=10, seed=1), plan=Plan({"which": 0.1})))
+    section = only(analyse(which(people=1, trials=10, seed=1), plan=AnalysisPlan({"which": 0.1})))
     [one] = section.role("confirmatory")
     assert (one.verdict, one.participants) == (UNDECIDED, 1)
     assert "one participant" in one.note
@@ -139,7 +139,7 @@ def test_abx_gives_the_d_prime_of_abx():
 
 
 def test_a_gap_in_realism_is_shown_with_its_size_and_its_absence_is_equivalence():
-    there = only(analyse(realism(gap=-10.0), plan=Plan({"realism": 5.0})))
+    there = only(analyse(realism(gap=-10.0), plan=AnalysisPlan({"realism": 5.0})))
     [gap] = there.role("confirmatory")
     assert gap.verdict == SHOWN
     assert gap.measure == "generated minus recorded, mm"
@@ -147,7 +147,7 @@ def test_a_gap_in_realism_is_shown_with_its_size_and_its_absence_is_equivalence(
     assert gap.effect["dz"] < -1
     mixed = finding(there, "all", "linear mixed model")
     assert mixed.estimate == pytest.approx(gap.estimate, abs=0.8)
-    [nothing] = only(analyse(realism(gap_sd=1.0), plan=Plan({"realism": 5.0}))).role("confirmatory")
+    [nothing] = only(analyse(realism(gap_sd=1.0), plan=AnalysisPlan({"realism": 5.0}))).role("confirmatory")
     assert nothing.verdict == EQUIVALENT
 
 
@@ -168,7 +168,7 @@ def test_realism_needs_two_conditions_and_two_people():
 
 def test_smaller_errors_of_words_are_shown_by_participant():
     answers, targets = scores({"none": 2.2, "1": 1.0, "5,000": 0.6})
-    section = only(analyse(answers, plan=Plan({"rating": 0.2}, targets=targets, draws=200)))
+    section = only(analyse(answers, plan=AnalysisPlan({"rating": 0.2}, targets=targets, draws=200)))
     assert finding(section, "all words", "Friedman").verdict == SHOWN
     assert finding(section, "none minus 5,000", "Wilcoxon", "confirmatory").estimate > 0.5
     assert (
@@ -186,20 +186,20 @@ def test_smaller_errors_of_words_are_shown_by_participant():
 
 def test_errors_that_do_not_differ_are_not_shown_to():
     answers, targets = scores({"none": 1.2, "5,000": 1.2}, seed=2)
-    found = only(analyse(answers, plan=Plan({"rating": 0.3}, targets=targets, draws=100)))
+    found = only(analyse(answers, plan=AnalysisPlan({"rating": 0.3}, targets=targets, draws=100)))
     assert finding(found, "none minus 5,000", "Wilcoxon", "confirmatory").verdict in (EQUIVALENT, UNDECIDED)
-    loose = only(analyse(answers, plan=Plan({"rating": 1.0}, targets=targets, draws=100)))
+    loose = only(analyse(answers, plan=AnalysisPlan({"rating": 1.0}, targets=targets, draws=100)))
     assert finding(loose, "none minus 5,000", "Wilcoxon", "confirmatory").verdict == EQUIVALENT
 
 
 def test_a_condition_can_be_what_the_others_are_held_against():
     answers, _ = scores({"plates": 0.5, "a": 0.6, "b": 2.0})
-    section = only(analyse(answers, plan=Plan({}, reference="plates", draws=100)))
+    section = only(analyse(answers, plan=AnalysisPlan({}, reference="plates", draws=100)))
     assert finding(section, "a minus b", "Wilcoxon").verdict == SHOWN
     with pytest.raises(DataError, match="one of the conditions plates, a, b"):
-        analyse(answers, plan=Plan({}, reference="sensor", draws=100))
+        analyse(answers, plan=AnalysisPlan({}, reference="sensor", draws=100))
     with pytest.raises(DataError, match="must have a score of 'plate0' for 'rough'"):
-        analyse(answers, plan=Plan({}, targets={"other": {}}, draws=100))
+        analyse(answers, plan=AnalysisPlan({}, targets={"other": {}}, draws=100))
 
 
 def test_scores_that_shift_are_found_as_ordered_answers():
@@ -210,7 +210,7 @@ def test_scores_that_shift_are_found_as_ordered_answers():
             for r in answers
         )
     )
-    section = only(analyse(up, plan=Plan({}, draws=100)))
+    section = only(analyse(up, plan=AnalysisPlan({}, draws=100)))
     assert finding(section, "rough, b against a", "proportional odds").estimate > 0.3
     assert finding(section, "dry, b against a", "proportional odds").verdict == SHOWN
 
@@ -245,7 +245,7 @@ def staircase(people=4, threshold=-18.0, seed=0, trials=50):
 
 
 def test_the_threshold_that_was_put_in_is_found():
-    section = only(analyse(staircase(), plan=Plan({}, draws=100)))
+    section = only(analyse(staircase(), plan=AnalysisPlan({}, draws=100)))
     [by_reversals] = section.role("confirmatory")
     settled = -18 + np.log((0.5 ** (1 / 3) - 0.5) / (1 - 0.5 ** (1 / 3)))
     assert by_reversals.low < settled < by_reversals.high
@@ -290,7 +290,7 @@ def test_stevens_exponent_is_found_whatever_numbers_people_choose():
     [exponent] = section.role("confirmatory")
     assert exponent.low < 0.6 < exponent.high
     assert exponent.margin is None
-    flat = only(analyse(flattened(rows), plan=Plan({"magnitude": 0.1}))).role("confirmatory")
+    flat = only(analyse(flattened(rows), plan=AnalysisPlan({"magnitude": 0.1}))).role("confirmatory")
     assert [one.verdict for one in flat] == [EQUIVALENT]
     means = [row["geometric_mean"] for row in section.tables["geometric means"]]
     assert means[3] / means[0] == pytest.approx(8**0.6, rel=0.15)
@@ -311,7 +311,7 @@ def pairs(strengths, people=10, seed=0):
 
 
 def test_what_is_preferred_is_shown_and_what_is_not_is_not():
-    section = only(analyse(pairs([1.5, 0.0, 0.0]), plan=Plan({}, draws=400)))
+    section = only(analyse(pairs([1.5, 0.0, 0.0]), plan=AnalysisPlan({}, draws=400)))
     verdicts = {f.of: f.verdict for f in section.role("confirmatory")}
     assert verdicts == {"s0 over s1": SHOWN, "s0 over s2": SHOWN, "s1 over s2": NOT_SHOWN}
     assert (
@@ -324,12 +324,14 @@ def test_what_is_preferred_is_shown_and_what_is_not_is_not():
 def test_preferences_that_are_as_good_as_equal_take_a_margin():
     answers = pairs([0.0, 0.0], people=40, seed=1)
     wide, narrow = (
-        only(analyse(answers, plan=Plan({"preference": margin}, draws=400))).role("confirmatory")[0]
+        only(analyse(answers, plan=AnalysisPlan({"preference": margin}, draws=400))).role("confirmatory")[0]
         for margin in (1.0, 0.05)
     )
     assert (wide.verdict, narrow.verdict) == (EQUIVALENT, UNDECIDED)
     assert wide.margin == 1.0
-    shown = only(analyse(pairs([1.5, 0.0]), plan=Plan({"preference": 0.4}, draws=400))).role("confirmatory")
+    shown = only(analyse(pairs([1.5, 0.0]), plan=AnalysisPlan({"preference": 0.4}, draws=400))).role(
+        "confirmatory"
+    )
     assert shown[0].verdict == SHOWN
 
 
@@ -353,7 +355,9 @@ def test_strengths_are_those_of_the_choices_and_stay_finite():
     ids=["which", "realism", "rating", "pairwise"],
 )
 def test_an_analysis_is_json_text_and_figures_that_say_simulated(answers):
-    found = analyse(answers, plan=Plan({}, draws=100 if answers.rows[0].design != "pairwise" else 400))
+    found = analyse(
+        answers, plan=AnalysisPlan({}, draws=100 if answers.rows[0].design != "pairwise" else 400)
+    )
     plain = json.loads(json.dumps(found.as_dict(), allow_nan=False))
     assert plain["simulated"] is True
     assert "simulated participants" in found.text()
@@ -394,4 +398,4 @@ def test_answers_that_cannot_be_analysed_are_refused_in_a_line(answers, words):
 )
 def test_a_plan_that_cannot_be_is_refused(plan, words):
     with pytest.raises(ParameterError, match=words):
-        Plan(**plan)
+        AnalysisPlan(**plan)

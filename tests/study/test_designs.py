@@ -9,8 +9,8 @@ from scipy.stats import norm
 
 from tactogram.study.designs.magnitude.analysis import intensity_of
 from tactogram.study.designs.pairwise.design import expected_information, posterior
-from tactogram.study.designs.staircase import Staircase, Track
-from tactogram.study.session.sitting import answers_to, next_page
+from tactogram.study.designs.staircase import Staircase, StaircaseTrack
+from tactogram.study.session.sitting import answer_rows, next_page
 from tactogram.study.simulated_participants import (
     SimulatedEffect,
     SimulatedParticipant,
@@ -18,7 +18,7 @@ from tactogram.study.simulated_participants import (
     typical,
 )
 from tactogram.study.study_file import Study
-from tactogram.study.trials import Given, Participant
+from tactogram.study.trials import PageAnswers, Participant
 
 KINDS = ("two_area", "rating", "evoked", "abx", "staircase", "magnitude", "pairwise")
 ANYBODY = Participant("P1", 1)
@@ -30,7 +30,7 @@ def taken(study, participant=ANYBODY, effect=None, seed=0):
     pages, given = [], []
     while (page := next_page(study, participant, given)) is not None:
         pages.append(page)
-        given.append(Given(page.token, page.accepted(simulated.answer(page)), page.more))
+        given.append(PageAnswers(page.token, page.accepted(simulated.answer(page)), page.more))
     return pages, given
 
 
@@ -50,7 +50,7 @@ def test_a_design_asks_to_its_end_and_each_answer_makes_a_row(make_study, kind):
     if kind != "staircase":
         assert max(page.trial for page in asked) == study.trials
     for page, one in zip(asked, given[2:], strict=False):
-        rows = answers_to(study, ANYBODY, page, one.responses, at="")
+        rows = answer_rows(study, ANYBODY, page, one.responses, at="")
         assert len(rows) == len(page.asked)
         assert {row.design for row in rows} == {kind}
         assert all(np.isfinite(row.value) for row in rows)
@@ -76,7 +76,7 @@ def test_a_participant_is_shown_no_name_and_no_right_answer(make_study, kind):
 
 
 def test_who_declines_is_asked_nothing(make_study):
-    assert next_page(make_study(), ANYBODY, [Given("consent", {"consent": "declined"})]) is None
+    assert next_page(make_study(), ANYBODY, [PageAnswers("consent", {"consent": "declined"})]) is None
 
 
 def test_a_rest_is_offered_after_so_many_trials(make_study):
@@ -129,7 +129,7 @@ def test_each_image_of_a_set_is_judged_and_sets_go_round(make_study):
 
 def test_a_staircase_moves_by_levitts_rule():
     design = Staircase(start_db=0, steps_db=(4, 2), up=1, down=2, reversals=3, lowest_db=-10)
-    track, path = Track(0.0), []
+    track, path = StaircaseTrack(0.0), []
     for correct in (1, 1, 1, 1, 0, 1, 0, 1, 1, 1):
         track = design.after(track, correct=bool(correct))
         path.append(track.intensity)
@@ -137,22 +137,22 @@ def test_a_staircase_moves_by_levitts_rule():
     assert path == [0, -4, -4, -8, -6, -6, -4, -4, -6, -6]
     assert track.reversals == (-8, -4)
     assert not design.ended(track)
-    assert design.ended(Track(0.0, 9, (1, 2, 3)))
+    assert design.ended(StaircaseTrack(0.0, 9, (1, 2, 3)))
 
 
 def test_a_staircase_stays_within_its_limits():
     design = Staircase(start_db=0, steps_db=(8,), down=1, lowest_db=-10, highest_db=5)
-    down = Track(0.0)
+    down = StaircaseTrack(0.0)
     for _ in range(3):
         down = design.after(down, correct=True)
-    up = design.after(Track(0.0), correct=False)
+    up = design.after(StaircaseTrack(0.0), correct=False)
     assert (down.intensity, up.intensity) == (-10, 5)
 
 
 def test_three_down_one_up_settles_at_79_percent():
     # Levitt (1971): p**3 = 1/2, p = 0.794. Simulated observer: 0.5 + 0.5 Phi(x / 4), which is there at x = 0.89.
     design = Staircase(steps_db=(2,), down=3, reversals=100, start_db=4, lowest_db=-60, highest_db=60)
-    rng, track, met = np.random.default_rng(0), Track(4.0), []
+    rng, track, met = np.random.default_rng(0), StaircaseTrack(4.0), []
     for _ in range(2500):
         met.append(track.intensity)
         track = design.after(track, correct=rng.random() < 0.5 + 0.5 * norm.cdf(track.intensity / 4))
@@ -230,7 +230,7 @@ def test_counterbalanced_orders_differ_by_participant_and_cover_each_place():
     for number in range(1, 7):
         participant = Participant(f"P{number}", number)
         first.append(
-            next_page(study, participant, [Given("consent", {"consent": "agreed"})]).asked[0].stimulus
+            next_page(study, participant, [PageAnswers("consent", {"consent": "agreed"})]).asked[0].stimulus
         )
     assert len(set(first)) == 6
 

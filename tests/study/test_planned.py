@@ -6,13 +6,13 @@ from tactogram.study.analysis.findings import (
     NOT_SHOWN,
     SHOWN,
     UNDECIDED,
+    AnalysisSection,
     Finding,
-    Section,
-    judged,
+    with_verdicts,
 )
 from tactogram.study.answers import Answer, Answers
-from tactogram.study.planned import Planned, differing, margin_name, margin_text
-from tactogram.study.study_analysis import Plan, analyse
+from tactogram.study.planned import PlannedAnalysis, differing, margin_name, margin_text
+from tactogram.study.study_analysis import AnalysisPlan, analyse
 from tactogram.study.study_file import Study, shipped_studies
 
 
@@ -46,10 +46,10 @@ def decided(answers, plan):
 
 
 def test_a_margin_of_the_file_decides_and_is_said_to_be_given_beforehand():
-    planned = Planned.model_validate({"margins": {"abx": {"value": 0.1, "because": "six of ten"}}})
-    plan = Plan.of(planned)
+    planned = PlannedAnalysis.model_validate({"margins": {"abx": {"value": 0.1, "because": "six of ten"}}})
+    plan = AnalysisPlan.of(planned)
     assert decided(discrimination(50), plan).verdict == EQUIVALENT
-    assert plan.afterwards == {}
+    assert plan.deviations == {}
     [margins, alpha] = plan.lines()
     assert (
         margins
@@ -59,23 +59,23 @@ def test_a_margin_of_the_file_decides_and_is_said_to_be_given_beforehand():
 
 
 def test_a_margin_that_differs_is_reported_as_given_afterwards():
-    plan = Plan.of(Planned.model_validate({"margins": {"abx": 0.001}}), {"abx": 0.1})
+    plan = AnalysisPlan.of(PlannedAnalysis.model_validate({"margins": {"abx": 0.001}}), {"abx": 0.1})
     found = decided(discrimination(50), plan)
     assert (found.verdict, found.margin) == (EQUIVALENT, 0.1)
     assert "margin given afterwards" in found.note
-    assert plan.afterwards == {"abx": 0.1}
+    assert plan.deviations == {"abx": 0.1}
     assert any("afterwards, not as in the study's file: abx ±0.1" in line for line in plan.lines())
     assert analyse(discrimination(50), plan=plan).as_dict()["given_afterwards"] == {"abx": 0.1}
 
 
 def test_without_the_study_nobody_knows_when_a_margin_was_given():
-    plan = Plan({"abx": 0.1})
+    plan = AnalysisPlan({"abx": 0.1})
     assert "Whether that was beforehand cannot be seen" in plan.lines()[0]
     assert analyse(discrimination(50), plan=plan).as_dict()["margins_beforehand"] is None
 
 
 def test_without_a_margin_a_large_p_says_that_nothing_is_shown():
-    analysis = analyse(discrimination(50), plan=Plan.of(Planned()))
+    analysis = analyse(discrimination(50), plan=AnalysisPlan.of(PlannedAnalysis()))
     assert analysis.sections[0].role("confirmatory")[0].verdict == NOT_SHOWN
     assert "gives no margin: nothing can be equivalent" in analysis.text()
     assert "no difference" not in analysis.text().casefold()
@@ -87,21 +87,21 @@ def test_alpha_decides_and_intervals_stay(alpha, verdict):
         "all", "t", "confirmatory", "mm", 1.0, 0.1, 1.9, 0.03, SHOWN, equivalence_p=0.02, margin=5.0
     )
     by_interval = Finding("all", "mixed", "check", "mm", 1.0, 0.1, 1.9, verdict=SHOWN)
-    section = Section("T", "two_area", "realism", 8, 80, True, (finding, by_interval))
-    first, second = judged(section, alpha=alpha).findings
+    section = AnalysisSection("T", "two_area", "realism", 8, 80, True, (finding, by_interval))
+    first, second = with_verdicts(section, alpha=alpha).findings
     assert (first.verdict, first.low, first.high) == (verdict, 0.1, 1.9)
     assert second.verdict == ("" if alpha != 0.05 else SHOWN)
     assert ("smaller than the margin" in first.note) == (alpha == 0.05)
 
 
 def test_judging_at_the_same_alpha_changes_no_verdict():
-    section = analyse(discrimination(58), plan=Plan({"abx": 0.1})).sections[0]
-    assert [f.verdict for f in judged(section).findings] == [f.verdict for f in section.findings]
+    section = analyse(discrimination(58), plan=AnalysisPlan({"abx": 0.1})).sections[0]
+    assert [f.verdict for f in with_verdicts(section).findings] == [f.verdict for f in section.findings]
 
 
 def test_practice_is_left_out_and_counted():
     answers = discrimination(50, practice=3)
-    analysis = analyse(answers, plan=Plan({}))
+    analysis = analyse(answers, plan=AnalysisPlan({}))
     assert analysis.sections[0].answers == 800
     assert "3 answers to practice trials are left out" in analysis.notes
 

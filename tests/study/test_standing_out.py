@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tactogram.study.analysis.findings import EQUIVALENT, SHOWN
-from tactogram.study.analysis.item_contrasts import REST, WHOLE, gaps_to_the_rest, standing_out
+from tactogram.study.analysis.item_contrasts import REST, WHOLE, gaps_to_the_rest, item_contrasts
 from tactogram.study.answers import Answer, Answers
 
 WORDS = ("rough", "dry")
@@ -36,7 +36,7 @@ def scores(shift=0.0, people=20, items=("a", "b", "c", "d"), leave_out=(), seed=
 
 
 def test_what_stands_out_is_shown_whatever_level_people_answer_at():
-    found = {one.of: one for one in standing_out(scores(0.8), "points") if one.test.startswith("paired t")}
+    found = {one.of: one for one in item_contrasts(scores(0.8), "points") if one.test.startswith("paired t")}
     one = found[f"a {REST}, {WHOLE}"]
     assert one.verdict == SHOWN
     assert one.low < 0.8 < one.high
@@ -45,12 +45,12 @@ def test_what_stands_out_is_shown_whatever_level_people_answer_at():
 
 
 def test_items_that_are_alike_are_equivalent_with_a_margin_and_never_without():
-    assert {one.verdict for one in standing_out(scores(), "points", margin=0.4)} == {EQUIVALENT}
-    assert {one.verdict for one in standing_out(scores(), "points")} == {"not shown"}
+    assert {one.verdict for one in item_contrasts(scores(), "points", margin=0.4)} == {EQUIVALENT}
+    assert {one.verdict for one in item_contrasts(scores(), "points")} == {"not shown"}
 
 
 def test_each_word_is_looked_at_if_asked():
-    whole, single = (standing_out(scores(0.8), "points", per_word=asked) for asked in (False, True))
+    whole, single = (item_contrasts(scores(0.8), "points", per_word=asked) for asked in (False, True))
     assert len(single) == len(whole) * (1 + len(WORDS))
     rough = next(one for one in single if one.of == f"a {REST}, rough")
     assert rough.verdict == SHOWN
@@ -64,9 +64,9 @@ def test_gaps_are_those_of_each_person_and_missing_ones_are_left_out():
     assert np.isnan(gaps[1]).all()
     own = {row.stimulus: row.value for row in answers if row.participant == "P2" and row.question == "dry"}
     assert gaps[2, 0, 1] == pytest.approx(own["a"] - np.mean([own[k] for k in "bcd"]))
-    assert next(o for o in standing_out(answers, "points") if o.of.startswith("a ")).participants == 18
+    assert next(o for o in item_contrasts(answers, "points") if o.of.startswith("a ")).participants == 18
 
 
 def test_one_item_has_nothing_to_stand_out_from():
-    assert standing_out(scores(items=("a",)), "points") == []
-    assert standing_out(scores(people=1), "points") == []
+    assert item_contrasts(scores(items=("a",)), "points") == []
+    assert item_contrasts(scores(people=1), "points") == []

@@ -3,7 +3,7 @@ import torch
 
 from tactogram.errors import RunError
 from tactogram.model import Stage
-from tactogram.training import Position, child_rng, child_seed, fit, torch_seeded
+from tactogram.training import TrainingPosition, child_rng, child_seed, fit, torch_seeded
 
 
 class Walk:
@@ -64,8 +64,8 @@ def test_going_on_from_any_step_is_never_having_stopped(stop):
 
 
 def test_every_step_of_every_stage_is_done_once():
-    assert [p for p, _ in trail()] == [Position(0, k) for k in (1, 2, 3)] + [
-        Position(1, k) for k in (1, 2, 3, 4, 5)
+    assert [p for p, _ in trail()] == [TrainingPosition(0, k) for k in (1, 2, 3)] + [
+        TrainingPosition(1, k) for k in (1, 2, 3, 4, 5)
     ]
 
 

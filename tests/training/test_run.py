@@ -3,8 +3,8 @@ import torch
 
 from tactogram.errors import RunError
 from tactogram.model import SignalKind
-from tactogram.recipe import Prepare, Recipe
-from tactogram.training import Position, Run
+from tactogram.recipe import Preparation, Recipe
+from tactogram.training import Run, TrainingPosition
 
 
 class Counter:
@@ -22,12 +22,12 @@ class Counter:
 
 @pytest.fixture
 def run(tmp_path):
-    recipe = Recipe(model="counter", prepare=Prepare(band=(20, 1000)))
+    recipe = Recipe(model="counter", prepare=Preparation(band=(20, 1000)))
     return Run.create(tmp_path / "run", recipe=recipe, data={"path": "x"}, identity="abc")
 
 
 def test_the_recipe_is_read_as_it_was_written(run):
-    assert run.recipe == Recipe(model="counter", prepare=Prepare(band=(20, 1000)))
+    assert run.recipe == Recipe(model="counter", prepare=Preparation(band=(20, 1000)))
     assert run.data == {"path": "x", "run_id": "abc"}
 
 
@@ -40,15 +40,15 @@ def test_restoring_forgets_what_was_logged_after_the_checkpoint(run):
     learner = Counter()
     for step in range(1, 6):
         learner.n += 1
-        run.log(Position(0, step), {"loss": float(step)})
+        run.log(TrainingPosition(0, step), {"loss": float(step)})
         if step == 3:
-            run.save_checkpoint(learner, Position(0, step))
+            run.save_checkpoint(learner, TrainingPosition(0, step))
     with (run.folder / "metrics.jsonl").open("a") as file:
         file.write('{"stage": 0, "st')  # a kill in the middle of a line
     left = run.folder / ".checkpoint-0123abcd.part.safetensors"
     left.write_bytes(b"half")  # and one in the middle of a checkpoint
     again = Counter()
-    assert run.restore(again) == Position(0, 3)
+    assert run.restore(again) == TrainingPosition(0, 3)
     assert again.n.item() == 3
     assert [m["step"] for m in run.metrics()] == [1, 2, 3]
     assert not left.exists()
@@ -56,8 +56,8 @@ def test_restoring_forgets_what_was_logged_after_the_checkpoint(run):
 
 def test_a_finished_run_has_weights_without_optimisers(run):
     learner = Counter()
-    run.log(Position(0, 1), {"loss": 0.5})
-    run.save_checkpoint(learner, Position(0, 1))
+    run.log(TrainingPosition(0, 1), {"loss": 0.5})
+    run.save_checkpoint(learner, TrainingPosition(0, 1))
     with pytest.raises(RunError, match="training is not finished"):
         run.kind()
     kind = SignalKind(330.0, "m/s^2", ("x", "y", "z"), ("a", "b"), simulated=True)

@@ -17,7 +17,7 @@ from tactogram.cli import main
 from tactogram.datasets import open_store
 from tactogram.datasets.store.store import problems
 from tactogram.errors import ParameterError
-from tactogram.workflows.capture.live import Listener, live
+from tactogram.workflows.capture.live import LiveClassifier, live
 from tactogram.workflows.capture.session import capture, with_log
 from tactogram.workflows.training.train import load_run
 
@@ -94,7 +94,7 @@ def test_the_device_is_recognised_live(store, run):
 
 def test_a_window_is_prepared_as_the_run_was_trained_and_other_rates_are_resampled(run, texture):
     loaded = load_run(run.folder)
-    listener = Listener(loaded)
+    listener = LiveClassifier(loaded)
     signal = texture("tile", 5, seconds=listener.window_s)
     expected = loaded.model.probabilities(loaded.prepare(signal))
     assert list(listener(signal).probabilities.values()) == pytest.approx(expected.tolist())
@@ -103,7 +103,7 @@ def test_a_window_is_prepared_as_the_run_was_trained_and_other_rates_are_resampl
 
 
 def test_none_of_these_is_set_on_windows_as_long_as_those_that_are_heard(run, texture):
-    listener = Listener(load_run(run.folder), window_s=0.5)
+    listener = LiveClassifier(load_run(run.folder), window_s=0.5)
     assert listener.calibrated_on > 5
     loud = texture("tile", 7, seconds=0.5)
     odd = loud.with_samples(40 * (loud.samples - loud.samples.mean(axis=1, keepdims=True)))
@@ -114,7 +114,7 @@ def test_none_of_these_is_set_on_windows_as_long_as_those_that_are_heard(run, te
 def test_what_cannot_listen_is_refused(run):
     loaded = load_run(run.folder)
     with pytest.raises(ParameterError, match="window must be at least 0.103 s"):
-        Listener(loaded, window_s=0.05)
+        LiveClassifier(loaded, window_s=0.05)
     with pytest.raises(ParameterError, match="a source must be one of"):
         live(loaded, "nothing:here")
     with pytest.raises(ParameterError, match="hop"):

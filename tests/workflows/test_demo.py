@@ -10,7 +10,7 @@ from tactogram.errors import RunError
 from tactogram.workflows import demo as module
 from tactogram.workflows.data import simulate
 from tactogram.workflows.demo import MIX, UNKNOWN, demo
-from tactogram.workflows.evaluation.reference_models import Judging
+from tactogram.workflows.evaluation.reference_models import EvaluationSettings
 
 KNOWN = ("artificial-grass", "cloth", *MIX)
 
@@ -25,7 +25,7 @@ def test_the_whole_chain_leaves_a_report(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(module, "PER_CLASS", 8)
     monkeypatch.setattr(module, "CLASSIFIER_STEPS", 100)
     monkeypatch.setattr(module, "GENERATOR_STEPS", 2)
-    monkeypatch.setattr(module, "JUDGING", Judging(steps=20, most=4))
+    monkeypatch.setattr(module, "JUDGING", EvaluationSettings(steps=20, most=4))
     result = {}
     monkeypatch.setattr(
         module, "demo", lambda *args, **options: result.update(demo(*args, **options)) or result

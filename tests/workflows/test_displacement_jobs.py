@@ -13,13 +13,13 @@ from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_signal, write_signal
 from tactogram.workflows.data.convert import convert
 from tactogram.workflows.evaluation.evaluate import evaluate
-from tactogram.workflows.evaluation.reference_models import Judging
+from tactogram.workflows.evaluation.reference_models import EvaluationSettings
 from tactogram.workflows.generation.generate import generate_files
 from tactogram.workflows.training.train import train
 
 RATE = 40.0  # per mm
 POLES = {"denim": 0.9, "linen": 0.3, "satin": -0.4, "terry": -0.85}
-HASTY = Judging(steps=4, most=4)
+HASTY = EvaluationSettings(steps=4, most=4)
 
 
 def photograph(seed, size=96):
@@ -123,7 +123,7 @@ def test_data_of_another_kind_is_named_and_refused(run, tmp_path):
         photographs=[("denim", photograph(999))],
     )
     with pytest.raises(ParameterError, match="other: not what run was trained on: signal must be"):
-        evaluate(run.folder, data=other.path, judging=Judging(steps=3, most=4))
+        evaluate(run.folder, data=other.path, judging=EvaluationSettings(steps=3, most=4))
 
 
 @pytest.mark.parametrize("model", ["nearest_photo", "replay"])

@@ -14,8 +14,8 @@ from tactogram.errors import LeakError, ParameterError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_signal
 from tactogram.workflows.evaluation.evaluate import evaluate
-from tactogram.workflows.evaluation.pictures import judge_pictures, judged_pictures
-from tactogram.workflows.evaluation.reference_models import Judging
+from tactogram.workflows.evaluation.pictures import evaluate_pictures, evaluate_run_pictures
+from tactogram.workflows.evaluation.reference_models import EvaluationSettings
 from tactogram.workflows.generation.generate import generate_files
 from tactogram.workflows.training.resume import plan_of
 from tactogram.workflows.training.train import train
@@ -24,7 +24,7 @@ RATE = 1000.0
 LOOKS = {"cork": (4.0, 0.3), "felt": (1.0, 0.3), "slate": (1.0, 0.8), "tile": (4.0, 0.8)}
 """Simulated: coarseness in pixels, and brightness."""
 TOUCHES = {"cork": [1, -1.6, 0.9], "felt": [1, -0.9], "slate": [1, 0.9], "tile": [1, 0.3, 0.8]}
-HASTY = Judging(steps=4, most=4)
+HASTY = EvaluationSettings(steps=4, most=4)
 
 
 def photograph(material, seed, size=64):
@@ -147,7 +147,7 @@ def test_what_cannot_be_asked_says_so(run, looks, tmp_path):
 
 def test_pictures_are_judged_beside_signals_and_the_loss_is_divided(looks, tmp_path, monkeypatch):
     monkeypatch.setattr(
-        "tactogram.workflows.evaluation.evaluate.judged_pictures", partial(judged_pictures, most=16)
+        "tactogram.workflows.evaluation.evaluate.judged_pictures", partial(evaluate_run_pictures, most=16)
     )
     longer = {"config.pairs.hop": 16, "config.pairs.frames": 32}  # half a second
     sight = train(
@@ -172,7 +172,7 @@ def test_pictures_are_judged_beside_signals_and_the_loss_is_divided(looks, tmp_p
     page = (sight.folder / "report.html").read_text()
     assert "From pictures back to vibration" in page
     with pytest.raises(ParameterError, match="nearest_photo makes no spectrogram pictures"):
-        judge_pictures(trained(looks, tmp_path / "nearest").folder)
+        evaluate_pictures(trained(looks, tmp_path / "nearest").folder)
 
 
 def test_crops_of_the_recordings_trained_on_have_no_floor(looks, tmp_path):
@@ -186,6 +186,6 @@ def test_crops_of_the_recordings_trained_on_have_no_floor(looks, tmp_path):
         out=tmp_path / "run",
         accelerator="cpu",
     )
-    losses = judge_pictures(sight.folder, most=16)["inversion"]
+    losses = evaluate_pictures(sight.folder, most=16)["inversion"]
     assert losses
     assert {loss["floor"] for loss in losses.values()} == {None}

@@ -14,8 +14,8 @@ from tactogram.signal.io import read_signal, write_signal
 from tactogram.workflows.data.stores import import_store
 from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.evaluation.rating_crossval import crossval_ratings
-from tactogram.workflows.evaluation.ratings import MODEL, judge_reproduction, predicted_ratings
-from tactogram.workflows.evaluation.word_signals import made_by_words
+from tactogram.workflows.evaluation.ratings import MODEL, evaluate_reproduction, predicted_ratings
+from tactogram.workflows.evaluation.word_signals import generate_rated_surfaces
 from tactogram.workflows.recognition.score import score
 from tactogram.workflows.training.train import train
 
@@ -150,7 +150,7 @@ def test_a_rater_model_tells_the_errors_of_generated_signals(run, tmp_path):
     said = predicted_ratings(run, given)
     assert said.raters == (MODEL,)
     targets = {f"p{n}": [4.0, 4.0] for n in range(3)}
-    found = judge_reproduction(
+    found = evaluate_reproduction(
         said, targets, conditions=("sensor", "A"), told_by="a rater model", out=tmp_path / "f.png"
     )
     assert found["conditions"]["A"]["mae"] < found["conditions"]["sensor"]["mae"]
@@ -193,7 +193,7 @@ def test_a_generator_by_words_is_judged_by_a_rater_model_beside_the_sensor_and_t
         "ultrasonic_cgan", data, recipe="tiny", by="session", out=tmp_path / "run", accelerator="cpu",
         changes={"config.clusters": 1},
     )  # fmt: skip
-    made = made_by_words(trained.folder)
+    made = generate_rated_surfaces(trained.folder)
     assert set(made.signals) == set(made.targets) == set(made.straight) == {"plate1", "plate2", "plate3"}
     assert all(np.abs(one.samples).max() == 1 for one in made.straight.values())
     assert len(made.nearest["plate1"]) == 400

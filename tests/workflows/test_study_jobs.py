@@ -10,11 +10,11 @@ from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
 from tactogram.study.session.store import SessionStore
 from tactogram.study.study_file import Study
-from tactogram.study.trials import Presented
+from tactogram.study.trials import PresentedStimulus
 from tactogram.workflows.study.answers import open_answers
 from tactogram.workflows.study.sessions import begin_session, log_played, origin_folder
 from tactogram.workflows.study.simulation import effect_of, simulate_study
-from tactogram.workflows.study.stimuli import Stimuli, signal_sha256, stronger
+from tactogram.workflows.study.stimuli import StudyStimuli, signal_sha256, stronger
 from tactogram.workflows.study.studies import study_folder
 
 STUDY = """
@@ -119,13 +119,13 @@ def test_simulated_participants_are_kept_apart_from_people(study_file, tmp_path)
 
 def test_what_is_played_is_rendered_at_the_staircases_level(study_file, tmp_path):
     study = Study.load(study_file)
-    stimuli = Stimuli(study, tmp_path)
+    stimuli = StudyStimuli(study, tmp_path)
     [buzz] = study.all_stimuli
-    plain, weaker = (stimuli.played(Presented("A", buzz, gain)) for gain in (0.0, -20.0))
+    plain, weaker = (stimuli.played(PresentedStimulus("A", buzz, gain)) for gain in (0.0, -20.0))
     ratio = np.abs(weaker.drive.signal.samples).max() / np.abs(plain.drive.signal.samples).max()
     assert ratio == pytest.approx(0.1, rel=1e-3)
     assert plain.sha256 == signal_sha256(plain.drive.signal) != weaker.sha256
-    assert stimuli.played(Presented("B", None)).drive is None
+    assert stimuli.played(PresentedStimulus("B", None)).drive is None
     with SessionStore(tmp_path / "session", study) as store:
         code = store.enrol().code
         page = store.submit(code, "consent", {"consent": "agreed"}).page
@@ -149,9 +149,9 @@ def test_an_effect_is_given_by_name():
 
 def test_signal_and_picture_of_a_shipped_study_are_made(tmp_path):
     study = Study.load("image-words")
-    stimuli = Stimuli(study, tmp_path)
+    stimuli = StudyStimuli(study, tmp_path)
     first = study.all_stimuli[0]
-    played = stimuli.played(Presented("", first))
+    played = stimuli.played(PresentedStimulus("", first))
     assert played.drive.signal.seconds == pytest.approx(1.0, abs=0.01)
     # peak=0.5 of full scale
     assert np.abs(played.drive.signal.samples).max() == pytest.approx(0.5, rel=0.01)

@@ -78,7 +78,8 @@ def test_nothing_is_judged_mixed_or_converted_for_a_folder_that_cannot_be_writte
     run, store, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(
-        "tactogram.workflows.evaluation.evaluate.judged", lambda *_, **__: pytest.fail("judged all the same")
+        "tactogram.workflows.evaluation.evaluate.evaluate_run",
+        lambda *_, **__: pytest.fail("judged all the same"),
     )
     monkeypatch.setattr(mixing, "mix_ladder", lambda *_, **__: pytest.fail("mixed all the same"))
     loaded = training.load_run(run.folder)

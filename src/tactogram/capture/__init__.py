@@ -1,7 +1,7 @@
 """Signals out of sensors."""
 
 from tactogram.capture.catalogue import open_source, sources
-from tactogram.capture.logs.log import Logged, read_log
+from tactogram.capture.logs.log import SensorLog, read_log
 from tactogram.capture.logs.xdf import read_xdf
 from tactogram.capture.source import Block, Source, SourceEnded, SourceLost
 from tactogram.capture.stream.gaps import filled, gap_free, gaps
@@ -9,8 +9,8 @@ from tactogram.capture.stream.rate_estimate import RateEstimate, estimate_rate
 
 __all__ = [
     "Block",
-    "Logged",
     "RateEstimate",
+    "SensorLog",
     "Source",
     "SourceEnded",
     "SourceLost",

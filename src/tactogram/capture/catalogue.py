@@ -80,7 +80,7 @@ class SimulatedOptions(SimulatedReceiver):
     """A new file for all bytes."""
 
 
-class PlayedOptions(SimulatedReceiver):
+class StoreReplayOptions(SimulatedReceiver):
     """Options of ``played:STORE``: what a simulated receiver does, and these."""
 
     materials: str = ""
@@ -92,7 +92,7 @@ class PlayedOptions(SimulatedReceiver):
 
 
 @dataclass(frozen=True)
-class Kind:
+class AddressKind:
     """A kind of address.
 
     Parameters
@@ -232,15 +232,15 @@ def _simulated(address: str, place: str, o: SimulatedOptions) -> Source:
     return TweliteSource(port, name=address, rate=receiver.rate, log=o.log, simulated=True)
 
 
-def _played(address: str, place: str, o: PlayedOptions) -> Source:
+def _played(address: str, place: str, o: StoreReplayOptions) -> Source:
     # A store brings in half of scipy, which no real sensor needs.
-    from tactogram.capture.sources.played import PlayedSource
+    from tactogram.capture.sources.played import StoreReplaySource
     from tactogram.datasets import open_store
 
     receiver = SimulatedReceiver(**o.model_dump(include=set(SimulatedReceiver.model_fields)))
     store = open_store(_needed(place, address, "the store"))
     names = tuple(name for name in o.materials.split(",") if name)
-    return PlayedSource(
+    return StoreReplaySource(
         store,
         receiver,
         name=address,
@@ -256,28 +256,33 @@ def _needed(place: str, address: str, what: str) -> str:
     return place
 
 
-KINDS: Mapping[str, Kind] = {
-    "twelite": Kind("twelite:/dev/ttyUSB0", "TWE-Lite receiver", TweliteOptions, _twelite),
-    "serial": Kind("serial:/dev/ttyACM0?baud=115200", "board on a serial port", SerialOptions, _serial),
-    "lsl": Kind("lsl:NAME", "Lab Streaming Layer stream", LslOptions, _lsl),
-    "audio": Kind(
+KINDS: Mapping[str, AddressKind] = {
+    "twelite": AddressKind("twelite:/dev/ttyUSB0", "TWE-Lite receiver", TweliteOptions, _twelite),
+    "serial": AddressKind(
+        "serial:/dev/ttyACM0?baud=115200", "board on a serial port", SerialOptions, _serial
+    ),
+    "lsl": AddressKind("lsl:NAME", "Lab Streaming Layer stream", LslOptions, _lsl),
+    "audio": AddressKind(
         "audio:NAME?rate=48000", "audio input", AudioFormat, lambda a, p, o: AudioSource(p, o, name=a)
     ),
-    "ni": Kind(
+    "ni": AddressKind(
         "ni:Dev1/ai0:2?rate=10000",
         "National Instruments input",
         AnalogFormat,
         lambda a, p, o: NiSource(p, o, name=a),
     ),
-    "digilent": Kind(
+    "digilent": AddressKind(
         "digilent:?channels=1,2", "Digilent input", ScopeFormat, lambda a, p, o: DigilentSource(p, o, name=a)
     ),
-    "log": Kind("log:FILE", "log of a receiver or a board", LogOptions, _log),
-    "simulated": Kind(
+    "log": AddressKind("log:FILE", "log of a receiver or a board", LogOptions, _log),
+    "simulated": AddressKind(
         "simulated:twelite?rate=330&loss=0.02", "simulated TWE-Lite receiver", SimulatedOptions, _simulated
     ),
-    "played": Kind(
-        "played:STORE?loss=0.02", "recordings played by a simulated TWE-Lite receiver", PlayedOptions, _played
+    "played": AddressKind(
+        "played:STORE?loss=0.02",
+        "recordings played by a simulated TWE-Lite receiver",
+        StoreReplayOptions,
+        _played,
     ),
 }
 """What an address may begin with."""

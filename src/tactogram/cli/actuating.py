@@ -6,7 +6,7 @@ import sys
 
 from tactogram.cli.options import Add, Verbs
 from tactogram.cli.printing import Arguments, columns, lines_of, print_result
-from tactogram.cli.stopping import ended_as_by_ctrl_c
+from tactogram.cli.stopping import interrupt_on_sigterm
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -55,7 +55,7 @@ def transducer(a: Arguments) -> None:
     print_result(a, result, lines_of(result))
 
 
-@ended_as_by_ctrl_c()
+@interrupt_on_sigterm()
 def track(a: Arguments) -> None:
     """Keep a carrier at a transducer's resonance, by its measured voltage and current."""
     from tactogram.recipe import parse_changes
@@ -92,7 +92,7 @@ def _told(line: str) -> None:
     sys.stderr.flush()
 
 
-@ended_as_by_ctrl_c()
+@interrupt_on_sigterm()
 def play(a: Arguments) -> None:
     """Play a rendered drive on a sound card, or an envelope on a generator that makes the carrier itself."""
     if a.device.partition(":")[0] in ("audio", "null"):

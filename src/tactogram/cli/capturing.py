@@ -10,8 +10,8 @@ from tactogram.cli.options import Verbs, models_option
 from tactogram.cli.printing import Arguments, columns, print_result, text_of
 
 if TYPE_CHECKING:
-    from tactogram.capture.live.recognition import Guess
-    from tactogram.workflows.capture.live import Listener
+    from tactogram.capture.live.recognition import WindowClassification
+    from tactogram.workflows.capture.live import LiveClassifier
 
 SOURCE = "twelite:/dev/ttyUSB0, serial:PORT, lsl:NAME, audio:NAME, ni:Dev1/ai0:2, digilent:, log:FILE, played:STORE"
 
@@ -99,7 +99,9 @@ def live(a: Arguments) -> None:
 
 
 @contextmanager
-def _shown(a: Arguments) -> Iterator[tuple[Callable[[Listener], None], Callable[[Guess], None]]]:
+def _shown(
+    a: Arguments,
+) -> Iterator[tuple[Callable[[LiveClassifier], None], Callable[[WindowClassification], None]]]:
     """Give what shows windows: JSON lines on stdout, a panel on a terminal's stderr, or lines there."""
     import json
     import sys
@@ -109,15 +111,15 @@ def _shown(a: Arguments) -> Iterator[tuple[Callable[[Listener], None], Callable[
 
     latencies = Latencies()
 
-    def begin(listener: Listener) -> None:
+    def begin(listener: LiveClassifier) -> None:
         facts = f"window {listener.window_s:.2f} s of {len(listener.loaded.kind.materials)} materials"
         sys.stderr.write(f"listening: {facts}; Ctrl-C ends it\n")
 
-    def as_json(guess: Guess) -> None:
+    def as_json(guess: WindowClassification) -> None:
         sys.stdout.write(json.dumps(guess.facts(), ensure_ascii=False) + "\n")
         sys.stdout.flush()
 
-    def as_line(guess: Guess) -> None:
+    def as_line(guess: WindowClassification) -> None:
         sys.stderr.write(line(guess) + "\n")
 
     if a.json or not sys.stderr.isatty():
@@ -128,7 +130,7 @@ def _shown(a: Arguments) -> Iterator[tuple[Callable[[Listener], None], Callable[
 
     with Live(console=Console(stderr=True), auto_refresh=False) as display:
 
-        def as_panel(guess: Guess) -> None:
+        def as_panel(guess: WindowClassification) -> None:
             latencies.add(guess)
             display.update(panel(guess, latencies, title=a.source), refresh=True)
 

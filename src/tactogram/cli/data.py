@@ -142,9 +142,9 @@ def data_add(a: Arguments) -> None:
 def data_like(a: Arguments) -> None:
     """Find the recordings of a store whose spectra are nearest to a file's; no run is needed."""
     from tactogram.signal.io import read_signal
-    from tactogram.workflows.recognition.spectral_search import like
+    from tactogram.workflows.recognition.spectral_search import find_similar
 
-    facts = like(a.path, read_signal(a.file, **signal_arguments(a)), stream=a.stream, count=a.count)
+    facts = find_similar(a.path, read_signal(a.file, **signal_arguments(a)), stream=a.stream, count=a.count)
     rows = [(f["material"] or "", f"{f['distance']:.2f} dB", f["id"]) for f in facts["nearest"]]
     print_result(a, facts, facts["measure"] + "\n" + columns(rows))
 

@@ -52,12 +52,12 @@ def generate(a: Arguments) -> None:
 
     from tactogram.errors import ParameterError
     from tactogram.workflows.generation.generate import generate_files, parse_mix
-    from tactogram.workflows.generation.word_scores import goes_by_words
+    from tactogram.workflows.generation.word_scores import conditions_on_words
     from tactogram.workflows.training.train import load_run
 
     runs = [load_run(folder) for folder in a.run_folders]
     by_words = {"words": a.words, "rest": a.rest, "like": a.like, "vibration": a.vibration, "rater": a.rater}
-    if len(runs) > 1 or any(by_words.values()) or goes_by_words(runs[0]):
+    if len(runs) > 1 or any(by_words.values()) or conditions_on_words(runs[0]):
         for name in ("material", "mix", "image", "speed", "force"):
             if getattr(a, name) is not None:
                 raise ParameterError(f"--{name} is not for models that go by words")

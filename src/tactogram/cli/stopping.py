@@ -12,7 +12,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 @contextmanager
-def ended_as_by_ctrl_c() -> Iterator[None]:
+def interrupt_on_sigterm() -> Iterator[None]:
     """Let SIGTERM interrupt a verb as Ctrl-C does: an actuator is brought to rest on the way out."""
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -25,7 +25,7 @@ def ended_as_by_ctrl_c() -> Iterator[None]:
 
 
 @contextmanager
-def asked_to_stop() -> Iterator[Callable[[], bool]]:
+def catch_stop_signals() -> Iterator[Callable[[], bool]]:
     """Give a function that says whether it was asked; outside of a process's main thread it never is."""
     if threading.current_thread() is not threading.main_thread():
         yield lambda: False

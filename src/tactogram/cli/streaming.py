@@ -6,7 +6,7 @@ import sys
 
 from tactogram.cli.options import Verbs, models_option, signal_arguments, signal_options
 from tactogram.cli.printing import Arguments, print_result
-from tactogram.cli.stopping import ended_as_by_ctrl_c
+from tactogram.cli.stopping import interrupt_on_sigterm
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -67,7 +67,7 @@ def add_verbs(verbs: Verbs) -> None:
     models_option(add)
 
 
-@ended_as_by_ctrl_c()
+@interrupt_on_sigterm()
 def stream(a: Arguments) -> None:
     """Play textures that follow a finger, and measure how late they are."""
     from pathlib import Path
@@ -91,7 +91,7 @@ def stream(a: Arguments) -> None:
         realtime=a.realtime,
         equalise=None if a.equalise is None else a.equalise == "on",
     )
-    told = _Told()
+    told = _StatusPrinter()
     result = stream(
         a.sources,
         settings,
@@ -118,7 +118,7 @@ def stream(a: Arguments) -> None:
     print_result(a, result, "\n".join(lines))
 
 
-class _Told:
+class _StatusPrinter:
     """Writes a status over the one before on a terminal; elsewhere a line every ten seconds."""
 
     def __init__(self) -> None:

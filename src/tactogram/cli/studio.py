@@ -11,7 +11,7 @@ from tactogram.cli.options import Add, Verbs, models_option
 from tactogram.cli.printing import Arguments, lines_of
 
 if TYPE_CHECKING:
-    from tactogram.studio.server.listening import Listening
+    from tactogram.studio.server.listening import ListeningPort
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -47,7 +47,7 @@ def server_options(add: Add) -> None:
     add("--no-open", action="store_true", help="do not open a browser")
 
 
-def taken_port(a: Arguments) -> AbstractContextManager[Listening]:
+def bound_port(a: Arguments) -> AbstractContextManager[ListeningPort]:
     """Return the port that `server_options` ask for, taken until the end of the ``with``."""
     from tactogram.extras import imported
 
@@ -73,11 +73,11 @@ def shown_qr_code(address: str) -> str:
 
 def studio(a: Arguments) -> int:
     """Open the studio in the browser: make, touch, train, send, and studies with people."""
-    with taken_port(a) as port:
+    with bound_port(a) as port:
         from tactogram.studio.context import Studio
-        from tactogram.studio.server.application import Answering, serve
+        from tactogram.studio.server.application import ServerAnnouncement, serve
 
-        def ready(answering: Answering) -> None:
+        def ready(answering: ServerAnnouncement) -> None:
             told = {
                 "studio": answering.address,
                 "certificate, SHA-256": answering.certificate_sha256,

@@ -6,7 +6,7 @@ from typing import Any
 
 from tactogram.cli.options import Add, Verbs
 from tactogram.cli.printing import Arguments, columns, lines_of, print_result
-from tactogram.cli.studio import server_options, shown_qr_code, taken_port
+from tactogram.cli.studio import bound_port, server_options, shown_qr_code
 from tactogram.cli.study_sessions import add_session_verbs
 
 
@@ -112,7 +112,7 @@ def run(a: Arguments) -> int:
         sys.stdout.flush()
         sys.stderr.write("Ctrl-C ends it; run again it goes on\n")
 
-    with taken_port(a) as port:
+    with bound_port(a) as port:
         from tactogram.studio.pages.studies.run import run_study
 
         run_study(

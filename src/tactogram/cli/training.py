@@ -6,7 +6,7 @@ from typing import Any
 
 from tactogram.cli.options import Verbs, models_option, training_arguments, training_options
 from tactogram.cli.printing import Arguments, accuracies, columns, lines_of, print_result, text_of
-from tactogram.cli.stopping import asked_to_stop
+from tactogram.cli.stopping import catch_stop_signals
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -67,7 +67,7 @@ def train(a: Arguments) -> None:
         _only_resumes(a)
     elif not (a.model and a.data):
         a.usage_error("needs MODEL and --data DIR, or --resume RUN to go on with a run")
-    with asked_to_stop() as stop, shown() as progress:
+    with catch_stop_signals() as stop, shown() as progress:
         if a.resume:
             folders = taken["model_folders"]
             run = resume(
@@ -121,10 +121,10 @@ def evaluate(a: Arguments) -> None:
     from tactogram.recipe import parse_changes
     from tactogram.validation import validated
     from tactogram.workflows.evaluation.evaluate import evaluate
-    from tactogram.workflows.evaluation.reference_models import Judging
+    from tactogram.workflows.evaluation.reference_models import EvaluationSettings
     from tactogram.workflows.progress import shown
 
-    judging = validated(Judging, parse_changes(a.judging, option="--judging"), where="--judging")
+    judging = validated(EvaluationSettings, parse_changes(a.judging, option="--judging"), where="--judging")
     with shown() as progress:
         result = evaluate(
             a.run_folder, data=a.data, unknown=a.unknown, judging=judging, rater=a.rater, progress=progress

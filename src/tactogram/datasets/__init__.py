@@ -15,7 +15,7 @@ from tactogram.datasets.ratings.ratings import item_of as item_of
 from tactogram.datasets.ratings.ratings import joined as joined
 from tactogram.datasets.recording import Recording as Recording
 from tactogram.datasets.recording import RecordingInfo as RecordingInfo
-from tactogram.datasets.splits.part_photographs import Photographs as Photographs
+from tactogram.datasets.splits.part_photographs import PhotographRegions as PhotographRegions
 from tactogram.datasets.splits.part_photographs import (
     materials_without_photographs as materials_without_photographs,
 )

@@ -20,7 +20,7 @@ from tactogram.datasets.ratings.ratings import item_of
 from tactogram.datasets.recording import RecordingInfo
 from tactogram.datasets.scratch import scratch_of
 from tactogram.datasets.splits.part_photographs import (
-    Photographs,
+    PhotographRegions,
     by_material,
     cut_out,
     materials_without_recordings,
@@ -28,8 +28,8 @@ from tactogram.datasets.splits.part_photographs import (
 from tactogram.datasets.splits.split import Region, Segment
 from tactogram.datasets.store.store import Store
 from tactogram.errors import ParameterError
-from tactogram.model import Example, Rated, SignalKind
-from tactogram.recipe import Prepare
+from tactogram.model import Example, ItemRatings, SignalKind
+from tactogram.recipe import Preparation
 from tactogram.signal import Image, Signal
 from tactogram.signal.io.atomic import atomic_write
 
@@ -67,7 +67,7 @@ class Examples(Sequence[Example]):
         self,
         store: Store,
         segments: Iterable[Segment],
-        prepare: Prepare,
+        prepare: Preparation,
         *,
         label: Label = "material",
         photographs: Iterable[Region] | None = None,
@@ -107,15 +107,15 @@ class Examples(Sequence[Example]):
             self._rated(item),
         )
 
-    def _rated(self, item: str | None) -> Rated | None:
+    def _rated(self, item: str | None) -> ItemRatings | None:
         ratings = self.store.ratings
         return ratings.rated(item) if ratings is not None and item is not None and item in ratings else None
 
-    def photographs_of(self, material: str | None) -> Photographs:
+    def photographs_of(self, material: str | None) -> PhotographRegions:
         """Return the photographs of a material that may be used here, decoded when asked for."""
         if self._photographs is None or material is None:
-            return Photographs(self.store, ())
-        return Photographs(self.store, self._photographs.get(material, ()))
+            return PhotographRegions(self.store, ())
+        return PhotographRegions(self.store, self._photographs.get(material, ()))
 
     def _own(self, info: RecordingInfo) -> Region | None:
         """Return what may be used of a recording's own photograph."""

@@ -4,12 +4,13 @@ An importer is a module of this package, found by looking and registered nowhere
 
 - facts: ``NAME`` (the word after ``data import``), ``TITLE``, ``LICENCE``, ``DESCRIPTION`` (what is read,
   to what units, and which parts were checked on real files), all ``str``;
-- ``find(folder: Path) -> list[Item]``: a cheap look at names and tables, in an order that stays;
+- ``find(folder: Path) -> list[ImportItem]``: a cheap look at names and tables, in an order that stays;
   it opens no signal;
 - where it has options, they are keyword-only parameters of ``find``, each with its default;
-- ``read(item: Item) -> list[Recording]``: the recordings of one item. It runs in another process, so that
+- ``read(item: ImportItem) -> list[Recording]``: the recordings of one item. It runs in another process, so that
   all cores read; what it raises as a `TactogramError` is told with the item's name;
-- where there are any, ``photographs(folder: Path) -> list[Picture]``: photographs that belong to a material, not to
+- where there are any, ``photographs(folder: Path) -> list[ImportedPhotograph]``: photographs that belong to a
+material, not to
   one recording, told the options of ``find`` that it has too. The import opens them, one at a time;
 - where people rated what is imported, ``ratings(folder: Path) -> Ratings | None``; what was rated and is not among
   the recordings is left out.
@@ -30,7 +31,7 @@ from tactogram.errors import ParameterError
 
 
 @dataclass(frozen=True)
-class Item:
+class ImportItem:
     """What is read in one go: one recording, or one file that holds several.
 
     Parameters
@@ -56,7 +57,7 @@ class Item:
 
 
 @dataclass(frozen=True)
-class Picture:
+class ImportedPhotograph:
     """A photograph of a material.
 
     Parameters
@@ -84,11 +85,11 @@ class Importer(Protocol):
     LICENCE: str
     DESCRIPTION: str
 
-    def find(self, folder: Path) -> list[Item]:
+    def find(self, folder: Path) -> list[ImportItem]:
         """Return what is to be read in ``folder``, in a stable order; `DataError` if it is not this set."""
         ...
 
-    def read(self, item: Item) -> list[Recording]:
+    def read(self, item: ImportItem) -> list[Recording]:
         """Return the recordings of ``item``."""
         ...
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Self, cast
 
 from tactogram.datasets import importers as package
-from tactogram.datasets.importer import Importer, Item, Picture
+from tactogram.datasets.importer import ImportedPhotograph, Importer, ImportItem
 from tactogram.datasets.ratings.ratings import Ratings, item_of
 from tactogram.datasets.reading import read_all
 from tactogram.datasets.recording import Recording
@@ -22,7 +22,7 @@ from tactogram.datasets.store.writer import StoreWriter
 from tactogram.datasets.store.writing import new_store
 from tactogram.errors import DataError, ParameterError, TactogramError
 
-__all__ = ["Importer", "Item", "Picture", "import_dataset", "importers"]
+__all__ = ["ImportItem", "ImportedPhotograph", "Importer", "import_dataset", "importers"]
 
 
 def importers() -> dict[str, Importer]:
@@ -81,7 +81,7 @@ def import_dataset(
         raise DataError(f"{path} must be a folder that holds the data set")
     options = _options(importer, options or {})
     items = importer.find(path, **options)
-    pictures: list[Picture] = _photographs(importer, path, options)
+    pictures: list[ImportedPhotograph] = _photographs(importer, path, options)
     if not items and not pictures:
         raise DataError(f"{path}: nothing to import as {set_name!r}; {importer.TITLE} was not found there")
     rated: Ratings | None = getattr(importer, "ratings", lambda _: None)(path)
@@ -90,12 +90,12 @@ def import_dataset(
     total = len(items) + len(pictures)
     shown = progress or (lambda done, total: None)
     readings = read_all(module, items, workers, lambda done, _: shown(done, total))
-    take: _Comparison | StoreWriter
+    take: _StoreComparison | StoreWriter
     if out.exists():
-        take = _Comparison(open_store(out), path)
+        take = _StoreComparison(open_store(out), path)
     else:
         take = new_store(out, name=set_name, licence=importer.LICENCE, source=importer.TITLE, simulated=False)
-    intake = _Intake(take, skip_bad=skip_bad)
+    intake = _ImportSink(take, skip_bad=skip_bad)
     with closing(readings), take:
         for item, result in readings:
             intake.item(item, result)
@@ -114,7 +114,7 @@ def import_dataset(
         "set": set_name,
         "path": str(path),
         "out": str(out),
-        "unchanged": isinstance(take, _Comparison),
+        "unchanged": isinstance(take, _StoreComparison),
         "recordings": len(store),
         "photographs": len(store.photograph_keys()),
         "scores": 0 if store.facts.ratings is None else store.facts.ratings.rows,
@@ -127,15 +127,15 @@ def import_dataset(
     }
 
 
-class _Intake:
+class _ImportSink:
     """Hands on what was read; what cannot be used stops the import or, with ``skip_bad``, is listed."""
 
-    def __init__(self, take: _Comparison | StoreWriter, *, skip_bad: bool) -> None:
+    def __init__(self, take: _StoreComparison | StoreWriter, *, skip_bad: bool) -> None:
         self.take, self.skip_bad = take, skip_bad
         self.skipped: list[dict[str, str]] = []
         self._photographs: dict[Path, Photograph | None] = {}
 
-    def item(self, item: Item, result: list[Recording] | str) -> None:
+    def item(self, item: ImportItem, result: list[Recording] | str) -> None:
         """Hand on the recordings of an item, or say in a line why there are none."""
         if isinstance(result, str):
             self._bad(item.name, result)
@@ -144,22 +144,22 @@ class _Intake:
         for recording in result:
             try:
                 self.take.add(recording, photograph)
-            except _DifferentError:
+            except _StoreMismatchError:
                 raise
             except TactogramError as error:
                 self._bad(item.name, str(error))
 
-    def picture(self, picture: Picture) -> None:
+    def picture(self, picture: ImportedPhotograph) -> None:
         """Hand on a photograph of a material."""
         try:
             photograph = read_photograph(picture.path, width_mm=picture.width_mm)
             self.take.add_photograph(photograph, picture.material, source=picture.name)
-        except _DifferentError:
+        except _StoreMismatchError:
             raise
         except TactogramError as error:
             self._bad(picture.name, str(error))
 
-    def _photograph(self, item: Item) -> Photograph | None:
+    def _photograph(self, item: ImportItem) -> Photograph | None:
         """Return the photograph of an item, opened once however many items share it."""
         if item.image is None:
             return None
@@ -184,13 +184,15 @@ def _importer(set_name: str) -> Importer:
     return known[set_name]
 
 
-def _photographs(importer: Importer, path: Path, options: Mapping[str, Any]) -> list[Picture]:
+def _photographs(importer: Importer, path: Path, options: Mapping[str, Any]) -> list[ImportedPhotograph]:
     """Return the photographs of materials, told the options of the import that say something of them."""
     function = getattr(importer, "photographs", None)
     if function is None:
         return []
     known = inspect.signature(function).parameters
-    found: list[Picture] = function(path, **{name: options[name] for name in options if name in known})
+    found: list[ImportedPhotograph] = function(
+        path, **{name: options[name] for name in options if name in known}
+    )
     return found
 
 
@@ -206,11 +208,11 @@ def _options(importer: Importer, options: Mapping[str, Any]) -> Mapping[str, Any
     return options
 
 
-class _DifferentError(DataError):
+class _StoreMismatchError(DataError):
     """What is read is not what the store holds."""
 
 
-class _Comparison:
+class _StoreComparison:
     """Takes recordings as a writer does, and compares them with a store that is there already."""
 
     def __init__(self, store: Store, path: Path) -> None:
@@ -257,8 +259,8 @@ class _Comparison:
         if self.ratings is not None and self.ratings.sha256 != self.store.facts.ratings_sha256:
             raise self._different("its ratings differ")
 
-    def _different(self, how: str) -> _DifferentError:
-        return _DifferentError(
+    def _different(self, how: str) -> _StoreMismatchError:
+        return _StoreMismatchError(
             f"{self.store.path} is there already and holds something else than {self.path} ({how}); "
             "remove it or choose another --out"
         )

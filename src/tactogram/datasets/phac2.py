@@ -7,7 +7,7 @@ which state no licence. Checked on the real files; nothing here makes recordings
 What is to be known of it:
 
 - Ten trials of each object are one object felt ten times: with trials of an object on both sides of a split, objects
-  are recognised and not adjectives. Hold out whole objects (``Adjectives.trial_object``).
+  are recognised and not adjectives. Hold out whole objects (``AdjectiveTrials.trial_object``).
 - The 47 statistics of each of four phases are undocumented; their spreads reach from 1e-13 to 1e11, so that they must
   be standardised, by what is trained on. None is missing or constant.
 - ``nice``, ``sticky`` and ``unpleasant`` are of one object each: with that held out, nothing is left to learn from.
@@ -36,7 +36,7 @@ FACTS = ("object_id", "object", "trials")
 
 
 @dataclass(frozen=True, eq=False)
-class Adjectives:
+class AdjectiveTrials:
     """Statistics of trials, and the adjectives of their objects.
 
     Parameters
@@ -83,7 +83,7 @@ class Adjectives:
         )
 
 
-def read_phac2(folder: Path | str) -> Adjectives:
+def read_phac2(folder: Path | str) -> AdjectiveTrials:
     """Read both files.
 
     Raises
@@ -118,7 +118,7 @@ def read_phac2(folder: Path | str) -> Adjectives:
         raise DataError(f"{path}: must be of the adjectives of {TABLE}, got {', '.join(known)}")
     if not np.array_equal(labels[:, [known.index(name) for name in adjectives]], table[trial_object]):
         raise DataError(f"{path}: labels must be those of {TABLE}, got others")
-    return Adjectives(
+    return AdjectiveTrials(
         features.reshape(len(features), -1),
         tuple(str(name) for name in arrays["phases"]),
         tuple(str(name) for name in arrays["trial_names"]),

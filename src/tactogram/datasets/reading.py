@@ -15,7 +15,7 @@ from threading import Thread
 from time import monotonic
 
 from tactogram.datasets.examples import cores
-from tactogram.datasets.importer import Item
+from tactogram.datasets.importer import ImportItem
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError, ParameterError, TactogramError
 
@@ -25,10 +25,10 @@ PATIENCE_S = 2.0
 
 def read_all(
     module: str,
-    items: Sequence[Item],
+    items: Sequence[ImportItem],
     workers: int | None,
     progress: Callable[[int, int], None] | None,
-) -> Generator[tuple[Item, list[Recording] | str]]:
+) -> Generator[tuple[ImportItem, list[Recording] | str]]:
     """Yield each item, in order, with its recordings or with what is wrong with it in one line.
 
     Only a few items per process are under way at a time, so that memory stays flat.
@@ -63,7 +63,7 @@ def read_all(
     workers = min(workers or cores(), len(items) - done)
     pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_start_worker)
     try:
-        waiting: deque[tuple[Item, Future[list[Recording] | str]]] = deque()
+        waiting: deque[tuple[ImportItem, Future[list[Recording] | str]]] = deque()
         rest = iter(items[done:])
         while done < len(items):
             for item in islice(rest, 3 * workers - len(waiting)):
@@ -83,7 +83,7 @@ def read_all(
         pool.shutdown(cancel_futures=True)
 
 
-def _read(module: str, item: Item) -> list[Recording] | str:
+def _read(module: str, item: ImportItem) -> list[Recording] | str:
     """Return the recordings of one item, or one line on what is wrong with it."""
     try:
         for path in item.paths:

@@ -18,7 +18,7 @@ from tactogram.errors import ParameterError
 
 
 @dataclass(frozen=True)
-class Rule:
+class SelectionRule:
     """Smallest non-zero loss of the generator where the smoothed correct rate is within limits.
 
     Parameters
@@ -51,7 +51,7 @@ class Rule:
 
 
 @dataclass(frozen=True)
-class Chosen:
+class SelectedIteration:
     """The iteration that was taken.
 
     Parameters
@@ -69,7 +69,9 @@ class Chosen:
     rate: float
 
 
-def choose(losses: NDArray[np.floating], rates: NDArray[np.floating], rule: Rule) -> Chosen | None:
+def choose(
+    losses: NDArray[np.floating], rates: NDArray[np.floating], rule: SelectionRule
+) -> SelectedIteration | None:
     """Return the iteration that ``rule`` takes, the first of equals; None says that the training failed.
 
     Parameters
@@ -88,7 +90,7 @@ def choose(losses: NDArray[np.floating], rates: NDArray[np.floating], rule: Rule
     if not allowed.any():
         return None
     place = int(np.argmin(np.where(allowed, losses, np.inf)))
-    return Chosen(place + 1, float(losses[place]), float(averaged[place]))
+    return SelectedIteration(place + 1, float(losses[place]), float(averaged[place]))
 
 
 def smoothed(values: NDArray[np.floating], window: int) -> NDArray[np.float64]:
@@ -100,7 +102,7 @@ def smoothed(values: NDArray[np.floating], window: int) -> NDArray[np.float64]:
     return averaged
 
 
-class Follower:
+class IterationSelector:
     """Follows a rule while the training goes on, with no more than the last ``window`` rates.
 
     Parameters
@@ -115,7 +117,11 @@ class Follower:
     """
 
     def __init__(
-        self, rule: Rule, chosen: Chosen | None = None, rates: tuple[float, ...] = (), seen: int = 0
+        self,
+        rule: SelectionRule,
+        chosen: SelectedIteration | None = None,
+        rates: tuple[float, ...] = (),
+        seen: int = 0,
     ) -> None:
         self.rule, self.chosen, self.seen = rule, chosen, seen
         self._ring = np.full(rule.window, np.nan)
@@ -123,7 +129,7 @@ class Follower:
         for number, rate in enumerate(last, start=seen - len(last)):
             self._ring[number % rule.window] = rate
 
-    def see(self, loss: float, rate: float) -> bool:
+    def update(self, loss: float, rate: float) -> bool:
         """Take in one iteration; say whether it is the best so far, so that its weights must be kept."""
         self._ring[self.seen % self.rule.window] = rate
         self.seen += 1
@@ -132,7 +138,7 @@ class Follower:
         averaged = self.rate
         if not self.rule.allows(self.seen, loss, averaged):
             return False
-        self.chosen = Chosen(self.seen, loss, averaged)
+        self.chosen = SelectedIteration(self.seen, loss, averaged)
         return True
 
     @property

@@ -90,7 +90,7 @@ class ClassificationResult:
         }
 
 
-def judge_classifier(
+def evaluate_classifier(
     classifier: WindowClassifier,
     examples: Sequence[Example],
     *,

@@ -24,14 +24,14 @@ AUDIBLE_RATE = 8000
 
 
 @dataclass(frozen=True)
-class Text:
+class ReportText:
     """A paragraph."""
 
     text: str
 
 
 @dataclass(frozen=True)
-class Table:
+class ReportTable:
     """A table; numbers are right-aligned. With a title in ``folded`` only that is seen until it is opened."""
 
     header: Sequence[str]
@@ -41,7 +41,7 @@ class Table:
 
 
 @dataclass(frozen=True)
-class Picture:
+class ReportFigure:
     """A figure with a caption."""
 
     figure: Figure
@@ -49,18 +49,18 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class Sound:
+class ReportSound:
     """A signal to listen to: one axis, brought to an audible rate and to full scale (said in the caption)."""
 
     signal: Signal
     caption: str = ""
 
 
-Block = Text | Table | Picture | Sound
+Block = ReportText | ReportTable | ReportFigure | ReportSound
 
 
 @dataclass(frozen=True)
-class Section:
+class ReportSection:
     """A heading and what stands under it."""
 
     title: str
@@ -68,7 +68,7 @@ class Section:
 
 
 def write_report(
-    path: Path, *, title: str, summary: str, sections: Sequence[Section], simulated: bool | str
+    path: Path, *, title: str, summary: str, sections: Sequence[ReportSection], simulated: bool | str
 ) -> Path:
     """Write the report to ``path`` (beside it, then renamed) and return it.
 
@@ -101,13 +101,13 @@ def save_figure(path: Path, figure: Figure) -> Path:
 
 
 def _render(block: Block) -> dict[str, object]:
-    if isinstance(block, Text):
+    if isinstance(block, ReportText):
         return {"kind": "text", "text": block.text}
-    if isinstance(block, Table):
+    if isinstance(block, ReportTable):
         rows = [[_cell(value) for value in row] for row in block.rows]
         facts = {"header": block.header, "rows": rows, "caption": block.caption, "folded": block.folded}
         return {"kind": "table", **facts}
-    if isinstance(block, Picture):
+    if isinstance(block, ReportFigure):
         picture = io.BytesIO()
         block.figure.savefig(picture, format="png", dpi=130)
         return {"kind": "picture", "data": _base64(picture), "caption": block.caption}

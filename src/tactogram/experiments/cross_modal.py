@@ -21,15 +21,15 @@ from tactogram.datasets import Ratings, Store
 from tactogram.datasets.ratings.table import read_table
 from tactogram.datasets.simulate.raters import draw_people, score_together, score_vibrations
 from tactogram.errors import ParameterError
-from tactogram.evaluation.ratings.cross_modal import ALPHA, CrossModal, compare_cross_modal, errors_of
+from tactogram.evaluation.ratings.cross_modal import ALPHA, CrossModalResult, compare_cross_modal, errors_of
 from tactogram.evaluation.ratings.cross_modal_figures import overall_figure, per_word_figure
 from tactogram.evaluation.report import save_figure
 from tactogram.experiments.image_cells import WEIGHTS, draws_of, image_run, plates_of, store_of
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal
 from tactogram.signal.io.atomic import write_text
-from tactogram.workflows.evaluation.word_signals import made_by_words
-from tactogram.workflows.progress import Progress
+from tactogram.workflows.evaluation.word_signals import generate_rated_surfaces
+from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.train import load_run, train
 
 PEOPLE = 20
@@ -49,7 +49,7 @@ def run(
     folder: Path,
     *,
     paper: bool,
-    progress: Progress,
+    progress: ProgressCallback,
     images: str = "",
     data: str = "",
     signal_run: str = "",
@@ -141,7 +141,7 @@ def run(
 
 
 def _signals(
-    folder: Path, felt: Store, given: Path | None, *, recipe: str, seed: int, progress: Progress
+    folder: Path, felt: Store, given: Path | None, *, recipe: str, seed: int, progress: ProgressCallback
 ) -> Any:
     """Return what the run ``given`` makes of each plate, or one of group D that is trained here."""
     run = given or folder / "runs" / f"signals-{seed}"
@@ -156,7 +156,7 @@ def _signals(
             resume=(run / "recipe.toml").exists(),
             progress=progress,
         )
-    return made_by_words(run, seed=seed)
+    return generate_rated_surfaces(run, seed=seed)
 
 
 def _people(table: Ratings, conditions: Collection[str]) -> set[str]:
@@ -196,7 +196,7 @@ def _write_items(
     return folder / "items.csv"
 
 
-def _text(result: Mapping[str, Any], found: CrossModal) -> str:
+def _text(result: Mapping[str, Any], found: CrossModalResult) -> str:
     lines = [
         f"Figs. 5 and 6 told by {result['told_by']}, recipe {result['recipe']}, "
         f"{len(result['plates']['judged'])} plates; mean absolute error, points of 7",

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 from tactogram.evaluation.ratings.reproduction import STRAIGHT
-from tactogram.evaluation.report import Picture, Section, Table, Text, write_report
+from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText, write_report
 
 RATER_MODEL = "a rater model"
 KNOWS_NEAREST = (
@@ -57,23 +57,23 @@ def figure7_text(result: Mapping[str, Any], conditions: tuple[str, ...]) -> str:
 def figure7_report(folder: Path, result: Mapping[str, Any], conditions: tuple[str, ...]) -> Path:
     """Write ``report.html`` of a result that has its ``text``, and return its path."""
     sections = [
-        Section(
+        ReportSection(
             f"Told by {by}",
             [
-                Table(
+                ReportTable(
                     HEADER,
                     _rows(result, by, conditions),
                     f"Mean absolute error to the plates' scores, told by {by}.",
                 ),
-                *[Text(f"{name}: {value:.3f}.") for name, value in told["beside"].items()],
-                *([Text(KNOWS_NEAREST)] if by.startswith(RATER_MODEL) else []),
+                *[ReportText(f"{name}: {value:.3f}.") for name, value in told["beside"].items()],
+                *([ReportText(KNOWS_NEAREST)] if by.startswith(RATER_MODEL) else []),
                 _picture(told["figure"], f"Figure 7's layout, told by {by}."),
             ],
         )
         for by, told in result["told_by"].items()
     ]
     sections.append(
-        Section(
+        ReportSection(
             "The space of words", [_picture(result["word_map"]["figure"], "Principal components of scores.")]
         )
     )
@@ -113,10 +113,10 @@ def _cell(value: Any) -> str:
     return "-" if value is None else str(value)
 
 
-def _picture(path: str, caption: str) -> Picture:
+def _picture(path: str, caption: str) -> ReportFigure:
     pixels = imread(path)
     figure = Figure(figsize=(pixels.shape[1] / 150, pixels.shape[0] / 150))
     axes = figure.add_axes((0, 0, 1, 1))
     axes.imshow(pixels)
     axes.set_axis_off()
-    return Picture(figure, caption)
+    return ReportFigure(figure, caption)

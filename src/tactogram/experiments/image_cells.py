@@ -19,12 +19,12 @@ from tactogram.datasets import Split, Store
 from tactogram.errors import ParameterError
 from tactogram.evaluation.pictures.image_quality import ImageQuality
 from tactogram.evaluation.pictures.image_spread import ImageSpread
-from tactogram.evaluation.ratings.label_following import Following, following
-from tactogram.experiments.stores import given_or_simulated
+from tactogram.evaluation.ratings.label_following import LabelFidelity, label_fidelity
+from tactogram.experiments.stores import find_or_simulate
 from tactogram.models.tactile_image_cgan.images import as_floats, square
 from tactogram.signal import Image
 from tactogram.signal.io.atomic import write_text
-from tactogram.workflows.progress import Progress
+from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.recognition.score import score
 from tactogram.workflows.training.train import load_run, train
 
@@ -38,13 +38,13 @@ REAL = 96
 Array = NDArray[np.float64]
 
 
-def store_of(folder: Path, set_name: str, given: str, *, progress: Progress) -> Store:
+def store_of(folder: Path, set_name: str, given: str, *, progress: ProgressCallback) -> Store:
     """Return the store at ``given``, or a simulated set, made once in ``folder``."""
-    return given_or_simulated(folder / set_name, set_name, given=given, progress=progress)
+    return find_or_simulate(folder / set_name, set_name, given=given, progress=progress)
 
 
 @dataclass(frozen=True, eq=False)
-class Plates:
+class RatedPlates:
     """Surfaces that were scored.
 
     Parameters
@@ -60,7 +60,7 @@ class Plates:
     means: Array
 
 
-def plates_of(store: Store) -> Plates:
+def plates_of(store: Store) -> RatedPlates:
     """Return the rated surfaces of a store: what its recordings with a material were scored."""
     if store.ratings is None:
         raise ParameterError(f"{store.path}: has no ratings of surfaces")
@@ -69,11 +69,11 @@ def plates_of(store: Store) -> Plates:
     if len(names) < 3:
         raise ParameterError(f"{store.path}: must hold at least 3 rated surfaces, got {len(names)}")
     means = np.stack([store.ratings.rated(name).means for name in names])
-    return Plates(names, store.ratings.words, means)
+    return RatedPlates(names, store.ratings.words, means)
 
 
 def image_run(
-    folder: Path, images: Store, *, weight: int, seed: int, recipe: str, progress: Progress
+    folder: Path, images: Store, *, weight: int, seed: int, recipe: str, progress: ProgressCallback
 ) -> Path:
     """Return the folder of an image generator of one weight, trained on all images."""
     run = folder / "runs" / f"weight-{weight}-{seed}"
@@ -90,7 +90,7 @@ def image_run(
     return run
 
 
-def rater_run(folder: Path, images: Store, given: str, *, progress: Progress) -> Path:
+def rater_run(folder: Path, images: Store, given: str, *, progress: ProgressCallback) -> Path:
     """Return the folder of a rater of images, trained on seven tenths of them; the rest says how far it errs."""
     if given:
         return Path(given)
@@ -100,11 +100,11 @@ def rater_run(folder: Path, images: Store, given: str, *, progress: Progress) ->
     return run
 
 
-def judge(
+def evaluate_images_of(
     folder: Path,
     run: Path,
     rater: Path,
-    plates: Plates,
+    plates: RatedPlates,
     quality: ImageQuality,
 ) -> dict[str, Any]:
     """Return how far a generator's images follow plates' scores, differ, and are like real ones.
@@ -127,7 +127,7 @@ def judge(
         [[scores_of(judging, image, plates.words) for image in row] for row in made]
     )  # plate, draw, word
     spread: ImageSpread = loaded.model.spread()
-    result = following(plates.means, said)
+    result = label_fidelity(plates.means, said)
     flat = [image for row in made for image in row]
     found = {
         "asked": asked_of,
@@ -144,7 +144,7 @@ def judge(
     return found
 
 
-def draws_of(loaded: Any, plates: Plates, *, draws: int = DRAWS) -> list[list[Image]]:
+def draws_of(loaded: Any, plates: RatedPlates, *, draws: int = DRAWS) -> list[list[Image]]:
     """Return images of each plate's mean scores, from the same noises for all: shape (plate, draw)."""
     low, high = loaded.any_kind.scale
     asked = [
@@ -176,7 +176,7 @@ def as_tensor(made: Sequence[Image]) -> torch.Tensor:
     )
 
 
-def of_real_images(images: Store, rater: Path) -> Following | None:
+def of_real_images(images: Store, rater: Path) -> LabelFidelity | None:
     """Return how far the rater follows the ratings of real images that it did not see: what it can tell at best."""
     judging = load_run(rater)
     held = Split.load(judging.run.folder / "split.json").photographs
@@ -188,4 +188,4 @@ def of_real_images(images: Store, rater: Path) -> Following | None:
     words = images.ratings.words
     asked = np.stack([images.ratings.rated(item).means for _, item in rows])
     said = np.stack([scores_of(judging, images.photograph(key), words) for key, _ in rows])
-    return following(asked, said[:, None])
+    return label_fidelity(asked, said[:, None])

@@ -11,11 +11,11 @@ from typing import Any
 from scipy.stats import ttest_rel
 
 from tactogram.datasets import Store
-from tactogram.experiments.stores import given_or_simulated
-from tactogram.recipe import Prepare
+from tactogram.experiments.stores import find_or_simulate
+from tactogram.recipe import Preparation
 from tactogram.signal.io.atomic import write_text
-from tactogram.workflows.evaluation.pictures import judge_pictures
-from tactogram.workflows.progress import Progress
+from tactogram.workflows.evaluation.pictures import evaluate_pictures
+from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.train import train
 
 MEASURES = (
@@ -36,16 +36,16 @@ PHOTOGRAPHS = 9
 """Of each simulated surface: non-overlapping places."""
 
 
-def data_of(folder: Path, data: str, *, progress: Progress) -> Store:
+def data_of(folder: Path, data: str, *, progress: ProgressCallback) -> Store:
     """Return the store at ``data``, or simulated surfaces, made once."""
-    return given_or_simulated(
+    return find_or_simulate(
         folder / "data", SIMULATED, given=data, photographs=PHOTOGRAPHS, progress=progress
     )
 
 
 def axis_of(store: Store) -> dict[str, Any]:
     """Return what takes one axis of recordings that have several: z, or the last (Sec. 4.1)."""
-    name = Prepare().stream_of(tuple(store.streams))
+    name = Preparation().stream_of(tuple(store.streams))
     axes = store.streams[name].axes
     if len(axes) < 2:
         return {}
@@ -61,7 +61,7 @@ def cell(
     recipe: str,
     changes: Mapping[str, Any],
     seed: int,
-    progress: Progress,
+    progress: ProgressCallback,
 ) -> dict[str, Any]:
     """Return the figures of one training, from ``cells/NAME-SEED.json`` where it is finished.
 
@@ -97,7 +97,7 @@ def cell(
         progress=progress,
     )
     found = {"asked": facts, "validation": trained.read_json("model.json").get("validation", {})}
-    found |= judge_pictures(run, most=JUDGED, progress=progress)
+    found |= evaluate_pictures(run, most=JUDGED, progress=progress)
     kept.parent.mkdir(parents=True, exist_ok=True)
     write_text(kept, json.dumps(found, indent=1) + "\n")
     return found

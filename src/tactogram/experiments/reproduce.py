@@ -13,7 +13,7 @@ from tactogram.errors import ParameterError
 from tactogram.experiments.catalogue import experiments
 from tactogram.signal.io.atomic import write_text
 from tactogram.signal.io.writable import check_writable
-from tactogram.workflows.progress import Progress, silent
+from tactogram.workflows.progress import ProgressCallback, silent
 
 
 def reproduce(
@@ -23,7 +23,7 @@ def reproduce(
     out: Path | str | None = None,
     options: Mapping[str, Any] | None = None,
     package: str = "tactogram.experiments",
-    progress: Progress = silent,
+    progress: ProgressCallback = silent,
 ) -> dict[str, Any]:
     """Run the experiment ``name`` and return its result, also written to ``OUT/result.json``.
 

@@ -8,11 +8,11 @@ from typing import Any
 from tactogram.datasets import Store, open_store
 from tactogram.errors import DataError
 from tactogram.workflows.data.simulate import simulate_to_store
-from tactogram.workflows.progress import Progress
+from tactogram.workflows.progress import ProgressCallback
 
 
-def given_or_simulated(
-    path: Path, set_name: str, *, progress: Progress, given: str = "", **options: Any
+def find_or_simulate(
+    path: Path, set_name: str, *, progress: ProgressCallback, given: str = "", **options: Any
 ) -> Store:
     """Return the store at ``given``; without, a simulated set, with seed 0, made in ``path`` unless it is there.
 

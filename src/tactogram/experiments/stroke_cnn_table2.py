@@ -12,9 +12,9 @@ from pathlib import Path
 from statistics import mean, stdev
 from typing import Any
 
-from tactogram.experiments.stores import given_or_simulated
+from tactogram.experiments.stores import find_or_simulate
 from tactogram.workflows.evaluation.crossval import crossval
-from tactogram.workflows.progress import Progress
+from tactogram.workflows.progress import ProgressCallback
 
 PUBLISHED = {"100": 89.0, "200": 88.0, "400": 93.2, "mixed": 88.9}
 """Table II, classification accuracy in %, windows. The printed rows P, R, V, X, Y, Z of Table I are corrupt."""
@@ -23,10 +23,10 @@ BENCH_FOLDS = 2
 BENCH = {"config.window": 200, "config.batch_size": 32, "config.steps": 300}
 
 
-def run(folder: Path, *, paper: bool, progress: Progress) -> dict[str, Any]:
+def run(folder: Path, *, paper: bool, progress: ProgressCallback) -> dict[str, Any]:
     """Return accuracy per speed and mixed, in %, mean and spread over folds; makes the data when it is not there."""
     data = folder / "data"
-    store = given_or_simulated(data, "stroking30", progress=progress)
+    store = find_or_simulate(data, "stroking30", progress=progress)
     options: dict[str, Any] = {"folds": 10, "label": "material+contactor", "recipe": "paper"}
     if not paper:
         options |= {

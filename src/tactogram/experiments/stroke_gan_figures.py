@@ -16,11 +16,11 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.generation.spectrogram_figures import spectrograms_figure
 from tactogram.evaluation.measures import log_spectral_distance
 from tactogram.evaluation.report import save_figure
-from tactogram.experiments.stores import given_or_simulated
+from tactogram.experiments.stores import find_or_simulate
 from tactogram.signal import Image, Signal
 from tactogram.workflows.evaluation.mixing_ladder import recorded
 from tactogram.workflows.generation.generate import generate
-from tactogram.workflows.progress import Progress
+from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.train import train
 
 FIGURES = {
@@ -31,10 +31,12 @@ FIGURES = {
 """Three textures each. Which three Figure 7 shows is not said in the text, only that Tile is one of them."""
 
 
-def run(folder: Path, *, paper: bool, progress: Progress, model: str = "stroke_gan") -> dict[str, Any]:
+def run(
+    folder: Path, *, paper: bool, progress: ProgressCallback, model: str = "stroke_gan"
+) -> dict[str, Any]:
     """Return where the figures are, and for each texture how far generated strokes are from recorded ones."""
     data = folder / "data"
-    store = given_or_simulated(data, "stroking9", progress=progress)
+    store = find_or_simulate(data, "stroking9", progress=progress)
     recipe = "paper" if paper else "quick"
     out = folder / model
     train(model, data, recipe=recipe, out=out, resume=(out / "recipe.toml").exists(), progress=progress)

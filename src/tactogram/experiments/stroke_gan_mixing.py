@@ -15,10 +15,10 @@ from pathlib import Path
 from statistics import mean, stdev
 from typing import Any
 
-from tactogram.evaluation.mixing.placement import EndsAlikeError
-from tactogram.experiments.stores import given_or_simulated
+from tactogram.evaluation.mixing.placement import IndistinctEndsError
+from tactogram.experiments.stores import find_or_simulate
 from tactogram.workflows.evaluation.mixing_ladder import mixing_ladder
-from tactogram.workflows.progress import Progress
+from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.train import train
 
 END = "tile"
@@ -57,7 +57,7 @@ def run(
     folder: Path,
     *,
     paper: bool,
-    progress: Progress,
+    progress: ProgressCallback,
     model: str = "stroke_gan",
     trainings: int = 3,
     baselines: str = "ar_texture,replay",
@@ -76,7 +76,7 @@ def run(
         Models to compare with, by comma, trained once each; may be empty.
     """
     data = folder / "data"
-    store = given_or_simulated(data, "stroking9", progress=progress)
+    store = find_or_simulate(data, "stroking9", progress=progress)
     recipe = "paper" if paper else "quick"
     asked = {"steps": STEPS, "signals": SIGNALS["paper" if paper else "bench"], "seconds": SECONDS}
     lines = {model: range(trainings)} | {
@@ -95,7 +95,7 @@ def run(
                 options: dict[str, Any] = {**asked, "mode": mode, "seed": seed, "out": place, "reuse": True}
                 try:
                     ladder = mixing_ladder(out, other, END, **options, progress=progress)
-                except EndsAlikeError as error:  # a model may make the same of both
+                except IndistinctEndsError as error:  # a model may make the same of both
                     ladder = {"refused": str(error)}
                 found.setdefault(f"{other} ({mode})", []).append(ladder)
         models[name] = {pair: summary(ladders) for pair, ladders in found.items()}

@@ -14,7 +14,7 @@ import numpy as np
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.pictures.image_figures import (
-    GeneratedRow,
+    GeneratorRow,
     TradeOff,
     generated_figure,
     trade_off_figure,
@@ -24,17 +24,17 @@ from tactogram.evaluation.report import save_figure
 from tactogram.experiments.image_cells import (
     DRAWS,
     WEIGHTS,
-    Plates,
+    RatedPlates,
     draws_of,
+    evaluate_images_of,
     image_run,
-    judge,
     of_real_images,
     plates_of,
     rater_run,
     real_images,
     store_of,
 )
-from tactogram.workflows.progress import Progress
+from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.train import load_run
 
 TRIALS = 2
@@ -53,7 +53,7 @@ def run(
     folder: Path,
     *,
     paper: bool,
-    progress: Progress,
+    progress: ProgressCallback,
     images: str = "",
     plates: str = "",
     rater: str = "",
@@ -93,7 +93,7 @@ def run(
             image_run(folder, seen, weight=weight, seed=seed, recipe=recipe, progress=progress)
             for seed in range(trainings)
         ]
-        cells[weight] = [judge(folder, each, scoring, wanted, quality) for each in made]
+        cells[weight] = [evaluate_images_of(folder, each, scoring, wanted, quality) for each in made]
     best = of_real_images(seen, scoring)
     simulated = seen.simulated or felt.simulated
     said = "simulated images, surfaces and raters" if simulated else "recorded"
@@ -141,7 +141,7 @@ def _weights(text: str) -> list[int]:
     return found
 
 
-def _row(folder: Path, weight: int, plates: Plates, letter: str) -> GeneratedRow:
+def _row(folder: Path, weight: int, plates: RatedPlates, letter: str) -> GeneratorRow:
     loaded = load_run(folder / "runs" / f"weight-{weight}-0")
     made = draws_of(loaded, plates, draws=TRIALS)
     trials = [[row[trial] for row in made] for trial in range(TRIALS)]
@@ -149,7 +149,7 @@ def _row(folder: Path, weight: int, plates: Plates, letter: str) -> GeneratedRow
     losses = {
         name: [(line["step"], line[name]) for line in metrics] for name in ("generator", "discriminator")
     }
-    return GeneratedRow(f"({letter}) image weight {weight:,}", trials, losses)
+    return GeneratorRow(f"({letter}) image weight {weight:,}", trials, losses)
 
 
 def _losses_of(folder: Path, weight: int) -> dict[str, float]:

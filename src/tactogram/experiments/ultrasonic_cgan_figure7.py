@@ -26,14 +26,14 @@ from tactogram.evaluation.ratings.prediction import distances_to_targets, one_ra
 from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT
 from tactogram.evaluation.report import save_figure
 from tactogram.experiments.figure7_report import RATER_MODEL, figure7_report, figure7_text
-from tactogram.experiments.stores import given_or_simulated
+from tactogram.experiments.stores import find_or_simulate
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
 from tactogram.signal.io.atomic import write_text
 from tactogram.workflows.evaluation.rating_crossval import crossval_ratings
-from tactogram.workflows.evaluation.ratings import judge_reproduction, predicted_ratings
-from tactogram.workflows.evaluation.word_signals import made_by_words
-from tactogram.workflows.progress import Progress
+from tactogram.workflows.evaluation.ratings import evaluate_reproduction, predicted_ratings
+from tactogram.workflows.evaluation.word_signals import generate_rated_surfaces
+from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.train import train
 
 GROUPS = {"A": 1, "B": 2, "C": 3, "D": 4, "E": 12}
@@ -50,7 +50,7 @@ def run(
     folder: Path,
     *,
     paper: bool,
-    progress: Progress,
+    progress: ProgressCallback,
     data: str = "",
     ratings: str = "",
     groups: str = "A,B,C,D,E",
@@ -77,7 +77,7 @@ def run(
     recipe : str
         Of the generators; by default ``paper``, or ``quick`` for the bench.
     """
-    store = given_or_simulated(folder / "data", "ultrasonic", given=data, progress=progress)
+    store = find_or_simulate(folder / "data", "ultrasonic", given=data, progress=progress)
     chosen = _chosen(groups)
     recipe = recipe or ("paper" if paper else "quick")
     changes: dict[str, Any] = {"config.iterations": iterations} if iterations else {}
@@ -154,7 +154,7 @@ def _told(
         "the rater model itself": own,
     }
     return {
-        by: judge_reproduction(
+        by: evaluate_reproduction(
             table,
             targets,
             conditions=conditions,
@@ -182,7 +182,7 @@ def _group(
     seed: int,
     recipe: str,
     changes: Mapping[str, Any],
-    progress: Progress,
+    progress: ProgressCallback,
 ) -> Any:
     """Return what one training of group ``name`` makes of each plate."""
     out = folder / "runs" / f"{name}-{seed}"
@@ -196,7 +196,7 @@ def _group(
         resume=(out / "recipe.toml").exists(),
         progress=progress,
     )
-    return made_by_words(out, seed=seed)
+    return generate_rated_surfaces(out, seed=seed)
 
 
 def _tables(
@@ -221,7 +221,7 @@ def _tables(
     return tables
 
 
-def _rater(folder: Path, store: Store, progress: Progress) -> tuple[Path, dict[str, Any]]:
+def _rater(folder: Path, store: Store, progress: ProgressCallback) -> tuple[Path, dict[str, Any]]:
     """Return a rater model of all display signals, and its own error on signals kept apart."""
     out = folder / "runs" / "rater"
     changes = {"prepare.stream": "drive"}

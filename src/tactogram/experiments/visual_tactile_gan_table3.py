@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.experiments.picture_cells import cell, data_of, shown, spread, text_of
-from tactogram.workflows.progress import Progress
+from tactogram.workflows.progress import ProgressCallback
 
 PUBLISHED = {
     (1, 1): (0.3442, 0.0106),
@@ -36,7 +36,7 @@ COARSE = ((1, 1), (1, 3), (3, 1), (3, 3))
 
 
 def run(
-    folder: Path, *, paper: bool, progress: Progress, data: str = "", trainings: int = 3
+    folder: Path, *, paper: bool, progress: ProgressCallback, data: str = "", trainings: int = 3
 ) -> dict[str, Any]:
     """Return every cell's figures, and which cell the validation part chooses.
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from tactogram.experiments.picture_cells import against, cell, data_of, run_of, shown, spread, text_of
 from tactogram.workflows.evaluation.pictures import compare_pictures
-from tactogram.workflows.progress import Progress
+from tactogram.workflows.progress import ProgressCallback
 
 PROPOSED = "proposed"
 METHODS: dict[str, tuple[str, dict[str, Any]]] = {
@@ -39,7 +39,7 @@ PUBLISHED = {
 
 
 def run(
-    folder: Path, *, paper: bool, progress: Progress, data: str = "", trainings: int = 3
+    folder: Path, *, paper: bool, progress: ProgressCallback, data: str = "", trainings: int = 3
 ) -> dict[str, Any]:
     """Return every method's figures and how they stand to the proposed model's.
 

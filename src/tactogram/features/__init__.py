@@ -1,6 +1,6 @@
 """Between a signal and what a network sees: torch, differentiable, invertible."""
 
-from tactogram.features.levels import Levels as Levels
+from tactogram.features.levels import AmplitudeScale as AmplitudeScale
 from tactogram.features.phase import fast_griffin_lim as fast_griffin_lim
 from tactogram.features.phase import griffin_lim as griffin_lim
 from tactogram.features.phase import recover as recover

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.datasets.examples import Examples, require_photographs
-from tactogram.datasets.splits.part_photographs import Photographs
+from tactogram.datasets.splits.part_photographs import PhotographRegions
 from tactogram.datasets.store.photographs import image_key
 from tactogram.errors import ParameterError
 from tactogram.features.photo_crops import PhotoCrops
@@ -128,14 +128,14 @@ def sources(
 
 def _identity(photographs: Sequence[Image]) -> object:
     """Return what two sequences of the same photographs have in common, as far as it is seen without decoding."""
-    if isinstance(photographs, Photographs):
+    if isinstance(photographs, PhotographRegions):
         return id(photographs.store), photographs.regions
     return id(photographs)
 
 
 def _boxes(photographs: Sequence[Image]) -> Iterator[tuple[str, Box]]:
     """Yield key and place of each photograph or region; nothing is decoded where a store is behind it."""
-    if isinstance(photographs, Photographs):
+    if isinstance(photographs, PhotographRegions):
         for region in photographs.regions:
             rows, columns = photographs.store.photograph_size(region.key)
             bottom = rows if region.bottom is None else min(region.bottom, rows)

@@ -129,7 +129,7 @@ class WeakPairs:
         self.materials, self.protocol = tuple(materials), protocol
         place = {name: number for number, name in enumerate(self.materials)}
         self._labels = np.array([place.get(source.material, -1) for source in self.photo_sources], np.int64)
-        self._kept = _Kept(round(cache_mib * 2**20))
+        self._kept = _ArrayCache(round(cache_mib * 2**20))
 
     @property
     def leaks(self) -> str:
@@ -355,7 +355,7 @@ def _pairing(
     return np.stack(columns, axis=1)
 
 
-class _Kept:
+class _ArrayCache:
     """Arrays by key, the last used ones up to a number of bytes. Threads may share it."""
 
     def __init__(self, most_bytes: int) -> None:

@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from tactogram.errors import ParameterError
-from tactogram.features.levels import Levels
+from tactogram.features.levels import AmplitudeScale
 from tactogram.features.phase import Iteration, Start, recover
 from tactogram.features.stft import STFT, Window
 from tactogram.signal import Signal
 
 
 @dataclass(frozen=True, kw_only=True)
-class Spectrogram(Levels):
+class Spectrogram(AmplitudeScale):
     """One spectrogram convention, written once, and its inverse.
 
     Every number that is needed to go back is a field, plain enough for JSON: ``asdict(spectrogram)`` beside
@@ -28,7 +28,7 @@ class Spectrogram(Levels):
     Parameters
     ----------
     rate, unit, domain, scaling, floor_db, ceil_db, ref, low, high
-        See `Levels`. Amplitudes are those of a sinusoid: one of 1 m/s^2 in the middle of a bin reads 1 m/s^2.
+        See `AmplitudeScale`. Amplitudes are those of a sinusoid: one of 1 m/s^2 in the middle of a bin reads 1 m/s^2.
     n_fft, hop : int, samples
         Length of the window, and the step between windows.
     window : str or (str, float)

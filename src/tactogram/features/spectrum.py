@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from tactogram.errors import ParameterError
-from tactogram.features.levels import Levels
+from tactogram.features.levels import AmplitudeScale
 from tactogram.signal import Signal
 
 Phase = Literal["random", "minimum", "zero"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Spectrum(Levels):
+class Spectrum(AmplitudeScale):
     """One convention of the spectrum of a segment, and its inverse.
 
     There is no window: a window that ends in zeros could not be undone. ``asdict(spectrum)`` beside the
@@ -29,7 +29,7 @@ class Spectrum(Levels):
     Parameters
     ----------
     rate, unit, domain, scaling, floor_db, ceil_db, ref, low, high
-        See `Levels`. A sinusoid of amplitude 1 m/s^2 in the middle of a bin reads 1 m/s^2, and so does a
+        See `AmplitudeScale`. A sinusoid of amplitude 1 m/s^2 in the middle of a bin reads 1 m/s^2, and so does a
         constant.
     length : int, samples
         Of every segment; the bins are ``rate / length`` apart.

@@ -34,7 +34,7 @@ LearnsFrom = Literal["recordings", "ratings", "images", "both"]
 """Recordings of materials; what was rated (signals, or images); rated images; rated surfaces beside rated signals."""
 
 
-class Facts(BaseModel):
+class ModelDescription(BaseModel):
     """What a ``model.toml`` says. Unknown keys are errors."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -65,7 +65,7 @@ class Facts(BaseModel):
         return names
 
 
-class ModelFacts(Facts):
+class ModelInfo(ModelDescription):
     """A model that can be used, and where it is. Its code, and torch with it, is imported on demand."""
 
     name: str
@@ -138,7 +138,7 @@ class ModelFacts(Facts):
         return found
 
 
-def available(folders: Iterable[Path | str] = ()) -> dict[str, ModelFacts]:
+def available(folders: Iterable[Path | str] = ()) -> dict[str, ModelInfo]:
     """Return every model by name: those of this package, installed ones, and those in further folders.
 
     Nothing but ``model.toml`` files is read; no model is imported.
@@ -153,7 +153,7 @@ def available(folders: Iterable[Path | str] = ()) -> dict[str, ModelFacts]:
     ParameterError
         If a ``model.toml`` is broken, a folder holds no model, or two models have one name.
     """
-    found: dict[str, ModelFacts] = {}
+    found: dict[str, ModelInfo] = {}
     for folder, package in _places(folders):
         if folder.name in found:
             if found[folder.name].folder.resolve() == folder.resolve():
@@ -165,7 +165,7 @@ def available(folders: Iterable[Path | str] = ()) -> dict[str, ModelFacts]:
     return dict(sorted(found.items()))
 
 
-def find(name: str, folders: Iterable[Path | str] = ()) -> ModelFacts:
+def find(name: str, folders: Iterable[Path | str] = ()) -> ModelInfo:
     """Return the model called ``name``.
 
     Raises
@@ -208,12 +208,12 @@ def _folder_of(package: str) -> Path:
     return Path(places[0]) if places else Path()
 
 
-def _read(folder: Path, package: str) -> ModelFacts:
+def _read(folder: Path, package: str) -> ModelInfo:
     file = folder / "model.toml"
     if not folder.name.isidentifier():
         raise ParameterError(f"{folder}: a model's folder must be named like a module, got {folder.name!r}")
-    facts = validated(Facts, read_toml(file), where=str(file))
-    return ModelFacts(**facts.model_dump(), name=folder.name, folder=folder, package=package)
+    facts = validated(ModelDescription, read_toml(file), where=str(file))
+    return ModelInfo(**facts.model_dump(), name=folder.name, folder=folder, package=package)
 
 
 def _import_folder(name: str, folder: Path) -> ModuleType:

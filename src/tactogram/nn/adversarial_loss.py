@@ -17,10 +17,10 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-Kind = Literal["cross-entropy", "least-squares"]
+LossKind = Literal["cross-entropy", "least-squares"]
 
 
-def adversarial_loss(scores: Sequence[Tensor], *, real: bool, kind: Kind = "cross-entropy") -> Tensor:
+def adversarial_loss(scores: Sequence[Tensor], *, real: bool, kind: LossKind = "cross-entropy") -> Tensor:
     """Return how far scores are from saying ``real``, summed over the discriminators.
 
     ``cross-entropy``: -log of the sigmoid of a score (real), or of that of its negative, mean over patches. A

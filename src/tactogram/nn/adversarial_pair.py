@@ -96,7 +96,7 @@ class AdversarialPair:
 
     # -- choice of weights ---------------------------------------------------------------------------------
 
-    def judge(self, make: Callable[[Tensor], Tensor], pairs: WeakPairs) -> float:
+    def validation_distance(self, make: Callable[[Tensor], Tensor], pairs: WeakPairs) -> float:
         """Return the mean distance of what ``make`` makes of unseen photographs from their pairs' pictures."""
         count = min(len(pairs), JUDGED)
         places = torch.linspace(0, len(pairs) - 1, count).round().long().numpy()
@@ -111,7 +111,7 @@ class AdversarialPair:
         """Keep the generator's weights if they are the best so far on ``pairs``; return the figure."""
         if pairs is None:
             return {}
-        figure = self.judge(make, pairs)
+        figure = self.validation_distance(make, pairs)
         if self.chosen != self.chosen_by:  # begun with another measure, whose figures are not comparable
             self.chosen, self.best = self.chosen_by, float("inf")
         if figure <= self.best:

@@ -29,7 +29,7 @@ VIEWS = 5
 """Crops of a photograph whose mean names it."""
 
 
-class _Sized(Protocol):
+class _SizedConfig(Protocol):
     def check_size(self, rows: int, columns: int) -> None: ...
 
 
@@ -91,7 +91,7 @@ class PictureTraining:
 
         Refuses, before anything is trained, examples and sizes of pictures that the networks cannot take.
         """
-        size, generator = self.ends.config.size, cast(_Sized, self.gan.bare_generator)
+        size, generator = self.ends.config.size, cast(_SizedConfig, self.gan.bare_generator)
         generator.check_size(size, size)
         self.ends.check(examples)
         self.seen = examples
@@ -154,7 +154,7 @@ class PictureTraining:
         pairs = self.unseen(examples)
         if pairs is None:
             return {}
-        figures = {f"{self.gan.chosen_by}_unseen": self.gan.judge(make, pairs)}
+        figures = {f"{self.gan.chosen_by}_unseen": self.gan.validation_distance(make, pairs)}
         if self.predictor:
             figures["label_accuracy_unseen"] = self.predictor.accuracy(pairs)
         return figures

@@ -31,7 +31,7 @@ OWN_WIDTHS = (16, 32, 64, 128)
 """Channels of the small trunk that is trained from nothing."""
 
 
-class _Maps(Protocol):
+class _FeatureMaps(Protocol):
     def __call__(self, photo: Tensor) -> Tensor: ...
 
 
@@ -103,7 +103,7 @@ class Trunk(nn.Module):
         if self.name == "densenet201":
             return torch.relu(self.network(x))  # torchvision's own forward does so too
         if self.name == "efficientnet_lite0":
-            return cast(_Maps, self.network.extract_features)(x)
+            return cast(_FeatureMaps, self.network.extract_features)(x)
         return cast(Tensor, self.network(x))
 
     def train(self, mode: bool = True) -> Trunk:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from tactogram.signal.perception import sensation_level_db as sensation_level_db
     from tactogram.signal.perception import weighted as weighted
     from tactogram.signal.resampling import resample as resample
-    from tactogram.signal.timing import Timing as Timing
+    from tactogram.signal.timing import SamplingTiming as SamplingTiming
     from tactogram.signal.timing import estimate_timing as estimate_timing
     from tactogram.signal.timing import to_uniform as to_uniform
 
@@ -36,7 +36,7 @@ _PLACES = {
     "sensation_level_db": "tactogram.signal.perception",
     "weighted": "tactogram.signal.perception",
     "resample": "tactogram.signal.resampling",
-    "Timing": "tactogram.signal.timing",
+    "SamplingTiming": "tactogram.signal.timing",
     "estimate_timing": "tactogram.signal.timing",
     "to_uniform": "tactogram.signal.timing",
 }

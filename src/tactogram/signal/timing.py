@@ -25,7 +25,7 @@ _SLOPE = 1e-6
 
 
 @dataclass(frozen=True)
-class Timing:
+class SamplingTiming:
     """What time stamps say about the sampling.
 
     Parameters
@@ -59,7 +59,7 @@ class Timing:
     even: bool
 
 
-def estimate_timing(times: ArrayLike) -> Timing:
+def estimate_timing(times: ArrayLike) -> SamplingTiming:
     """Return rate, jitter and losses of a recording from its time stamps.
 
     Each stamp is given its place on the sampling clock by a phase-locked loop, so that jitter passes and a loss
@@ -81,7 +81,7 @@ def estimate_timing(times: ArrayLike) -> Timing:
     return _clocked(_checked(times))[0]
 
 
-def _clocked(t: NDArray[np.float64]) -> tuple[Timing, NDArray[np.float64]]:
+def _clocked(t: NDArray[np.float64]) -> tuple[SamplingTiming, NDArray[np.float64]]:
     """Return the timing, and the instant of each sample in periods after the first."""
     steps = np.diff(t)
     repeated = int(np.count_nonzero(steps == 0))
@@ -99,7 +99,7 @@ def _clocked(t: NDArray[np.float64]) -> tuple[Timing, NDArray[np.float64]]:
     dropped = max(0, missing)
     tolerance = max(1e-3 * period, 0.51 * resolution)
     rounding_only = repeated == 0 and bool(np.abs(deviation).max() <= tolerance)
-    timing = Timing(
+    timing = SamplingTiming(
         rate=1 / period,
         samples=len(t),
         jitter_rms=float(deviation.std()),
@@ -123,14 +123,14 @@ def to_uniform(
 ) -> Signal:
     """Return evenly spaced samples of what was sampled at ``times``.
 
-    Stamps that are even but for their rounding (`Timing.even`) keep their samples as they are. Otherwise the
+    Stamps that are even but for their rounding (`SamplingTiming.even`) keep their samples as they are. Otherwise the
     band-limited signal that explains the samples best is solved for: samples on the even grid of the estimated
     rate, joined by Kaiser-windowed sinc functions, least squares over all stamps at once, with a slight
     preference for little content near half the rate, which makes gaps and crowded stamps harmless.
     Tested accuracy: see ``tests/signal/test_timing.py``; a sine up to 0.6 of half the rate comes back within
     -60 dB at 10 % jitter, and up to 0.4 within -40 dB at 20 % jitter with 2 % of the samples lost.
 
-    A gap of several samples is bridged, not recovered: look at `Timing.largest_gap`.
+    A gap of several samples is bridged, not recovered: look at `SamplingTiming.largest_gap`.
     Samples with the same stamp count as measurements of the same instant (their mean, in effect).
 
     Parameters

@@ -47,7 +47,7 @@ class PooledShare:
 
 
 @dataclass(frozen=True)
-class Effect:
+class EffectEstimate:
     """A number with its interval.
 
     Parameters
@@ -164,7 +164,7 @@ def _unanimous(ones: int, people: int, n: int, chance: float, margin: float | No
 
 def mixed_difference(
     values: ArrayLike, second: ArrayLike, participants: Sequence[Hashable], items: Sequence[Hashable]
-) -> Effect:
+) -> EffectEstimate:
     """Return the mean difference of two conditions by a linear mixed model, fitted to the mean of each cell.
 
     Random intercepts of participants and items, and a random difference per participant, without which the interval
@@ -199,7 +199,7 @@ def mixed_difference(
     if not note and any("singular" in str(one.message).lower() for one in said):
         note = "singular fit: some random effect is 0"
     low, high = fit.conf_int().loc["x"]
-    return Effect(
+    return EffectEstimate(
         float(fit.params["x"]),
         float(low),
         float(high),

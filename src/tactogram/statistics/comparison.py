@@ -21,7 +21,7 @@ from scipy import stats
 from tactogram.errors import ParameterError
 from tactogram.statistics.multiplicity import holm
 from tactogram.statistics.signed_rank import signed_rank_p
-from tactogram.statistics.summary import Summary, summary
+from tactogram.statistics.summary import GroupSummary, summary
 
 Correction = Literal["none", "holm"]
 INDEPENDENT = "takes every value as independent, which repeated answers of one person are not"
@@ -31,7 +31,7 @@ PERMUTED_UP_TO = 13
 
 
 @dataclass(frozen=True)
-class Pair:
+class PairComparison:
     """Two conditions against each other.
 
     Parameters
@@ -75,14 +75,14 @@ class Comparison:
     """
 
     test: str
-    groups: Mapping[str, Summary]
-    pairs: tuple[Pair, ...]
+    groups: Mapping[str, GroupSummary]
+    pairs: tuple[PairComparison, ...]
     correction: str
     overall: tuple[float, float] | None = None
     left_out: int = 0
     caveat: str = ""
 
-    def pair(self, first: str, second: str) -> Pair:
+    def pair(self, first: str, second: str) -> PairComparison:
         """Return two conditions' pair, whichever stands first in it.
 
         Raises
@@ -270,7 +270,7 @@ def _independent(
 
 def _pairs(
     held: Mapping[str, Numbers], one: Callable[[str, str], tuple[float, float]], correction: Correction
-) -> tuple[Pair, ...]:
+) -> tuple[PairComparison, ...]:
     if correction not in ("none", "holm"):
         raise ParameterError(f"correction must be none or holm, got {correction!r}")
     names = list(combinations(held, 2))
@@ -279,7 +279,7 @@ def _pairs(
     if correction == "holm":
         ps = holm(ps)
     return tuple(
-        Pair(first, second, float(held[first].mean() - held[second].mean()), statistic, p)
+        PairComparison(first, second, float(held[first].mean() - held[second].mean()), statistic, p)
         for (first, second), (statistic, _), p in zip(names, found, ps, strict=True)
     )
 
@@ -298,7 +298,7 @@ def _rank_z(a: Numbers, b: Numbers) -> float:
     return 0.0 if ties == 0 else float(stats.ranksums(a, b).statistic / np.sqrt(ties))
 
 
-def _summaries(held: Mapping[str, Numbers]) -> dict[str, Summary]:
+def _summaries(held: Mapping[str, Numbers]) -> dict[str, GroupSummary]:
     return {name: summary(values) for name, values in held.items()}
 
 

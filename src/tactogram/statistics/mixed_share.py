@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import optimize, special, stats
 
 from tactogram.errors import ParameterError
-from tactogram.statistics.clustered import Effect
+from tactogram.statistics.clustered import EffectEstimate
 
 Numbers = NDArray[np.float64]
 WIDEST = 5.0
@@ -25,7 +25,7 @@ FIRST, FARTHEST = 0.3, 30.0
 
 
 @dataclass(frozen=True)
-class Mixed:
+class MixedShareModel:
     """A binomial mixed model with a random intercept of each group, by Laplace's approximation.
 
     The members' effects are written as spread times a standard normal (D. Bates et al., J. Stat. Softw. 67(1), 2015,
@@ -119,7 +119,7 @@ class Mixed:
 
 def mixed_share(
     hits: ArrayLike, groups: dict[str, Sequence[Hashable]], *, confidence: float = 0.95
-) -> Effect:
+) -> EffectEstimate:
     """Return the share of a typical member of each group: a binomial mixed model with random intercepts.
 
     By maximum likelihood, with the interval of the profile likelihood: where members do not differ the spreads are 0,
@@ -160,7 +160,7 @@ def mixed_share(
 
     low, high = (_crossing(beyond, logit, sign) for sign in (-1.0, 1.0))
     none = [name for name, spread in zip(several, spreads, strict=True) if spread < FLAT]
-    return Effect(
+    return EffectEstimate(
         float(special.expit(logit)),
         float(special.expit(low)),
         float(special.expit(high)),
@@ -168,7 +168,7 @@ def mixed_share(
     )
 
 
-def _model(values: Numbers, groups: dict[str, list[Hashable]]) -> tuple[Mixed, NDArray[np.int64]]:
+def _model(values: Numbers, groups: dict[str, list[Hashable]]) -> tuple[MixedShareModel, NDArray[np.int64]]:
     """Return the model of the answers counted by cell, and how many members each group has."""
     names = [list(dict.fromkeys(of)) for of in groups.values()]
     counts = np.array([len(one) for one in names])
@@ -180,7 +180,7 @@ def _model(values: Numbers, groups: dict[str, list[Hashable]]) -> tuple[Mixed, N
     cells, cell = np.unique(np.array(columns).T, axis=0, return_inverse=True)
     members = np.zeros((len(cells), begin))
     np.put_along_axis(members, cells, 1.0, axis=1)
-    return Mixed(
+    return MixedShareModel(
         np.asarray(np.bincount(cell.ravel(), values), np.float64),
         np.bincount(cell.ravel()).astype(np.float64),
         members,
@@ -188,7 +188,7 @@ def _model(values: Numbers, groups: dict[str, list[Hashable]]) -> tuple[Mixed, N
     ), counts
 
 
-def _freedom(model: Mixed, logit: float, spreads: Numbers, counts: NDArray[np.int64]) -> float:
+def _freedom(model: MixedShareModel, logit: float, spreads: Numbers, counts: NDArray[np.int64]) -> float:
     p = float(special.expit(logit))
     parts = spreads**2 / counts
     whole = parts.sum() + 1 / (model.asked.sum() * p * (1 - p))

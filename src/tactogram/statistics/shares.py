@@ -17,7 +17,7 @@ from tactogram.errors import ParameterError
 
 
 @dataclass(frozen=True)
-class Share:
+class ShareEstimate:
     """How many of independent answers were of one kind.
 
     Parameters
@@ -43,7 +43,7 @@ class Share:
 
 
 @lru_cache(maxsize=4096)
-def share_of(count: int, n: int, *, chance: float = 0.5, confidence: float = 0.95) -> Share:
+def share_of(count: int, n: int, *, chance: float = 0.5, confidence: float = 0.95) -> ShareEstimate:
     """Return a share with its exact test against chance and its intervals; answers are taken as independent.
 
     Raises
@@ -62,7 +62,9 @@ def share_of(count: int, n: int, *, chance: float = 0.5, confidence: float = 0.9
         found = test.proportion_ci(confidence, method)
         return float(found.low), float(found.high)
 
-    return Share(count, n, count / n, chance, float(test.pvalue), interval("wilson"), interval("exact"))
+    return ShareEstimate(
+        count, n, count / n, chance, float(test.pvalue), interval("wilson"), interval("exact")
+    )
 
 
 @lru_cache(maxsize=1024)

@@ -13,7 +13,7 @@ from tactogram.errors import ParameterError
 
 
 @dataclass(frozen=True)
-class Summary:
+class GroupSummary:
     """What a figure shows of one group.
 
     Parameters
@@ -34,7 +34,7 @@ class Summary:
     high: float
 
 
-def summary(values: ArrayLike, *, confidence: float = 0.95) -> Summary:
+def summary(values: ArrayLike, *, confidence: float = 0.95) -> GroupSummary:
     """Return mean, spread and the t interval of the mean; NaN are left out.
 
     Parameters
@@ -55,11 +55,11 @@ def summary(values: ArrayLike, *, confidence: float = 0.95) -> Summary:
         raise ParameterError("a summary needs a value, got none")
     mean = float(given.mean())
     if given.size == 1:
-        return Summary(1, mean, np.nan, np.nan, np.nan, np.nan)
+        return GroupSummary(1, mean, np.nan, np.nan, np.nan, np.nan)
     sd = float(given.std(ddof=1))
     se = sd / float(np.sqrt(given.size))
     half = float(stats.t.isf((1 - confidence) / 2, given.size - 1)) * se
-    return Summary(given.size, mean, sd, se, mean - half, mean + half)
+    return GroupSummary(given.size, mean, sd, se, mean - half, mean + half)
 
 
 def by_participant(

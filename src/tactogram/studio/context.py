@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from tactogram.studio.pages.home.first_voices import FirstVoices
-from tactogram.studio.participants.sessions import Sessions
+from tactogram.studio.pages.home.first_voices import StarterData
+from tactogram.studio.participants.sessions import SessionRegistry
 from tactogram.studio.workspace.folder import Workspace
-from tactogram.studio.workspace.shelf import Shelf
+from tactogram.studio.workspace.shelf import ResultArchive
 
 
 @dataclass(frozen=True)
@@ -31,9 +31,9 @@ class Studio:
     """
 
     workspace: Workspace
-    shelf: Shelf
-    first: FirstVoices
-    sessions: Sessions
+    shelf: ResultArchive
+    first: StarterData
+    sessions: SessionRegistry
     alone: bool = False
     roots: tuple[str, ...] = ()
 
@@ -43,8 +43,8 @@ class Studio:
         workspace = Workspace.at(folder)
         return cls(
             workspace,
-            Shelf(workspace.own / "kept"),
-            FirstVoices(workspace.own / "first"),
-            Sessions(workspace.folder),
+            ResultArchive(workspace.own / "kept"),
+            StarterData(workspace.own / "first"),
+            SessionRegistry(workspace.folder),
             alone,
         )

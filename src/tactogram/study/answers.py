@@ -11,7 +11,8 @@ version; ``other`` and the further column ``other_condition`` are the second one
 - *abx*, question ``which``: ``stimulus`` and ``condition`` are what X is, ``other`` what it is not; ``side`` and
   ``answer`` are A or B; ``value`` is 1 if correct, else 0.
 - *staircase*, question ``which``: ``condition`` is the staircase; ``side`` and ``answer`` are A or B; ``value`` is the
-  intensity in dB above the level, ``correct`` the outcome; the further column ``reversals`` counts those before it.
+  intensity in dB above the level, ``correct`` the outcome; the further column ``reversals`` counts those
+  before it.
 - *magnitude*, question ``magnitude``: ``value`` is the number given.
 - *pairwise*, question ``preferred``: ``stimulus`` and ``other`` are the pair, ``side`` is where ``stimulus`` was;
   ``answer`` is A or B, ``value`` 1 if ``stimulus`` was chosen, else 0.
@@ -137,9 +138,9 @@ class Answers:
         """
         if name in COLUMNS:
             return tuple(getattr(row, name) for row in self.rows)
-        if name not in self.further:
+        if name not in self.extra_columns:
             raise ParameterError(
-                f"a column must be one of {', '.join((*COLUMNS, *self.further))}, got {name!r}"
+                f"a column must be one of {', '.join((*COLUMNS, *self.extra_columns))}, got {name!r}"
             )
         return tuple(row.more.get(name, "") for row in self.rows)
 
@@ -152,7 +153,7 @@ class Answers:
         return tuple(dict.fromkeys(self.column(name)))
 
     @property
-    def further(self) -> tuple[str, ...]:
+    def extra_columns(self) -> tuple[str, ...]:
         """Names of the further columns."""
         return tuple(dict.fromkeys(name for row in self.rows for name in row.more))
 
@@ -186,7 +187,7 @@ class Answers:
 
 def cells(answers: Answers) -> tuple[list[str], list[list[str]]]:
     """Return the headings and the rows as text: booleans ``true`` and ``false``, no number as ""."""
-    further = answers.further
+    further = answers.extra_columns
     rows = [
         [*(_text(getattr(row, name)) for name in COLUMNS), *(row.more.get(name, "") for name in further)]
         for row in answers
@@ -322,7 +323,7 @@ def _arrow(answers: Answers) -> pa.Table:
         values = [None if isinstance(v, float) and math.isnan(v) else v for v in answers.column(name)]
         arrays.append(pa.array(values, types[KINDS[name]]))
         names.append(name)
-    for name in answers.further:
+    for name in answers.extra_columns:
         arrays.append(pa.array(answers.column(name), pa.string()))
         names.append(name)
     return pa.table(arrays, names=names)

@@ -33,7 +33,7 @@ SHARES = ("which", "abx")
 """Margins around one half."""
 
 
-class Margin(BaseModel):
+class EquivalenceMargin(BaseModel):
     """Half the width of what counts as equal; a plain number stands for one without a reason."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -48,12 +48,12 @@ class Margin(BaseModel):
         return {"value": value} if isinstance(value, int | float) else value
 
 
-class Planned(BaseModel):
+class PlannedAnalysis(BaseModel):
     """How answers will be analysed, as the study's file says it beforehand."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    margins: dict[str, Margin] = Field(default_factory=dict)
+    margins: dict[str, EquivalenceMargin] = Field(default_factory=dict)
     """By question or measure; see `MARGINS`. Without one nothing can be shown to be equivalent."""
     alpha: float = Field(default=ALPHA, gt=0, le=0.2)
     """A difference is shown where p is below."""

@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from tactogram.errors import ParameterError
 from tactogram.study.designs import Design
 from tactogram.study.stimuli import Stimulus
-from tactogram.study.trials import Given, Page, Participant, Setting
+from tactogram.study.trials import DesignContext, Page, PageAnswers, Participant
 from tactogram.study.wording import Wording
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ class Practice(BaseModel):
             raise ValueError(f"practice names {twice[0]!r} twice")
         return self
 
-    def check(self, design: Design, setting: Setting) -> None:
+    def check(self, design: Design, setting: DesignContext) -> None:
         """Refuse stimuli that are not there or not enough, and feedback where no answer is right.
 
         Raises
@@ -88,7 +88,7 @@ class Practice(BaseModel):
                 f"practice: trials must be at most {most}, those of the design, got {self.trials}"
             )
 
-    def setting(self, setting: Setting) -> Setting:
+    def setting(self, setting: DesignContext) -> DesignContext:
         """Return the setting of the practice: its stimuli, and a seed of its own."""
         every = self.stimuli or (() if self.own else tuple(stimulus.name for stimulus in setting.stimuli))
         chosen = tuple(stimulus for stimulus in setting.stimuli if stimulus.name in every)
@@ -96,23 +96,30 @@ class Practice(BaseModel):
         return replace(setting, seed=seed, stimuli=(*chosen, *self.own))
 
     def next_page(
-        self, design: Design, setting: Setting, participant: Participant, given: Sequence[Given]
+        self, design: Design, setting: DesignContext, participant: Participant, given: Sequence[PageAnswers]
     ) -> Page | None:
         """Return the practice page after ``given``, the answers to practice pages in order; None at its end."""
         page = self._page(design, setting, participant, given)
         if page is None or not given:
             return page
-        return replace(page, layout={**page.layout, **self.said(design, setting, participant, given)})
+        return replace(
+            page, layout={**page.layout, **self.feedback_text(design, setting, participant, given)}
+        )
 
     def first_trial(
-        self, page: Page, design: Design, setting: Setting, participant: Participant, given: Sequence[Given]
+        self,
+        page: Page,
+        design: Design,
+        setting: DesignContext,
+        participant: Participant,
+        given: Sequence[PageAnswers],
     ) -> Page:
         """Return the first trial, with what is to be said after the practice, before the trial is shown."""
-        ended = {"text": self.ended, **self.said(design, setting, participant, given)}
+        ended = {"text": self.ended, **self.feedback_text(design, setting, participant, given)}
         return replace(page, layout={**page.layout, "practice_ended": ended})
 
-    def said(
-        self, design: Design, setting: Setting, participant: Participant, given: Sequence[Given]
+    def feedback_text(
+        self, design: Design, setting: DesignContext, participant: Participant, given: Sequence[PageAnswers]
     ) -> dict[str, Any]:
         """Return what is said of the last answer: whether it was right, where feedback is given and it can be."""
         before = self._page(design, setting, participant, given[:-1]) if self.feedback and given else None
@@ -123,7 +130,7 @@ class Practice(BaseModel):
         return {"feedback": {"correct": correct, "text": self.right if correct else self.wrong}}
 
     def _page(
-        self, design: Design, setting: Setting, participant: Participant, given: Sequence[Given]
+        self, design: Design, setting: DesignContext, participant: Participant, given: Sequence[PageAnswers]
     ) -> Page | None:
         page = self._design(design, setting).next_page(self.setting(setting), participant, given)
         if page is None or page.trial > self.trials:
@@ -143,17 +150,17 @@ class Practice(BaseModel):
             layout={**page.layout, "practice": about},
         )
 
-    def _design(self, design: Design, setting: Setting) -> Design:
+    def _design(self, design: Design, setting: DesignContext) -> Design:
         return design.for_practice([stimulus.name for stimulus in self.setting(setting).stimuli])
 
 
-def practice_page(study: Study, participant: Participant, given: Sequence[Given]) -> Page | None:
+def practice_page(study: Study, participant: Participant, given: Sequence[PageAnswers]) -> Page | None:
     """Return the practice page after all that a participant answered so far; None if none is left."""
     if study.practice is None:
         return None
-    return study.practice.next_page(study.design, study.setting, participant, practised(given))
+    return study.practice.next_page(study.design, study.setting, participant, practice_answers(given))
 
 
-def practised(given: Sequence[Given]) -> list[Given]:
+def practice_answers(given: Sequence[PageAnswers]) -> list[PageAnswers]:
     """Return the answers to practice pages."""
     return [one for one in given if one.token.startswith(TOKEN)]

@@ -15,7 +15,7 @@ LONGEST_TEXT = 2000
 Identifier = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$")]
 
 
-class Option(BaseModel):
+class AnswerOption(BaseModel):
     """One of several answers to choose from."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -42,7 +42,7 @@ class Question(BaseModel):
     kind: Literal["choice", "steps", "vas", "number", "text"]
     """``choice`` of ``options``; ``steps`` from ``low`` to ``high``, whole numbers; ``vas``, a line from ``low`` to
     ``high`` without marks; ``number`` from ``low`` to ``high``; free ``text``."""
-    options: tuple[Option, ...] = ()
+    options: tuple[AnswerOption, ...] = ()
     low: float = Field(default=math.nan)
     high: float = Field(default=math.nan)
     low_text: Wording = Wording()

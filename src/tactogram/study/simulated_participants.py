@@ -15,10 +15,10 @@ from pydantic import BaseModel, ConfigDict, Field
 from scipy.special import ndtr
 
 from tactogram.study.answers import Answer, Answers
-from tactogram.study.session.sitting import answers_to, next_page
+from tactogram.study.session.sitting import answer_rows, next_page
 from tactogram.study.session.store import SessionStore
 from tactogram.study.study_file import Study
-from tactogram.study.trials import Asked, Given, Page, Participant
+from tactogram.study.trials import Page, PageAnswers, PageQuestion, Participant
 from tactogram.study.wording import Language
 
 Play = Callable[[Participant, Page], None]
@@ -93,7 +93,7 @@ class SimulatedParticipant:
         """Return how long a page took, s: lognormal about 2 s for each question."""
         return float(len(page.asked) * 2.0 * math.exp(0.4 * self.rng.standard_normal()))
 
-    def _answer(self, page: Page, asked: Asked) -> str:
+    def _answer(self, page: Page, asked: PageQuestion) -> str:
         question = asked.question
         if page.kind == "consent":
             return "agreed"
@@ -140,7 +140,7 @@ class SimulatedParticipant:
             return float(0.5 + (0.5 - self.effect.lapse) * sure)
         return float(ndtr(d / math.sqrt(2)))
 
-    def _shift(self, asked: Asked) -> float:
+    def _shift(self, asked: PageQuestion) -> float:
         return self._shift_of(asked.stimulus, asked.condition)
 
     def _shift_of(self, item: str, condition: str) -> float:
@@ -152,10 +152,10 @@ class SimulatedParticipant:
         own = self.effect.preference_sd * _own(self.seed, "preference", item, condition)
         return self._shift_of(item, condition) + own
 
-    def _typical(self, asked: Asked) -> float:
+    def _typical(self, asked: PageQuestion) -> float:
         return typical(self.effect, self.truth, asked.stimulus, asked.question.id)
 
-    def _questionnaire(self, asked: Asked) -> str:
+    def _questionnaire(self, asked: PageQuestion) -> str:
         question = asked.question
         if question.kind == "choice":
             return question.options[self.rng.integers(len(question.options))].value
@@ -268,12 +268,12 @@ def simulated_answers(
         language = study.languages[(number - 1) % len(study.languages)]
         participant = Participant(f"S{number:03d}", number, language, True)
         one = SimulatedParticipant(effect or SimulatedEffect(), (seed, number))
-        given: list[Given] = []
+        given: list[PageAnswers] = []
         while (page := next_page(study, participant, given)) is not None:
             one.seconds(page)  # drawn where a session draws it, so that the answers are the same
             responses = page.accepted(one.answer(page))
-            rows += answers_to(study, participant, page, responses, at="")
-            given.append(Given(page.token, responses, page.more))
+            rows += answer_rows(study, participant, page, responses, at="")
+            given.append(PageAnswers(page.token, responses, page.more))
     return Answers(tuple(rows))
 
 

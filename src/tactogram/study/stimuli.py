@@ -17,7 +17,7 @@ SIGNALS, PICTURES = ("file", "run", "simulated"), ("image", "image_run", "simula
 Weights = dict[str, float]
 
 
-class Source(BaseModel):
+class StimulusSource(BaseModel):
     """Where a stimulus comes from. In a grid ``{item}`` and ``{condition}`` are replaced in every text."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -69,7 +69,7 @@ class Source(BaseModel):
         return self
 
 
-class Stimulus(Source):
+class Stimulus(StimulusSource):
     """One thing to be felt, seen, or both."""
 
     name: Name
@@ -101,7 +101,7 @@ class Stimulus(Source):
         return any(getattr(self, name) for name in SIGNALS)
 
 
-class Grid(BaseModel):
+class StimulusGrid(BaseModel):
     """Every item in every condition."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -111,7 +111,7 @@ class Grid(BaseModel):
     """Instead of ``items``: ``image{:03d}``, together with ``count``."""
     count: int = Field(default=0, ge=0, le=100_000)
     conditions: tuple[str, ...] = ("",)
-    source: Source = Source()
+    source: StimulusSource = StimulusSource()
     """Of each."""
     by_condition: dict[str, dict[str, Any]] = Field(default_factory=dict)
     """What differs from ``source`` in a condition."""

@@ -11,7 +11,7 @@ import numpy as np
 from tactogram.errors import DataError, ParameterError
 from tactogram.study import planned as _planned
 from tactogram.study.analysis.discrimination import analyse_discrimination
-from tactogram.study.analysis.findings import Section, judged
+from tactogram.study.analysis.findings import AnalysisSection, with_verdicts
 from tactogram.study.answers import Answers
 from tactogram.study.designs.evoked.analysis import analyse_evoked
 from tactogram.study.designs.magnitude.analysis import analyse_magnitude
@@ -19,7 +19,7 @@ from tactogram.study.designs.pairwise.analysis import analyse_preference
 from tactogram.study.designs.rating.analysis import Targets, analyse_words
 from tactogram.study.designs.staircase.analysis import analyse_staircases
 from tactogram.study.designs.two_area.realism import analyse_realism
-from tactogram.study.planned import ALPHA, Planned, differing, margin_name, margin_text
+from tactogram.study.planned import ALPHA, PlannedAnalysis, differing, margin_name, margin_text
 from tactogram.study.practice import MARK
 
 WHICH, REALISM = "which", "realism"
@@ -31,7 +31,7 @@ UNTESTED = ("questions", MARK)
 
 
 @dataclass(frozen=True)
-class Plan:
+class AnalysisPlan:
     """What is decided before the answers are seen.
 
     Parameters
@@ -66,15 +66,17 @@ class Plan:
     seed: int = 0
     draws: int = 2000
     alpha: float = ALPHA
-    planned: Planned | None = None
+    planned: PlannedAnalysis | None = None
 
     @classmethod
-    def of(cls, beforehand: Planned, margins: Mapping[str, float] | None = None, **options: Any) -> Plan:
+    def of(
+        cls, beforehand: PlannedAnalysis, margins: Mapping[str, float] | None = None, **options: Any
+    ) -> AnalysisPlan:
         """Return the plan of a study's file, with margins that were given since in the place of its own."""
         return cls({**beforehand.values, **(margins or {})}, planned=beforehand, **options)
 
     @property
-    def afterwards(self) -> dict[str, float]:
+    def deviations(self) -> dict[str, float]:
         """What is not as the study's file gave it beforehand; {} where nothing is known of that."""
         if self.planned is None:
             return {}
@@ -98,15 +100,15 @@ class Plan:
             lines = [f"Margins, given beforehand in the study's file: {', '.join(stood)}"]
         else:
             lines = ["The study's file gives no margin" + ("" if said else ": nothing can be equivalent")]
-        if self.afterwards:
+        if self.deviations:
             changed = ", ".join(
                 f"alpha {value:g}" if name == "alpha" else margin_text(name, value)
-                for name, value in self.afterwards.items()
+                for name, value in self.deviations.items()
             )
             lines.append(
                 f"Given afterwards, not as in the study's file: {changed}. What rests on it is exploratory"
             )
-        known = "" if self.planned is None or "alpha" in self.afterwards else " (beforehand)"
+        known = "" if self.planned is None or "alpha" in self.deviations else " (beforehand)"
         lines.append(f"Alpha {self.alpha:g}{known}; intervals are of 95 %")
         return [f"{line}." for line in lines]
 
@@ -125,7 +127,7 @@ class Plan:
 
 
 @dataclass(frozen=True)
-class Analysis:
+class StudyAnalysis:
     """What is said of a study.
 
     Parameters
@@ -137,8 +139,8 @@ class Analysis:
     """
 
     study: str
-    sections: tuple[Section, ...]
-    plan: Plan
+    sections: tuple[AnalysisSection, ...]
+    plan: AnalysisPlan
     notes: tuple[str, ...]
 
     def as_dict(self) -> dict[str, Any]:
@@ -148,7 +150,7 @@ class Analysis:
             "simulated": any(section.simulated for section in self.sections),
             "margins": dict(self.plan.margins),
             "margins_beforehand": None if self.plan.planned is None else self.plan.planned.values,
-            "given_afterwards": self.plan.afterwards,
+            "given_afterwards": self.plan.deviations,
             "alpha": self.plan.alpha,
             "reference": self.plan.reference,
             "seed": self.plan.seed,
@@ -171,7 +173,7 @@ class Analysis:
         return "\n\n".join(parts) + "\n"
 
 
-def analyse(answers: Answers, *, plan: Plan | None = None) -> Analysis:
+def analyse(answers: Answers, *, plan: AnalysisPlan | None = None) -> StudyAnalysis:
     """Return the analysis of every question that the answers hold.
 
     Parameters
@@ -185,7 +187,7 @@ def analyse(answers: Answers, *, plan: Plan | None = None) -> Analysis:
     DataError
         If there is no answer to a trial, answers are of several studies, or real and simulated participants are mixed.
     """
-    plan = plan or Plan({})
+    plan = plan or AnalysisPlan({})
     studies = answers.unique("study")
     if len(studies) > 1:
         raise DataError(f"answers must be of one study, got {', '.join(studies)}; analyse them one by one")
@@ -208,22 +210,22 @@ def analyse(answers: Answers, *, plan: Plan | None = None) -> Analysis:
         notes += (f"{other} answers to the questions before and after the trials are not tested",)
     if practised := len(answers.where(design=MARK)):
         notes += (f"{practised} answers to practice trials are left out",)
-    return Analysis(studies[0], tuple(sections), plan, notes)
+    return StudyAnalysis(studies[0], tuple(sections), plan, notes)
 
 
-def _at(section: Section, plan: Plan) -> Section:
-    late = margin_name(section.design, section.question) in plan.afterwards
+def _at(section: AnalysisSection, plan: AnalysisPlan) -> AnalysisSection:
+    late = margin_name(section.design, section.question) in plan.deviations
     note = "margin given afterwards" if late else ""
-    return judged(section, alpha=plan.alpha, note=note)
+    return with_verdicts(section, alpha=plan.alpha, note=note)
 
 
-def _sections(design: str, group: Answers, plan: Plan) -> list[Section]:
+def _sections(design: str, group: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
     rng = np.random.default_rng(plan.seed)
     fits = max(100, plan.draws // 10)
     margin = plan.margins.get
     if design == "two_area":
         return _two_area(group, plan)
-    single: dict[str, Callable[[], Section]] = {
+    single: dict[str, Callable[[], AnalysisSection]] = {
         "rating": lambda: analyse_words(
             group,
             rng=rng,
@@ -241,7 +243,7 @@ def _sections(design: str, group: Answers, plan: Plan) -> list[Section]:
     return [single[design]()]
 
 
-def _two_area(group: Answers, plan: Plan) -> list[Section]:
+def _two_area(group: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
     found = []
     for question, rows in group.by("question").items():
         if question == WHICH:

@@ -16,11 +16,11 @@ from tactogram.errors import ParameterError
 from tactogram.study import studies as _studies
 from tactogram.study.designs import DESIGNS, Design
 from tactogram.study.orders import Rule
-from tactogram.study.planned import Planned
+from tactogram.study.planned import PlannedAnalysis
 from tactogram.study.practice import Practice
 from tactogram.study.questions import Question
-from tactogram.study.stimuli import Grid, Stimulus
-from tactogram.study.trials import Setting
+from tactogram.study.stimuli import Stimulus, StimulusGrid
+from tactogram.study.trials import DesignContext
 from tactogram.study.wording import LANGUAGES, Language, Wording, wordings
 from tactogram.text_files import read_toml
 from tactogram.validation import validated, with_changes
@@ -62,11 +62,11 @@ class Study(BaseModel):
     """Asked after the last trial."""
     practice: Practice | None = None
     """Trials before those that count."""
-    analysis: Planned | None = None
+    analysis: PlannedAnalysis | None = None
     """What is decided of the analysis before anybody answers."""
     design: SerializeAsAny[Design]
     stimuli: tuple[Stimulus, ...] = ()
-    grid: Grid | None = None
+    grid: StimulusGrid | None = None
     """Stimuli by item and condition, in addition to those that are listed."""
     names: dict[str, Wording] | None = None
     """What items, conditions and stimuli are called on pages and in reports, by their keys, which stand in every row.
@@ -141,9 +141,9 @@ class Study(BaseModel):
         return (*self.stimuli, *(self.grid.stimuli(self.called) if self.grid else ()))
 
     @cached_property
-    def setting(self) -> Setting:
+    def setting(self) -> DesignContext:
         """What its design needs to know."""
-        return Setting(self.name, self.seed, self.order, self.all_stimuli, self.called)
+        return DesignContext(self.name, self.seed, self.order, self.all_stimuli, self.called)
 
     @cached_property
     def called(self) -> dict[str, Wording]:
@@ -191,9 +191,9 @@ class Study(BaseModel):
         return (*self.all_stimuli, *(self.practice.own if self.practice else ()))
 
     @property
-    def planned(self) -> Planned:
+    def planned(self) -> PlannedAnalysis:
         """What is decided of the analysis; without a table in the file no margin, and alpha .05."""
-        return self.analysis or Planned()
+        return self.analysis or PlannedAnalysis()
 
     @property
     def trials(self) -> int:

@@ -41,7 +41,7 @@ class Participant:
 
 
 @dataclass(frozen=True)
-class Setting:
+class DesignContext:
     """What a design needs to know of its study.
 
     Parameters
@@ -62,7 +62,7 @@ class Setting:
 
 
 @dataclass(frozen=True)
-class Presented:
+class PresentedStimulus:
     """A stimulus on a page.
 
     Parameters
@@ -81,7 +81,7 @@ class Presented:
 
 
 @dataclass(frozen=True)
-class Asked:
+class PageQuestion:
     """A question on a page, with what the answer will mean; nothing of that is shown.
 
     Parameters
@@ -145,8 +145,8 @@ class Page:
 
     token: str
     kind: str
-    asked: tuple[Asked, ...]
-    presented: tuple[Presented, ...] = ()
+    asked: tuple[PageQuestion, ...]
+    presented: tuple[PresentedStimulus, ...] = ()
     text: Wording = NOTHING
     trial: int = 1
     step: int = 1
@@ -171,7 +171,7 @@ class Page:
             raise ParameterError(f"page {self.token} asks {known}, got an answer to {unknown[0][:60]!r}")
         return {asked.key: asked.question.accepted(responses.get(asked.key, "")) for asked in self.asked}
 
-    def slot(self, name: str) -> Presented:
+    def slot(self, name: str) -> PresentedStimulus:
         """Return what is in a slot.
 
         Raises
@@ -202,7 +202,7 @@ class Page:
 
 
 @dataclass(frozen=True)
-class Given:
+class PageAnswers:
     """What came back from a page.
 
     Parameters
@@ -227,7 +227,7 @@ def _in_language(value: Any, language: Language) -> Any:
     return value
 
 
-def _slot_shown(presented: Presented, language: Language) -> dict[str, Any]:
+def _slot_shown(presented: PresentedStimulus, language: Language) -> dict[str, Any]:
     stimulus = presented.stimulus
     picture = stimulus is not None and stimulus.is_seen
     # Silence is announced as played: who could see the difference need not feel it.
@@ -236,7 +236,7 @@ def _slot_shown(presented: Presented, language: Language) -> dict[str, Any]:
     return {"slot": presented.slot, "played": played, "picture": picture, "text": text}
 
 
-def _question_shown(asked: Asked, language: Language) -> dict[str, Any]:
+def _question_shown(asked: PageQuestion, language: Language) -> dict[str, Any]:
     question = asked.question
     return {
         "key": asked.key,

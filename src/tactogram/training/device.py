@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from tactogram.errors import ParameterError
-from tactogram.recipe import Training
+from tactogram.recipe import TrainingSettings
 
 
-def make_fabric(training: Training, *, accelerator: str = "auto", devices: int = 1) -> Any:
+def make_fabric(training: TrainingSettings, *, accelerator: str = "auto", devices: int = 1) -> Any:
     """Return a launched ``lightning_fabric.Fabric`` for a recipe's precision.
 
     Parameters

@@ -14,16 +14,16 @@ from tactogram.training.seeds import child_seed, torch_seeded
 
 
 @dataclass(frozen=True)
-class Position:
+class TrainingPosition:
     """How far a training is: ``step`` steps of stage number ``stage`` are done."""
 
     stage: int = 0
     step: int = 0
 
 
-BEGINNING = Position()
+BEGINNING = TrainingPosition()
 
-OnStep = Callable[[Position, Stage, dict[str, float]], None]
+OnStep = Callable[[TrainingPosition, Stage, dict[str, float]], None]
 
 
 def fit(
@@ -31,7 +31,7 @@ def fit(
     examples: Sequence[Example],
     *,
     seed: int,
-    start: Position = BEGINNING,
+    start: TrainingPosition = BEGINNING,
     rank: int = 0,
     on_step: OnStep = lambda position, stage, losses: None,
 ) -> None:
@@ -73,4 +73,4 @@ def fit(
                 raise RunError(
                     f"training diverged at step {step} of {stage.name}: {shown}; lower the learning rate"
                 )
-            on_step(Position(number, step), stage, losses)
+            on_step(TrainingPosition(number, step), stage, losses)

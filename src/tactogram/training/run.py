@@ -25,7 +25,7 @@ from tactogram.recipe import Recipe
 from tactogram.signal.io.atomic import write_text
 from tactogram.text_files import parse_json, read_json, read_text
 from tactogram.training.checkpoint import load_state, save_state
-from tactogram.training.loop import Position
+from tactogram.training.loop import TrainingPosition
 
 VERSION = 1
 
@@ -105,28 +105,28 @@ class Run:
 
     # -- while it trains ---------------------------------------------------------------------------------
 
-    def save_checkpoint(self, learner: Learner, position: Position) -> None:
+    def save_checkpoint(self, learner: Learner, position: TrainingPosition) -> None:
         """Keep all that is needed to go on from ``position``."""
         save_state(self.folder / "checkpoint.safetensors", learner.state(), asdict(position))
 
-    def restore(self, learner: Learner) -> Position:
+    def restore(self, learner: Learner) -> TrainingPosition:
         """Bring ``learner`` to the last checkpoint and forget log lines written after it."""
         for left in self.folder.glob(".*.part.safetensors"):  # of a process that was killed while it wrote
             left.unlink(missing_ok=True)
         path = self.folder / "checkpoint.safetensors"
-        position = Position()
+        position = TrainingPosition()
         if path.exists():
             state, facts = load_state(path)
             try:
                 learner.load_state(state)
-                position = Position(**facts)
+                position = TrainingPosition(**facts)
             except (KeyError, TypeError, ValueError, RuntimeError) as error:
                 raise RunError(f"{path}: the checkpoint is not of this run: {error}") from error
         kept = [m for m in self.metrics() if (m["stage"], m["step"]) <= (position.stage, position.step)]
         write_text(self.folder / "metrics.jsonl", "".join(json.dumps(m) + "\n" for m in kept))
         return position
 
-    def log(self, position: Position, values: Mapping[str, float]) -> None:
+    def log(self, position: TrainingPosition, values: Mapping[str, float]) -> None:
         """Append a line to metrics.jsonl."""
         with (self.folder / "metrics.jsonl").open("a", encoding="utf-8") as file:
             file.write(json.dumps({**asdict(position), **values}) + "\n")

@@ -12,16 +12,24 @@ import numpy as np
 from tactogram.datasets import Store, open_store
 from tactogram.errors import RunError
 from tactogram.evaluation.figures import confusion_figure, photos_figure, signal_figure
-from tactogram.evaluation.report import Block, Picture, Section, Sound, Table, Text, write_report
+from tactogram.evaluation.report import (
+    Block,
+    ReportFigure,
+    ReportSection,
+    ReportSound,
+    ReportTable,
+    ReportText,
+    write_report,
+)
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_signal
 from tactogram.signal.io.atomic import write_text
 from tactogram.signal.io.writable import check_writable
 from tactogram.workflows.data.simulate import simulate_to_store
-from tactogram.workflows.evaluation.evaluate import evaluate, judged
+from tactogram.workflows.evaluation.evaluate import evaluate, evaluate_run
 from tactogram.workflows.evaluation.mixing_ladder import mix_ladder
-from tactogram.workflows.evaluation.reference_models import Judging
-from tactogram.workflows.progress import Progress, silent
+from tactogram.workflows.evaluation.reference_models import EvaluationSettings
+from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.recognition.search import search
 from tactogram.workflows.training.train import LoadedRun, load_run, test_part, train
 
@@ -29,7 +37,7 @@ MARK = "made-by-tactogram-demo"
 UNKNOWN = "cork-sheet"
 """The surface that is left out of training, to see whether "none of these" is said."""
 PER_CLASS, CLASSIFIER_STEPS, GENERATOR_STEPS = 16, 220, 100
-JUDGING = Judging(steps=200)
+JUDGING = EvaluationSettings(steps=200)
 MIX = ("tile", "carpet")
 NAMED = (
     "recording_accuracy",
@@ -42,7 +50,9 @@ NAMED = (
 """What is told of the classifier's evaluation."""
 
 
-def demo(out: Path | str = "runs/demo", *, seed: int = 0, progress: Progress = silent) -> dict[str, Any]:
+def demo(
+    out: Path | str = "runs/demo", *, seed: int = 0, progress: ProgressCallback = silent
+) -> dict[str, Any]:
     """Run the whole chain on simulated surfaces and write ``OUT/report.html`` and ``result.json``.
 
     A demo that is already there is replaced.
@@ -67,7 +77,7 @@ def demo(out: Path | str = "runs/demo", *, seed: int = 0, progress: Progress = s
     classifier = trained("stroke_cnn", CLASSIFIER_STEPS)
     named = evaluate(classifier, unknown=True, progress=progress)
     generator = trained("texture_gan", GENERATOR_STEPS)
-    voice, voice_sections = judged(generator, judging=JUDGING, progress=progress)
+    voice, voice_sections = evaluate_run(generator, judging=JUDGING, progress=progress)
     mixes = mix_ladder(generator, *MIX, steps=5, signals=4, seconds=3.0, seed=seed, progress=progress)
     for step, signal in enumerate(mixes.shown):
         name = f"{step}-{mixes.caption(step).replace(', ', '-').replace(' ', '-')}.wav"
@@ -92,7 +102,7 @@ def demo(out: Path | str = "runs/demo", *, seed: int = 0, progress: Progress = s
             _searched(classifier, store, tests),
             *voice_sections,
             mixes.section(f"Mixtures: from {MIX[0]} to {MIX[1]}"),
-            Section("What made this", [Text(_how(seed))]),
+            ReportSection("What made this", [ReportText(_how(seed))]),
         ],
     )
     result = {
@@ -124,7 +134,7 @@ def _fresh(folder: Path) -> Path:
     return folder
 
 
-def _surfaces(store: Store) -> Section:
+def _surfaces(store: Store) -> ReportSection:
     photos: dict[str, Image] = {}
     shown: dict[str, Signal] = {}
     for info in store.index:
@@ -135,21 +145,21 @@ def _surfaces(store: Store) -> Section:
             shown[name] = store.signal(info.id, "acceleration")
     name = MIX[1] if MIX[1] in shown else next(iter(shown))
     blocks: list[Block] = [
-        Text(
+        ReportText(
             "Each surface is a height field from a formula; the photograph is rendered from it and the finger is "
             "dragged over it. The accelerometer on the finger feels gravity, friction and the texture."
         ),
-        Picture(photos_figure(photos), "Rendered from the simulated height fields."),
-        Picture(
+        ReportFigure(photos_figure(photos), "Rendered from the simulated height fields."),
+        ReportFigure(
             signal_figure(shown[name]),
             f"A stroke over {name}: three axes of acceleration and their spectrogram.",
         ),
     ]
-    blocks += [Sound(signal, name) for name, signal in shown.items()]
-    return Section("The surfaces", blocks)
+    blocks += [ReportSound(signal, name) for name, signal in shown.items()]
+    return ReportSection("The surfaces", blocks)
 
 
-def _classified(classifier: LoadedRun, judged: dict[str, Any]) -> Section:
+def _classified(classifier: LoadedRun, judged: dict[str, Any]) -> ReportSection:
     low, high = judged["recording_accuracy_95"]
     rows = [
         ("strokes", judged["recording_accuracy"], f"{low:.2f} – {high:.2f}", judged["recordings"]),
@@ -162,15 +172,15 @@ def _classified(classifier: LoadedRun, judged: dict[str, Any]) -> Section:
         ("chance", judged["chance"], "–", "–"),
     ]
     counts = np.array(judged["confusion_windows"])
-    return Section(
+    return ReportSection(
         "What is it?",
         [
-            Text(
+            ReportText(
                 "The network of Saga et al. (2020): six 1 x 5 convolutions that treat the three axes alike. It is "
                 f"judged on strokes that it was not trained on; {UNKNOWN} was left out altogether."
             ),
-            Table(("named rightly", "share", "95 % interval (Wilson)", "of"), rows),
-            Picture(
+            ReportTable(("named rightly", "share", "95 % interval (Wilson)", "of"), rows),
+            ReportFigure(
                 confusion_figure(counts, judged["materials"]),
                 "Windows of each surface (row), and what they were taken for (column).",
             ),
@@ -178,7 +188,7 @@ def _classified(classifier: LoadedRun, judged: dict[str, Any]) -> Section:
     )
 
 
-def _searched(classifier: LoadedRun, store: Store, tests: dict[str, Any]) -> Section:
+def _searched(classifier: LoadedRun, store: Store, tests: dict[str, Any]) -> ReportSection:
     known = next(iter(tests))
     unknown = next(info.id for info in store.index if info.material == UNKNOWN)
     rows = []
@@ -187,14 +197,14 @@ def _searched(classifier: LoadedRun, store: Store, tests: dict[str, Any]) -> Sec
         nearest = ", ".join(f"{n['material']} ({n['distance']:.3f})" for n in found["nearest"])
         rows.append((name, nearest, "none of these" if found["none_of_these"] else "known"))
     facts = _none_of_these_text(classifier)
-    return Section(
+    return ReportSection(
         "What is it like?",
         [
-            Text(
+            ReportText(
                 "A search engine for surfaces: a new stroke is embedded by the network and its nearest neighbours are "
                 "looked up. What is farther from everything than the calibrated threshold is none of these."
             ),
-            Table(("touched", "nearest (cosine distance)", "verdict"), rows, facts),
+            ReportTable(("touched", "nearest (cosine distance)", "verdict"), rows, facts),
         ],
     )
 

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import Protocol
 
 
-class Progress(Protocol):
+class ProgressCallback(Protocol):
     """Shows that ``done`` of ``total`` parts of ``task`` are done, with a word on how it goes."""
 
     def __call__(self, task: str, done: int, total: int, note: str = "") -> None:
@@ -21,10 +21,10 @@ def silent(task: str, done: int, total: int, note: str = "") -> None:
 
 
 @contextmanager
-def shown() -> Iterator[Progress]:
+def shown() -> Iterator[ProgressCallback]:
     """Show progress on stderr: a bar per task on a terminal, a line each tenth of a task elsewhere."""
     if not sys.stderr.isatty():
-        yield _Lines()
+        yield _ProgressLines()
         return
     from rich.console import Console
     from rich.progress import (
@@ -56,7 +56,7 @@ def shown() -> Iterator[Progress]:
         yield show
 
 
-class _Lines:
+class _ProgressLines:
     """A line on stderr at the beginning of a task and each tenth of it."""
 
     def __init__(self) -> None:

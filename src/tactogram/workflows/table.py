@@ -13,7 +13,7 @@ from tactogram import models
 from tactogram.validation import validated
 
 
-class Result(BaseModel):
+class PublishedResult(BaseModel):
     """A line of a results.toml: one figure, published and ours."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -38,12 +38,12 @@ class Result(BaseModel):
 
 
 def table(model_folders: Sequence[Path] = ()) -> list[dict[str, Any]]:
-    """Return one row per figure of every model: ``model`` and the fields of `Result`."""
+    """Return one row per figure of every model: ``model`` and the fields of `PublishedResult`."""
     rows = []
     for name, facts in models.available(model_folders).items():
         file = facts.folder / "results.toml"
         if file.exists():
             lines = tomllib.loads(file.read_text(encoding="utf-8")).get("result", [])
-            results = [validated(Result, line, where=str(file)) for line in lines]
+            results = [validated(PublishedResult, line, where=str(file)) for line in lines]
             rows += [{"model": name, **result.model_dump()} for result in results]
     return rows

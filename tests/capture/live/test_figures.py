@@ -3,13 +3,19 @@
 import pytest
 
 from tactogram.capture.live.figures import live_figure
-from tactogram.capture.live.recognition import Guess, Heard
+from tactogram.capture.live.recognition import Classification, WindowClassification
 from tactogram.errors import ParameterError
 
 
 def guess(k, **heard):
-    return Guess(
-        100 * k, 0.3 * k, Heard(heard, none_of_these=k == 5) if heard else None, 0.0, 1.0, 0.01 + k / 1000, 0
+    return WindowClassification(
+        100 * k,
+        0.3 * k,
+        Classification(heard, none_of_these=k == 5) if heard else None,
+        0.0,
+        1.0,
+        0.01 + k / 1000,
+        0,
     )
 
 

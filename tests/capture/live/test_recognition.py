@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tactogram.capture.live.recognition import Heard, Latencies, guesses, window_signal
+from tactogram.capture.live.recognition import Classification, Latencies, guesses, window_signal
 from tactogram.capture.live.terminal_view import line, panel
 from tactogram.capture.stream.feed import Feed
 from tactogram.errors import ParameterError
@@ -16,7 +16,7 @@ def run(source, *, listen=None, clock=None, **options):
 
     def default(signal):
         heard.append(signal)
-        return Heard({"a": 0.25, "b": 0.75}, none_of_these=False)
+        return Classification({"a": 0.25, "b": 0.75}, none_of_these=False)
 
     clock = clock or (lambda: 0.03 * source.packet)
     feed = Feed(source, clock=clock)
@@ -64,7 +64,7 @@ def test_latency_is_from_the_last_sample_to_the_answer(played):
 
     def listen(signal):
         now[0] = clock() + 0.012
-        return Heard({"a": 1.0})
+        return Classification({"a": 1.0})
 
     found, _ = run(source, listen=listen, clock=clock)
     assert len(found) > 5
@@ -86,7 +86,7 @@ def test_a_classifier_that_is_too_slow_skips_windows_and_shows_nothing_old(playe
 
     def listen(signal):
         now[0] = clock() + 1.3  # a hop is 0.5 s
-        return Heard({"a": 1.0})
+        return Classification({"a": 1.0})
 
     found, _ = run(source, listen=listen, clock=clock)
     assert max(guess.skipped for guess in found) >= 1
@@ -131,7 +131,9 @@ def test_what_is_shown_names_the_likeliest_or_says_that_it_is_none_of_these(play
         return console.export_text()
 
     [known, *_], _ = run(played(packets=40))
-    [odd, *_], _ = run(played(packets=40), listen=lambda _: Heard({"a": 0.9, "b": 0.1}, none_of_these=True))
+    [odd, *_], _ = run(
+        played(packets=40), listen=lambda _: Classification({"a": 0.9, "b": 0.1}, none_of_these=True)
+    )
     assert "b" in shown(known).splitlines()[1]
     assert "none of these" in shown(odd)
     assert "latency p50 10 ms" in shown(odd)

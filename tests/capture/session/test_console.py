@@ -7,9 +7,9 @@ import threading
 import pytest
 from rich.console import Console as RichConsole
 
-from tactogram.capture.session.console import LineConsole, Status
+from tactogram.capture.session.console import CaptureStatus, LineConsole
 from tactogram.capture.session.terminal import TerminalConsole, panel
-from tactogram.capture.stream.feed import Levels
+from tactogram.capture.stream.feed import MeterReading
 
 KEYS = {"a": "accept", "r": "redo", "q": "stop"}
 
@@ -60,8 +60,8 @@ def shown(status):
 
 
 def test_the_panel_shows_level_clipping_losses_and_rate():
-    levels = Levels(rms=2.5, peak=156.9, full_scale=156.9, clipped=True, lost=20, rate=329.87)
-    text = shown(Status("take 3 of 9: tile", "recording", "2.0 of 10 s", 0.2, levels))
+    levels = MeterReading(rms=2.5, peak=156.9, full_scale=156.9, clipped=True, lost=20, rate=329.87)
+    text = shown(CaptureStatus("take 3 of 9: tile", "recording", "2.0 of 10 s", 0.2, levels))
     for expected in (
         "take 3 of 9: tile",
         "recording",
@@ -72,9 +72,9 @@ def test_the_panel_shows_level_clipping_losses_and_rate():
         "lost so far 20",
     ):
         assert expected in text
-    quiet = Levels(rms=0.0, peak=0.0, full_scale=None, clipped=False, lost=0, rate=None)
-    assert "CLIPPED" not in shown(Status("x", "countdown", "3.0 s", 0.0, quiet))
-    assert "unknown yet" in shown(Status("x", "countdown", "3.0 s", 0.0, quiet))
+    quiet = MeterReading(rms=0.0, peak=0.0, full_scale=None, clipped=False, lost=0, rate=None)
+    assert "CLIPPED" not in shown(CaptureStatus("x", "countdown", "3.0 s", 0.0, quiet))
+    assert "unknown yet" in shown(CaptureStatus("x", "countdown", "3.0 s", 0.0, quiet))
 
 
 @pytest.mark.parametrize(("typed", "answer"), [(b"r", "r"), (b"\n", "a"), (b"x\x04", "q"), (b"Q", "q")])

@@ -5,7 +5,7 @@ import threading
 import numpy as np
 import pytest
 
-from tactogram.capture.session.metronome import Bell, Played, click_track, interval_s
+from tactogram.capture.session.metronome import BellMetronome, LoudspeakerMetronome, click_track, interval_s
 from tactogram.errors import ParameterError
 
 
@@ -60,7 +60,7 @@ def test_the_bell_rings_as_often_as_it_should_and_stops_when_told():
         if len(rung) == 3:
             enough.set()
 
-    bell = Bell(ring)
+    bell = BellMetronome(ring)
     bell.start(0.01, 100.0, back_and_forth=True)
     assert enough.wait(5)
     bell.stop()
@@ -73,7 +73,7 @@ def test_the_bell_rings_as_often_as_it_should_and_stops_when_told():
 
 def test_a_loudspeaker_is_given_the_whole_track():
     played, hushed = [], []
-    metronome = Played(played.append, lambda: hushed.append(1))
+    metronome = LoudspeakerMetronome(played.append, lambda: hushed.append(1))
     metronome.start(0.4, 2.0, back_and_forth=True)
     metronome.stop()
     assert played[0].seconds == 2.0

@@ -15,7 +15,7 @@ import pytest
 from tactogram.capture.session.console import LineConsole
 from tactogram.capture.session.journal import Journal
 from tactogram.capture.session.plan import SessionPlan
-from tactogram.capture.session.session import Session, session_folder
+from tactogram.capture.session.session import RecordingSession, session_folder
 from tactogram.capture.session.take import restored
 from tactogram.capture.source import SourceLost
 from tactogram.datasets import open_store
@@ -34,7 +34,7 @@ def run(store, source, *, plan=PLAN, answers=None, name="one", **options):
     said = io.StringIO()
     console = LineConsole(None if answers is None else io.StringIO(answers), said)
     with Journal(session_folder(store, name)) as journal:
-        session = Session(SessionPlan.of(plan), store, name, source, console, journal, **options)
+        session = RecordingSession(SessionPlan.of(plan), store, name, source, console, journal, **options)
         return session.run(), said.getvalue()
 
 
@@ -175,7 +175,7 @@ def test_a_full_disk_stores_nothing_half_and_keeps_the_take_at_hand(tmp_path, pl
     with Journal(session_folder(tmp_path / "s", "one")) as journal:
         plan = SessionPlan.of(PLAN)
         console = Asked(io.StringIO("b\na\na\nq\n"), said)
-        session = Session(plan, tmp_path / "s", "one", played(seed=1), console, journal)
+        session = RecordingSession(plan, tmp_path / "s", "one", played(seed=1), console, journal)
         resource.setrlimit(resource.RLIMIT_FSIZE, (4096, hard))
         try:
             result = session.run()

@@ -5,7 +5,7 @@ import pytest
 
 from tactogram.capture import open_source, read_log
 from tactogram.capture.source import SourceEnded
-from tactogram.capture.sources.played import SimulatedHand
+from tactogram.capture.sources.played import StrokeReplay
 from tactogram.datasets import Recording, create_store, open_store
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
@@ -32,7 +32,7 @@ def store(tmp_path_factory):
 
 
 def test_a_hand_strokes_what_it_is_told_at_the_speed_asked_for(store):
-    hand = SimulatedHand(open_store(store), rate=330.0)
+    hand = StrokeReplay(open_store(store), rate=330.0)
     hand.touch("two", speed_mm_s=200.0)
     felt = hand.felt(700).samples
     np.testing.assert_allclose(felt[0], 2.0)

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tactogram.capture import filled, gap_free
-from tactogram.capture.stream import gaps
+from tactogram.capture.stream.gaps import gaps
 from tactogram.errors import DataError, ParameterError
 
 

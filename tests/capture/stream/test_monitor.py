@@ -3,12 +3,12 @@ import pytest
 
 from tactogram.capture import open_source
 from tactogram.capture.stream.feed import Feed
-from tactogram.capture.stream.monitor import Tapped
+from tactogram.capture.stream.monitor import TappedSource
 
 
 def test_each_block_is_handed_on_and_the_source_stays_what_it_is():
     heard = []
-    with Tapped(
+    with TappedSource(
         open_source("simulated:twelite?rate=330&seconds=2"),
         lambda source, block: heard.append(block),
     ) as source:
@@ -25,7 +25,7 @@ def test_what_it_raises_ends_the_reading():
         raise KeyboardInterrupt
 
     with (
-        Tapped(open_source("simulated:twelite?rate=330&paced=false"), hears) as source,
+        TappedSource(open_source("simulated:twelite?rate=330&paced=false"), hears) as source,
         pytest.raises(KeyboardInterrupt),
     ):
         source.read(0.5)

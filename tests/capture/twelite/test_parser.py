@@ -18,7 +18,7 @@ from tactogram.capture.twelite.messages import (
     checksum,
     decode_payload,
 )
-from tactogram.capture.twelite.parser import LONGEST_LINE, Parser
+from tactogram.capture.twelite.parser import LONGEST_LINE, TweliteParser
 from tactogram.capture.twelite.simulator import SimulatedReceiver, transmissions
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "twelite_lines.txt"
@@ -34,7 +34,7 @@ def published():
 
 
 def parsed(data, **receiver):
-    parser = Parser()
+    parser = TweliteParser()
     return parser.feed(data) + parser.finish(), parser
 
 
@@ -272,7 +272,7 @@ def test_how_bytes_are_cut_does_not_matter(form, mode, cuts, data):
         s.data for s in simulated(form, mode, seconds=0.16, corrupt=0.002, seed=data.draw(st.integers(0, 50)))
     )
     whole, expected = parsed(stream)
-    parser, packets = Parser(), []
+    parser, packets = TweliteParser(), []
     places = [0, *sorted(min(c, len(stream)) for c in cuts), len(stream)]
     for start, stop in pairwise(places):
         packets += parser.feed(stream[start:stop])
@@ -287,7 +287,7 @@ def test_how_bytes_are_cut_does_not_matter(form, mode, cuts, data):
 
 @given(st.binary(max_size=4000), st.integers(1, 300))
 def test_random_bytes_never_crash_it_never_make_a_sample_and_all_are_counted(noise, step):
-    parser, packets = Parser(), []
+    parser, packets = TweliteParser(), []
     for start in range(0, len(noise), step):
         packets += parser.feed(noise[start : start + step])
     packets += parser.finish()

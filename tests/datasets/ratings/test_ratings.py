@@ -26,7 +26,7 @@ from tactogram.datasets import (
 from tactogram.datasets.ratings.files import read_ratings, write_ratings
 from tactogram.datasets.store.store import problems
 from tactogram.errors import DataError, ParameterError
-from tactogram.recipe import Prepare
+from tactogram.recipe import Preparation
 from tactogram.signal import Image, Signal
 
 FACTS = {"name": "test", "licence": "CC0-1.0"}
@@ -274,7 +274,7 @@ class TestExamples:
         records = [*surfaces(), recording(3, material="plate02")]
         store = create_store(tmp_path / "s", records, ratings=table(), **FACTS)
         segments = tuple(Segment(info.id) for info in store.index)
-        plate, signal, unrated = Examples(store, segments, Prepare(stream="strain"))
+        plate, signal, unrated = Examples(store, segments, Preparation(stream="strain"))
         assert (plate.item, signal.item, unrated.item) == ("plate01", "signal01", "plate02")
         np.testing.assert_allclose(plate.rated.scores, [[5 / 6, 1 / 6], [0.5, np.nan]])
         assert signal.material is None

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from tactogram.datasets import EVOKED, SEVEN_POINT, Ratings, Scale
 from tactogram.datasets.ratings.ratings import scale_of
-from tactogram.datasets.ratings.table import Columns, read_table, write_table
+from tactogram.datasets.ratings.table import RatingColumns, read_table, write_table
 from tactogram.datasets.ratings.words import JAPANESE, ROMAJI, WORDS, word_of
 from tactogram.errors import DataError, ParameterError
 
@@ -83,7 +83,7 @@ class TestReading:
         )
         path = write(tmp_path / "r.csv", text.replace("plate01", "1"), "cp932")
         named = {"rater": "被験者", "item": "試料番号"}
-        columns = Columns(named=named, item="plate{:0>2}", encoding="cp932")
+        columns = RatingColumns(named=named, item="plate{:0>2}", encoding="cp932")
         found = read_table(path, columns=columns).ratings
         assert found.sha256 == read_table(write(tmp_path / "s.csv", WIDE)).ratings.sha256
         with pytest.raises(
@@ -101,7 +101,7 @@ class TestReading:
             "order": "Trial",
         }
         found = read_table(
-            write(tmp_path / "r.csv", text), columns=Columns(named=named, ignored=("Age",))
+            write(tmp_path / "r.csv", text), columns=RatingColumns(named=named, ignored=("Age",))
         ).ratings
         assert (found.rater, found.item, found.word) == (("r1",), ("p",), ("rough",))
         np.testing.assert_array_equal(found.order, [3])
@@ -111,7 +111,7 @@ class TestReading:
         found = read_table(
             write(tmp_path / "r.csv", text),
             scale=Scale("x", -3, 3),
-            columns=Columns(words=("energy", "tempo")),
+            columns=RatingColumns(words=("energy", "tempo")),
         ).ratings
         np.testing.assert_array_equal(found.means, [[-2.5, 0.25]])
 
@@ -133,7 +133,7 @@ class TestReading:
             {"item": [1, 1], "score": [1.0, None], "word": ["rough", "dry"], "rater": [7.0, 7.0]}
         )
         pq.write_table(table, tmp_path / "r.parquet")
-        found = read_table(tmp_path / "r.parquet", scale=EVOKED, columns=Columns(item="image{:0>3}"))
+        found = read_table(tmp_path / "r.parquet", scale=EVOKED, columns=RatingColumns(item="image{:0>3}"))
         assert (found.ratings.rater, found.ratings.item, found.blank) == (("7",), ("image001",), {"7": 1})
 
     @pytest.mark.parametrize("name", ["r.csv", "r.tsv", "r.parquet"])
@@ -149,7 +149,7 @@ class TestReading:
             words=WORDS,
         )
         write_table(tmp_path / name, ratings, form=form)
-        back = read_table(tmp_path / name, columns=Columns(words=WORDS)).ratings
+        back = read_table(tmp_path / name, columns=RatingColumns(words=WORDS)).ratings
         assert back.sha256 == ratings.sha256
         assert [path.name for path in tmp_path.iterdir()] == [name]
 
@@ -165,14 +165,14 @@ class TestReading:
         rater, item, word = zip(*rows, strict=True)
         ratings = Ratings(rater, item, word, np.array(list(rows.values()), float), words=WORDS)
         write_table(tmp_path / f"r{suffix}", ratings, form=form)
-        back = read_table(tmp_path / f"r{suffix}", columns=Columns(words=WORDS)).ratings
+        back = read_table(tmp_path / f"r{suffix}", columns=RatingColumns(words=WORDS)).ratings
         assert back.sha256 == ratings.sha256
 
     def test_means_keep_every_digit(self, tmp_path):
         scale = Scale("means", 1, 7)
         ratings = Ratings(("mean",), ("p",), ("rough",), np.array([10 / 3]), scale)
         write_table(tmp_path / "r.csv", ratings, form="wide")
-        back = read_table(tmp_path / "r.csv", scale=scale, columns=Columns(words=("rough",)))
+        back = read_table(tmp_path / "r.csv", scale=scale, columns=RatingColumns(words=("rough",)))
         assert back.ratings.sha256 == ratings.sha256
 
 
@@ -243,7 +243,8 @@ def test_files_that_are_no_tables_are_refused(tmp_path):
         read_table(write(tmp_path / "r.parquet", LONG))
     with pytest.raises(DataError, match="has no column 'Value', but rater"):
         read_table(
-            write(tmp_path / "r.csv", LONG), columns=Columns(named={"score": "Value"}, ignored=("score",))
+            write(tmp_path / "r.csv", LONG),
+            columns=RatingColumns(named={"score": "Value"}, ignored=("score",)),
         )
 
 
@@ -257,7 +258,7 @@ def test_files_that_are_no_tables_are_refused(tmp_path):
 )
 def test_columns_that_cannot_be_meant_are_refused(changes, says):
     with pytest.raises(ParameterError, match=says):
-        Columns(**changes)
+        RatingColumns(**changes)
 
 
 def test_a_scale_has_a_name_or_two_ends():

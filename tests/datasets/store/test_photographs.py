@@ -30,7 +30,7 @@ from tactogram.datasets.splits.photograph_splitting import cut_photograph
 from tactogram.datasets.store import stored_photographs
 from tactogram.datasets.store.store import Store, problems
 from tactogram.errors import DataError, LeakError, ParameterError
-from tactogram.recipe import Prepare
+from tactogram.recipe import Preparation
 from tactogram.signal import Image, Signal
 
 PARTS = ("train", "validation", "test")
@@ -60,7 +60,7 @@ def by_recording(store, **changes):
 
 
 def examples(store, split, part):
-    return Examples(store, split.parts[part], Prepare(), photographs=split.photographs[part])
+    return Examples(store, split.parts[part], Preparation(), photographs=split.photographs[part])
 
 
 # The store
@@ -292,7 +292,7 @@ def test_a_part_of_a_registered_photograph_is_registered_to_nothing(tmp_path):
         for example in examples(store, split, part):
             assert example.condition["image"].mm_per_pixel is None
             assert {image.mm_per_pixel for image in example.photographs} == {0.1}
-    assert Examples(store, split.train, Prepare())[0].condition["image"].mm_per_pixel == 0.1
+    assert Examples(store, split.train, Preparation())[0].condition["image"].mm_per_pixel == 0.1
 
 
 def test_blocks_of_one_long_recording_have_regions_of_its_photograph(tmp_path):
@@ -396,7 +396,7 @@ def test_photographs_are_decoded_only_when_asked_for(tmp_path, monkeypatch):
 
 def test_without_a_split_of_photographs_examples_are_as_they_were(tmp_path):
     store = store_of(tmp_path, {"cork": 3}, images={"cork": picture(5)})
-    [example, *_] = Examples(store, [Segment(info.id) for info in store.index], Prepare())
+    [example, *_] = Examples(store, [Segment(info.id) for info in store.index], Preparation())
     assert len(example.photographs) == 0
     np.testing.assert_array_equal(example.condition["image"].pixels, picture(5).pixels)
 

@@ -7,8 +7,8 @@ from scipy.signal import lfilter
 from tactogram.errors import ParameterError
 from tactogram.evaluation.generation.comparison import GenerationResult
 from tactogram.evaluation.generation.measures import TITLES
-from tactogram.evaluation.generation.protocol import judge
-from tactogram.evaluation.generation.segments import Pieces, plan_pieces
+from tactogram.evaluation.generation.protocol import evaluate_generation
+from tactogram.evaluation.generation.segments import PiecePlan, plan_pieces
 from tactogram.evaluation.measures import SIGNAL_MEASURES
 from tactogram.signal import Signal
 
@@ -73,7 +73,7 @@ TRAIN, TEST = drawn(0, 6), drawn(100, 3)
 def result():
     copies = {name: [s.cut(0) for s in members] for name, members in TRAIN.items()}
     sets = {"model": drawn(200, 6), "other": shifted(drawn(300, 6)), "copies": copies}
-    return judge(sets, train=TRAIN, test=TEST, embed=embed, classifier=Told())
+    return evaluate_generation(sets, train=TRAIN, test=TEST, embed=embed, classifier=Told())
 
 
 def test_real_signals_passed_off_as_the_models_land_at_the_floor(result):
@@ -139,7 +139,7 @@ def test_the_nearest_other_material_lies_between_floor_and_ceiling(result):
 def test_threads_and_the_name_of_the_model_change_nothing(result):
     sets = {"model": drawn(200, 6)}
     sets["same"] = sets["model"]
-    alone = judge(sets, train=TRAIN, test=TEST, embed=embed, classifier=Told(), workers=1)
+    alone = evaluate_generation(sets, train=TRAIN, test=TEST, embed=embed, classifier=Told(), workers=1)
     for name, rows in alone.values.items():
         for material, row in rows.items():
             assert row["same"] == row["model"] == pytest.approx(result.values[name][material]["model"])
@@ -147,7 +147,9 @@ def test_threads_and_the_name_of_the_model_change_nothing(result):
 
 def test_one_material_and_one_recording_have_a_floor_and_no_ceiling():
     train, test = {"cork": TRAIN["cork"]}, {"cork": TEST["cork"][:1]}
-    found = judge({"model": {"cork": [texture("cork", 5)]}}, train=train, test=test, embed=embed)
+    found = evaluate_generation(
+        {"model": {"cork": [texture("cork", 5)]}}, train=train, test=test, embed=embed
+    )
     row = found.overall["log_spectral_distance_db"]
     assert row["floor"] > 0
     assert row["ceiling"] is None
@@ -160,15 +162,17 @@ def test_one_material_and_one_recording_have_a_floor_and_no_ceiling():
 def test_materials_that_are_not_tested_still_are_other_materials():
     test = {"cork": TEST["cork"]}
     train = {**TRAIN, "silk": [texture("felt", 0, seconds=1)]}  # too short for the pieces
-    found = judge({"model": {"cork": drawn(200, 6)["cork"]}}, train=train, test=test, embed=embed)
-    everything = judge({"model": drawn(200, 6)}, train=TRAIN, test=TEST, embed=embed)
+    found = evaluate_generation(
+        {"model": {"cork": drawn(200, 6)["cork"]}}, train=train, test=test, embed=embed
+    )
+    everything = evaluate_generation({"model": drawn(200, 6)}, train=TRAIN, test=TEST, embed=embed)
     for name, rows in found.values.items():
         assert rows["cork"] == everything.values[name]["cork"]
 
 
 def test_one_axis_has_no_coherence_and_short_pieces_say_what_is_left_out():
     one, other, made = (drawn(s, 3, seconds=0.4, axes=1) for s in (0, 10, 20))
-    found = judge({"model": made}, train=one, test=other)
+    found = evaluate_generation({"model": made}, train=one, test=other)
     assert "coherence_distance" not in found.values
     assert "log_spectral_distance_db" in found.values
     assert "envelope_spectrum_distance_db" not in found.values
@@ -199,17 +203,17 @@ def test_pieces_fit_the_recordings(lengths, seconds, count):
 def test_what_is_missing_or_does_not_fit_is_said():
     some = {"cork": TRAIN["cork"]}
     with pytest.raises(ParameterError, match="sets must hold 'model'"):
-        judge({"x": some}, train=some, test=some)
+        evaluate_generation({"x": some}, train=some, test=some)
     with pytest.raises(ParameterError, match="test must hold a recording"):
-        judge({"model": some}, train=some, test={})
+        evaluate_generation({"model": some}, train=some, test={})
     with pytest.raises(ParameterError, match="train must hold a signal of cork"):
-        judge({"model": some}, train={"cork": []}, test=some)
+        evaluate_generation({"model": some}, train={"cork": []}, test=some)
     with pytest.raises(ParameterError, match="model must hold a signal of cork"):
-        judge({"model": {}}, train=some, test=some)
+        evaluate_generation({"model": {}}, train=some, test=some)
     with pytest.raises(ParameterError, match="got 2 kinds"):
-        judge({"model": {"cork": [texture("cork", 0, axes=1)]}}, train=some, test=some)
+        evaluate_generation({"model": {"cork": [texture("cork", 0, axes=1)]}}, train=some, test=some)
     with pytest.raises(ParameterError, match="pieces of 2 s are needed, the signals hold 1"):
-        judge({"model": {"cork": [texture("cork", 0, seconds=2)]}}, train=some, test=some)
+        evaluate_generation({"model": {"cork": [texture("cork", 0, seconds=2)]}}, train=some, test=some)
 
 
 def test_a_position_by_hand():
@@ -247,4 +251,4 @@ def test_pieces_that_mean_nothing_are_refused():
     with pytest.raises(ParameterError, match="most >= 1"):
         plan_pieces(TRAIN, TEST, most=0)
     with pytest.raises(ParameterError, match="are needed"):
-        Pieces(2.0, 99).cut(TRAIN["cork"])
+        PiecePlan(2.0, 99).cut(TRAIN["cork"])

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from tactogram.evaluation.generation.comparison import GenerationResult
-from tactogram.evaluation.generation.report import generation_sections, overview_figure, standing_figure
-from tactogram.evaluation.report import Picture, Sound, Table, Text, write_report
+from tactogram.evaluation.generation.report import generation_sections, overview_figure, position_figure
+from tactogram.evaluation.report import ReportFigure, ReportSound, ReportTable, ReportText, write_report
 from tactogram.signal import Signal
 
 
@@ -49,7 +49,7 @@ def test_the_map_shows_positions_and_where_there_is_none():
 
 
 def test_far_out_is_drawn_at_the_edge_and_a_baseline_that_is_the_model_once():
-    axes = standing_figure(RESULT).axes[0]
+    axes = position_figure(RESULT).axes[0]
     labels = [text.get_text() for text in axes.get_legend().get_texts()]
     assert labels == ["model", "replay"]
     drawn = np.concatenate([points.get_offsets()[:, 0] for points in axes.collections])
@@ -58,17 +58,17 @@ def test_far_out_is_drawn_at_the_edge_and_a_baseline_that_is_the_model_once():
 
 def test_the_sections_say_what_is_worse_and_what_is_beyond(tmp_path):
     blocks = {section.title: section.blocks for section in sections()}
-    summary = next(b.text for b in blocks["Where it stands"] if isinstance(b, Text))
+    summary = next(b.text for b in blocks["Where it stands"] if isinstance(b, ReportText))
     assert "Of 3 figures" in summary
     assert "0 are at the floor or better, 2 between floor and ceiling, 1 beyond" in summary
     assert "Worse than replay in log spectral and recall" in summary
     assert "ar_texture" not in summary
-    (beyond,) = (b for b in blocks["Every material, every measure"] if isinstance(b, Table))
+    (beyond,) = (b for b in blocks["Every material, every measure"] if isinstance(b, ReportTable))
     assert beyond.rows == [("log-spectral distance", 1, "b")]
     (against,) = blocks["Beside the baselines"]
     assert against.rows[0][1] == pytest.approx(-4.0)
-    assert sum(isinstance(b, Sound) for b in blocks["To look at and listen to"]) == 2 * 4
-    assert sum(isinstance(b, Picture) for b in blocks["To look at and listen to"]) == 1 + 2
+    assert sum(isinstance(b, ReportSound) for b in blocks["To look at and listen to"]) == 2 * 4
+    assert sum(isinstance(b, ReportFigure) for b in blocks["To look at and listen to"]) == 1 + 2
     assert "Something was left out." in [b.text for b in blocks["How it was judged"]]
     page = write_report(
         tmp_path / "r.html", title="t", summary="s", sections=sections(), simulated=False

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tactogram.evaluation.mixing.ladder import Mixes
+from tactogram.evaluation.mixing.ladder import MixSeries
 from tactogram.evaluation.mixing.placement import positions
 from tactogram.signal import Signal
 
@@ -17,7 +17,7 @@ def mixes(levels_db, **changes):
     steps = [[noise(level, 10 * k + i) for i in range(4)] for k, level in enumerate(levels_db)]
     start, end = ([noise(level, 900 + level + 30 * i) for i in range(4)] for level in (0, 20))
     ladder = positions(steps, start, end)
-    made = Mixes("cork", "tile", "sum", tuple(s[0] for s in steps), ladder, None, None, simulated=True)
+    made = MixSeries("cork", "tile", "sum", tuple(s[0] for s in steps), ladder, None, None, simulated=True)
     return replace(made, **changes)
 
 

@@ -6,7 +6,7 @@ from scipy.signal import lfilter
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.mixing.ordering import order_of
-from tactogram.evaluation.mixing.placement import OVERALL, EndsAlikeError, positions
+from tactogram.evaluation.mixing.placement import OVERALL, IndistinctEndsError, positions
 from tactogram.evaluation.mixing.texture_features import texture_features
 from tactogram.signal import Signal
 
@@ -218,7 +218,7 @@ def test_the_unit_of_all_signals_changes_nothing(gain, seed):
 
 def test_ends_that_are_alike_have_an_error_of_their_own():
     steps, start, _ = louder([0, 1])
-    with pytest.raises(EndsAlikeError):
+    with pytest.raises(IndistinctEndsError):
         positions(steps, start, draw(white, 77))
 
 

@@ -13,9 +13,9 @@ from tactogram.evaluation.measures import frechet_distance
 from tactogram.evaluation.pictures.distances import (
     MEANINGLESS,
     MEASURES,
-    PictureJudge,
+    PictureEvaluator,
     PictureWeights,
-    judge_pictures,
+    evaluate_pictures,
 )
 from tactogram.evaluation.pictures.networks import Fid, Lpips, TrunkDistance
 from tactogram.features.spectrogram_picture import SpectrogramPicture
@@ -180,7 +180,7 @@ def test_the_trunk_tells_unlike_pictures_apart():
 
 
 def test_random_weights_are_marked_as_meaningless():
-    found = judge_pictures(pictures(2, 1), pictures(2, 2), PICTURE, weights=PictureWeights(random=True))
+    found = evaluate_pictures(pictures(2, 1), pictures(2, 2), PICTURE, weights=PictureWeights(random=True))
     assert f"lpips{MEANINGLESS}" in found.values
     assert f"fid{MEANINGLESS}" in found.values
     assert "lpips" not in found.values
@@ -189,7 +189,7 @@ def test_random_weights_are_marked_as_meaningless():
 
 def test_what_cannot_be_had_is_missing_and_never_replaced(tmp_path, monkeypatch):
     monkeypatch.setattr(torch.hub, "get_dir", lambda: str(tmp_path))
-    found = judge_pictures(pictures(2, 1), pictures(2, 2), PICTURE)
+    found = evaluate_pictures(pictures(2, 1), pictures(2, 2), PICTURE)
     assert set(found.missing) == {"lpips", "fid"}
     assert set(found.values) == set(MEASURES) - {"lpips", "fid"}
     assert "alexnet-owt" in found.missing["lpips"]
@@ -199,7 +199,7 @@ def test_what_cannot_be_had_is_missing_and_never_replaced(tmp_path, monkeypatch)
 
 
 def test_our_measures_by_hand():
-    judge = PictureJudge(PICTURE, networks=False)
+    judge = PictureEvaluator(PICTURE, networks=False)
     real = torch.zeros(2, 1, 32, 32)
     louder = real + 0.2  # 0.2 of 2 is 10 dB of 100
     found = judge(real, louder).values
@@ -216,14 +216,14 @@ def test_our_measures_by_hand():
 
 
 def test_order_in_time_does_not_count_in_the_log_spectral_distance():
-    judge = PictureJudge(PICTURE, networks=False)
+    judge = PictureEvaluator(PICTURE, networks=False)
     real = pictures(2)
     assert judge(real, real.flip(-1)).values["log_spectral_distance_db"] == pytest.approx(0, abs=1e-5)
     assert judge(real, real.flip(-2)).values["log_spectral_distance_db"] > 1
 
 
 def test_bad_input_is_one_line():
-    judge = PictureJudge(PICTURE, networks=False)
+    judge = PictureEvaluator(PICTURE, networks=False)
     with pytest.raises(ParameterError, match=r"as many pictures of one size"):
         judge(pictures(2), pictures(3))
     with pytest.raises(ParameterError, match=r"-1..1"):

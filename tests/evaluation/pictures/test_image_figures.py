@@ -5,7 +5,7 @@ import torch
 from tactogram.errors import ParameterError
 from tactogram.evaluation.pictures import image_quality
 from tactogram.evaluation.pictures.image_figures import (
-    GeneratedRow,
+    GeneratorRow,
     TradeOff,
     generated_figure,
     trade_off_figure,
@@ -24,7 +24,7 @@ class Distance:
 def row(count=3):
     pixels = np.random.default_rng(0).integers(0, 256, (2, count, 8, 8, 3), np.uint8)
     losses = {name: [(n, 1.0 / n) for n in range(1, 50)] for name in ("generator", "discriminator")}
-    return GeneratedRow("weight 1", [[Image(p) for p in trial] for trial in pixels], losses)
+    return GeneratorRow("weight 1", [[Image(p) for p in trial] for trial in pixels], losses)
 
 
 def test_every_image_and_loss_is_drawn():

@@ -4,7 +4,7 @@ import torch
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import log_spectral_distance
-from tactogram.evaluation.pictures.inversion import Loss, inversion_loss, invert, mean_loss
+from tactogram.evaluation.pictures.inversion import InversionLoss, inversion_loss, invert, mean_loss
 from tactogram.features.spectrogram_picture import SpectrogramPicture
 from tactogram.signal import Signal
 from tactogram.signal.filters import bandpass, resample
@@ -67,8 +67,13 @@ def test_the_floor_is_the_distance_of_other_real_signals():
 
 
 def test_the_mean_is_over_materials():
-    mean = mean_loss([{"a": Loss(1.0, 2.0, 4.0), "b": Loss(1.0, 1.0, 1.0)}, {"a": Loss(None, 4.0, 8.0)}])
-    assert mean == {"a": Loss(None, 3.0, 6.0)}
+    mean = mean_loss(
+        [
+            {"a": InversionLoss(1.0, 2.0, 4.0), "b": InversionLoss(1.0, 1.0, 1.0)},
+            {"a": InversionLoss(None, 4.0, 8.0)},
+        ]
+    )
+    assert mean == {"a": InversionLoss(None, 3.0, 6.0)}
     assert mean["a"].network == 3
     assert mean["a"].share_of_inversion == 0.5
 

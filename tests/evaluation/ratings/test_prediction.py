@@ -6,7 +6,7 @@ import pytest
 from tactogram.errors import ParameterError
 from tactogram.evaluation.ratings.figures import prediction_figure, word_map_figure
 from tactogram.evaluation.ratings.prediction import (
-    Predicted,
+    PredictedRatings,
     distances_to_targets,
     one_rater_error,
     split_half_error,
@@ -28,7 +28,7 @@ def predicted(error=0.2, repeats=2, seed=0):
     truth = np.repeat(cube.mean(1)[None], repeats, axis=0)
     scores = truth + error * rng.choice([-1.0, 1.0], truth.shape)
     constant = np.broadcast_to(truth.mean(1, keepdims=True), truth.shape)
-    return Predicted(WORDS, [f"i{n}" for n in range(30)], scores, constant, truth, cube)
+    return PredictedRatings(WORDS, [f"i{n}" for n in range(30)], scores, constant, truth, cube)
 
 
 def test_error_is_the_mean_over_items_beside_that_of_a_constant_guess():
@@ -45,7 +45,7 @@ def test_error_is_the_mean_over_items_beside_that_of_a_constant_guess():
 
 def test_a_model_that_says_the_constant_is_not_better_than_it():
     found = predicted()
-    same = Predicted(WORDS, found.items, found.constant, found.constant, found.truth, found.cube)
+    same = PredictedRatings(WORDS, found.items, found.constant, found.constant, found.truth, found.cube)
     row = same.as_dict()["mean"]
     assert row["mae"] == row["constant_mae"]
     assert row["p_against_constant"] is None
@@ -56,7 +56,7 @@ def test_items_that_were_not_predicted_count_nowhere():
     found = predicted(repeats=1)
     scores = found.scores.copy()
     scores[0, 20:] = np.nan
-    part = Predicted(WORDS, found.items, scores, found.constant, found.truth, found.cube)
+    part = PredictedRatings(WORDS, found.items, scores, found.constant, found.truth, found.cube)
     assert part.as_dict()["mean"]["mae"] == pytest.approx(0.2)
     by_hand = np.abs(found.constant - found.truth)[0, :20].mean()
     assert part.as_dict()["mean"]["constant_mae"] == pytest.approx(by_hand)
@@ -67,7 +67,9 @@ def test_a_repetition_whose_judges_all_left_a_word_out_has_no_part_in_its_spread
     truth, scores = found.truth.copy(), found.scores.copy()
     scores[2] = truth[2] + 0.4
     truth[0, :, 1] = np.nan
-    row = Predicted(WORDS, found.items, scores, found.constant, truth, found.cube).as_dict()["per_word"]
+    row = PredictedRatings(WORDS, found.items, scores, found.constant, truth, found.cube).as_dict()[
+        "per_word"
+    ]
     assert row["sticky"]["mae_sd"] == pytest.approx(np.std([0.2, 0.4], ddof=1))
     assert row["rough"]["mae_sd"] == pytest.approx(np.std([0.2, 0.2, 0.4], ddof=1))
 

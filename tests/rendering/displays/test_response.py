@@ -7,10 +7,10 @@ from pydantic import TypeAdapter, ValidationError
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.displays.catalogue import display_of, open_display
 from tactogram.rendering.displays.response import (
-    Flat,
-    Resonator,
+    FlatResponse,
+    ResonatorResponse,
     ResponseSource,
-    Table,
+    TabulatedResponse,
     inverse,
     read_response,
     write_response,
@@ -20,7 +20,7 @@ F = np.geomspace(10, 1000, 200)
 
 
 def test_a_resonator_has_its_resonance_and_its_plateau():
-    r = Resonator(kind="resonator", unit="m/s^2", gain=4, resonance_hz=65, q=2)
+    r = ResonatorResponse(kind="resonator", unit="m/s^2", gain=4, resonance_hz=65, q=2)
     assert abs(r.at(65.0)) == pytest.approx(8)
     assert abs(r.at(6500.0)) == pytest.approx(4, rel=1e-3)
     octaves = np.abs(r.at(np.array([1.0, 2.0])))
@@ -29,7 +29,7 @@ def test_a_resonator_has_its_resonance_and_its_plateau():
 
 def test_a_table_goes_through_its_points_and_holds_its_ends():
     points = ((20.0, 1.0, 0.5), (100.0, 4.0, 0.0), (500.0, 2.0, -7.0))
-    table = Table(kind="table", unit="m/s^2", points=points)
+    table = TabulatedResponse(kind="table", unit="m/s^2", points=points)
     for f, gain, phase in points:
         assert table.at(f) == pytest.approx(gain * np.exp(1j * phase))
     assert abs(table.at(5.0)) == pytest.approx(1)
@@ -38,7 +38,7 @@ def test_a_table_goes_through_its_points_and_holds_its_ends():
 
 
 def test_the_inverse_undoes_the_response_within_cap_and_band():
-    r = Resonator(kind="resonator", unit="m/s^2", gain=4, resonance_hz=65, q=2)
+    r = ResonatorResponse(kind="resonator", unit="m/s^2", gain=4, resonance_hz=65, q=2)
     inv = inverse(r, F, (20, 800), cap_db=60)
     inside = (F > 24) & (F < 700)
     np.testing.assert_allclose((inv.gain * r.at(F))[inside], 1, atol=1e-9)
@@ -47,14 +47,14 @@ def test_the_inverse_undoes_the_response_within_cap_and_band():
     assert np.abs(capped.gain).max() <= 10 ** (3 / 20) / np.abs(r.at(F)).max() + 1e-12
     assert capped.capped.any()
     with pytest.raises(ParameterError, match="no frequency"):
-        inverse(Flat(kind="flat", unit="m", gain=1), F, (2000, 3000), cap_db=0)
+        inverse(FlatResponse(kind="flat", unit="m", gain=1), F, (2000, 3000), cap_db=0)
 
 
 def test_a_response_survives_its_file(tmp_path):
-    r = Resonator(kind="resonator", unit="m/s^2", gain=4, resonance_hz=65, q=2)
+    r = ResonatorResponse(kind="resonator", unit="m/s^2", gain=4, resonance_hz=65, q=2)
     path = tmp_path / "r.csv"
     write_response(path, F, r.at(F), unit="m/s^2/V", coherence=np.ones(len(F)))
-    table = Table(kind="table", unit="m/s^2", points=read_response(path))
+    table = TabulatedResponse(kind="table", unit="m/s^2", points=read_response(path))
     between = np.sqrt(F[1:] * F[:-1])
     np.testing.assert_allclose(table.at(between), r.at(between), rtol=2e-3)
 
@@ -86,7 +86,7 @@ def test_a_bad_file_is_refused_with_its_place(tmp_path, text, message):
 
 
 def test_a_display_reads_its_response_from_beside_its_file(tmp_path):
-    r = Resonator(kind="resonator", unit="m/s^2", gain=4, resonance_hz=65, q=2)
+    r = ResonatorResponse(kind="resonator", unit="m/s^2", gain=4, resonance_hz=65, q=2)
     write_response(tmp_path / "mine.csv", F, r.at(F), unit="m/s^2/V")
     text = (
         'name = "mine"\ntitle = "mine"\nfamily = "linear"\nrate = 4000\nchannels = ["a"]\nunit = "V"\nlimit = 2\n'

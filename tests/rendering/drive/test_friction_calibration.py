@@ -4,7 +4,7 @@ import statsmodels.api as sm
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.drive.friction_calibration import (
-    Pairs,
+    FrictionMeasurements,
     calibrated,
     read_calibrations,
     read_pairs,
@@ -17,7 +17,7 @@ def simulated_pairs(k_e=2e-5, *, seed=0, noise=0.01, repeats=8, person="p1", exp
     v = np.repeat([0, 40, 60, 80, 100.0], repeats)
     mu = 0.3 * (1 + k_e * v**exponent * 100 ** (2 - exponent) / force)
     wrong = noise * np.random.default_rng(seed).standard_normal(len(v))
-    return Pairs(person, v, mu + wrong, np.full(len(v), force))
+    return FrictionMeasurements(person, v, mu + wrong, np.full(len(v), force))
 
 
 def test_pairs_without_noise_give_their_constants_back():
@@ -54,7 +54,7 @@ def test_another_law_than_the_square_is_seen():
 def test_the_force_of_each_pair_counts():
     v = np.tile([0, 50, 100.0], 6)
     force = np.repeat([0.2, 0.5, 1.0], 6)
-    found = calibrated(Pairs("p", v, 0.3 * (1 + 2e-5 * v**2 / force), force))
+    found = calibrated(FrictionMeasurements("p", v, 0.3 * (1 + 2e-5 * v**2 / force), force))
     assert found.newton_per_v2 == pytest.approx(2e-5)
     assert found.normal_force_n == pytest.approx(force.mean())
 
@@ -62,8 +62,14 @@ def test_the_force_of_each_pair_counts():
 @pytest.mark.parametrize(
     ("pairs", "match"),
     [
-        (Pairs("a", np.array([0, 50, 100.0]), np.array([0.3, 0.35, 0.4]), np.ones(3)), "needs 6 pairs"),
-        (Pairs("a", np.tile([0, 100.0], 5), np.linspace(0.3, 0.4, 10), np.ones(10)), "10 at 2"),
+        (
+            FrictionMeasurements("a", np.array([0, 50, 100.0]), np.array([0.3, 0.35, 0.4]), np.ones(3)),
+            "needs 6 pairs",
+        ),
+        (
+            FrictionMeasurements("a", np.tile([0, 100.0], 5), np.linspace(0.3, 0.4, 10), np.ones(10)),
+            "10 at 2",
+        ),
         (simulated_pairs(k_e=0.0), "does not rise"),
         (simulated_pairs(k_e=-2e-6), "does not rise"),
     ],

@@ -6,7 +6,7 @@ import pytest
 from tactogram.errors import ParameterError
 from tactogram.rendering.drive.axes import combined
 from tactogram.rendering.drive.level import Level, parse_level
-from tactogram.rendering.drive.report import Report, percent, signal_facts
+from tactogram.rendering.drive.report import FitReport, percent, signal_facts
 from tactogram.signal import Signal, dft321
 
 
@@ -75,7 +75,7 @@ def test_what_cannot_be_combined_is_refused():
 
 def test_a_report_with_something_that_is_no_json_is_a_defect():
     facts = signal_facts(three())
-    report = Report("d", "linear", {"asked": "physical"}, facts, facts, facts={"x": float("nan")})
+    report = FitReport("d", "linear", {"asked": "physical"}, facts, facts, facts={"x": float("nan")})
     with pytest.raises(ValueError, match="JSON compliant"):
         report.as_json()
     assert "clipped: nothing" in report.as_text()

@@ -8,7 +8,7 @@ from hypothesis.extra import numpy as hnp
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import display_of
-from tactogram.rendering.drive.safety import Guard, fade_window, safe
+from tactogram.rendering.drive.safety import DriveGuard, fade_window, safe
 from tactogram.signal import Signal
 
 
@@ -84,8 +84,8 @@ def test_a_drive_that_is_not_the_displays_is_a_defect():
     st.lists(st.integers(1, 60), min_size=1, max_size=8),
 )
 def test_blocks_change_nothing_in_a_guarded_stream(samples, cuts):
-    whole = Guard(display()).process(samples)
-    guard, parts, at = Guard(display()), [], 0
+    whole = DriveGuard(display()).process(samples)
+    guard, parts, at = DriveGuard(display()), [], 0
     for cut in [*cuts, 300]:
         parts.append(guard.process(samples[:, at : at + cut]))
         at += cut
@@ -94,7 +94,7 @@ def test_blocks_change_nothing_in_a_guarded_stream(samples, cuts):
 
 
 def test_a_fault_fades_to_rest_and_stays_there_until_reset():
-    guard = Guard(display(dc=True))
+    guard = DriveGuard(display(dc=True))
     on = guard.process(np.full((2, 100), 0.5))
     assert on[0, -1] == pytest.approx(0.5)
     bad = np.full((2, 100), 0.5)
@@ -110,7 +110,7 @@ def test_a_fault_fades_to_rest_and_stays_there_until_reset():
 
 
 def test_a_lost_connection_fades_to_rest_and_comes_back_with_a_fade():
-    guard = Guard(display(dc=True))
+    guard = DriveGuard(display(dc=True))
     sent = [guard.process(np.full((2, 40), 0.5)), guard.missing(10), guard.missing(60)]
     sent.append(guard.process(np.full((2, 40), -0.5)))
     x = np.concatenate(sent, axis=1)
@@ -120,10 +120,10 @@ def test_a_lost_connection_fades_to_rest_and_comes_back_with_a_fade():
 
 
 def test_a_guarded_stream_has_no_dc_where_it_is_forbidden():
-    sent = Guard(display()).process(np.full((2, 1000), 0.5))
+    sent = DriveGuard(display()).process(np.full((2, 1000), 0.5))
     assert np.abs(sent[:, -100:]).max() < 1e-3
 
 
 def test_a_guard_refuses_another_number_of_channels():
     with pytest.raises(ParameterError, match=r"\(2, time\)"):
-        Guard(display()).process(np.zeros((3, 5)))
+        DriveGuard(display()).process(np.zeros((3, 5)))

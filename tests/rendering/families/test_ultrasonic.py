@@ -16,7 +16,7 @@ from tactogram.rendering.drive.modulation import (
 )
 from tactogram.rendering.families.ultrasonic import Settings, modulated
 from tactogram.rendering.transducer.circuit import Transducer
-from tactogram.rendering.transducer.simulation import demodulated, recovered_envelope, simulate_waveform
+from tactogram.rendering.transducer.simulation import demodulated, simulate_envelope, simulate_waveform
 from tactogram.signal import Signal
 
 
@@ -83,7 +83,7 @@ def test_pre_emphasis_comes_back_flat_to_the_reported_bandwidth(q, cap, part):
     slow, fast = 10, max(15.0, 5 * np.floor(part * flat / 5))
     both = Signal(tone(slow).samples + 0.3 * tone(fast).samples, 8000, "m/s^2")
     drive, facts = modulated(both, s, rate=rate, fade_s=0)
-    heard = recovered_envelope(Transducer(q=q), drive).samples[0][-round(0.3 * rate) : -round(0.1 * rate)]
+    heard = simulate_envelope(Transducer(q=q), drive).samples[0][-round(0.3 * rate) : -round(0.1 * rate)]
     if fast <= facts["transducer"]["flat_to_hz"]:
         ratio = amplitude(heard, fast, rate) / amplitude(heard, slow, rate)
         assert 20 * np.log10(ratio / 0.3) == pytest.approx(0, abs=0.1)
@@ -95,7 +95,7 @@ def test_pre_emphasis_comes_back_flat_to_the_reported_bandwidth(q, cap, part):
 def test_without_pre_emphasis_a_tone_at_the_cutoff_falls_by_3_db():
     s = Settings(q=100, output="envelope", depth=0.5)
     drive, facts = modulated(tone(141), s, rate=48_000, fade_s=0)
-    heard = recovered_envelope(Transducer(q=100), drive).samples[0][-9600:]
+    heard = simulate_envelope(Transducer(q=100), drive).samples[0][-9600:]
     assert facts["transducer"]["minus_3_db_hz"] == pytest.approx(141)
     assert facts["transducer"]["flat_to_hz"] == 0
     lost = 20 * np.log10(amplitude(heard, 141, 48_000) / (0.5 * facts["carrier_v"]))
@@ -105,7 +105,7 @@ def test_without_pre_emphasis_a_tone_at_the_cutoff_falls_by_3_db():
 def test_the_reported_depth_is_that_which_arrives():
     s = Settings(q=100, pre_emphasis=True, output="envelope")
     drive, facts = modulated(tone(500), s, rate=48_000, fade_s=0)
-    heard = recovered_envelope(Transducer(q=100), drive).samples[0][-9600:]
+    heard = simulate_envelope(Transducer(q=100), drive).samples[0][-9600:]
     depth = amplitude(heard, 500, 48_000) / facts["carrier_v"]
     assert facts["recovered_depth"] == pytest.approx(depth, rel=0.02)
     assert facts["recovered_depth"] == pytest.approx(1 / abs(1 + 500j / 141), rel=0.07)
@@ -171,7 +171,7 @@ def test_a_waveform_through_the_simulated_transducer_has_its_envelope():
     drive, _ = modulated(texture(), s, rate=500_000)
     e, _ = modulated(texture(), s.model_copy(update={"output": "envelope"}), rate=50_000)
     heard = demodulated(simulate_waveform(Transducer(q=100), drive), carrier_hz=28_200, band_hz=4000)
-    wanted = recovered_envelope(Transducer(q=100), e)
+    wanted = simulate_envelope(Transducer(q=100), e)
     # Straight lines between the samples of 500 kHz lose 1 % of the carrier.
     np.testing.assert_allclose(heard.samples[0][::10], wanted.samples[0], atol=0.015 * wanted.samples.max())
 

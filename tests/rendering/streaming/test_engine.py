@@ -7,9 +7,9 @@ import pytest
 from scipy import signal as dsp
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.streaming.contact import ContactSettings, Transients
+from tactogram.rendering.streaming.contact import ActiveTransients, ContactSettings
 from tactogram.rendering.streaming.engine import Engine
-from tactogram.rendering.streaming.motion import MotionSettings, Tap, Weights
+from tactogram.rendering.streaming.motion import MixWeights, MotionSettings, Tap
 from tactogram.rendering.streaming.simulated_hand import SimulatedHand
 from tactogram.rendering.streaming.surface import SurfaceTexture, looped
 from tactogram.rendering.streaming.texture_table import TextureTable, summed
@@ -238,7 +238,7 @@ def test_a_tap_message_needs_no_contact(texture, script):
 
 def test_a_transient_is_the_decaying_sine_of_its_settings():
     settings = ContactSettings(frequency_hz=200, decay_s=0.01, gain=2.0)
-    transients = Transients(settings, RATE)
+    transients = ActiveTransients(settings, RATE)
     transients.start(1.5, 1.0)
     whole = np.zeros((1, 800), np.float32)
     transients.add(whole, 800)
@@ -268,7 +268,7 @@ def test_weights_glide_while_it_plays(resonance, script, rendered):
 
     class Changing(script):
         def poll(self, now_s):
-            return [*super().poll(now_s), *([Weights({"low": 0.0, "high": 1.0})] if now_s == 2.0 else [])]
+            return [*super().poll(now_s), *([MixWeights({"low": 0.0, "high": 1.0})] if now_s == 2.0 else [])]
 
     moving = engine(made, Changing(lambda t: 100 * t), weights={"low": 1.0, "high": 0.0})
     samples, _ = rendered(moving, 4.0)
@@ -280,7 +280,7 @@ def test_weights_glide_while_it_plays(resonance, script, rendered):
 def test_an_unknown_name_in_a_mix_that_comes_with_the_motion_is_counted(texture, script):
     class Wrong(script):
         def poll(self, now_s):
-            return [Weights({"nothing": 1.0})]
+            return [MixWeights({"nothing": 1.0})]
 
     moving = engine([texture()], Wrong(lambda t: 0.0))
     moving.render(0.0)

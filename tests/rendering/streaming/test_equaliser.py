@@ -8,13 +8,13 @@ from scipy import signal as dsp
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
-from tactogram.rendering.displays.response import Resonator
+from tactogram.rendering.displays.response import ResonatorResponse
 from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.drive.level import parse_level
 from tactogram.rendering.streaming.equaliser import WITHIN_DB, Equaliser, _cut, _impulse, equaliser
 from tactogram.rendering.streaming.output import DisplayOutput, equalised
 from tactogram.rendering.transducer.circuit import Transducer
-from tactogram.rendering.transducer.simulation import recovered_envelope
+from tactogram.rendering.transducer.simulation import simulate_envelope
 from tactogram.signal import Signal
 
 
@@ -66,7 +66,7 @@ def test_a_streamed_envelope_arrives_flat_up_to_the_end_of_the_band(q):
         display = equalised(open_display("ultrasonic-envelope", changes={"ultrasonic.q": q}), on=on)
         signal, f = tones(display, 10, 980, level=0.1)
         drive, _ = streamed(display, signal)
-        heard = recovered_envelope(Transducer(q=q), Signal(drive, display.rate, "V")).samples[0]
+        heard = simulate_envelope(Transducer(q=q), Signal(drive, display.rate, "V")).samples[0]
         carrier = display.settings.carrier_v
         arriving = decibels(heard / carrier - 1, signal.samples[0], f, display.rate)
         if on:
@@ -94,7 +94,7 @@ def test_what_lies_outside_of_the_band_is_not_driven():
     cuts=st.lists(st.integers(1, 90), min_size=1, max_size=8),
 )
 def test_any_resonance_is_made_up_for_and_cutting_changes_nothing(resonance, q, cap_db, cuts):
-    response = Resonator(kind="resonator", unit="m/s^2", gain=3.0, resonance_hz=resonance, q=q)
+    response = ResonatorResponse(kind="resonator", unit="m/s^2", gain=3.0, resonance_hz=resonance, q=q)
     most = np.abs(response.at(np.geomspace(20, 1000, 500))).max() / 10 ** (cap_db / 20)
     design = equaliser(
         8000, (20, 1000), lambda f: 1 / np.maximum(np.abs(response.at(f)), most), checked=(23, 890)

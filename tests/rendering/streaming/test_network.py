@@ -15,9 +15,9 @@ from tactogram.rendering.streaming import packets
 from tactogram.rendering.streaming.backends import Clock, run_clocked
 from tactogram.rendering.streaming.contact import ContactSettings
 from tactogram.rendering.streaming.engine import Engine
-from tactogram.rendering.streaming.motion import MotionSample, Tap, Weights
+from tactogram.rendering.streaming.motion import MixWeights, MotionSample, Tap
 from tactogram.rendering.streaming.network import NetworkBlocks, NetworkMotion, parse_address
-from tactogram.rendering.streaming.packets import NO_MOTION, BlockPacket, Received
+from tactogram.rendering.streaming.packets import NO_MOTION, BlockPacket, ReceivedPacket
 from tactogram.rendering.streaming.stream import Stream
 from tactogram.rendering.streaming.texture_table import TextureTable
 from tactogram.rendering.streaming.textures import AutoregressiveTexture
@@ -51,15 +51,15 @@ NAME = "körk".encode()
     [
         (b"TGTA" + struct.pack("<HHIdf", 1, 0, 2, 2.5, 0.5), Tap(9.0, 0.5)),
         (TAP, Tap(9.0, 0.5)),
-        (b"TGMX" + struct.pack("<HHIdf", 1, len(NAME), 2, 2.5, 0.25) + NAME, Weights({"körk": 0.25})),
+        (b"TGMX" + struct.pack("<HHIdf", 1, len(NAME), 2, 2.5, 0.25) + NAME, MixWeights({"körk": 0.25})),
         (
             b"/tactogram/1/mix\0\0\0\0" + b",idsf\0\0\0" + struct.pack(">id8sf", 2, 2.5, NAME, 0.25),
-            Weights({"körk": 0.25}),
+            MixWeights({"körk": 0.25}),
         ),
     ],
 )
 def test_a_tap_and_a_mix_are_read_from_the_documented_bytes(packet, message):
-    assert packets.parse(packet, 9.0) == [Received(2, message)]
+    assert packets.parse(packet, 9.0) == [ReceivedPacket(2, message)]
 
 
 @pytest.mark.parametrize("motion", [packets.motion_packet, packets.motion_message])
@@ -97,7 +97,7 @@ def test_a_bundle_may_say_several_things():
 )
 def test_random_bytes_are_never_more_than_not_understood(rest, head):
     found = packets.parse(head + rest, 0.0)
-    assert found is None or all(isinstance(one, Received) for one in found)
+    assert found is None or all(isinstance(one, ReceivedPacket) for one in found)
     packets.parse_block(b"TGBL" + rest)
     packets.parse_block(b"/tactogram/1/block" + rest)
 

@@ -19,7 +19,7 @@ from tactogram.rendering.drive.level import parse_level
 from tactogram.rendering.streaming import backends
 from tactogram.rendering.streaming.backends import (
     Clock,
-    Puller,
+    FrameReader,
     quiet,
     run_audio,
     run_clocked,
@@ -219,7 +219,7 @@ def test_ten_textures_are_one_mix(engine):
 @pytest.mark.parametrize("frames", [7, 40, 64, 441])
 def test_a_device_may_ask_for_any_number_of_frames(engine, frames):
     clock = Clock()
-    puller = Puller(Stream(engine(), record_s=1.0), clock)
+    puller = FrameReader(Stream(engine(), record_s=1.0), clock)
     pulled = np.concatenate([puller.pull(frames) for _ in range(12)])
     assert pulled.shape == (12 * frames, 1)
     stream = puller._stream

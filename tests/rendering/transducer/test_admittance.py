@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tactogram.errors import DeviceError, ParameterError
-from tactogram.rendering.transducer.admittance import MeasuredAdmittance, Probes, Timing
+from tactogram.rendering.transducer.admittance import MeasuredAdmittance, MeasurementTiming, ProbeSettings
 from tactogram.rendering.transducer.circuit import Transducer
 from tactogram.rendering.transducer.resonance_bench import BenchSettings, SimulatedBench
 from tactogram.rendering.transducer.resonance_tracking import ResonanceTracker, TrackingSettings
@@ -15,7 +15,9 @@ def bench(*, transducer=None, seed=0, **values):
 
 
 def measuring(on, *, skew_s=0.0, **timing):
-    return MeasuredAdmittance(on, on, Probes(amps_per_volt=1 / 10, skew_s=skew_s), Timing(**timing))
+    return MeasuredAdmittance(
+        on, on, ProbeSettings(amps_per_volt=1 / 10, skew_s=skew_s), MeasurementTiming(**timing)
+    )
 
 
 @pytest.mark.parametrize("away_hz", [-300, -47, 0, 47, 300])

@@ -9,7 +9,7 @@ from tactogram.rendering.transducer.simulation import (
     TransducerSimulation,
     demodulated,
     lock_in,
-    recovered_envelope,
+    simulate_envelope,
     simulate_waveform,
 )
 from tactogram.signal import Signal
@@ -130,7 +130,7 @@ def line(x, frequency, rate):
 @pytest.mark.parametrize("frequency", [20, 100, 400, 1000])
 def test_over_time_the_envelope_falls_as_over_frequency(q, frequency):
     t = Transducer(q=q)
-    x = recovered_envelope(t, envelope(frequency))
+    x = simulate_envelope(t, envelope(frequency))
     wanted = 0.5 * abs(t.envelope_response(frequency))
     assert line(x.samples[0], frequency, x.rate) == pytest.approx(wanted, rel=2e-3)
     assert x.samples[0, -19_200:].mean(dtype=float) == pytest.approx(1, abs=2e-3)
@@ -138,7 +138,7 @@ def test_over_time_the_envelope_falls_as_over_frequency(q, frequency):
 
 def test_beside_the_resonance_both_sidebands_count():
     t = Transducer(q=300)
-    x = recovered_envelope(t, envelope(60, depth=0.01), carrier_hz=28_230)
+    x = simulate_envelope(t, envelope(60, depth=0.01), carrier_hz=28_230)
     middle = abs(t.motional_admittance(28_230)) * t.r1_ohm
     wanted = 0.01 * middle * abs(sidebands_response(t, 60, 28_230))
     assert x.samples[0, -19_200:].mean(dtype=float) == pytest.approx(middle, rel=2e-3)
@@ -153,7 +153,7 @@ def test_a_waveform_comes_back_as_its_envelope_does():
         simulate_waveform(t, e.with_samples(e.samples * carrier)), carrier_hz=28_200, band_hz=4000
     )
     np.testing.assert_allclose(
-        heard.samples[0, 20_000:-20_000], recovered_envelope(t, e).samples[0, 20_000:-20_000], atol=4e-3
+        heard.samples[0, 20_000:-20_000], simulate_envelope(t, e).samples[0, 20_000:-20_000], atol=4e-3
     )
 
 
@@ -194,6 +194,6 @@ def test_a_lock_in_measures_the_admittance_of_samples():
 
 def test_a_drive_not_in_volts_is_refused():
     with pytest.raises(UnitError, match=r"driven by V, got m/s\^2"):
-        recovered_envelope(preset("free"), Signal(np.ones(10), 1000, "m/s^2"))
+        simulate_envelope(preset("free"), Signal(np.ones(10), 1000, "m/s^2"))
     with pytest.raises(ParameterError, match="simulate its envelope instead"):
         simulate_waveform(preset("free"), Signal(np.ones(10), 48_000, "V"))

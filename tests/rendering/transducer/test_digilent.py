@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from tactogram.errors import DeviceError, MissingExtraError, ParameterError, UnitError
 from tactogram.rendering.families.electrovibration import Settings as ElectrovibrationSettings
 from tactogram.rendering.families.ultrasonic import Settings, modulated
-from tactogram.rendering.transducer.admittance import MeasuredAdmittance, Probes
-from tactogram.rendering.transducer.digilent import AnalogDiscovery, Generator, am_data, generator
-from tactogram.rendering.transducer.digilent_scope import DigilentRecorder, ScopeInputs
+from tactogram.rendering.transducer.admittance import MeasuredAdmittance, ProbeSettings
+from tactogram.rendering.transducer.digilent import AnalogDiscovery, GeneratorSettings, am_data, generator
+from tactogram.rendering.transducer.digilent_scope import DigilentRecorder, ScopeSettings
 from tactogram.signal import Signal
 
 
@@ -153,7 +153,7 @@ class SimulatedScope:
         return Status.DONE if self.polls > 2 else Status.RUNNING
 
 
-WANTED = Generator(carrier_hz=28_200, peak_v=1.1)
+WANTED = GeneratorSettings(carrier_hz=28_200, peak_v=1.1)
 
 
 def opened(module, wanted=WANTED):
@@ -296,12 +296,12 @@ def test_what_a_device_lacks_is_said():
         device.play(envelope())
     with (
         pytest.raises(DeviceError, match="has no generator 2"),
-        opened(SimulatedDwf(channels=1), Generator(carrier_hz=28_200, peak_v=1, channel=2)),
+        opened(SimulatedDwf(channels=1), GeneratorSettings(carrier_hz=28_200, peak_v=1, channel=2)),
     ):
         pass
     with (
         pytest.raises(DeviceError, match="No devices match"),
-        opened(SimulatedDwf(), Generator(carrier_hz=28_200, peak_v=1, serial="missing")),
+        opened(SimulatedDwf(), GeneratorSettings(carrier_hz=28_200, peak_v=1, serial="missing")),
     ):
         pass
     with pytest.raises(DeviceError, match="is not open"):
@@ -370,18 +370,18 @@ def test_its_own_inputs_measure_what_the_generator_sends():
     with opened(module) as device:
         device.hold(0.5, longest_s=30.0)
         recorder = DigilentRecorder(
-            *device.opened_device, ScopeInputs(), name=device.name, sleep=lambda s: None, clock=lambda: 0.0
+            *device.opened_device, ScopeSettings(), name=device.name, sleep=lambda s: None, clock=lambda: 0.0
         )
-        measure = MeasuredAdmittance(device, recorder, Probes(amps_per_volt=0.1, volts_per_volt=10))
+        measure = MeasuredAdmittance(device, recorder, ProbeSettings(amps_per_volt=0.1, volts_per_volt=10))
         assert measure(28_210.0) == pytest.approx(0.02 * 0.1 / 10, rel=1e-6)
         assert recorder.full_scale == (25.0, 2.5)
         assert len(recorder.take(1.0, after_s=0.0)[0]) == 8192
         now = iter([0.0, 1.0, 9.0, 10.0])
         slow = DigilentRecorder(
-            *device.opened_device, ScopeInputs(), name="d", sleep=lambda s: None, clock=lambda: next(now)
+            *device.opened_device, ScopeSettings(), name="d", sleep=lambda s: None, clock=lambda: next(now)
         )
         module.analog_input.read_status = lambda read_data: Status.RUNNING
         with pytest.raises(DeviceError, match="inputs gave nothing"):
             slow.take(0.01, after_s=0.0)
         with pytest.raises(DeviceError, match="has no input 3"):
-            DigilentRecorder(*device.opened_device, ScopeInputs(current=3), name="d")
+            DigilentRecorder(*device.opened_device, ScopeSettings(current=3), name="d")

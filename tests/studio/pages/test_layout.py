@@ -26,7 +26,7 @@ def test_an_error_that_comes_when_its_page_was_left_is_logged(handler, caplog, m
 
     monkeypatch.setattr(layout.ui, "notify", gone)
     with caplog.at_level(logging.WARNING):
-        found = layout.telling(handler)()
+        found = layout.report_errors(handler)()
         if asyncio.iscoroutine(found):
             asyncio.run(found)
     assert [record.getMessage() for record in caplog.records] == [

@@ -16,13 +16,13 @@ import tomli_w
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal
 from tactogram.studio.participants.routes import make_participant_app
-from tactogram.studio.participants.sessions import Sessions
-from tactogram.studio.server.connections import Server
-from tactogram.studio.server.guard import Guard
-from tactogram.studio.server.guard_rules import Guarding
+from tactogram.studio.participants.sessions import SessionRegistry
+from tactogram.studio.server.connections import LimitedServer
+from tactogram.studio.server.guard import RequestGuard
+from tactogram.studio.server.guard_rules import GuardSettings
 
 LOCAL = "http://127.0.0.1"
-SETTINGS = Guarding(body_seconds=1.0)
+SETTINGS = GuardSettings(body_seconds=1.0)
 DESIGNS = {
     "abx": {"kind": "abx", "repeats": 4},
     "rating": {"kind": "rating", "words": ["rough", "dry"]},
@@ -66,7 +66,7 @@ def served_here(app, limits=None, context=None):
     """Serve an application in a thread, over TLS with a context, and give its address."""
     started = threading.Event()
     with socket.create_server(("127.0.0.1", 0)) as listener:
-        server = Server(app, listener, context=context, limits=limits, ready=started.set)
+        server = LimitedServer(app, listener, context=context, limits=limits, ready=started.set)
         thread = threading.Thread(target=server.serve_until_ended, daemon=True)
         thread.start()
         assert started.wait(20)
@@ -79,7 +79,7 @@ def served_here(app, limits=None, context=None):
 def serving(sessions, settings=SETTINGS, limits=None):
     """Give a browser's client to sessions that are served behind the guard."""
     with (
-        served_here(Guard(make_participant_app(sessions), settings), limits) as address,
+        served_here(RequestGuard(make_participant_app(sessions), settings), limits) as address,
         httpx.Client(base_url=address, timeout=20) as client,
     ):
         yield client
@@ -207,13 +207,13 @@ def opened(loop):
 
         def open_study(workspace, design="abx", **changes):
             study = write_study(workspace, design, **changes)
-            sessions = Sessions(workspace, device="null")
+            sessions = SessionRegistry(workspace, device="null")
             stack.callback(sessions.close)
             session = sessions.begin(study, workspace / "session")
             return sessions, session, client_of(sessions)
 
         def client_of(sessions):
-            return InProcess(Guard(make_participant_app(sessions), SETTINGS), loop)
+            return InProcess(RequestGuard(make_participant_app(sessions), SETTINGS), loop)
 
         open_study.client_of = client_of
         yield open_study

@@ -6,13 +6,13 @@ import sys
 from pathlib import Path
 
 from tactogram.studio.participants.routes import make_participant_app
-from tactogram.studio.participants.sessions import Sessions
-from tactogram.studio.server.connections import Server
-from tactogram.studio.server.guard import Guard
-from tactogram.studio.server.guard_rules import Guarding
+from tactogram.studio.participants.sessions import SessionRegistry
+from tactogram.studio.server.connections import LimitedServer
+from tactogram.studio.server.guard import RequestGuard
+from tactogram.studio.server.guard_rules import GuardSettings
 
 folder, port = Path(sys.argv[1]), int(sys.argv[2])
-sessions = Sessions(folder, device="null")
+sessions = SessionRegistry(folder, device="null")
 opened = {path.stem: sessions.begin(path, folder / path.stem) for path in sorted(folder.glob("*.toml"))}
 
 
@@ -22,6 +22,6 @@ def ready():
     sys.stdout.flush()
 
 
-app = Guard(make_participant_app(sessions), Guarding(body_seconds=2.0))
+app = RequestGuard(make_participant_app(sessions), GuardSettings(body_seconds=2.0))
 with socket.create_server(("127.0.0.1", port)) as listener:
-    Server(app, listener, ready=ready).serve_until_ended()
+    LimitedServer(app, listener, ready=ready).serve_until_ended()

@@ -22,12 +22,12 @@ import pytest
 
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.studio.participants.routes import make_participant_app
-from tactogram.studio.participants.sessions import Sessions
+from tactogram.studio.participants.sessions import SessionRegistry
 from tactogram.studio.participants.tickets import keys_of
 from tactogram.studio.server.certificates import kept_certificate
-from tactogram.studio.server.connections import Limits
-from tactogram.studio.server.guard import Guard
-from tactogram.studio.server.guard_rules import COOKIE, Guarding
+from tactogram.studio.server.connections import ConnectionLimits
+from tactogram.studio.server.guard import RequestGuard
+from tactogram.studio.server.guard_rules import COOKIE, GuardSettings
 from tactogram.studio.workspace.folder import Workspace
 from tactogram.studio.workspace.uploads import read_uploaded_image, read_uploaded_signal, save_upload
 from tactogram.study.session.store import SessionStore
@@ -43,7 +43,7 @@ TABLET = "tablet.test"
 def under_attack(tmp_path_factory, write_study_once, person, serving):
     """Give sessions, a session, a browser's client and somebody at their first trial; the server must survive all."""
     folder = tmp_path_factory.mktemp("attacked")
-    sessions = Sessions(folder, device="null")
+    sessions = SessionRegistry(folder, device="null")
     session = sessions.begin(write_study_once(folder), folder / "session")
     with serving(sessions) as client:
         one = person(client, session.join_path)
@@ -157,7 +157,7 @@ def test_absolute_request_target_of_another_host(under_attack):
 
 def test_missing_token(under_attack, serving):
     sessions, session, _, one = under_attack
-    with serving(sessions, Guarding(loopback=False, token=TOKEN)) as client:
+    with serving(sessions, GuardSettings(loopback=False, token=TOKEN)) as client:
         assert client.get("/openapi.json").status_code == 401
         assert client.get("/openapi.json", headers={"cookie": f"{COOKIE}=guess"}).status_code == 401
         assert client.get(f"/openapi.json?token={TOKEN}").status_code == 303
@@ -242,7 +242,7 @@ def test_path_traversal_in_a_study_s_stimuli(tmp_path, write_study, name):
         study = write_study(
             workspace, stimuli=[{"name": n, "item": "a", "condition": n, key: name} for n in "ab"]
         )
-        sessions = Sessions(workspace)
+        sessions = SessionRegistry(workspace)
         with pytest.raises(TactogramError, match="lies outside of the study's folder and the workspace"):
             sessions.begin(study, workspace / "session")
         assert not (workspace / "session").exists()
@@ -256,7 +256,7 @@ def test_path_traversal_in_a_study_s_display(tmp_path, write_study):
     for display in ("../secret.toml", str(tmp_path / "secret.toml"), "own.toml"):
         study = write_study(workspace, display=display)
         with pytest.raises(TactogramError, match="lies outside") as caught:
-            Sessions(workspace).begin(study, workspace / "session")
+            SessionRegistry(workspace).begin(study, workspace / "session")
         assert "password" not in str(caught.value)
 
 
@@ -264,7 +264,7 @@ def test_path_traversal_in_a_study_s_display(tmp_path, write_study):
 def test_path_traversal_in_a_session_s_folder(tmp_path, write_study, folder):
     workspace = tmp_path / "workspace"
     workspace.mkdir()
-    sessions = Sessions(workspace)
+    sessions = SessionRegistry(workspace)
     for do in (sessions.open, lambda path: sessions.begin("abx", path)):
         with pytest.raises(ParameterError, match="lies outside of the workspace"):
             do(Path(folder))
@@ -283,7 +283,7 @@ def test_symlink_out_of_the_workspace(tmp_path):
         with pytest.raises(ParameterError):
             workspace.inside(path)
     with pytest.raises(ParameterError, match="outside"):
-        Sessions(workspace.folder).open(workspace.folder / "link")
+        SessionRegistry(workspace.folder).open(workspace.folder / "link")
     # Names of uploads hold no path; a link that lies there is not written through.
     (workspace.folder / "a.csv").symlink_to(tmp_path / "outside" / "a.csv")
     save_upload(workspace.folder, "../../outside/a.csv", b"1\n", kind="table")
@@ -482,7 +482,7 @@ def test_half_requests_do_not_block_others(under_attack):
 
 def test_idle_connections_do_not_shut_people_out(under_attack, person, serving):
     sessions, session, _, _ = under_attack
-    with serving(sessions, limits=Limits(connections=20)) as client, ExitStack() as held:
+    with serving(sessions, limits=ConnectionLimits(connections=20)) as client, ExitStack() as held:
         sitting = person(client, session.join_path)
         idle = [held.enter_context(connection_to(client.base_url)) for _ in range(100)]
         for connection in idle[::2]:
@@ -497,7 +497,7 @@ def test_idle_connections_do_not_shut_people_out(under_attack, person, serving):
 
 def test_heads_that_never_end_are_given_up(under_attack, serving):
     sessions, session, _, _ = under_attack
-    with serving(sessions, limits=Limits(head_s=0.1)) as client, ExitStack() as held:
+    with serving(sessions, limits=ConnectionLimits(head_s=0.1)) as client, ExitStack() as held:
         silent, half = (held.enter_context(connection_to(client.base_url)) for _ in range(2))
         half.sendall(b"GET /take/x HT")
         assert hung_up(silent)
@@ -538,16 +538,16 @@ def test_answers_that_nobody_takes_are_given_up(served_here):
             told.append((await receive())["type"])
             done.set()
 
-    with served_here(long, Limits(write_s=0.1)) as address, connection_to(address) as connection:
+    with served_here(long, ConnectionLimits(write_s=0.1)) as address, connection_to(address) as connection:
         connection.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
         assert done.wait(20)
     assert told == ["http.request", "http.disconnect"]
 
 
-@pytest.mark.parametrize("limits", [Limits(handshake_s=0.1), Limits(connections=4)])
+@pytest.mark.parametrize("limits", [ConnectionLimits(handshake_s=0.1), ConnectionLimits(connections=4)])
 def test_what_is_no_tls_and_handshakes_that_never_end(under_attack, person, served_here, tmp_path, limits):
     sessions, session, _, _ = under_attack
-    app = Guard(make_participant_app(sessions), Guarding())
+    app = RequestGuard(make_participant_app(sessions), GuardSettings())
     kept = kept_certificate(tmp_path / "https.pem", ["127.0.0.1"])
     trusting = ssl.create_default_context(cafile=kept.file)
     with served_here(app, limits, kept.context()) as address, ExitStack() as held:

@@ -18,7 +18,7 @@ from schemathesis.specs.openapi.checks import (
 )
 
 from tactogram.studio.participants.routes import make_participant_app
-from tactogram.studio.participants.sessions import Sessions
+from tactogram.studio.participants.sessions import SessionRegistry
 
 EXAMPLES = int(os.environ.get("TACTOGRAM_FUZZ", "6"))
 CHECKS = (not_a_server_error, content_type_conformance, response_schema_conformance, status_code_conformance)
@@ -41,7 +41,7 @@ OPERATIONS = (
 def fuzzed(tmp_path_factory, write_study_once, person, serving):
     """Give the description of the routes, a server, and somebody at their first trial."""
     folder = tmp_path_factory.mktemp("fuzzed")
-    sessions = Sessions(folder, device="null")
+    sessions = SessionRegistry(folder, device="null")
     session = sessions.begin(write_study_once(folder), folder / "session")
     schema = schemathesis.openapi.from_dict(make_participant_app(sessions).openapi())
     with serving(sessions) as client:

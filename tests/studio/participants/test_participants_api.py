@@ -16,15 +16,15 @@ from PIL import Image as Pillow
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.studio.participants import routes
-from tactogram.studio.participants.allowance import Allowance
+from tactogram.studio.participants.allowance import RateLimiter
 from tactogram.studio.participants.playing import ServerDisplay
-from tactogram.studio.participants.sessions import Sessions
+from tactogram.studio.participants.sessions import SessionRegistry
 from tactogram.studio.participants.tickets import keys_of
 from tactogram.study.session import store as session_store
 from tactogram.study.session.participants import CODE
 from tactogram.study.session.store import SessionStore
 from tactogram.workflows.study.sessions import begin_session
-from tactogram.workflows.study.stimuli import Stimuli
+from tactogram.workflows.study.stimuli import StudyStimuli
 
 
 def tokens(store, code):
@@ -152,7 +152,7 @@ def test_who_joins_twice_by_one_attempt_is_one_participant_even_after_a_crash(tm
     found = at_once(4, lambda _: person(client, session.join_path, attempt="drawn-by-the-page").code)
     assert len(set(found)) == len(session.store.participants()) == 1
     assert CODE.fullmatch(found[0])
-    with Closing(Sessions(tmp_path)) as again:
+    with Closing(SessionRegistry(tmp_path)) as again:
         client = opened.client_of(again)
         same = person(client, again.open(session.folder).join_path, attempt="drawn-by-the-page")
         assert same.code == found[0]
@@ -160,7 +160,7 @@ def test_who_joins_twice_by_one_attempt_is_one_participant_even_after_a_crash(tm
         assert other.code != found[0]
         same.answer()
         # Who has answered is nobody's first attempt: another person may have drawn the same.
-    with Closing(Sessions(tmp_path)) as again:
+    with Closing(SessionRegistry(tmp_path)) as again:
         again.open(session.folder)
         assert (
             person(opened.client_of(again), session.join_path, attempt="drawn-by-the-page").code != found[0]
@@ -189,7 +189,7 @@ def test_tickets_are_the_same_after_a_restart_and_differ_between_sessions(tmp_pa
         == keys_of(session.folder).ticket(one.code.lower())
     )
     assert session.join_path == f"/join/{keys_of(session.folder).join}"
-    with Closing(Sessions(tmp_path)) as again:
+    with Closing(SessionRegistry(tmp_path)) as again:
         assert [found.folder for found in again.reopen([tmp_path, session.folder, other.folder])] == [
             session.folder,
             other.folder,
@@ -224,7 +224,7 @@ def test_guessing_codes_is_slowed_down(tmp_path, opened, person):
 
 def test_an_allowance_refills_with_time():
     now = [0.0]
-    allowance = Allowance(2, 10.0, clock=lambda: now[0])
+    allowance = RateLimiter(2, 10.0, clock=lambda: now[0])
     for _ in range(2):
         assert allowance.wait_s("a") == 0
         allowance.spend("a")
@@ -243,7 +243,7 @@ def test_a_sound_is_the_drive_and_is_logged_as_played(tmp_path, opened, person):
     shown, hashes = session.store.page(one.code), []
     for slot, answered in found.items():
         samples, rate = soundfile.read(io.BytesIO(answered.content), dtype="float32")
-        drive = Stimuli(session.study, tmp_path).played(shown.slot(slot))
+        drive = StudyStimuli(session.study, tmp_path).played(shown.slot(slot))
         np.testing.assert_array_equal(samples.T, drive.drive.signal.samples)
         assert (rate, samples.shape[1], answered.headers["content-type"]) == (48_000, 2, "audio/wav")
         hashes.append(drive.sha256)
@@ -315,7 +315,7 @@ def test_a_picture_is_sent_as_it_is_and_says_nothing_else(tmp_path, opened, pers
     slot = page["slots"][0]["slot"]
     answered = one.get("image", token=page["token"], slot=slot)
     picture = Pillow.open(io.BytesIO(answered.content))
-    expected = Stimuli(session.study, tmp_path).image(session.store.page(one.code).slot(slot).stimulus)
+    expected = StudyStimuli(session.study, tmp_path).image(session.store.page(one.code).slot(slot).stimulus)
     np.testing.assert_array_equal(np.asarray(picture), expected.pixels)
     assert picture.info == {}
     assert one.get("image", token=page["token"], slot="X").status_code == 400
@@ -340,14 +340,14 @@ def test_a_stimulus_that_fails_is_named_to_the_experimenter_only(tmp_path, opene
 def test_what_many_ask_for_at_once_is_made_once(tmp_path, opened, person, monkeypatch):
     _, session, client = opened(tmp_path)
     made = Counter()
-    original = Stimuli._rendered
+    original = StudyStimuli._rendered
 
     def counted(self, stimulus, gain_db):
         made[stimulus.name] += 1
         time.sleep(0.02)
         return original(self, stimulus, gain_db)
 
-    monkeypatch.setattr(Stimuli, "_rendered", counted)
+    monkeypatch.setattr(StudyStimuli, "_rendered", counted)
     one = person(client, session.join_path)
     page = one.go_to("abx")
     found = at_once(6, lambda n: one.get("sound", token=page["token"], slot="ABX"[n % 3]).status_code)
@@ -443,7 +443,7 @@ def test_damaged_keys_are_said_to_be(tmp_path, text):
 def test_a_display_that_no_browser_plays_is_refused_before_anything_is_written(tmp_path, write_study):
     study = write_study(tmp_path, display="voice-coil", level="physical")
     with (
-        Closing(Sessions(tmp_path)) as sessions,
+        Closing(SessionRegistry(tmp_path)) as sessions,
         pytest.raises(ParameterError, match=r"voice-coil takes V .* 'server'"),
     ):
         sessions.begin(study, tmp_path / "session")
@@ -455,7 +455,7 @@ def test_a_session_that_no_browser_plays_can_be_looked_at_and_sends_no_sound(
 ):
     study = write_study(tmp_path, display="voice-coil", level="peak=0.8")
     folder = begin_session(study, tmp_path / "session")
-    with Closing(Sessions(tmp_path)) as sessions:
+    with Closing(SessionRegistry(tmp_path)) as sessions:
         session = sessions.open(folder)
         one = person(opened.client_of(sessions), session.join_path)
         page = one.go_to("abx")
@@ -521,7 +521,7 @@ def test_a_power_cut_keeps_what_was_acknowledged(tmp_path, opened, person):
     shutil.copytree(session.folder, cut, ignore=shutil.ignore_patterns("*-shm"))
     with (cut / "answers.sqlite-wal").open("ab") as file:
         file.write(b"\x37" * 2500)
-    with Closing(Sessions(tmp_path)) as again:
+    with Closing(SessionRegistry(tmp_path)) as again:
         assert tokens(again.open(cut).store, one.code) == kept
         one.client = opened.client_of(again)
         assert one.page() == present

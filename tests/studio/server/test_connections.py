@@ -11,8 +11,8 @@ from tactogram.studio.server.connections import (
     MOST_FILES,
     MOST_WRITTEN,
     Connection,
-    Limits,
-    Server,
+    ConnectionLimits,
+    LimitedServer,
     gives_way,
     limits_here,
 )
@@ -64,7 +64,7 @@ def test_a_connection_waits_while_it_is_the_other_side_s_turn():
     async def states():
         found, held = [], set()
         config = uvicorn.Config(answers_later, lifespan="off", access_log=False, log_level="warning")
-        one = Connection(config, ServerState(), {}, sender="a", limits=Limits(), among=held)
+        one = Connection(config, ServerState(), {}, sender="a", limits=ConnectionLimits(), among=held)
         transport = Mock(spec=asyncio.Transport, **{"is_closing.return_value": False})
         one.connection_made(transport)
         transport.set_write_buffer_limits.assert_called_once_with(MOST_WRITTEN)
@@ -104,7 +104,7 @@ def test_the_server_ends_while_a_websocket_is_closing():
         server.should_exit = True  # as Ctrl-C does
 
     with socket.create_server(("127.0.0.1", 0)) as listener, socket.socket() as client:
-        server = Server(
+        server = LimitedServer(
             sends_much,
             listener,
             ready=lambda: (client.connect(listener.getsockname()), client.sendall(UPGRADE)),

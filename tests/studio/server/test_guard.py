@@ -6,14 +6,14 @@ import pytest
 from matplotlib.figure import Figure
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.report import Picture, Section, Sound, write_report
+from tactogram.evaluation.report import ReportFigure, ReportSection, ReportSound, write_report
 from tactogram.signal import Signal
-from tactogram.studio.server.guard import REPORT, STRICT, STUDIO, Guard
-from tactogram.studio.server.guard_rules import COOKIE, KIB, MIB, Guarding, is_own, token_in_query
+from tactogram.studio.server.guard import REPORT, STRICT, STUDIO, RequestGuard
+from tactogram.studio.server.guard_rules import COOKIE, KIB, MIB, GuardSettings, is_own, token_in_query
 
 TOKEN = "a-token-that-nobody-guesses"
-LOCAL = Guarding()
-FAR = Guarding(loopback=False, token=TOKEN, hosts=("lab-pc",))
+LOCAL = GuardSettings()
+FAR = GuardSettings(loopback=False, token=TOKEN, hosts=("lab-pc",))
 
 
 async def echo(scope, receive, send):
@@ -72,7 +72,7 @@ def ask(
     async def send(message):
         sent.append(message)
 
-    asyncio.run(Guard(app, settings)(scope, receive, send))
+    asyncio.run(RequestGuard(app, settings)(scope, receive, send))
     answered = {name.decode(): value.decode() for name, value in sent[0]["headers"]}
     return sent[0]["status"], answered, b"".join(message.get("body", b"") for message in sent[1:])
 
@@ -259,12 +259,12 @@ def test_two_ways_to_say_a_length_are_refused():
 
 
 def test_a_sender_that_stalls_is_sent_away():
-    status, _, body = ask("/take/x", "POST", pieces=(), settings=Guarding(body_seconds=0.01))
+    status, _, body = ask("/take/x", "POST", pieces=(), settings=GuardSettings(body_seconds=0.01))
     assert (status, "stopped on its way" in json.loads(body)["error"]) == (408, True)
 
 
 def test_a_sender_that_drips_is_sent_away():
-    settings = Guarding(body_seconds=0.02, body_rate=1000)
+    settings = GuardSettings(body_seconds=0.02, body_rate=1000)
     assert ask("/take/x", "POST", pieces=[b"x"] * 1000, every_s=0.001, settings=settings)[0] == 408
     # As many pieces, as slowly, but as much as is asked for.
     assert ask("/take/x", "POST", pieces=[b"x" * 600] * 50, every_s=0.001, settings=settings)[2] == b"30000"
@@ -361,7 +361,7 @@ def websocket(headers, *, texts=(), settings=LOCAL):
     async def send(message):
         sent.append(message)
 
-    asyncio.run(Guard(echo, settings)(scope, receive, send))
+    asyncio.run(RequestGuard(echo, settings)(scope, receive, send))
     return sent
 
 
@@ -377,7 +377,7 @@ def test_a_websocket_needs_the_token_too():
 
 
 def test_a_message_that_is_too_long_ends_a_websocket():
-    sent = websocket([], texts=["ab", "x" * 11], settings=Guarding(message=10))
+    sent = websocket([], texts=["ab", "x" * 11], settings=GuardSettings(message=10))
     assert [message["type"] for message in sent] == ["websocket.accept", "websocket.send", "websocket.close"]
     assert sent[-1]["code"] == 1009
 
@@ -387,13 +387,13 @@ def test_a_message_that_is_too_long_ends_a_websocket():
 )
 def test_settings_that_guard_nothing_are_refused(values, message):
     with pytest.raises(ParameterError, match=message):
-        Guarding(**values)
+        GuardSettings(**values)
 
 
 def test_a_report_is_heard_and_seen_under_its_policy(tmp_path):
     signal = Signal([[0.0, 1.0, 0.0, -1.0]], 100.0, "m/s^2")
-    blocks = [Picture(Figure(), "a figure"), Sound(signal, "a sound")]
-    sections = [Section("All kinds", blocks)]
+    blocks = [ReportFigure(Figure(), "a figure"), ReportSound(signal, "a sound")]
+    sections = [ReportSection("All kinds", blocks)]
     path = write_report(tmp_path / "r.html", title="t", summary="s", simulated=True, sections=sections)
     held = dict(re.findall(r'<(\w+)[^>]* src="(\w+):', path.read_text(encoding="utf-8")))
     assert held == {"img": "data", "audio": "data"}

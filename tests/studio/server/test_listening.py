@@ -6,7 +6,7 @@ import pytest
 from tactogram.errors import DeviceError, ParameterError
 from tactogram.studio.server import listening as module
 from tactogram.studio.server.certificates import kept_certificate
-from tactogram.studio.server.listening import Listening, addresses, is_loopback, listening
+from tactogram.studio.server.listening import ListeningPort, addresses, is_loopback, listening
 
 NUMBERS = ("192.0.2.7", "198.51.100.7")
 
@@ -39,28 +39,28 @@ def test_on_loopback_it_is_reached_from_this_machine_alone():
 
 def test_everywhere_others_are_given_numbers_and_this_machine_its_own(listener, lan):
     number = listener.getsockname()[1]
-    port = Listening(listener, "0.0.0.0")
+    port = ListeningPort(listener, "0.0.0.0")
     assert port.roots == tuple(f"http://{one}:{number}" for one in NUMBERS)
     assert port.here == f"http://127.0.0.1:{number}"
     assert {*NUMBERS, "lab-pc", "lab-pc.example", "localhost"} <= set(port.names)
-    assert Listening(listener, "::", https=True).roots[-1] == f"https://[2001:db8::7]:{number}"
-    one = Listening(listener, NUMBERS[1])
+    assert ListeningPort(listener, "::", https=True).roots[-1] == f"https://[2001:db8::7]:{number}"
+    one = ListeningPort(listener, NUMBERS[1])
     assert one.roots == (one.here,) == (f"http://{NUMBERS[1]}:{number}",)
     assert NUMBERS[0] not in one.names
 
 
 def test_without_a_network_others_are_given_the_name(listener, lan, monkeypatch):
     monkeypatch.setattr(module, "addresses", lambda *, ipv6=False: ())
-    assert Listening(listener, "0.0.0.0").roots == (f"http://lab-pc:{listener.getsockname()[1]}",)
+    assert ListeningPort(listener, "0.0.0.0").roots == (f"http://lab-pc:{listener.getsockname()[1]}",)
 
 
 def test_https_has_a_certificate_for_all_names_which_is_kept(listener, lan, tmp_path):
-    port = Listening(listener, "0.0.0.0", https=True)
-    secured = port.secured(tmp_path)
+    port = ListeningPort(listener, "0.0.0.0", https=True)
+    secured = port.with_certificate(tmp_path)
     assert set(secured.certificate.names) == set(port.names)
     assert secured.roots == port.roots == tuple(f"https://{one}:{port.port}" for one in NUMBERS)
-    assert port.secured(tmp_path).certificate == secured.certificate
-    assert Listening(listener, "0.0.0.0").secured(tmp_path).certificate is None
+    assert port.with_certificate(tmp_path).certificate == secured.certificate
+    assert ListeningPort(listener, "0.0.0.0").with_certificate(tmp_path).certificate is None
 
 
 def test_a_laboratory_s_certificate_says_by_which_names_it_is_reached(lan, tmp_path):
@@ -70,7 +70,7 @@ def test_a_laboratory_s_certificate_says_by_which_names_it_is_reached(lan, tmp_p
         assert port.roots == tuple(f"https://{one}:{port.port}" for one in ("touch.lab.example", NUMBERS[1]))
         assert port.here == port.roots[0]
         assert "touch.lab.example" in port.names
-        assert port.secured(tmp_path / "none") == port
+        assert port.with_certificate(tmp_path / "none") == port
     assert not (tmp_path / "none").exists()
     with pytest.raises(ParameterError, match="--key belongs to --certificate"), listening(port=0, key=file):
         pytest.fail("listened")
@@ -130,7 +130,7 @@ def test_localhost_is_this_machine_alone_whatever_the_name_stands_for_here(monke
 
 
 def test_another_number_of_loopback_is_loopback_too(listener):
-    port = Listening(listener, "127.0.0.2")
+    port = ListeningPort(listener, "127.0.0.2")
     assert port.loopback
     assert port.roots == (port.here,) == (f"http://127.0.0.2:{port.port}",)
     assert "127.0.0.2" in port.names

@@ -14,7 +14,7 @@ from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
 from tactogram.studio.signals import registry as holding
 from tactogram.studio.signals import view
-from tactogram.studio.signals.registry import Shown, key_of
+from tactogram.studio.signals.registry import ShownSignals, key_of
 from tactogram.studio.signals.traits import traits_of
 
 
@@ -37,12 +37,12 @@ def test_the_key_follows_from_samples_and_what_they_mean():
 
 
 def test_what_was_not_asked_for_longest_is_let_go():
-    shown = Shown()
-    first, second = (shown.work_out(tone(a)).key for a in (0.1, 0.2))
+    shown = ShownSignals()
+    first, second = (shown.load(tone(a)).key for a in (0.1, 0.2))
     shown.most = 2 * holding._bytes(shown.get(second))
     shown.get(first)
 
-    third = shown.work_out(tone(0.3)).key
+    third = shown.load(tone(0.3)).key
 
     assert len(shown.get(third).signal) == 1000
     with pytest.raises(DataError, match="reload"):
@@ -53,29 +53,29 @@ def test_what_was_not_asked_for_longest_is_let_go():
 def test_a_signal_is_worked_out_once_however_many_pages_ask(tmp_path, monkeypatch):
     file, asked, calls = saved(tmp_path / "a.npz", tone(0.1)), threading.Barrier(3), []
     monkeypatch.setattr(holding, "traits_of", lambda signal: calls.append(signal) or traits_of(signal))
-    shown = Shown()
+    shown = ShownSignals()
 
     def ask(source):
         asked.wait()
-        return shown.work_out(source).key
+        return shown.load(source).key
 
     with ThreadPoolExecutor(3) as pages:
         keys = set(pages.map(ask, [file, file, file]))
 
-    assert keys == {key_of(tone(0.1))} == {shown.work_out(tone(0.1)).key}
+    assert keys == {key_of(tone(0.1))} == {shown.load(tone(0.1)).key}
     assert len(calls) == 1
 
 
 def test_a_file_that_was_written_anew_is_read_anew(tmp_path):
-    shown, file = Shown(), saved(tmp_path / "a.npz", tone(0.1))
+    shown, file = ShownSignals(), saved(tmp_path / "a.npz", tone(0.1))
     assert shown.known(file) is None
-    shown.work_out(file)
+    shown.load(file)
     assert shown.known(file).traits.peak == pytest.approx(0.1, rel=1e-3)
 
     os.utime(saved(file, tone(0.5)), ns=(1, 1))
 
     assert shown.known(file) is None
-    assert shown.work_out(file).traits.peak == pytest.approx(0.5, rel=1e-3)
+    assert shown.load(file).traits.peak == pytest.approx(0.5, rel=1e-3)
     assert shown.known(tmp_path / "nothing.npz") is None
 
 
@@ -101,10 +101,12 @@ def said(place):
 
 def test_the_loop_goes_on_while_pictures_are_worked_out(page, tmp_path, monkeypatch):
     """Working out waits for the loop: in the loop it would wait for ever, here it is told so and fails."""
-    monkeypatch.setattr(view, "SHOWN", Shown())
+    monkeypatch.setattr(view, "SHOWN", ShownSignals())
     ticked = threading.Event()
     monkeypatch.setattr(holding, "traits_of", lambda signal: traits_of(signal) if ticked.wait(20) else None)
-    places, fill = cards([view.Entry(saved(tmp_path / "a.npz", tone(0.1)), "A"), view.Entry(tone(0.4), "B")])
+    places, fill = cards(
+        [view.SignalEntry(saved(tmp_path / "a.npz", tone(0.1)), "A"), view.SignalEntry(tone(0.4), "B")]
+    )
 
     async def drawn():
         filling = asyncio.create_task(fill)
@@ -123,7 +125,7 @@ def test_the_loop_goes_on_while_pictures_are_worked_out(page, tmp_path, monkeypa
 @pytest.mark.parametrize("left", ["page", "cards"])
 def test_a_page_that_was_left_meanwhile_is_left_alone(page, left):
     with ui.element("div") as around:
-        places, fill = cards([view.Entry(tone(0.2), "A")])
+        places, fill = cards([view.SignalEntry(tone(0.2), "A")])
     page.delete() if left == "page" else around.delete()
 
     asyncio.run(fill)
@@ -132,7 +134,7 @@ def test_a_page_that_was_left_meanwhile_is_left_alone(page, left):
 
 
 def test_signals_of_other_units_are_on_scales_of_their_own(page):
-    places, fill = cards([view.Entry(tone(0.4), "A"), view.Entry(tone(40.0, unit="N"), "B")])
+    places, fill = cards([view.SignalEntry(tone(0.4), "A"), view.SignalEntry(tone(40.0, unit="N"), "B")])
 
     asyncio.run(fill)
 
@@ -140,7 +142,7 @@ def test_signals_of_other_units_are_on_scales_of_their_own(page):
 
 
 def test_a_file_that_is_gone_is_told_in_its_card(page, tmp_path):
-    places, fill = cards([view.Entry(tmp_path / "gone.npz", "A")])
+    places, fill = cards([view.SignalEntry(tmp_path / "gone.npz", "A")])
 
     asyncio.run(fill)
 

@@ -53,7 +53,7 @@ def test_a_study_is_a_file_with_a_design(workspace):
 
 
 def test_errors_tell_the_name_of_a_path(workspace):
-    with pytest.raises(DataError) as told, workspace.telling_names():
+    with pytest.raises(DataError) as told, workspace.readable_errors():
         raise DataError(f"{workspace.folder}/runs/a/metrics.csv: lacks the column trial")
     assert str(told.value) == "runs/a/metrics.csv: lacks the column trial"
 

@@ -3,12 +3,12 @@ import pytest
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image, Signal
-from tactogram.studio.workspace.shelf import FACTS, Shelf
+from tactogram.studio.workspace.shelf import FACTS, ResultArchive
 
 
 @pytest.fixture
 def shelf(tmp_path):
-    return Shelf(tmp_path / "kept")
+    return ResultArchive(tmp_path / "kept")
 
 
 @pytest.fixture
@@ -88,7 +88,7 @@ def test_the_newest_comes_first(shelf, signal):
 
 
 def test_a_result_of_another_shelf_is_kept_to_the_bit_with_its_facts(shelf, signal, tmp_path):
-    made = Shelf(tmp_path / "made").keep(signal, title="cork", facts={"seed": 3})
+    made = ResultArchive(tmp_path / "made").keep(signal, title="cork", facts={"seed": 3})
 
     kept = shelf.keep_copy(made)
 

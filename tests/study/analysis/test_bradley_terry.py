@@ -8,7 +8,7 @@ from tactogram.study.analysis.bradley_terry import bradley_terry, strengths_by_p
 from tactogram.study.answers import Answer, Answers
 from tactogram.study.designs.pairwise.analysis import ALIKE, APART, analyse_preference
 from tactogram.study.designs.pairwise.power import (
-    Compared,
+    ComparisonCounts,
     _asked,
     _holm_above,
     jackknifed,
@@ -72,7 +72,7 @@ def test_studies_without_tables_are_as_those_with_tables_of_each_participant(peo
     assert (tables.sum((2, 3)) == comparisons).all()
     assert len(np.unique(place[0, 0])) == min(comparisons, len(first))
     strengths, covariance = strengths_by_participant(tables)
-    found, error = jackknifed(Compared(one, other, asked, won, items))
+    found, error = jackknifed(ComparisonCounts(one, other, asked, won, items))
     assert found == pytest.approx(strengths)
     centre = np.eye(items) - 1 / items
     assert centre @ error @ centre == pytest.approx(covariance, rel=1e-4, abs=1e-6)

@@ -1,17 +1,17 @@
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.study.analysis.findings import Finding, Section
+from tactogram.study.analysis.findings import AnalysisSection, Finding
 from tactogram.study.analysis.naming import named_answers, named_section
 from tactogram.study.session.sitting import next_page
 from tactogram.study.simulated_participants import simulated_answers
 from tactogram.study.study_file import Study, shipped_studies
-from tactogram.study.trials import Given, Participant
+from tactogram.study.trials import PageAnswers, Participant
 
 
 def first_trial(study, language="ja"):
     participant = Participant("K1", 1, language)
-    given = [Given("consent", {"consent": "agreed"})]
+    given = [PageAnswers("consent", {"consent": "agreed"})]
     return next_page(study, participant, given).shown(language)
 
 
@@ -25,9 +25,9 @@ def test_a_page_calls_things_as_the_file_says_in_its_language(language, said):
 def test_the_page_after_two_areas_calls_the_texture_by_its_name():
     study = Study.load("two-area", changes={"grid.items": ["cork-sheet"], "design.repeats": 1, "before": []})
     participant = Participant("K1", 1, "ja")
-    given = [Given("consent", {"consent": "agreed"})]
+    given = [PageAnswers("consent", {"consent": "agreed"})]
     page = next_page(study, participant, given)
-    given.append(Given(page.token, {"which": "A"}, page.more))
+    given.append(PageAnswers(page.token, {"which": "A"}, page.more))
     text = next_page(study, participant, given).shown("ja")["text"]
     assert "コルクシート" in text
     assert "cork-sheet" not in text
@@ -44,7 +44,7 @@ def test_what_is_read_has_names_and_whole_words_only():
     names = {"tile": "floor tile", "cork-sheet": "cork sheet", "generated": "made"}
     table = [{"texture": "tile", "generated mean": 2.0, "verdict": "tile"}]
     found = Finding("tile over tile-2", "t", "check", "generated minus recorded, mm", 1.0)
-    section = Section("Which?", "two_area", "which", 2, 4, True, (found,), {"per texture": table})
+    section = AnalysisSection("Which?", "two_area", "which", 2, 4, True, (found,), {"per texture": table})
     named = named_section(section, names)
     assert named.findings[0].of == "floor tile over tile-2"
     assert named.findings[0].measure == "made minus recorded, mm"

@@ -4,12 +4,12 @@ from scipy.special import expit, logit
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.study.analysis.threshold import SETTLED_3_DOWN, estimate_threshold, settled_share
-from tactogram.study.designs.staircase import Staircase, Track
+from tactogram.study.designs.staircase import Staircase, StaircaseTrack
 
 
 def taken(design, place, slope, rng):
     """Return intensities and answers of a simulated person."""
-    track, x, right = Track(design.start_db), [], []
+    track, x, right = StaircaseTrack(design.start_db), [], []
     while not design.ended(track):
         x.append(track.intensity)
         right.append(bool(rng.random() < 0.5 + 0.48 * expit(slope * (track.intensity - place))))

@@ -5,7 +5,7 @@ import pytest
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.study.answers import cells, read_answers, write_answers
-from tactogram.study.session.answer_import import Mapped, import_answers
+from tactogram.study.session.answer_import import TableMapping, import_answers
 from tactogram.study.session.export import export_bids
 from tactogram.study.session.store import SessionStore
 from tactogram.study.simulated_participants import SimulatedEffect, simulate
@@ -97,7 +97,7 @@ THEIRS = "subject,texture,kind,response,correct,rt,trial_index\ns1,cork,1,left,y
 def test_anothers_table_is_read_by_a_mapping(tmp_path):
     path = tmp_path / "theirs.csv"
     path.write_text(THEIRS)
-    mapped = Mapped(
+    mapped = TableMapping(
         columns={
             "participant": "subject",
             "stimulus": "texture",
@@ -140,11 +140,11 @@ def test_what_is_wrong_with_anothers_table_is_said(tmp_path, mapped, message):
     path = tmp_path / "theirs.csv"
     path.write_text(THEIRS)
     with pytest.raises(DataError, match=message):
-        import_answers(path, Mapped(**mapped))
+        import_answers(path, TableMapping(**mapped))
 
 
 def test_a_mapping_of_a_column_that_is_none_is_refused():
     with pytest.raises(ParameterError, match="got 'colour'"):
-        Mapped(columns={"colour": "x"})
+        TableMapping(columns={"colour": "x"})
     with pytest.raises(ParameterError, match="participant is given as a column and as a constant"):
-        Mapped(columns={"participant": "x"}, constants={"participant": "y"})
+        TableMapping(columns={"participant": "x"}, constants={"participant": "y"})

@@ -4,7 +4,7 @@ import json
 import pytest
 
 from tactogram.study.session.export import export_bids
-from tactogram.study.session.side_tables import notes_table, participants_table, write_beside
+from tactogram.study.session.side_tables import notes_table, participants_table, write_companion_tables
 from tactogram.study.simulated_participants import simulate
 
 
@@ -26,7 +26,7 @@ def read(path):
 
 
 def test_participants_and_notes_stand_beside_the_table(noted, tmp_path):
-    participants, notes = write_beside(tmp_path / "a.csv", noted)
+    participants, notes = write_companion_tables(tmp_path / "a.csv", noted)
     assert (participants.name, notes.name) == ("a.participants.csv", "a.notes.csv")
     first, second = read(participants)
     assert (first["device_px_per_mm"], first["device_pointer"], first["simulated"]) == ("6.25", "pen", "true")
@@ -39,10 +39,10 @@ def test_participants_and_notes_stand_beside_the_table(noted, tmp_path):
 
 
 def test_an_export_after_a_withdrawal_leaves_no_note_of_who_withdrew(noted, tmp_path):
-    write_beside(tmp_path / "a.csv", noted)
+    write_companion_tables(tmp_path / "a.csv", noted)
     gone = noted.participants()[0].code
     noted.withdraw(gone)
-    write_beside(tmp_path / "a.csv", noted)
+    write_companion_tables(tmp_path / "a.csv", noted)
     assert [row["text"] for row in read(tmp_path / "a.notes.csv")] == ["Power went at noon"]
     assert gone not in (tmp_path / "a.participants.csv").read_text()
 

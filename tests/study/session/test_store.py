@@ -14,10 +14,10 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.study.session import progress as session_standing
 from tactogram.study.session import store as session_store
 from tactogram.study.session.participants import CODE, drawn_code
-from tactogram.study.session.progress import extended, given_of, row_of
-from tactogram.study.session.store import SessionStore, Submitted
+from tactogram.study.session.progress import extended, parse_record, row_of
+from tactogram.study.session.store import SessionStore, SubmissionResult
 from tactogram.study.simulated_participants import SimulatedEffect, SimulatedParticipant, simulate, take
-from tactogram.study.trials import Given
+from tactogram.study.trials import PageAnswers
 
 HASH = "0" * 64
 
@@ -172,7 +172,12 @@ def test_a_refused_answer_and_an_error_in_the_program_harm_no_neighbour(store, m
     writes = [partial(store.submit, code, "consent", {"consent": "agreed"}) for code in (first, broken, last)]
     writes.insert(1, partial(store.submit, wrong, "consent", {"consent": "perhaps"}))
     found = store.together(writes)
-    assert [type(one) for one in found] == [Submitted, ParameterError, ZeroDivisionError, Submitted]
+    assert [type(one) for one in found] == [
+        SubmissionResult,
+        ParameterError,
+        ZeroDivisionError,
+        SubmissionResult,
+    ]
     assert [row.participant for row in store.answers()] == [first, last]
     assert [store.page(code).token for code in (first, wrong, broken, last)] == [
         *("before", "consent"),
@@ -247,14 +252,16 @@ def test_what_is_next_is_computed_once(store, monkeypatch):
 
 def test_a_record_of_pages_gives_them_back_whatever_was_written_in_them():
     texts = ["", "touch \x1f and \x1e", '"}], [{"', "触感\n", "\\u001e"]
-    given = tuple(Given(f"trial-{n}.1", {"comment": text}, {"fact": text}) for n, text in enumerate(texts, 1))
+    given = tuple(
+        PageAnswers(f"trial-{n}.1", {"comment": text}, {"fact": text}) for n, text in enumerate(texts, 1)
+    )
     rows = [row_of(place, one) for place, one in enumerate(given, 1)]
     record = ""
     for row in rows:
         record = extended(record, row)
-    assert given_of(record) == given
-    assert given_of(extended(extended("", rows[3]), rows[1])) == (given[1], given[3])
-    assert given_of("") == ()
+    assert parse_record(record) == given
+    assert parse_record(extended(extended("", rows[3]), rows[1])) == (given[1], given[3])
+    assert parse_record("") == ()
 
 
 def test_what_another_process_stores_is_seen_at_once(store):

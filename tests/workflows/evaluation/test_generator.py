@@ -10,12 +10,12 @@ from tactogram.errors import ParameterError, RunError
 from tactogram.evaluation.generation.measures import TITLES
 from tactogram.signal import Signal
 from tactogram.workflows.evaluation.evaluate import evaluate
-from tactogram.workflows.evaluation.generator import judge_generator
-from tactogram.workflows.evaluation.reference_models import JUDGES, Judging
+from tactogram.workflows.evaluation.generator import evaluate_generator
+from tactogram.workflows.evaluation.reference_models import JUDGES, EvaluationSettings
 from tactogram.workflows.training import train as training
 from tactogram.workflows.training.train import load_run, train
 
-QUICK, HASTY = Judging(steps=60), Judging(steps=4, most=4)
+QUICK, HASTY = EvaluationSettings(steps=60), EvaluationSettings(steps=4, most=4)
 COLUMNS = {"model", "floor", "ceiling", "nearest_other", "ar_texture", "replay"}
 
 
@@ -42,7 +42,7 @@ def judged(loaded):
     """The result alone: no page is written."""
     store, split = training.test_part(loaded.run)
     train, test = (Examples(store, part, loaded.as_trained) for part in (split.train, split.test))
-    return judge_generator(loaded, list(test), train, judging=HASTY)[0]
+    return evaluate_generator(loaded, list(test), train, judging=HASTY)[0]
 
 
 def test_every_figure_stands_beside_floor_ceiling_and_baselines(figures, voice):

@@ -6,10 +6,10 @@ import pytest
 from tactogram.datasets import EVOKED, Ratings, Recording, create_store
 from tactogram.errors import ParameterError
 from tactogram.model import ImageKind, SignalKind
-from tactogram.recipe import Prepare
+from tactogram.recipe import Preparation
 from tactogram.signal import Image, Signal
 from tactogram.training.run import Run
-from tactogram.workflows.training.rated_examples import RatedData
+from tactogram.workflows.training.rated_examples import RatingData
 from tactogram.workflows.training.train import LoadedRun
 
 FACTS = {"name": "test", "licence": "CC0-1.0", "simulated": True}
@@ -63,27 +63,27 @@ def images(tmp_path_factory):
 
 
 def split_of(data, *, split="", by="recording", seed=0, prepare=None):
-    return data.split(list(data.store.index), prepare or Prepare(), split=split, by=by, seed=seed)
+    return data.split(list(data.store.index), prepare or Preparation(), split=split, by=by, seed=seed)
 
 
 def items_of(data, split, part):
-    return [example.item for example in data.examples(split, part, Prepare())]
+    return [example.item for example in data.examples(split, part, Preparation())]
 
 
 def test_rated_signals_are_split_by_item(both):
-    data = RatedData(both, "ratings")
-    found = split_of(data, prepare=Prepare(stream="drive"))
+    data = RatingData(both, "ratings")
+    found = split_of(data, prepare=Preparation(stream="drive"))
     parts = {part: set(items_of(data, found, part)) for part in ("train", "validation", "test")}
     assert set.union(*parts.values()) == {f"signal{n:02d}" for n in range(10)}
     assert sum(map(len, parts.values())) == 10
     assert {part: len(held) for part, held in parts.items()} == {"train": 7, "validation": 1, "test": 2}
-    assert split_of(data, prepare=Prepare(stream="drive")).parts == found.parts
-    assert split_of(data, prepare=Prepare(stream="drive"), seed=1).parts != found.parts
+    assert split_of(data, prepare=Preparation(stream="drive")).parts == found.parts
+    assert split_of(data, prepare=Preparation(stream="drive"), seed=1).parts != found.parts
 
 
 def test_measurements_of_a_surface_stay_together_where_signals_are_learned_from(both):
-    data = RatedData(both, "ratings")
-    found = split_of(data, prepare=Prepare(stream="strain"))
+    data = RatingData(both, "ratings")
+    found = split_of(data, prepare=Preparation(stream="strain"))
     parts = [set(items_of(data, found, part)) for part in ("train", "validation", "test")]
     assert not parts[0] & parts[2]
     assert not parts[0] & parts[1]
@@ -91,7 +91,7 @@ def test_measurements_of_a_surface_stay_together_where_signals_are_learned_from(
 
 
 def test_both_splits_surfaces_by_session_and_trains_on_every_rated_signal(both):
-    data = RatedData(both, "both")
+    data = RatingData(both, "both")
     found = split_of(data, by="session")
     train = items_of(data, found, "train")
     assert [item for item in train if item.startswith("signal")] == [f"signal{n:02d}" for n in range(10)]
@@ -104,8 +104,8 @@ def test_both_splits_surfaces_by_session_and_trains_on_every_rated_signal(both):
 
 
 def test_the_kind_of_both_is_that_of_the_rated_signals(both):
-    data = RatedData(both, "both")
-    kind = data.kind(data.examples(split_of(data, by="session"), "train", Prepare()))
+    data = RatingData(both, "both")
+    kind = data.kind(data.examples(split_of(data, by="session"), "train", Preparation()))
     assert isinstance(kind, SignalKind)
     assert (kind.unit, len(kind.axes), kind.words, kind.scale) == ("1", 1, ("rough",), (1.0, 7.0))
     assert kind.materials == ("plate0", "plate1", "plate2", "plate3")
@@ -113,29 +113,31 @@ def test_the_kind_of_both_is_that_of_the_rated_signals(both):
 
 
 def test_images_are_split_by_item_and_are_learned_from_where_there_are_no_recordings(images):
-    data = RatedData(images, "ratings")
+    data = RatingData(images, "ratings")
     assert data.of_images
     found = split_of(data)
     parts = [items_of(data, found, part) for part in ("train", "validation", "test")]
     assert [len(set(part)) for part in parts] == [14, 2, 4]
     assert not set(parts[0]) & set(parts[2])
     assert sum(map(len, parts)) == 25
-    one = data.examples(found, "train", Prepare())[0]
+    one = data.examples(found, "train", Preparation())[0]
     assert one.image.pixels.shape == (8, 8, 3)
     np.testing.assert_array_equal(one.rated.scores, data.ratings.rated(one.item).scores)
 
 
 def test_the_kind_of_images_names_the_items_trained_on(images):
-    data = RatedData(images, "images")
+    data = RatingData(images, "images")
     found = split_of(data)
-    kind = data.kind(data.examples(found, "train", Prepare()))
+    kind = data.kind(data.examples(found, "train", Preparation()))
     assert kind == ImageKind(("rough",), (0.0, 1.0), tuple(sorted(set(items_of(data, found, "train")))), True)
 
 
 def test_all_keeps_nothing_apart(both, images):
-    for data, count in ((RatedData(both, "both"), 30), (RatedData(images, "images"), 25)):
+    for data, count in ((RatingData(both, "both"), 30), (RatingData(images, "images"), 25)):
         found = split_of(data, split="all")
-        assert [len(data.examples(found, part, Prepare())) for part in ("train", "validation", "test")] == [
+        assert [
+            len(data.examples(found, part, Preparation())) for part in ("train", "validation", "test")
+        ] == [
             count,
             0,
             0,
@@ -145,15 +147,15 @@ def test_all_keeps_nothing_apart(both, images):
 def test_a_store_that_does_not_fit_is_refused(tmp_path, both, images):
     bare = create_store(tmp_path / "bare", [Recording(streams={"a": signal(0)}, material="m")], **FACTS)
     with pytest.raises(ParameterError, match="has no ratings to learn from; `tactogram data rate`"):
-        split_of(RatedData(bare, "ratings"))
+        split_of(RatingData(bare, "ratings"))
     with pytest.raises(ParameterError, match="--split must be all, or left out, .* got 'last=2'"):
-        split_of(RatedData(both, "ratings"), split="last=2")
+        split_of(RatingData(both, "ratings"), split="last=2")
     with pytest.raises(ParameterError, match="rated surfaces and rated signals .* got 0 and 0"):
-        split_of(RatedData(images, "both"))
+        split_of(RatingData(images, "both"))
     with pytest.raises(ParameterError, match="none of its photographs was rated"):
-        split_of(RatedData(both, "images"))
+        split_of(RatingData(both, "images"))
     with pytest.raises(ParameterError, match="none of its recordings has the stream 'sound' and was rated"):
-        split_of(RatedData(both, "ratings"), prepare=Prepare(stream="sound"))
+        split_of(RatingData(both, "ratings"), prepare=Preparation(stream="sound"))
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from tactogram.training.run import Run
 from tactogram.workflows.training import run_lock as looking
 from tactogram.workflows.training.resume import plan_of, resume
 from tactogram.workflows.training.run_folder import begin
-from tactogram.workflows.training.run_lock import at_work, is_at_work
+from tactogram.workflows.training.run_lock import is_training, run_lock
 
 
 @pytest.fixture
@@ -54,18 +54,18 @@ def test_data_that_has_changed_or_gone_is_refused(unfinished, store, tmp_path):
 
 
 def test_two_processes_never_train_one_run(unfinished):
-    assert not is_at_work(unfinished.folder)
-    with at_work(unfinished.folder):
-        assert is_at_work(unfinished.folder)
+    assert not is_training(unfinished.folder)
+    with run_lock(unfinished.folder):
+        assert is_training(unfinished.folder)
         with pytest.raises(RunError, match="another process trains here at present"):
             resume(unfinished.folder, accelerator="cpu")
-    assert not is_at_work(unfinished.folder)
-    assert not is_at_work(unfinished.folder / "nothing")
+    assert not is_training(unfinished.folder)
+    assert not is_training(unfinished.folder / "nothing")
 
 
 def test_a_run_in_work_is_refused_before_anything_is_prepared(unfinished, monkeypatch):
     monkeypatch.setattr("tactogram.workflows.training.train._material", None)  # would be called
-    with at_work(unfinished.folder), pytest.raises(RunError, match="another process trains here at present"):
+    with run_lock(unfinished.folder), pytest.raises(RunError, match="another process trains here at present"):
         resume(unfinished.folder, accelerator="cpu")
 
 
@@ -73,8 +73,8 @@ def test_whoever_only_looks_keeps_nobody_from_training(unfinished, monkeypatch):
     with (unfinished.folder / "recipe.toml").open("rb") as other:
         fcntl.flock(other, fcntl.LOCK_SH)  # as a page does that lists runs
         monkeypatch.setattr(looking.time, "sleep", lambda seconds: fcntl.flock(other, fcntl.LOCK_UN))
-        with at_work(unfinished.folder):
-            assert is_at_work(unfinished.folder)
+        with run_lock(unfinished.folder):
+            assert is_training(unfinished.folder)
 
 
 def test_a_run_that_was_begun_meanwhile_keeps_its_split(unfinished):

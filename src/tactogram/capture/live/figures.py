@@ -8,11 +8,11 @@ from itertools import groupby
 import numpy as np
 from matplotlib.figure import Figure
 
-from tactogram.capture.live.recognition import Guess
+from tactogram.capture.live.recognition import WindowClassification
 from tactogram.errors import ParameterError
 
 
-def live_figure(found: Sequence[Guess], truth: Sequence[str], *, title: str) -> Figure:
+def live_figure(found: Sequence[WindowClassification], truth: Sequence[str], *, title: str) -> Figure:
     """Return probabilities over time beside what was stroked, what was none of these, and the latency.
 
     Parameters

@@ -30,7 +30,7 @@ RATE_STEP = 0.1
 
 
 @dataclass(frozen=True)
-class Heard:
+class Classification:
     """What a classifier makes of one window.
 
     Parameters
@@ -45,12 +45,12 @@ class Heard:
     none_of_these: bool | None = None
 
 
-Listen = Callable[[Signal], Heard]
+ClassifyWindow = Callable[[Signal], Classification]
 """Judges a window as it was recorded; preparing it is its business."""
 
 
 @dataclass(frozen=True)
-class Guess:
+class WindowClassification:
     """One judged window.
 
     Parameters
@@ -73,7 +73,7 @@ class Guess:
 
     end_index: int
     time_s: float
-    heard: Heard | None
+    heard: Classification | None
     lost: float
     level: float
     latency_s: float | None
@@ -93,7 +93,7 @@ class Latencies:
 
     seconds: list[float] = field(default_factory=list)
 
-    def add(self, guess: Guess) -> None:
+    def add(self, guess: WindowClassification) -> None:
         """Count one window."""
         if guess.latency_s is not None:
             self.seconds.append(guess.latency_s)
@@ -109,22 +109,22 @@ class Latencies:
 
 def guesses(
     feed: Feed,
-    listen: Listen,
+    listen: ClassifyWindow,
     *,
     window_s: float,
     hop_s: float,
     seconds: float | None = None,
     most_lost: float = MOST_LOST,
     clock: Callable[[], float] = monotonic,
-) -> Iterator[Guess]:
-    """Yield a `Guess` each ``hop_s``, until the source ends or ``seconds`` of it were heard.
+) -> Iterator[WindowClassification]:
+    """Yield a `WindowClassification` each ``hop_s``, until the source ends or ``seconds`` of it were heard.
 
     Parameters
     ----------
     feed : Feed
         Of an open source.
     listen : callable
-        See `Listen`.
+        See `ClassifyWindow`.
     window_s : float
         What is judged: the last so many seconds.
     hop_s : float
@@ -167,7 +167,7 @@ def guesses(
             skipped = 0 if judged is None else max(0, int(due / (hop_s * rate)) - 1)
             judged = feed.next_index
             latency = age if np.isfinite(age) else None
-            yield Guess(
+            yield WindowClassification(
                 feed.next_index, block.arrival_s - first, heard, lost, level(samples), latency, skipped
             )
         if seconds is not None and heard_s >= seconds:

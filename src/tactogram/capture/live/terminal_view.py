@@ -8,14 +8,14 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from tactogram.capture.live.recognition import Guess, Latencies
+from tactogram.capture.live.recognition import Latencies, WindowClassification
 
 MOST_SHOWN = 8
 """Materials that have a bar, likeliest first."""
 WIDTH = 40
 
 
-def panel(guess: Guess, latencies: Latencies, *, title: str, unit: str = "") -> RenderableType:
+def panel(guess: WindowClassification, latencies: Latencies, *, title: str, unit: str = "") -> RenderableType:
     """Return what is shown of one window."""
     parts: list[RenderableType] = [_head(guess)]
     if guess.heard is not None:
@@ -32,7 +32,7 @@ def panel(guess: Guess, latencies: Latencies, *, title: str, unit: str = "") -> 
     return Panel(Group(*parts), title=title, title_align="left")
 
 
-def line(guess: Guess) -> str:
+def line(guess: WindowClassification) -> str:
     """Return one window as a line."""
     head = f"{guess.time_s:8.2f} s  "
     if guess.heard is None:
@@ -43,7 +43,7 @@ def line(guess: Guess) -> str:
     return f"{head}{name:24} {guess.heard.probabilities[name]:.3f}{late}{odd}"
 
 
-def _head(guess: Guess) -> Text:
+def _head(guess: WindowClassification) -> Text:
     if guess.heard is None:
         return Text(f"not judged: {100 * guess.lost:.0f} % of the window was lost", style="bold red")
     if guess.heard.none_of_these:
@@ -52,7 +52,7 @@ def _head(guess: Guess) -> Text:
     return Text(name, style="bold green")
 
 
-def _foot(guess: Guess, latencies: Latencies, unit: str) -> str:
+def _foot(guess: WindowClassification, latencies: Latencies, unit: str) -> str:
     facts = latencies.facts()
     took = (
         ""

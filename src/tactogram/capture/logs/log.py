@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from tactogram.capture.logs.raw_log import log_facts, log_pieces
 from tactogram.capture.source import SourceEnded
 from tactogram.capture.sources.serial_csv import CsvFormat, CsvSource
-from tactogram.capture.sources.twelite import Senders, facts_of_bytes
+from tactogram.capture.sources.twelite import SensorTimelines, facts_of_bytes
 from tactogram.capture.stream.byte_stream import Replay
 from tactogram.capture.stream.rate_estimate import RateEstimate
-from tactogram.capture.stream.sequence import Piece
-from tactogram.capture.twelite.parser import Parser
+from tactogram.capture.stream.sequence import TimelineSegment
+from tactogram.capture.twelite.parser import TweliteParser
 from tactogram.errors import DataError
 
 Kind = Literal["twelite", "serial"]
@@ -25,7 +25,7 @@ _SNIFFED = 1 << 18
 
 
 @dataclass(frozen=True, eq=False)
-class Logged:
+class SensorLog:
     """What one sensor left in a log.
 
     Parameters
@@ -55,7 +55,7 @@ class Logged:
     simulated: bool
 
 
-def read_log(path: Path | str, *, kind: Kind | None = None, csv: CsvFormat | None = None) -> list[Logged]:
+def read_log(path: Path | str, *, kind: Kind | None = None, csv: CsvFormat | None = None) -> list[SensorLog]:
     """Return what every sensor left in a log, the one heard first in front.
 
     Parameters
@@ -78,8 +78,8 @@ def read_log(path: Path | str, *, kind: Kind | None = None, csv: CsvFormat | Non
     kind = kind or kind_of(path)
     if kind == "serial":
         return [_read_csv(path, csv or CsvFormat(), simulated)]
-    parser, senders = Parser(), Senders()
-    pieces: dict[str, list[Piece]] = {}
+    parser, senders = TweliteParser(), SensorTimelines()
+    pieces: dict[str, list[TimelineSegment]] = {}
     starts: dict[str, float] = {}
     for data, arrival in log_pieces(path):
         _collect(pieces, starts, senders.add(parser.feed(data, arrival)))
@@ -93,7 +93,7 @@ def read_log(path: Path | str, *, kind: Kind | None = None, csv: CsvFormat | Non
         )
     common = facts_of_bytes(parser) | {"simulated": simulated}
     return [
-        Logged(
+        SensorLog(
             name=name,
             samples=np.concatenate([piece.samples for piece in found], axis=1),
             axes=senders.timelines[name].axes,
@@ -115,7 +115,7 @@ def kind_of(path: Path) -> Kind:
         if facts.get("kind") not in ("twelite", "serial"):
             raise DataError(f"{path}, line 1: kind must be twelite or serial, got {facts.get('kind')!r}")
         return "twelite" if facts["kind"] == "twelite" else "serial"
-    parser, seen = Parser(), 0
+    parser, seen = TweliteParser(), 0
     for data, arrival in log_pieces(path):
         if parser.feed(data, arrival) or parser.other:
             return "twelite"
@@ -125,14 +125,18 @@ def kind_of(path: Path) -> Kind:
     return "twelite" if parser.finish() or parser.other else "serial"
 
 
-def _collect(pieces: dict[str, list[Piece]], starts: dict[str, float], added: dict[str, list[Piece]]) -> None:
+def _collect(
+    pieces: dict[str, list[TimelineSegment]],
+    starts: dict[str, float],
+    added: dict[str, list[TimelineSegment]],
+) -> None:
     for name, found in added.items():
         if found:
             starts.setdefault(name, found[0].arrival_s)
             pieces.setdefault(name, []).extend(found)
 
 
-def _read_csv(path: Path, form: CsvFormat, simulated: bool) -> Logged:
+def _read_csv(path: Path, form: CsvFormat, simulated: bool) -> SensorLog:
     source = CsvSource(Replay(str(path), log_pieces(path)), form, name=f"log:{path}", simulated=simulated)
     blocks = []
     with source:
@@ -144,8 +148,8 @@ def _read_csv(path: Path, form: CsvFormat, simulated: bool) -> Logged:
         except SourceEnded:
             pass
     if not blocks:
-        raise DataError(f"{path}: holds no row of numbers ({source.parser.told()})")
-    return Logged(
+        raise DataError(f"{path}: holds no row of numbers ({source.parser.rejected_text()})")
+    return SensorLog(
         name=path.stem,
         samples=np.concatenate([block.samples for block in blocks], axis=1),
         axes=source.axes,

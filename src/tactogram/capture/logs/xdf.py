@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from tactogram.capture.logs.log import Logged
+from tactogram.capture.logs.log import SensorLog
 from tactogram.capture.sources.lsl import known_unit, split_at_gaps
 from tactogram.capture.stream.rate_estimate import estimate_rate
 from tactogram.errors import DataError
 from tactogram.extras import imported, one_line
 
 
-def read_xdf(path: Path | str, *, unit: str | None = None) -> list[Logged]:
+def read_xdf(path: Path | str, *, unit: str | None = None) -> list[SensorLog]:
     """Return every stream of numbers in an XDF file, in the order in which they stand.
 
     Clocks are brought together as the format's own reader does it. Its evening out of time stamps is not used: it draws
@@ -50,7 +50,7 @@ def read_xdf(path: Path | str, *, unit: str | None = None) -> list[Logged]:
     return logged
 
 
-def _logged(stream: dict[str, Any], unit: str | None) -> Logged | None:
+def _logged(stream: dict[str, Any], unit: str | None) -> SensorLog | None:
     info = stream["info"]
     rows, stamps = stream["time_series"], np.asarray(stream["time_stamps"], np.float64)
     if not isinstance(rows, np.ndarray) or rows.ndim != 2 or rows.dtype.kind not in "fiu" or not len(rows):
@@ -77,7 +77,7 @@ def _logged(stream: dict[str, Any], unit: str | None) -> Logged | None:
         "nominal_rate": rate or None,
         "simulated": False,
     }
-    return Logged(
+    return SensorLog(
         name=str(info["name"][0]),
         samples=whole,
         axes=tuple(labels) if len(set(labels)) == rows.shape[1] else default,

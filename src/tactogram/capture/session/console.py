@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Protocol, Self, TextIO
 
-from tactogram.capture.stream.feed import Levels
+from tactogram.capture.stream.feed import MeterReading
 
 
 @dataclass(frozen=True)
-class Status:
+class CaptureStatus:
     """What is going on, for whoever watches.
 
     Parameters
@@ -34,13 +34,13 @@ class Status:
     phase: str
     text: str
     share: float = 0.0
-    levels: Levels | None = None
+    levels: MeterReading | None = None
 
 
 class Console(Protocol):
     """Where a session is shown and asked."""
 
-    def show(self, status: Status) -> None:
+    def show(self, status: CaptureStatus) -> None:
         """Show how it goes; called many times a second."""
         ...
 
@@ -70,7 +70,7 @@ class LineConsole:
         self._out = sys.stderr if out is None else out
         self._shown: tuple[str, str] = ("", "")
 
-    def show(self, status: Status) -> None:
+    def show(self, status: CaptureStatus) -> None:
         """Write a line when a phase begins."""
         if (status.place, status.phase) != self._shown and status.phase == "recording":
             self.say(f"{status.place}: recording")

@@ -65,7 +65,7 @@ def click_track(
     return Signal(samples, rate, "1", ("mono",))
 
 
-class Silent:
+class SilentMetronome:
     """No beat."""
 
     def start(self, interval_s: float, seconds: float, *, back_and_forth: bool) -> None:
@@ -75,7 +75,7 @@ class Silent:
         """Do nothing."""
 
 
-class Played:
+class LoudspeakerMetronome:
     """Beats through a loudspeaker.
 
     Parameters
@@ -98,7 +98,7 @@ class Played:
         self._hush()
 
 
-class Bell:
+class BellMetronome:
     """Beats of the terminal's bell, where there is no sound: as exact as a sleeping thread, some milliseconds.
 
     Parameters

@@ -22,7 +22,7 @@ Name = Annotated[str, Field(min_length=1)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
-class Limits(BaseModel):
+class TakeLimits(BaseModel):
     """When a take is bad. A take that breaks one is shown as bad and can be accepted all the same."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -94,7 +94,7 @@ class SessionPlan(BaseModel):
     """Of a store that is made."""
     notes: str = ""
     """Written into each recording."""
-    limits: Limits = Limits()
+    limits: TakeLimits = TakeLimits()
 
     @field_validator("materials", "contactors", "speeds_mm_s", mode="before")
     @classmethod
@@ -144,7 +144,7 @@ class SessionPlan(BaseModel):
         """How many different takes there are, repetitions aside."""
         return len(self.materials) * len(self.contactors) * len(self.speeds_mm_s)
 
-    def trials(self) -> tuple[Trial, ...]:
+    def trials(self) -> tuple[PlannedTake, ...]:
         """Return every take in its order; the same plan gives the same order."""
         listed = [
             (*combination, repetition)
@@ -156,11 +156,11 @@ class SessionPlan(BaseModel):
             listed = [listed[i] for i in rng.permutation(len(listed))]
         if self.order == "by-repetition":
             listed.sort(key=lambda entry: entry[3])
-        return tuple(Trial(number, *entry) for number, entry in enumerate(listed, 1))
+        return tuple(PlannedTake(number, *entry) for number, entry in enumerate(listed, 1))
 
 
 @dataclass(frozen=True)
-class Trial:
+class PlannedTake:
     """One take that is to be made.
 
     Parameters

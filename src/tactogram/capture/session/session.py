@@ -14,12 +14,12 @@ from pathlib import Path
 from time import monotonic, sleep
 from typing import Any
 
-from tactogram.capture.session.console import Console, Status
+from tactogram.capture.session.console import CaptureStatus, Console
 from tactogram.capture.session.journal import Journal
-from tactogram.capture.session.metronome import Metronome, Silent, interval_s
-from tactogram.capture.session.plan import SessionPlan, Trial
+from tactogram.capture.session.metronome import Metronome, SilentMetronome, interval_s
+from tactogram.capture.session.plan import PlannedTake, SessionPlan
 from tactogram.capture.session.take import RECEIVED, Take, bridged, recording_of
-from tactogram.capture.session.take_checks import Verdict, checked
+from tactogram.capture.session.take_checks import TakeAssessment, checked
 from tactogram.capture.source import Source, SourceEnded, SourceLost
 from tactogram.capture.stream.feed import Feed
 from tactogram.datasets import Store
@@ -56,7 +56,7 @@ def session_folder(store: Path, session: str) -> Path:
 
 
 @dataclass(frozen=True)
-class Progress:
+class SessionProgress:
     """How far a session is.
 
     Parameters
@@ -67,17 +67,17 @@ class Progress:
         Their numbers.
     """
 
-    trials: tuple[Trial, ...]
+    trials: tuple[PlannedTake, ...]
     accepted: frozenset[int] = frozenset()
     skipped: frozenset[int] = frozenset()
 
     @property
-    def left(self) -> tuple[Trial, ...]:
+    def left(self) -> tuple[PlannedTake, ...]:
         """What is still to be made."""
         return tuple(t for t in self.trials if t.number not in self.accepted | self.skipped)
 
 
-def progress_of(plan: SessionPlan, session: str, journal: Journal, store: Store | None) -> Progress:
+def progress_of(plan: SessionPlan, session: str, journal: Journal, store: Store | None) -> SessionProgress:
     """Return how far a session is, out of its diary and the store.
 
     A session of which nothing was kept may be begun anew with another plan.
@@ -92,19 +92,19 @@ def progress_of(plan: SessionPlan, session: str, journal: Journal, store: Store 
     if begun := journal.of("begun"):
         if begun[-1]["plan"] != plan.sha256:
             if not taken and not journal.of("skipped"):
-                return Progress(trials, frozenset(), frozenset())
+                return SessionProgress(trials, frozenset(), frozenset())
             raise DataError(
                 f"{journal.folder}: session {session!r} was begun with another plan; go on with that one "
                 f"(it stands in {journal.path}), or give --session another name"
             )
         # As it was drawn then: another numpy may draw another order from the same seed.
-        trials = tuple(Trial(**entry) for entry in begun[-1]["order"])
+        trials = tuple(PlannedTake(**entry) for entry in begun[-1]["order"])
     accepted = {int(info.labels["trial"]) for info in taken if info.labels.get("plan") == plan.sha256[:16]}
     skipped = {int(entry["trial"]) for entry in journal.of("skipped")} - accepted
-    return Progress(trials, frozenset(accepted), frozenset(skipped))
+    return SessionProgress(trials, frozenset(accepted), frozenset(skipped))
 
 
-class Session:
+class RecordingSession:
     """Runs a plan.
 
     Parameters
@@ -142,13 +142,13 @@ class Session:
         *,
         metronome: Metronome | None = None,
         recognise: Recognise | None = None,
-        on_trial: Callable[[Trial], None] | None = None,
+        on_trial: Callable[[PlannedTake], None] | None = None,
         log: str = "",
         clock: Callable[[], float] = monotonic,
     ) -> None:
         self.plan, self.store_path, self.name = plan, store, name
         self._source, self._console, self._journal = source, console, journal
-        self._metronome: Metronome = metronome or Silent()
+        self._metronome: Metronome = metronome or SilentMetronome()
         self._recognise, self._on_trial, self._log, self._clock = recognise, on_trial, log, clock
         self._feed = Feed(source, reference_rate=plan.rate, full_scale=plan.limits.full_scale, clock=clock)
         self._place = ""
@@ -215,7 +215,7 @@ class Session:
                 return store.rate(info.id, next(s for s in store.streams_of(info.id) if s != RECEIVED))
         return None
 
-    def _trial(self, trial: Trial) -> bool:
+    def _trial(self, trial: PlannedTake) -> bool:
         """Make one trial; False if somebody wants to stop."""
         force = f", {self.plan.force_n:g} N" if self.plan.force_n is not None else ""
         self._place = f"take {trial.number} of {len(self.progress.trials)}: {trial}{force}"
@@ -250,7 +250,7 @@ class Session:
             return True
         return False
 
-    def _record(self, trial: Trial) -> Take:
+    def _record(self, trial: PlannedTake) -> Take:
         """Count down, record, and return what came."""
         plan, feed = self.plan, self._feed
         if self._gone is not None:
@@ -285,7 +285,7 @@ class Session:
         """How many samples a take has."""
         return max(1, round(self.plan.seconds * (self._feed.rate or 1.0)))
 
-    def _judge(self, take: Take) -> Verdict:
+    def _judge(self, take: Take) -> TakeAssessment:
         nominal = self._feed.reference_rate
         return checked(
             take,
@@ -306,7 +306,9 @@ class Session:
         name = max(found, key=lambda material: found[material])
         return f"; sounds like {name} ({found[name]:.2f})"
 
-    def _decide(self, trial: Trial, take: Take, verdict: Verdict, *, question: str, default: str) -> str:
+    def _decide(
+        self, trial: PlannedTake, take: Take, verdict: TakeAssessment, *, question: str, default: str
+    ) -> str:
         """Return what is decided about a take; ``"a"`` means that it is in the store."""
         while True:
             decision = self._ask(question, DECIDE, default=default)
@@ -321,7 +323,7 @@ class Session:
             else:
                 return decision
 
-    def _accept(self, trial: Trial, take: Take, verdict: Verdict) -> None:
+    def _accept(self, trial: PlannedTake, take: Take, verdict: TakeAssessment) -> None:
         """Put a take into the store; it is on the disk when this returns.
 
         Raises
@@ -364,7 +366,7 @@ class Session:
 
     def _ask(self, question: str, keys: Mapping[str, str], *, default: str) -> str:
         """Ask, and read the source meanwhile: what nobody reads piles up in the cable."""
-        self._console.show(Status(self._place, "question", question, levels=self._feed.levels()))
+        self._console.show(CaptureStatus(self._place, "question", question, levels=self._feed.levels()))
 
         def read() -> None:
             # A source that goes away now takes nothing with it: the take that is asked about is at hand.
@@ -380,7 +382,7 @@ class Session:
         return self._console.ask(question, keys, default=default, idle=read)
 
     def _show(self, phase: str, text: str, share: float) -> None:
-        self._console.show(Status(self._place, phase, text, share, self._feed.levels()))
+        self._console.show(CaptureStatus(self._place, phase, text, share, self._feed.levels()))
 
     def _note(self, event: str, facts: Mapping[str, Any]) -> None:
         """Write into the diary; where the disk is full the session goes on: the store says what matters."""

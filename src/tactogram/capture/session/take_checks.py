@@ -9,12 +9,12 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.capture.session.plan import Limits
+from tactogram.capture.session.plan import TakeLimits
 from tactogram.capture.session.take import Take
 from tactogram.capture.stream.gaps import gaps
 
 LEAST_RMS = {"m/s^2": 0.12}
-"""`Limits.least_rms` by unit, where the plan says nothing."""
+"""`TakeLimits.least_rms` by unit, where the plan says nothing."""
 STUCK_SAMPLES = 3
 """Samples in a row at the take's own extreme that look like clipping where full scale is not known."""
 COARSE_STEPS = 16
@@ -24,7 +24,7 @@ FLAT_S = 0.5
 
 
 @dataclass(frozen=True)
-class Finding:
+class TakeCheck:
     """One thing that was looked at.
 
     Parameters
@@ -42,7 +42,7 @@ class Finding:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class TakeAssessment:
     """What was found in a take.
 
     Parameters
@@ -50,7 +50,7 @@ class Verdict:
     findings : tuple of Finding
     """
 
-    findings: tuple[Finding, ...]
+    findings: tuple[TakeCheck, ...]
 
     @property
     def good(self) -> bool:
@@ -72,12 +72,12 @@ class Verdict:
 
 def checked(
     take: Take,
-    limits: Limits,
+    limits: TakeLimits,
     *,
     seconds: float,
     nominal: float | None = None,
     full_scale: float | None = None,
-) -> Verdict:
+) -> TakeAssessment:
     """Return whether ``take`` is any good.
 
     Parameters
@@ -98,37 +98,37 @@ def checked(
             _flat(take),
             _level(take, limits),
         ]
-    return Verdict(tuple(found))
+    return TakeAssessment(tuple(found))
 
 
-def _length(take: Take, limits: Limits, seconds: float) -> Finding:
+def _length(take: Take, limits: TakeLimits, seconds: float) -> TakeCheck:
     verdict: Literal["good", "bad"] = "good" if take.seconds >= limits.shortest * seconds else "bad"
-    return Finding("length", verdict, f"{take.seconds:.2f} of {seconds:g} s")
+    return TakeCheck("length", verdict, f"{take.seconds:.2f} of {seconds:g} s")
 
 
-def _losses(take: Take, limits: Limits) -> list[Finding]:
+def _losses(take: Take, limits: TakeLimits) -> list[TakeCheck]:
     if take.lost == len(take):
-        return [Finding("losses", "bad", "every sample was lost")]
+        return [TakeCheck("losses", "bad", "every sample was lost")]
     lost = gaps(take.samples)
     if not lost:
-        return [Finding("losses", "good", "nothing lost")]
+        return [TakeCheck("losses", "good", "nothing lost")]
     share, longest = take.lost / len(take), max(b - a for a, b in lost) / take.rate
     text = f"{100 * share:.2g} % lost in {len(lost)} gaps, the longest {longest:.2g} s"
     bad = share > limits.most_lost or longest > limits.longest_gap_s
     limit = f" (at most {100 * limits.most_lost:g} % and {limits.longest_gap_s:g} s)" if bad else ""
-    return [Finding("losses", "bad" if bad else "note", text + limit)]
+    return [TakeCheck("losses", "bad" if bad else "note", text + limit)]
 
 
-def _rate(take: Take, limits: Limits, nominal: float | None) -> Finding:
+def _rate(take: Take, limits: TakeLimits, nominal: float | None) -> TakeCheck:
     if take.measured is None:
-        return Finding("rate", "note", f"rate not measured, taken for {take.rate:g} Hz")
+        return TakeCheck("rate", "note", f"rate not measured, taken for {take.rate:g} Hz")
     text = f"measured {take.measured:.5g} Hz"
     if nominal is None:
-        return Finding("rate", "good", text)
+        return TakeCheck("rate", "good", text)
     off = abs(take.measured / nominal - 1)
     if off > limits.rate_off:
-        return Finding("rate", "bad", f"{text} instead of {nominal:g} Hz")
-    return Finding("rate", "good" if take.rate == nominal else "note", f"{text}, nominal {nominal:g} Hz")
+        return TakeCheck("rate", "bad", f"{text} instead of {nominal:g} Hz")
+    return TakeCheck("rate", "good" if take.rate == nominal else "note", f"{text}, nominal {nominal:g} Hz")
 
 
 def clipped(samples: NDArray[np.float32], full_scale: float | None) -> int:
@@ -152,16 +152,16 @@ def clipped(samples: NDArray[np.float32], full_scale: float | None) -> int:
     return int(np.count_nonzero(stuck))
 
 
-def _clipping(take: Take, limits: Limits, full_scale: float | None) -> Finding:
+def _clipping(take: Take, limits: TakeLimits, full_scale: float | None) -> TakeCheck:
     count = clipped(take.samples, full_scale)
     if not count:
-        return Finding("clipping", "good", "no clipping")
+        return TakeCheck("clipping", "good", "no clipping")
     where = f"at {full_scale:g} {take.unit}" if full_scale is not None else "at the take's own extreme"
     bad = count > limits.most_clipped * len(take)
-    return Finding("clipping", "bad" if bad else "note", f"{count} samples clipped {where}")
+    return TakeCheck("clipping", "bad" if bad else "note", f"{count} samples clipped {where}")
 
 
-def _flat(take: Take) -> Finding:
+def _flat(take: Take) -> TakeCheck:
     longest = round(FLAT_S * take.rate)
     flat = []
     for name, axis in zip(take.axes, take.samples, strict=True):
@@ -169,9 +169,9 @@ def _flat(take: Take) -> Finding:
         if len(came) > 1 and _in_runs(np.diff(came) == 0, min(longest, len(came) - 1)).any():
             flat.append(name)
     if not flat:
-        return Finding("flat", "good", "every axis moves")
+        return TakeCheck("flat", "good", "every axis moves")
     text = f"axis {', '.join(flat)} stands still for {min(FLAT_S, take.seconds):.2g} s"
-    return Finding("flat", "bad", text)
+    return TakeCheck("flat", "bad", text)
 
 
 def level(samples: NDArray[np.float32]) -> float:
@@ -180,13 +180,13 @@ def level(samples: NDArray[np.float32]) -> float:
     return float(np.sqrt(came.var(axis=1).sum())) if came.size else 0.0
 
 
-def _level(take: Take, limits: Limits) -> Finding:
+def _level(take: Take, limits: TakeLimits) -> TakeCheck:
     least = limits.least_rms if limits.least_rms is not None else LEAST_RMS.get(take.unit)
     rms = level(take.samples)
     text = f"{rms:.3g} {take.unit} rms"
     if least is not None and rms < least:
-        return Finding("level", "bad", f"{text}, less than {least:g}: was the surface stroked?")
-    return Finding("level", "good", text)
+        return TakeCheck("level", "bad", f"{text}, less than {least:g}: was the surface stroked?")
+    return TakeCheck("level", "good", text)
 
 
 def _in_runs(hits: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:

@@ -19,8 +19,8 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from tactogram.capture.session.console import Status
-from tactogram.capture.stream.feed import Levels
+from tactogram.capture.session.console import CaptureStatus
+from tactogram.capture.stream.feed import MeterReading
 
 FLOOR_DB, TOP_DB = -40.0, 0.0
 """What the meter spans, dB relative to full scale; without a full scale relative to `NO_FULL_SCALE`."""
@@ -28,7 +28,7 @@ NO_FULL_SCALE = 100.0
 WIDTH = 44
 
 
-def meter(levels: Levels) -> RenderableType:
+def meter(levels: MeterReading) -> RenderableType:
     """Return the level meter: a bar of the rms, the peak, clipping, rate and losses."""
     top = levels.full_scale or NO_FULL_SCALE
     share = (_db(levels.rms, top) - FLOOR_DB) / (TOP_DB - FLOOR_DB)
@@ -44,7 +44,7 @@ def meter(levels: Levels) -> RenderableType:
     return table
 
 
-def panel(status: Status) -> RenderableType:
+def panel(status: CaptureStatus) -> RenderableType:
     """Return all that is shown of a session at a moment."""
     parts: list[RenderableType] = []
     if status.phase == "question":
@@ -65,7 +65,7 @@ class TerminalConsole:
     def __init__(self) -> None:
         self._rich = RichConsole(stderr=True)
         self._live: Live | None = None
-        self._status: Status | None = None
+        self._status: CaptureStatus | None = None
 
     def __enter__(self) -> Self:
         """Begin to draw."""
@@ -81,7 +81,7 @@ class TerminalConsole:
             self._live.__exit__(kind, error, trace)
             self._live = None
 
-    def show(self, status: Status) -> None:
+    def show(self, status: CaptureStatus) -> None:
         """Draw it."""
         self._status = status
         if self._live is not None:
@@ -100,7 +100,7 @@ class TerminalConsole:
                 idle()
                 levels = self._status.levels if self._status is not None else None
                 place = self._status.place if self._status is not None else ""
-                self.show(Status(place, "question", text, levels=levels))
+                self.show(CaptureStatus(place, "question", text, levels=levels))
                 key = pressed()
                 if key in ("\r", "\n", " "):
                     return default

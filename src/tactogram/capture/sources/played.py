@@ -14,7 +14,7 @@ from time import monotonic
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.capture.session.plan import Trial
+from tactogram.capture.session.plan import PlannedTake
 from tactogram.capture.sources.twelite import TweliteSource
 from tactogram.capture.twelite.simulator import SimulatedPort, SimulatedReceiver, transmissions
 from tactogram.datasets import RecordingInfo, Store
@@ -30,7 +30,7 @@ REST_NOISE = 0.02
 """Of a hand that rests, m/s^2 rms per axis: about the sensor's own at a few hundred Hz."""
 
 
-class SimulatedHand:
+class StrokeReplay:
     """Strokes one recording after the other, each again and again from a place drawn at random.
 
     Parameters
@@ -101,13 +101,13 @@ class SimulatedHand:
         return Signal(x, self._rate, "m/s^2", AXES)
 
 
-class PlayedPort(SimulatedPort):
-    """A pty that a simulated receiver prints to what a `SimulatedHand` feels, for ever or for its ``seconds``."""
+class StoreReplayPort(SimulatedPort):
+    """A pty that a simulated receiver prints to what a `StrokeReplay` feels, for ever or for its ``seconds``."""
 
     def __init__(
         self,
         receiver: SimulatedReceiver,
-        hand: SimulatedHand,
+        hand: StrokeReplay,
         *,
         each: Callable[[float], None] | None = None,
     ) -> None:
@@ -146,7 +146,7 @@ class PlayedPort(SimulatedPort):
             number += 1
 
 
-class PlayedSource(TweliteSource):
+class StoreReplaySource(TweliteSource):
     """A simulated TWE-Lite device whose sensor strokes what a store holds.
 
     Parameters
@@ -174,17 +174,17 @@ class PlayedSource(TweliteSource):
         each_s: float = 5.0,
         log: Path | None = None,
     ) -> None:
-        self.hand = SimulatedHand(store, rate=receiver.rate, seed=receiver.seed)
+        self.hand = StrokeReplay(store, rate=receiver.rate, seed=receiver.seed)
         names = self.hand.materials if tuple(materials) == ("all",) else tuple(materials)
         self._materials, self._each_s, self._turn = names, each_s, -1
         for material in self._materials:
             self.hand.touch(material)  # refuses what is not there before anything is opened
         self.hand.rest()
         self.hand.touched.clear()
-        port = PlayedPort(receiver, self.hand, each=self._next if self._materials else None)
+        port = StoreReplayPort(receiver, self.hand, each=self._next if self._materials else None)
         super().__init__(port, name=name, log=log, simulated=True)
 
-    def on_trial(self, trial: Trial) -> None:
+    def on_trial(self, trial: PlannedTake) -> None:
         """Stroke what a session asks for."""
         self.hand.touch(trial.material, contactor=trial.contactor, speed_mm_s=trial.speed_mm_s)
 

@@ -97,7 +97,7 @@ class CsvSource:
         self._time: int | None = None
         self._tick_s = 1.0
         self._last_tick: float | None = None
-        self._ticks = _Unwrapped()
+        self._ticks = _CounterUnwrapper()
         self._held: list[float] | None = None
         self._waiting: list[list[float]] = []
         self._next = 0
@@ -298,7 +298,7 @@ class CsvSource:
         raise ParameterError(f"{self.name}: time must be one of the columns {known}, or none, got {wanted!r}")
 
 
-class _Unwrapped:
+class _CounterUnwrapper:
     """A counter of 32 bits that goes on: micros() begins again after 71 minutes."""
 
     def __init__(self) -> None:

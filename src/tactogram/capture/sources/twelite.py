@@ -14,9 +14,9 @@ import numpy as np
 from tactogram.capture.logs.raw_log import LoggedStream
 from tactogram.capture.source import Block, SourceEnded
 from tactogram.capture.stream.byte_stream import ByteStream
-from tactogram.capture.stream.sequence import Piece, Timeline
+from tactogram.capture.stream.sequence import Timeline, TimelineSegment
 from tactogram.capture.twelite.messages import AXES, Packet
-from tactogram.capture.twelite.parser import Parser
+from tactogram.capture.twelite.parser import TweliteParser
 from tactogram.errors import ParameterError
 from tactogram.signal.units import STANDARD_GRAVITY
 
@@ -27,15 +27,15 @@ TRUE_STEP = 3.90625 / 4
 devices it varies by 10 %, so that a calibration of one's own is better."""
 
 
-class Senders:
+class SensorTimelines:
     """The time lines of all sensors that one receiver hears."""
 
     def __init__(self) -> None:
         self.timelines: dict[str, Timeline] = {}
 
-    def add(self, packets: Iterable[Packet]) -> dict[str, list[Piece]]:
+    def add(self, packets: Iterable[Packet]) -> dict[str, list[TimelineSegment]]:
         """Place ``packets``; return what that adds, by sender."""
-        added: dict[str, list[Piece]] = {}
+        added: dict[str, list[TimelineSegment]] = {}
         for packet in packets:
             line = self.timelines.get(packet.sender)
             if line is None:
@@ -87,7 +87,7 @@ class TweliteSource:
         # The firmware's scale clips at 16.4 g, the data sheet's at 16 g, one's own may lie below.
         self.full_scale = FULL_SCALE * min(1.0, scale / TRUE_STEP)
         self.axes: tuple[str, ...] = AXES
-        self.parser, self.senders = Parser(), Senders()
+        self.parser, self.senders = TweliteParser(), SensorTimelines()
         if log is not None:
             stream = LoggedStream(stream, log, kind="twelite", address=name, simulated=simulated)
         self._stream, self._scale = stream, scale
@@ -133,7 +133,7 @@ class TweliteSource:
         others = {name: other.received for name, other in self.senders.timelines.items() if other is not line}
         return line.facts() | facts_of_bytes(self.parser) | {"others": others, "simulated": self.simulated}
 
-    def _block(self, added: dict[str, list[Piece]]) -> Block | None:
+    def _block(self, added: dict[str, list[TimelineSegment]]) -> Block | None:
         if self._sender is None and added:
             self._sender = next(iter(added))
         pieces = added.get(self._sender or "")
@@ -146,7 +146,7 @@ class TweliteSource:
         return Block(samples, pieces[0].first_index, pieces[-1].arrival_s)
 
 
-def facts_of_bytes(parser: Parser) -> dict[str, Any]:
+def facts_of_bytes(parser: TweliteParser) -> dict[str, Any]:
     """Return what a parser made of its bytes, as JSON knows it."""
     return {
         "rejected": dict(parser.rejected),

@@ -67,7 +67,7 @@ class CsvParser:
         self._buffer.clear()
         return []
 
-    def told(self) -> str:
+    def rejected_text(self) -> str:
         """Return what was not understood, for an error."""
         return f"{self.before + sum(self.rejected.values())} lines not understood, {self.comments} comments"
 

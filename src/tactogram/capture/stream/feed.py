@@ -23,7 +23,7 @@ MEASURED_S = 0.5
 
 
 @dataclass(frozen=True)
-class Levels:
+class MeterReading:
     """What a level meter shows.
 
     Parameters
@@ -174,7 +174,7 @@ class Feed:
         self._from = None
         self._forget()
 
-    def levels(self) -> Levels:
+    def levels(self) -> MeterReading:
         """Return what a level meter shows."""
         recent = self.recent(METER_S)
         came = recent[:, np.isfinite(recent).all(axis=0)]
@@ -182,7 +182,7 @@ class Feed:
         clipped = self.full_scale is not None and peak >= 0.999 * self.full_scale
         measured = self.measured_rate
         hz = None if measured is None else measured["hz"]
-        return Levels(level(recent), peak, self.full_scale, clipped, self.lost, hz)
+        return MeterReading(level(recent), peak, self.full_scale, clipped, self.lost, hz)
 
     def recent(self, seconds: float) -> NDArray[np.float32]:
         """Return what came last, float32, (axis, time), NaN where it was lost; no samples while the rate is unknown."""

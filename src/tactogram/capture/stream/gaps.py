@@ -21,7 +21,7 @@ Filling = Literal["linear", "hold"]
 
 
 @dataclass(frozen=True, eq=False)
-class GapFree:
+class GapFreeSegment:
     """Samples between two gaps.
 
     Parameters
@@ -36,7 +36,7 @@ class GapFree:
 
 
 @dataclass(frozen=True)
-class Filled:
+class GapFillSummary:
     """What was filled in.
 
     Parameters
@@ -78,7 +78,7 @@ def gap_free(
     axes: tuple[str, ...] = (),
     *,
     least_s: float = 0.0,
-) -> list[GapFree]:
+) -> list[GapFreeSegment]:
     """Return the pieces between the gaps, in order.
 
     Parameters
@@ -93,7 +93,7 @@ def gap_free(
     """
     least = max(1, round(least_s * rate))
     return [
-        GapFree(Signal(samples[:, start:stop], rate, unit, axes), start)
+        GapFreeSegment(Signal(samples[:, start:stop], rate, unit, axes), start)
         for start, stop in _runs(~_missing(samples))
         if stop - start >= least
     ]
@@ -107,7 +107,7 @@ def filled(
     *,
     how: Filling,
     most_s: float = 0.1,
-) -> tuple[Signal, Filled]:
+) -> tuple[Signal, GapFillSummary]:
     """Return one signal whose gaps are filled, and how much of it is.
 
     Gaps at either end are cut off, not filled.
@@ -147,7 +147,9 @@ def filled(
         for row in kept:
             row[missing] = np.interp(places[missing], known, row[known])
     count = int(missing.sum())
-    return Signal(kept, rate, unit, axes), Filled(how, count, len(holes), longest, count / len(missing))
+    return Signal(kept, rate, unit, axes), GapFillSummary(
+        how, count, len(holes), longest, count / len(missing)
+    )
 
 
 def _missing(samples: NDArray[np.float32]) -> NDArray[np.bool_]:

@@ -8,11 +8,11 @@ from typing import Any, Self
 
 from tactogram.capture.source import Block, Source
 
-Hears = Callable[[Source, Block | None], None]
+BlockListener = Callable[[Source, Block | None], None]
 """Called with the source and each block as it is read, None where nothing came in time."""
 
 
-class Tapped:
+class TappedSource:
     """A source as it is, of which each block is handed on, too.
 
     Parameters
@@ -20,11 +20,11 @@ class Tapped:
     source : Source
         Not entered yet.
     hears : callable
-        See `Hears`. What it raises ends the reading, so that it can stop a session or a live classifier by
+        See `BlockListener`. What it raises ends the reading, so that it can stop a session or a live classifier by
         ``KeyboardInterrupt``; it should take no time.
     """
 
-    def __init__(self, source: Source, hears: Hears) -> None:
+    def __init__(self, source: Source, hears: BlockListener) -> None:
         self._source, self._hears = source, hears
 
     def __getattr__(self, name: str) -> Any:

@@ -26,7 +26,7 @@ LONGEST_GAP_S, LONGEST_GAP = 3600.0, 2_000_000
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Piece:
+class TimelineSegment:
     """Samples that come next on the line of a sensor, behind NaN for those that are missing before them.
 
     Parameters
@@ -81,7 +81,7 @@ class Timeline:
         """Samples so far, those that are missing included."""
         return self._next
 
-    def add(self, packet: Packet) -> list[Piece]:
+    def add(self, packet: Packet) -> list[TimelineSegment]:
         """Return what ``packet`` adds to the line: mostly one piece, none or several where a leap is in question."""
         if self.mode is None:
             self.mode = packet.mode
@@ -123,7 +123,9 @@ class Timeline:
         """Return by how many packets the sensor's count has gone on since the last one, modulo 65536."""
         return (packet.sequence - (self._last or 0)) % SEQUENCE
 
-    def _append(self, packet: Packet, missing_packets: int, missing_samples: int | None = None) -> Piece:
+    def _append(
+        self, packet: Packet, missing_packets: int, missing_samples: int | None = None
+    ) -> TimelineSegment:
         n = packet.samples.shape[1]
         gap = missing_packets * n if missing_samples is None else missing_samples
         samples = packet.samples
@@ -138,9 +140,9 @@ class Timeline:
         self.battery_mv, self.lqi = packet.battery_mv, packet.lqi
         self._last, self._last_arrival = packet.sequence, _time(packet)
         self.meter.add(self._next, self._last_arrival)
-        return Piece(samples, first, packet.arrival_s)
+        return TimelineSegment(samples, first, packet.arrival_s)
 
-    def _hold(self, packet: Packet, ahead: int) -> list[Piece]:
+    def _hold(self, packet: Packet, ahead: int) -> list[TimelineSegment]:
         """Keep a packet whose number leaps until the next ones follow it, or do not."""
         if self._held:
             step = (packet.sequence - self._held[-1].sequence) % SEQUENCE
@@ -158,7 +160,7 @@ class Timeline:
         # One after the other: each counts from the one before it.
         return [self._leap(first), *(self._append(held, self._ahead(held) - 1) for held in rest)]
 
-    def _leap(self, packet: Packet) -> Piece:
+    def _leap(self, packet: Packet) -> TimelineSegment:
         """Take a packet after a leap: losses where the time agrees with their number, else a restart."""
         n = packet.samples.shape[1]
         ahead = self._ahead(packet) - 1

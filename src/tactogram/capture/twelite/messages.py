@@ -86,21 +86,21 @@ class Packet:
 
 
 @dataclass(frozen=True, slots=True)
-class Other:
+class OtherPacket:
     """What was understood and holds no acceleration: another kind of sensor, the receiver's clock, its greeting."""
 
     what: str
 
 
 @dataclass(frozen=True, slots=True)
-class Refused:
+class RejectedLine:
     """What was not understood, and why."""
 
     why: str
 
 
 @dataclass(frozen=True, slots=True)
-class Continuation:
+class ContinuationPacket:
     """A further sample of the ten-sample packet whose first line came before: x, y, z in mg."""
 
     values: tuple[int, int, int]
@@ -121,7 +121,7 @@ def checksum(payload: bytes | bytearray) -> int:
     return -sum(payload) & 0xFF
 
 
-def decode_hex(body: str, arrival_s: float) -> Packet | Other | Refused:
+def decode_hex(body: str, arrival_s: float) -> Packet | OtherPacket | RejectedLine:
     """Return what the hex digits after a colon say.
 
     Parameters
@@ -131,41 +131,41 @@ def decode_hex(body: str, arrival_s: float) -> Packet | Other | Refused:
     arrival_s : float
     """
     if len(body) % 2 or len(body) < 4 or not _HEX.fullmatch(body):
-        return Refused("not hex")
+        return RejectedLine("not hex")
     data = bytes.fromhex(body)
     if sum(data) & 0xFF:
-        return Refused("checksum")
+        return RejectedLine("checksum")
     return decode_payload(data[:-1], "hex", arrival_s)
 
 
-def decode_payload(payload: bytes, form: Form, arrival_s: float) -> Packet | Other | Refused:
+def decode_payload(payload: bytes, form: Form, arrival_s: float) -> Packet | OtherPacket | RejectedLine:
     """Return what the payload of a hex or binary frame says, its checksum being right."""
     if payload[0] < 0x80:
         # The standard application and all others that have no relay's address in front.
-        return Other(f"frame of kind 0x{payload[1]:02X}")
+        return OtherPacket(f"frame of kind 0x{payload[1]:02X}")
     if len(payload) < _HEADER.size:
-        return Refused("length")
+        return RejectedLine("length")
     relay, lqi, sequence, sender, _, kind = _HEADER.unpack_from(payload)
     if kind != _ADXL:
-        return Other(f"sensor of kind 0x{kind:02X}")
+        return OtherPacket(f"sensor of kind 0x{kind:02X}")
     if len(payload) <= _START:
-        return Refused("length")
+        return RejectedLine("length")
     battery, adc1, adc2, code = _BODY.unpack_from(payload, _HEADER.size)
     mode = _MODES.get(code)
     if mode is None:
-        return Refused(f"mode 0x{code:02X}")
+        return RejectedLine(f"mode 0x{code:02X}")
     values = payload[_START:]
     if mode == "fifo":
         count, values = values[0], values[1:]
         if not count or len(values) != 6 * count:
-            return Refused("length")
+            return RejectedLine("length")
     elif mode == "summary":
         # Nine values, then how many samples they are of.
         if len(values) != 20:
-            return Refused("length")
+            return RejectedLine("length")
         values = values[:18]
     elif len(values) != 6:
-        return Refused("length")
+        return RejectedLine("length")
     counts = np.frombuffer(values, ">i2").reshape(-1, 9 if mode == "summary" else 3).T
     return Packet(
         f"{sender:08X}",
@@ -183,11 +183,11 @@ def decode_payload(payload: bytes, form: Form, arrival_s: float) -> Packet | Oth
     )
 
 
-def decode_standard(line: str, arrival_s: float) -> Packet | Other | Refused:
+def decode_standard(line: str, arrival_s: float) -> Packet | OtherPacket | RejectedLine:
     """Return what a line ``::rc=…`` says. Its separators are colons; one firmware prints ``;`` before the first z."""
     found = _STANDARD.fullmatch(line)
     if found is None:
-        return Refused("standard form")
+        return RejectedLine("standard form")
     relay, lqi, sequence, sender, battery, adc1, adc2, rest = found.groups()
     mode: Mode
     if summary := _STANDARD_SUMMARY.fullmatch(rest):
@@ -195,21 +195,21 @@ def decode_standard(line: str, arrival_s: float) -> Packet | Other | Refused:
     elif _STANDARD_SAMPLES.fullmatch(rest):
         rows = _SAMPLE.findall(rest)
         if len(rows) not in (1, FIFO_SAMPLES):
-            return Refused("samples missing")
+            return RejectedLine("samples missing")
         mode = "single" if len(rows) == 1 else "fifo"
         if mode == "single" and ";" in rest:
-            return Refused("samples missing")
+            return RejectedLine("samples missing")
     elif _OTHER_VALUES.fullmatch(rest):
-        return Other("another sensor's line")
+        return OtherPacket("another sensor's line")
     else:
-        return Refused("standard form")
+        return RejectedLine("standard form")
     return _of_text(
         sender, int(sequence, 16), mode, rows, "standard", arrival_s,
         relay=relay, lqi=int(lqi), battery_mv=int(battery), adc1_mv=int(adc1), adc2_mv=int(adc2),
     )  # fmt: skip
 
 
-def decode_columns(line: str, arrival_s: float) -> Packet | Continuation | Other | Refused:
+def decode_columns(line: str, arrival_s: float) -> Packet | ContinuationPacket | OtherPacket | RejectedLine:
     """Return what a line of the semicolon or comma form says.
 
     A ten-sample packet comes as one line with the packet's columns and its first sample, which is returned as a
@@ -220,30 +220,30 @@ def decode_columns(line: str, arrival_s: float) -> Packet | Continuation | Other
         line = line.replace("\t", "").replace(",", ";")
     if further := _CONTINUED.fullmatch(line):
         x, y, z = further.groups()
-        return Continuation((int(x), int(y), int(z)))
+        return ContinuationPacket((int(x), int(y), int(z)))
     found = _COLUMNS.fullmatch(line)
     if found is None:
         if _CLOCK.fullmatch(line):
-            return Other("the receiver's clock")
+            return OtherPacket("the receiver's clock")
         if _OTHER_COLUMNS.fullmatch(line):
-            return Other("another sensor's line")
-        return Refused("columns")
+            return OtherPacket("another sensor's line")
+        return RejectedLine("columns")
     clock, relay, lqi, sequence, sender, battery, code, adc1, adc2, first, rest = found.groups()
     mode = _MODES.get(int(code, 16))
     if mode is None:
-        return Refused(f"mode 0x{int(code, 16):02X}")
+        return RejectedLine(f"mode 0x{int(code, 16):02X}")
     row = tuple(first.split(";"))
     if mode == "summary":
         # The least, mean and largest of x stand where a sample stands; y, z and the count of samples follow.
         further_values = rest.split(";") if rest else []
         if len(further_values) != 8:
-            return Refused("columns")
+            return RejectedLine("columns")
         row += tuple(further_values[:6])
     elif rest:
-        return Refused("columns")
+        return RejectedLine("columns")
     number = int(sequence)
     if number > 0xFFFF:
-        return Refused("columns")
+        return RejectedLine("columns")
     # Serial numbers are printed without their first digit, which is 8 in all of them.
     return _of_text(
         f"8{sender.upper()}", number, mode, [row], form, arrival_s,
@@ -266,10 +266,10 @@ def _of_text(
     battery_mv: int,
     adc1_mv: int,
     adc2_mv: int,
-) -> Packet | Refused:
+) -> Packet | RejectedLine:
     values = np.array([[int(value) for value in row] for row in rows])
     if values.min() < -32768 or values.max() > 32767 or lqi > 255:
-        return Refused("out of range")
+        return RejectedLine("out of range")
     samples = (values.T * UNITS_BY_MODE[mode]).astype(np.float32)
     return Packet(
         sender, sequence, mode, samples, form, arrival_s, receiver_s, relay, lqi, battery_mv, adc1_mv, adc2_mv

@@ -10,10 +10,10 @@ import numpy as np
 from tactogram.capture.twelite.messages import (
     FIFO_SAMPLES,
     UNITS_BY_MODE,
-    Continuation,
-    Other,
+    ContinuationPacket,
+    OtherPacket,
     Packet,
-    Refused,
+    RejectedLine,
     decode_columns,
     decode_hex,
     decode_payload,
@@ -28,7 +28,7 @@ LONGEST_BINARY = 512
 _MARK = b"\xa5\x5a"
 
 
-class Parser:
+class TweliteParser:
     """Turns bytes into packets, however they are cut into pieces.
 
     Binary frames and lines of every text form are told apart as they come; a receiver may change its form. Every byte
@@ -153,35 +153,37 @@ class Parser:
             self.bytes_taken += len(line)
             return
         before = 0
-        found: Packet | Continuation | Other | Refused
+        found: Packet | ContinuationPacket | OtherPacket | RejectedLine
         if text[0] in ";,":
             found = decode_columns(text, arrival_s)
         elif "::" in text:
             before = text.rfind("::")
             rest = text[before:]
-            found = Other("the receiver's clock") if _is_clock(rest) else decode_standard(rest, arrival_s)
+            found = (
+                OtherPacket("the receiver's clock") if _is_clock(rest) else decode_standard(rest, arrival_s)
+            )
         elif ":" in text:
             before = text.rfind(":")
             found = decode_hex(text[before + 1 :], arrival_s)
         else:
-            found = Refused("not a line of any form")
+            found = RejectedLine("not a line of any form")
         if text[0] == "*":
-            before, found = 0, Other("the receiver's greeting")
-        if isinstance(found, Continuation):
+            before, found = 0, OtherPacket("the receiver's greeting")
+        if isinstance(found, ContinuationPacket):
             self._continue(found, packets, arrival_s, len(line))
             return
-        if before and not isinstance(found, Refused):
+        if before and not isinstance(found, RejectedLine):
             # What stood before a whole frame is a piece of another one.
             self._reject("unfinished", before)
-        self._take(found, packets, len(line) - (0 if isinstance(found, Refused) else before))
+        self._take(found, packets, len(line) - (0 if isinstance(found, RejectedLine) else before))
 
-    def _take(self, found: Packet | Other | Refused, packets: list[Packet], count: int) -> None:
-        if isinstance(found, Refused):
+    def _take(self, found: Packet | OtherPacket | RejectedLine, packets: list[Packet], count: int) -> None:
+        if isinstance(found, RejectedLine):
             self._break(packets)
             self._reject(found.why, count)
             return
         self.bytes_taken += count
-        if isinstance(found, Other):
+        if isinstance(found, OtherPacket):
             self.other[found.what] += 1
             return
         self._break(packets)
@@ -190,12 +192,14 @@ class Parser:
         else:
             packets.append(found)
 
-    def _continue(self, further: Continuation, packets: list[Packet], arrival_s: float, count: int) -> None:
+    def _continue(
+        self, further: ContinuationPacket, packets: list[Packet], arrival_s: float, count: int
+    ) -> None:
         if self._open is None:
             self._reject("continuation of nothing", count)
             return
         if any(not -32768 <= value <= 32767 for value in further.values):
-            self._take(Refused("out of range"), packets, count)
+            self._take(RejectedLine("out of range"), packets, count)
             return
         self.bytes_taken += count
         self._open_rows.append(further.values)

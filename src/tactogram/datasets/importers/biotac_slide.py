@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.datasets.importer import Item
+from tactogram.datasets.importer import ImportItem
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError
 from tactogram.signal import Signal
@@ -49,7 +49,7 @@ HISTORY = (
 )
 
 
-def find(folder: Path) -> list[Item]:
+def find(folder: Path) -> list[ImportItem]:
     """Return an item per ``matNN.npz``, and one per raw recording of materials that have none."""
     arrays = {_number(path.stem): path for path in folder.glob("mat*.npz")}
     raw = folder / "raw_csv" if (folder / "raw_csv").is_dir() else folder
@@ -62,7 +62,7 @@ def find(folder: Path) -> list[Item]:
     return items + [_item(folder, path, materials.get(_number(path.stem), {})) for path in tables]
 
 
-def read(item: Item) -> list[Recording]:
+def read(item: ImportItem) -> list[Recording]:
     """Return the recordings of one file."""
     [path] = item.paths
     if path.suffix == ".npz":
@@ -70,10 +70,10 @@ def read(item: Item) -> list[Recording]:
     return [_recording(item, _number(path.stem, 1), _read_table(path))]
 
 
-def _item(folder: Path, path: Path, material: Mapping[str, str]) -> Item:
+def _item(folder: Path, path: Path, material: Mapping[str, str]) -> ImportItem:
     number = _number(path.stem)
     image = folder / "images" / (material.get("image") or f"mat{number:02d}.jpg")
-    return Item(
+    return ImportItem(
         path.relative_to(folder).as_posix(),
         (path,),
         {"key": f"mat{number}", **material},
@@ -92,7 +92,7 @@ def _materials(path: Path) -> dict[int, dict[str, str]]:
         raise DataError(f"{path}: material_id must be a number: {error}") from error
 
 
-def _read_arrays(item: Item, path: Path) -> list[Recording]:
+def _read_arrays(item: ImportItem, path: Path) -> list[Recording]:
     needed = ("pac", "tdc", "tac", "pdc", "electrodes", "lengths", "recording")
     # Opened here: numpy leaves the file open if it turns out not to be a zip.
     with path.open("rb") as file, np.load(file, allow_pickle=False) as held:
@@ -152,7 +152,7 @@ def _read_table(path: Path) -> dict[str, NDArray[np.float64]]:
     return {"pac": pac, "tdc": tdc[:, 0], "tac": tac[:, 0], "pdc": pdc[:, 0], "electrodes": electrodes}
 
 
-def _recording(item: Item, number: int, frames: Mapping[str, NDArray[Any]]) -> Recording:
+def _recording(item: ImportItem, number: int, frames: Mapping[str, NDArray[Any]]) -> Recording:
     pac, electrodes = np.asarray(frames["pac"]), np.asarray(frames["electrodes"])
     if pac.ndim != 2 or pac.shape[1] != PAC_PER_FRAME or electrodes.shape[1:] != (ELECTRODES,):
         raise DataError(

@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tactogram.datasets.importer import Item, check_positive
+from tactogram.datasets.importer import ImportItem, check_positive
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Signal
@@ -46,7 +46,7 @@ PER_MM = 6.0
 
 def find(
     folder: Path, *, rate: float = RATE, speed_unit: str = SPEED_UNIT, per_mm: float = PER_MM
-) -> list[Item]:
+) -> list[ImportItem]:
     """Return an item per worksheet."""
     check_positive(rate=rate, per_mm=per_mm)
     if parse_unit(str(speed_unit))[0] != "m/s":
@@ -57,12 +57,12 @@ def find(
     info = {"rate": float(rate), "speed_unit": str(speed_unit), "per_mm": float(per_mm)}
     images = {path: folder / "images" / f"{path.stem}.png" for path in paths}
     return [
-        Item(path.relative_to(folder).as_posix(), (path,), info, image if image.is_file() else None)
+        ImportItem(path.relative_to(folder).as_posix(), (path,), info, image if image.is_file() else None)
         for path, image in images.items()
     ]
 
 
-def read(item: Item) -> list[Recording]:
+def read(item: ImportItem) -> list[Recording]:
     """Return the one recording of a material."""
     [path] = item.paths
     rate, speed_unit = item.info["rate"], item.info["speed_unit"]

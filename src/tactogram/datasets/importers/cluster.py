@@ -27,7 +27,7 @@ import pyarrow as pa
 import pyarrow.csv
 from numpy.typing import NDArray
 
-from tactogram.datasets.importer import Item
+from tactogram.datasets.importer import ImportItem
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError
 from tactogram.signal import Signal
@@ -48,7 +48,7 @@ SCAN_MM = 100.0
 
 
 @dataclass(frozen=True)
-class Kind:
+class StreamFormat:
     """How the CSV files of one folder become a stream."""
 
     stream: str
@@ -60,20 +60,22 @@ class Kind:
     note: str = ""
 
 
-TABLES: Mapping[str, Kind] = {
-    "accel": Kind(
+TABLES: Mapping[str, StreamFormat] = {
+    "accel": StreamFormat(
         *("acceleration", ("X", "Y", "Z"), ("x", "y", "z"), "m/s^2", 6000.0, STANDARD_GRAVITY),
         note=f"acceleration from g to m/s^2 (x {STANDARD_GRAVITY}); gravity is in it",
     ),
-    "force": Kind("force", ("force",), ("z",), "N", 6000.0),
-    "position": Kind("position", ("X", "Y"), ("x", "y"), "m", 100.0, 1e-3, note="position from mm to m"),
+    "force": StreamFormat("force", ("force",), ("z",), "N", 6000.0),
+    "position": StreamFormat(
+        "position", ("X", "Y"), ("x", "y"), "m", 100.0, 1e-3, note="position from mm to m"
+    ),
 }
 SUFFIXES: Mapping[str, str] = {**dict.fromkeys(TABLES, ".csv"), "audio": ".wav"}
 
 _NAME = re.compile(r"(\d+)_(\d+)_(\d+)_(\d+)_(\d+)")
 
 
-def find(folder: Path) -> list[Item]:
+def find(folder: Path) -> list[ImportItem]:
     """Return an item per stroke; every kind of file that is there at all has to be there for each."""
     root = next((r for r in (folder, folder / "texture_dataset") if (r / "sensor_data").is_dir()), None)
     if root is None:
@@ -98,11 +100,11 @@ def find(folder: Path) -> list[Item]:
         image = _image(root / "images" / "images_scan_area", texture)
         name = next(iter(paths.values())).relative_to(folder).as_posix()
         info = {"kinds": tuple(paths), "material": names.get(texture, f"texture {texture}")}
-        items.append(Item(name, tuple(paths.values()), info, image, None if image is None else SCAN_MM))
+        items.append(ImportItem(name, tuple(paths.values()), info, image, None if image is None else SCAN_MM))
     return items
 
 
-def read(item: Item) -> list[Recording]:
+def read(item: ImportItem) -> list[Recording]:
     """Return one stroke."""
     stem = item.paths[0].stem
     match = _NAME.fullmatch(stem)

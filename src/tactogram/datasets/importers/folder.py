@@ -28,7 +28,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.datasets.cells import finite_number
-from tactogram.datasets.importer import Item, Picture, check_positive
+from tactogram.datasets.importer import ImportedPhotograph, ImportItem, check_positive
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.store.photographs import PICTURES
 from tactogram.errors import DataError
@@ -68,7 +68,7 @@ def find(
     rate: float | None = None,
     axes: str | Sequence[str] = "",
     stream: str = "",
-) -> list[Item]:
+) -> list[ImportItem]:
     """Return an item per signal file; those in the folders ``items``, divided by commas, are of no material."""
     rows = _table(folder / TABLE)
     said = _said(unit, rate, axes, stream)
@@ -95,11 +95,11 @@ def find(
         shown = [] if top in lone else general.get(top, [])
         only = shown[0] if len(shown) == 1 else None
         image = folder / info["image"] if info.get("image") else own.get(name, only)
-        found.append(Item(name, (path,), info, image, info.pop("image_width_mm", None)))
+        found.append(ImportItem(name, (path,), info, image, info.pop("image_width_mm", None)))
     return found
 
 
-def photographs(folder: Path, *, items: str = "") -> list[Picture]:
+def photographs(folder: Path, *, items: str = "") -> list[ImportedPhotograph]:
     """Return the pictures of materials that have several, or no recording, and those of ``items``."""
     rows = _table(folder / TABLE)
     signals = _signals(folder)
@@ -113,20 +113,22 @@ def photographs(folder: Path, *, items: str = "") -> list[Picture]:
     lone = _lone(folder, items)
     for top, paths in general.items():
         if top in lone:
-            found += [Picture(path.relative_to(folder).as_posix(), path, path.stem) for path in paths]
+            found += [
+                ImportedPhotograph(path.relative_to(folder).as_posix(), path, path.stem) for path in paths
+            ]
             continue
         materials = recorded.get(top, {top})
         if len(materials) == 1 and (len(paths) > 1 or top not in recorded):
             [material] = materials
             found += [
-                Picture(path.relative_to(folder).as_posix(), path, material)
+                ImportedPhotograph(path.relative_to(folder).as_posix(), path, material)
                 for path in paths
                 if path not in named
             ]
     return found
 
 
-def read(item: Item) -> list[Recording]:
+def read(item: ImportItem) -> list[Recording]:
     """Return the recording in one file."""
     [path] = item.paths
     info = item.info

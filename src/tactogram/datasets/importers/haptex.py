@@ -30,7 +30,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.datasets.importer import Item, Picture, check_positive
+from tactogram.datasets.importer import ImportedPhotograph, ImportItem, check_positive
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.store.photographs import PICTURES
 from tactogram.errors import DataError
@@ -57,7 +57,7 @@ LEAST = 16
 """Samples that a stroke must have."""
 
 
-def find(folder: Path, *, rate: float = RATE, width_mm: float = WIDTH_MM) -> list[Item]:
+def find(folder: Path, *, rate: float = RATE, width_mm: float = WIDTH_MM) -> list[ImportItem]:
     """Return an item per table, by fabric."""
     check_positive(rate=rate, width_mm=width_mm)
     tables = _by_fabric(folder, TABLES)
@@ -78,22 +78,22 @@ def find(folder: Path, *, rate: float = RATE, width_mm: float = WIDTH_MM) -> lis
                 "registered": image is not None,
             }
             name = path.relative_to(folder).as_posix()
-            items.append(Item(name, (path,), info, image, width_mm if image else None))
+            items.append(ImportItem(name, (path,), info, image, width_mm if image else None))
     return items
 
 
-def photographs(folder: Path) -> list[Picture]:
+def photographs(folder: Path) -> list[ImportedPhotograph]:
     """Return the photographs that are not of all recordings of their fabric: several of it, or no recording."""
     tables = _by_fabric(folder, TABLES)
     return [
-        Picture(path.relative_to(folder).as_posix(), path, _name(fabric))
+        ImportedPhotograph(path.relative_to(folder).as_posix(), path, _name(fabric))
         for fabric, paths in _by_fabric(folder, PICTURES).items()
         if len(paths) > 1 or fabric not in tables
         for path in paths
     ]
 
 
-def read(item: Item) -> list[Recording]:
+def read(item: ImportItem) -> list[Recording]:
     """Return one stroke."""
     [path] = item.paths
     known = item.info

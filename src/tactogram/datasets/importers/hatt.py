@@ -38,7 +38,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.datasets.cells import finite_number
-from tactogram.datasets.importing import Item
+from tactogram.datasets.importing import ImportItem
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.autoregressive import AutoregressiveModel
@@ -74,7 +74,7 @@ PICTURES = {".bmp", ".png", ".jpg", ".jpeg"}
 
 
 @dataclass(frozen=True)
-class Surface:
+class SurfaceModel:
     """One file: what a surface feels like under every speed and force.
 
     Parameters
@@ -95,14 +95,14 @@ class Surface:
     friction: float | None
 
 
-def find(folder: Path) -> list[Item]:
+def find(folder: Path) -> list[ImportItem]:
     """Return an item per model file, with its photo where there is one."""
     files = sorted(folder.rglob("Models_*.xml"))
     if not files:
         raise DataError(f"{folder}: expected model files of the toolkit, found no Models_NAME.xml")
     pictures = {p.stem.lower(): p for p in sorted(folder.rglob("*_square.*")) if p.suffix.lower() in PICTURES}
     return [
-        Item(
+        ImportItem(
             name=file.relative_to(folder).as_posix(),
             paths=(file,),
             image=pictures.get(f"{file.stem.removeprefix('Models_')}_square".lower()),
@@ -111,7 +111,7 @@ def find(folder: Path) -> list[Item]:
     ]
 
 
-def read(item: Item) -> list[Recording]:
+def read(item: ImportItem) -> list[Recording]:
     """Return the surface at every condition of the grid that was recorded of it."""
     surface = read_surface(item.paths[0])
     return [
@@ -121,7 +121,7 @@ def read(item: Item) -> list[Recording]:
     ]
 
 
-def read_surface(path: Path) -> Surface:
+def read_surface(path: Path) -> SurfaceModel:
     """Read one model file.
 
     Raises
@@ -146,7 +146,7 @@ def read_surface(path: Path) -> Surface:
         models.append(_model(where, node, rate))
         conditions.append((_number(where, node, "speedMod"), _number(where, node, "forceMod")))
     friction = root.findtext("mu")
-    return Surface(
+    return SurfaceModel(
         material,
         _map(path, models, conditions, _triangles(path, root, count)),
         _number(path, root, "maxSpeed"),
@@ -155,7 +155,7 @@ def read_surface(path: Path) -> Surface:
     )
 
 
-def _recording(surface: Surface, name: str, speed: float, force: float) -> Recording:
+def _recording(surface: SurfaceModel, name: str, speed: float, force: float) -> Recording:
     seed = zlib.crc32(f"{surface.material}|{speed:g}|{force:g}".encode())
     labels = {"synthesised_from": "autoregressive models of real recordings"}
     if surface.friction is not None:

@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.datasets.importer import Item, Picture
+from tactogram.datasets.importer import ImportedPhotograph, ImportItem
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.store.photographs import PICTURES
 from tactogram.errors import DataError
@@ -53,7 +53,7 @@ _AXIS = re.compile(r"(G\d+)(.+)_Movement_([XYZ])_([A-Za-z]*)(\d+)\.txt", re.IGNO
 _IMAGE = re.compile(r"(G\d+)(.+?)_Image(?:_\d+)?_([A-Za-z]*)(\d+)", re.IGNORECASE)
 
 
-def find(folder: Path) -> list[Item]:
+def find(folder: Path) -> list[ImportItem]:
     """Return an item per stroke."""
     index = folder / "index.csv"
     entries = _indexed(index) if index.is_file() else _named(folder)
@@ -74,11 +74,11 @@ def find(folder: Path) -> list[Item]:
             there = next(kind for kind in "XYZ" if kind in stroke)
             paths = [stroke["sound"]] if "sound" in stroke else []
             paths += [_sibling(stroke[there], there, kind) for kind in "XYZ"]
-        items.append(Item(paths[0].relative_to(folder).as_posix(), tuple(paths), stroke))
+        items.append(ImportItem(paths[0].relative_to(folder).as_posix(), tuple(paths), stroke))
     return items
 
 
-def photographs(folder: Path) -> list[Picture]:
+def photographs(folder: Path) -> list[ImportedPhotograph]:
     """Return the photographs taken without flash."""
     found = []
     for path in folder.rglob("*_Image_*"):
@@ -89,11 +89,11 @@ def photographs(folder: Path) -> list[Picture]:
             group, material, part, number = named.groups()
             name = group.upper() + material
             place = (int(group[1:]), name, part.lower(), int(number))
-            found.append((place, Picture(relative.as_posix(), path, name)))
+            found.append((place, ImportedPhotograph(relative.as_posix(), path, name)))
     return [picture for _, picture in sorted(found, key=lambda f: (f[0], f[1].name))]
 
 
-def read(item: Item) -> list[Recording]:
+def read(item: ImportItem) -> list[Recording]:
     """Return one stroke."""
     streams, history = {}, []
     tables = [path for path in item.paths if path.suffix.lower() == ".txt"]

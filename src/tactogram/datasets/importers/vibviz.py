@@ -20,7 +20,7 @@ import numpy as np
 import soundfile
 
 from tactogram.datasets.cells import finite_number
-from tactogram.datasets.importer import Item
+from tactogram.datasets.importer import ImportItem
 from tactogram.datasets.ratings.ratings import Ratings, Scale
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError
@@ -41,7 +41,7 @@ SCALE = Scale("7-point bipolar, means", -3.0, 3.0)
 TAGS = ("sensationTags", "emotionTags", "metaphors", "usageExamples")
 
 
-def find(folder: Path) -> list[Item]:
+def find(folder: Path) -> list[ImportItem]:
     """Return an item per WAV file; each needs its row of annotations."""
     table, rows = _annotations(folder)
     annotations = {row["id"]: row for row in rows}
@@ -50,11 +50,11 @@ def find(folder: Path) -> list[Item]:
         name = path.relative_to(folder).as_posix()
         if path.stem not in annotations:
             raise DataError(f"{name}: has no row in {table.name}")
-        items.append(Item(name, (path,), annotations[path.stem]))
+        items.append(ImportItem(name, (path,), annotations[path.stem]))
     return items
 
 
-def read(item: Item) -> list[Recording]:
+def read(item: ImportItem) -> list[Recording]:
     """Return one effect."""
     [path] = item.paths
     try:

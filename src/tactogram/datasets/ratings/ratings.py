@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tactogram.datasets.recording import RecordingInfo
 from tactogram.errors import DataError, ParameterError
-from tactogram.model import Rated
+from tactogram.model import ItemRatings
 
 
 @dataclass(frozen=True)
@@ -209,7 +209,7 @@ class Ratings:
             means: NDArray[np.float64] = np.where(given, self.cube, 0).sum(1) / given.sum(1)
         return means
 
-    def rated(self, item: str) -> Rated:
+    def rated(self, item: str) -> ItemRatings:
         """Return what was said of one item, for learners: scores as 0 to 1.
 
         Raises
@@ -222,7 +222,7 @@ class Ratings:
         scores = self.cube[self._place[item]]
         who = ~np.isnan(scores).all(1)
         raters = tuple(name for name, has in zip(self.raters, who, strict=True) if has)
-        return Rated(self.words, raters, self.scale.to_unit(scores[who]))
+        return ItemRatings(self.words, raters, self.scale.to_unit(scores[who]))
 
     @cached_property
     def _place(self) -> dict[str, int]:

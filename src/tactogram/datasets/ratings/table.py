@@ -6,7 +6,7 @@ Japanese and romaji (`words.word_of`).
 
 The tables of the published study (IEEE DataPort, DOI 10.21227/5jwn-qx81) were not at hand. What the paper says of them
 ([1], Sec. III-A and III-C): 384 instances of ten scores for 12 plates by 32 people, and 1,248 for 39 signals. Expected
-is therefore the wide form, once per table; whatever the columns are called, `Columns.named` says so.
+is therefore the wide form, once per table; whatever the columns are called, `RatingColumns.named` says so.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ Form = Literal["long", "wide"]
 
 
 @dataclass(frozen=True)
-class Columns:
+class RatingColumns:
     """How to read a table.
 
     Parameters
@@ -107,7 +107,9 @@ class RatingsTable:
     blank: Mapping[str, int]
 
 
-def read_table(path: Path, *, scale: Scale = SEVEN_POINT, columns: Columns | None = None) -> RatingsTable:
+def read_table(
+    path: Path, *, scale: Scale = SEVEN_POINT, columns: RatingColumns | None = None
+) -> RatingsTable:
     """Read a table of ratings.
 
     Parameters
@@ -123,7 +125,7 @@ def read_table(path: Path, *, scale: Scale = SEVEN_POINT, columns: Columns | Non
         Naming file and row, where a score is no number or off the scale, a word is unknown, a rating stands there
         twice, a cell that must be filled is empty, a column is missing or unknown, or there is no row.
     """
-    columns = columns or Columns()
+    columns = columns or RatingColumns()
     if path.suffix.lower() not in SUFFIXES:
         raise DataError(f"{path}: a table of ratings must be {', '.join(SUFFIXES)}, got {path.suffix!r}")
     if path.suffix.lower() == ".parquet":
@@ -159,7 +161,7 @@ def write_table(path: Path, ratings: Ratings, *, form: Form = "long") -> None:
 class _Reader:
     """Finds the columns of one table, and reads its rows."""
 
-    def __init__(self, path: Path, scale: Scale, columns: Columns, headings: Sequence[str]) -> None:
+    def __init__(self, path: Path, scale: Scale, columns: RatingColumns, headings: Sequence[str]) -> None:
         self.path, self.scale, self.columns = path, scale, columns
         self.headings = [heading.strip() for heading in headings]
         self.place: dict[str, int] = {}

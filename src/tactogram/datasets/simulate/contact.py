@@ -70,7 +70,7 @@ CONTACTORS = {c.name: c for c in (FINGER, PEN)}
 
 
 @dataclass(frozen=True)
-class Felt:
+class ContactSignals:
     """What happens at the contact, float64, shape (time,) each.
 
     Parameters
@@ -100,7 +100,7 @@ def feel(
     direction_deg: float,
     wear: float = 1.0,
     bristles: Bristles = SKIN,
-) -> Felt:
+) -> ContactSignals:
     """Return what ``contactor`` feels on ``stroke`` over ``surface``.
 
     The surface is read in space, where the contactor is, so that a spatial frequency k at speed v is felt at v k, and
@@ -138,7 +138,7 @@ def feel(
         (surface.friction, surface.friction * surface.stiction, 1e-3 * surface.stribeck_mm_s),
         (bristles.sigma0, bristles.sigma1, bristles.sigma2),
     )
-    return Felt(**dict(zip(COLUMNS, columns, strict=True)))
+    return ContactSignals(**dict(zip(COLUMNS, columns, strict=True)))
 
 
 @lru_cache(maxsize=4)

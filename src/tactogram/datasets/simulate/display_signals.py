@@ -25,7 +25,7 @@ _T = np.arange(SAMPLES) / RATE
 
 
 @dataclass(frozen=True)
-class Drive:
+class DisplaySignal:
     """An arbitrary signal.
 
     Parameters
@@ -62,7 +62,7 @@ class Drive:
         )
 
 
-def drives() -> tuple[Drive, ...]:
+def drives() -> tuple[DisplaySignal, ...]:
     """Return the 39 signals, always the same."""
     made = [
         (f"sine of {f} Hz", 1.0, _sine(f)) for f in (5, 10, 20, 40, 80, 120, 160, 200, 250, 320, 400, 600)
@@ -91,7 +91,7 @@ def drives() -> tuple[Drive, ...]:
         ("sum of sines of 8 and 200 Hz", 1.0, _sine(8) + 0.6 * _sine(200)),
         ("noise of 150 to 500 Hz, swelling 6 times a second", 1.0, _noise(150, 500) * (1 + _sine(6))),
     ]
-    return tuple(Drive(f"signal{n:02d}", *facts) for n, facts in enumerate(made, start=1))
+    return tuple(DisplaySignal(f"signal{n:02d}", *facts) for n, facts in enumerate(made, start=1))
 
 
 def _sine(hz: float) -> Array:

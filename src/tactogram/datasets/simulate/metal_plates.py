@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.datasets.simulate.contact import Contactor
-from tactogram.datasets.simulate.surfaces import Grating, Look, Particles, Roughness, Surface
+from tactogram.datasets.simulate.surfaces import Appearance, Grating, Particles, Roughness, Surface
 
 FINEST_PER_MM, COARSEST_PER_MM = 50.0, 5.0
 """Cycles per mm that `Plate.fine_um` covers: from where height fields begin to end, to a fiftieth of a millimetre."""
@@ -53,7 +53,7 @@ def _plate(
     stiction: float = 1.1,
     gloss: float = 0.2,
 ) -> Plate:
-    look = Look((0.36, 0.36, 0.38), (0.22, 0.22, 0.23), 0.03, 2.0, gloss=gloss)
+    look = Appearance((0.36, 0.36, 0.38), (0.22, 0.22, 0.23), 0.03, 2.0, gloss=gloss)
     name = f"plate{number:02d}"
     return Plate(Surface(name, textures, friction, stiction, 15.0, 1e6, look=look), made, fine_um)
 

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from tactogram.datasets.recording import Recording
-from tactogram.datasets.simulate.contact import CONTACTORS, Felt, feel
+from tactogram.datasets.simulate.contact import CONTACTORS, ContactSignals, feel
 from tactogram.datasets.simulate.fabrics import FABRICS, fabric
 from tactogram.datasets.simulate.materials import STROKING_9, STROKING_30
 from tactogram.datasets.simulate.metal_plates import PLATES
@@ -79,7 +79,7 @@ SETS: Mapping[str, SimulatedSet] = {
 
 
 @dataclass(frozen=True)
-class Task:
+class RecordingTask:
     """One recording that is to be made; small, so that processes can hand it on."""
 
     set_name: str
@@ -145,7 +145,7 @@ def tasks(
     rate: float | None = None,
     speeds_mm_s: Sequence[float] | None = None,
     own_images: bool = True,
-) -> list[Task]:
+) -> list[RecordingTask]:
     """Return the recordings that `simulate` yields, not yet made; with ``own_images`` each has its surface's.
 
     Raises
@@ -175,7 +175,7 @@ def tasks(
     if seed < 0:
         raise ParameterError(f"seed must be >= 0, got {seed}")
     return [
-        Task(set_name, seed, surface, contactor, speed, take, length, hertz, own_images)
+        RecordingTask(set_name, seed, surface, contactor, speed, take, length, hertz, own_images)
         for surface in range(len(facts.surfaces))
         for contactor in facts.contactors
         for speed in speeds
@@ -208,7 +208,7 @@ def _set(set_name: str) -> SimulatedSet:
     return SETS[set_name]
 
 
-def make(task: Task) -> Recording:
+def make(task: RecordingTask) -> Recording:
     """Return one simulated recording; it depends on ``task`` alone."""
     facts = SETS[task.set_name]
     if facts.gives == "strain":
@@ -234,7 +234,7 @@ def make(task: Task) -> Recording:
     return _stroked(task, facts)
 
 
-def _stroked(task: Task, facts: SimulatedSet) -> Recording:
+def _stroked(task: RecordingTask, facts: SimulatedSet) -> Recording:
     """Return what an accelerometer on the contactor feels, and what else is known of the stroke."""
     surface, contactor = facts.surfaces[task.surface], CONTACTORS[task.contactor]
     source = f"{task.set_name}/{surface.name}-{contactor.name}-{task.speed_mm_s:g}/{task.take}"
@@ -291,7 +291,7 @@ def _stroked(task: Task, facts: SimulatedSet) -> Recording:
     )
 
 
-def _others(felt: Felt, moved: Stroke, direction_deg: float, sensor: Sensor) -> dict[str, Signal]:
+def _others(felt: ContactSignals, moved: Stroke, direction_deg: float, sensor: Sensor) -> dict[str, Signal]:
     """Return what is known besides the acceleration: force, place, friction."""
     rate = moved.rate
     slow = min(SLOW_RATE, sensor.rate)

@@ -23,7 +23,7 @@ IMAGE_SETS = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Study:
+class SimulatedStudyData:
     """What a simulated study holds besides recordings of surfaces.
 
     Parameters
@@ -46,7 +46,7 @@ RATERS: Mapping[str, int] = {"ultrasonic": 32, "tactile_images": 37}
 
 def study(
     set_name: str, *, seed: int, per_class: int | None = None, raters: int | None = None
-) -> Study | None:
+) -> SimulatedStudyData | None:
     """Return what a named set holds besides its recordings of surfaces; None for a set without ratings.
 
     Parameters
@@ -73,7 +73,9 @@ def study(
         shown = drives()
         felt = score_plates(PLATES, people, seed=seed)
         played = score_vibrations({drive.name: drive.signal for drive in shown}, people, seed=seed)
-        return Study(tuple(drive.recording(set_name) for drive in shown), (), joined([felt, played]))
+        return SimulatedStudyData(
+            tuple(drive.recording(set_name) for drive in shown), (), joined([felt, played])
+        )
     each = PER_FAMILY if per_class is None else per_class
     if each < 1:
         raise ParameterError(f"per_class must be at least 1, got {each}")
@@ -89,4 +91,4 @@ def study(
         present = [person for person in people if person.name not in left_out]
         dealt = {name: images[name] for name in names[number::IMAGE_SETS]}
         parts.append(score_images(dealt, present, seed=seed, session=f"set{number + 1}"))
-    return Study((), tuple(images.items()), joined(parts))
+    return SimulatedStudyData((), tuple(images.items()), joined(parts))

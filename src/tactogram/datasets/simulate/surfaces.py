@@ -93,7 +93,7 @@ Colour = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
-class Look:
+class Appearance:
     """What a surface looks like besides its heights.
 
     Parameters
@@ -149,7 +149,7 @@ class Surface:
     stribeck_mm_s: float = 10.0
     stiffness_n_m: float = 1e5
     loss: float = 0.0
-    look: Look = Look()
+    look: Appearance = Appearance()
     words: dict[str, float] = field(default_factory=dict, hash=False)
 
 

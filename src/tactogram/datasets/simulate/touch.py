@@ -44,7 +44,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Touched:
+class FingerSlide:
     """What a finger meets while it slides.
 
     Parameters
@@ -69,7 +69,7 @@ class Touched:
 
 
 @lru_cache(maxsize=32)
-def plate_touched(plate: Plate) -> Touched:
+def plate_touched(plate: Plate) -> FingerSlide:
     """Return what a bare finger meets on a plate at `SPEED_MM_S` and `FORCE_N`; the same for the same plate."""
     rng = np.random.default_rng(int(plate.name[-2:]))
     fast = 2 * RATE
@@ -91,10 +91,10 @@ def plate_touched(plate: Plate) -> Touched:
     drag = (forces[0] / np.maximum(forces[1], 0.1 * forces[1].mean()))[middle]
     relief_mm, steepness = _relief(plate)
     skin = _skin(forces)[:, middle]
-    return Touched(_moved(skin), float(drag.mean()), drag, relief_mm, steepness)
+    return FingerSlide(_moved(skin), float(drag.mean()), drag, relief_mm, steepness)
 
 
-def display_touched(drive: Signal) -> Touched:
+def display_touched(drive: Signal) -> FingerSlide:
     """Return what a bare finger meets on the simulated ultrasonic display that plays ``drive`` as a loop.
 
     The carrier is amplitude-modulated with depth 1, so its envelope is (1 + x) / 2 of the largest vibration; the
@@ -130,7 +130,7 @@ def display_touched(drive: Signal) -> Touched:
     drag = HORN_FRICTION * (1 - gone)
     forces = np.stack([FORCE_N * drag, np.full(len(drag), FORCE_N)])
     skin = _skin(forces)[:, count:]
-    return Touched(_moved(skin), float(drag[count:].mean()), drag[count:], 0.0, 0.0)
+    return FingerSlide(_moved(skin), float(drag[count:].mean()), drag[count:], 0.0, 0.0)
 
 
 def _skin(forces: Array) -> Array:

@@ -10,7 +10,7 @@ from tactogram.datasets.store.store import Store
 from tactogram.signal import Image
 
 
-class Photographs(Sequence[Image]):
+class PhotographRegions(Sequence[Image]):
     """Regions of photographs in a store, each decoded and cut when asked for.
 
     Attributes
@@ -33,7 +33,7 @@ class Photographs(Sequence[Image]):
     def __getitem__(self, place: int | slice) -> Image | Sequence[Image]:
         """Return one region as an image of its own."""
         if isinstance(place, slice):
-            return Photographs(self.store, self.regions[place])
+            return PhotographRegions(self.store, self.regions[place])
         return cut_out(self.store, self.regions[place])
 
 

@@ -161,7 +161,7 @@ def cut_photograph(
 
 
 @dataclass(frozen=True)
-class _Photographs:
+class _MaterialPhotographs:
     """The photographs of one material, and where its recordings stand."""
 
     parts: tuple[str, ...]
@@ -196,7 +196,7 @@ class _Photographs:
 
 def _uses(
     store: Store, split: Split
-) -> tuple[dict[str, _Photographs], dict[str, tuple[tuple[str, ...], tuple[str, ...]]]]:
+) -> tuple[dict[str, _MaterialPhotographs], dict[str, tuple[tuple[str, ...], tuple[str, ...]]]]:
     """Return the photographs of each material of ``split`` that has any, and those that several materials share.
 
     The latter are the materials and the parts of their recordings, by key.
@@ -230,7 +230,7 @@ def _uses(
         }
         free = tuple(key for key in keys if key in general or len(owners.get(key, ())) > 1)
         if tied or free:
-            uses[material] = _Photographs(_ordered(parts_of[material]), tied, free)
+            uses[material] = _MaterialPhotographs(_ordered(parts_of[material]), tied, free)
     return uses, shared
 
 

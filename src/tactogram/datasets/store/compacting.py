@@ -19,10 +19,10 @@ import pyarrow as pa
 
 from tactogram.datasets.recording import content_id
 from tactogram.datasets.store import shard_writing
-from tactogram.datasets.store.index import Places
-from tactogram.datasets.store.layout import FACTS, Facts, StoredFile, file_hash, schema
-from tactogram.datasets.store.parquet import let_go, opened, plain_parquet, stored_file
-from tactogram.datasets.store.pending import NewFiles, clear_unfinished, replacing
+from tactogram.datasets.store.index import ShardIndex
+from tactogram.datasets.store.layout import FACTS, StoredFile, StoreInfo, file_hash, schema
+from tactogram.datasets.store.parquet import close_quietly, opened, plain_parquet, stored_file
+from tactogram.datasets.store.pending import StagedFiles, clear_unfinished, replacing
 from tactogram.datasets.store.store import Store, ids_problem, open_store
 from tactogram.errors import DataError
 from tactogram.signal.io.atomic import atomic_write, to_disk
@@ -30,11 +30,11 @@ from tactogram.signal.io.atomic import atomic_write, to_disk
 SMALL = 0.5
 """A shard with less than this share of what one may hold is small, and goes together with its neighbours."""
 
-Progress = Callable[[int, int], None]
+ProgressCallback = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
-class Compacted:
+class CompactionResult:
     """What became of a store's shards."""
 
     recordings: int
@@ -48,7 +48,7 @@ class Compacted:
     """Files that a killed process had left."""
 
 
-def compact(path: Path | str, *, progress: Progress | None = None) -> Compacted:
+def compact(path: Path | str, *, progress: ProgressCallback | None = None) -> CompactionResult:
     """Write runs of small shards of the store at ``path`` anew, as few large ones.
 
     Parameters
@@ -74,7 +74,7 @@ def compact(path: Path | str, *, progress: Progress | None = None) -> Compacted:
         return _result(facts, facts, 0, len(cleared))
     if problem := ids_problem(store):
         raise DataError(f"{problem}; nothing was changed, see data check")
-    files = NewFiles(path, adding=True, durable=True, purpose="compacting")
+    files = StagedFiles(path, adding=True, durable=True, purpose="compacting")
     named = ""
     try:
         new = _written(store, runs, files)
@@ -84,7 +84,7 @@ def compact(path: Path | str, *, progress: Progress | None = None) -> Compacted:
         files.note(*(path / shard.file for shard in old), path / facts.ids)
         files.to_disk()
         with replacing(path), atomic_write(path / FACTS, durable=True) as part:
-            if Facts.load(path) != facts:
+            if StoreInfo.load(path) != facts:
                 raise DataError(  # noqa: TRY301
                     f"{path} was changed by another process; nothing was changed here, repeat it"
                 )
@@ -93,7 +93,7 @@ def compact(path: Path | str, *, progress: Progress | None = None) -> Compacted:
         to_disk(path)
     except BaseException:
         # An interrupt may come when it was just replaced: what it names stays.
-        if Facts.load(path).ids != named:
+        if StoreInfo.load(path).ids != named:
             files.remove()
             files.forget_notes()
         raise
@@ -109,8 +109,8 @@ def compact(path: Path | str, *, progress: Progress | None = None) -> Compacted:
     return _result(facts, new, len(old), len(cleared))
 
 
-def _result(before: Facts, after: Facts, rewritten: int, cleared: int) -> Compacted:
-    return Compacted(
+def _result(before: StoreInfo, after: StoreInfo, rewritten: int, cleared: int) -> CompactionResult:
+    return CompactionResult(
         recordings=after.rows,
         shards_before=len(before.shards),
         shards=len(after.shards),
@@ -134,7 +134,7 @@ def _is_small(shard: StoredFile) -> bool:
     return shard.bytes < SMALL * shard_writing.SHARD_BYTES and shard.rows < SMALL * shard_writing.SHARD_ROWS
 
 
-def _written(store: Store, runs: Sequence[Sequence[StoredFile]], files: NewFiles) -> Facts:
+def _written(store: Store, runs: Sequence[Sequence[StoredFile]], files: StagedFiles) -> StoreInfo:
     """Write the new shards and the new list of ids, and return what ``dataset.json`` shall say."""
     facts, columns = store.facts, schema(store.streams)
     shards: list[StoredFile] = []
@@ -146,7 +146,7 @@ def _written(store: Store, runs: Sequence[Sequence[StoredFile]], files: NewFiles
             _whole(table, columns) for shard in run for table in _groups(store.path / shard.file, shard)
         )
         shards += _merged(tables, columns, files, first=len(shards))
-    old, new = Places(facts.shards, store._ids), Places(tuple(shards), store._ids)
+    old, new = ShardIndex(facts.shards, store._ids), ShardIndex(tuple(shards), store._ids)
     ids = np.array(store._ids)
     place = np.array(old.begins)[ids["shard"]] + ids["row"]
     ids["shard"] = np.searchsorted(new.ends, place, side="right")
@@ -160,7 +160,7 @@ def _written(store: Store, runs: Sequence[Sequence[StoredFile]], files: NewFiles
 
 
 def _check(
-    store: Store, written: Store, runs: Sequence[Sequence[StoredFile]], progress: Progress | None
+    store: Store, written: Store, runs: Sequence[Sequence[StoredFile]], progress: ProgressCallback | None
 ) -> None:
     """Read every recording that was written anew, and compare it with what it was."""
     total = sum(shard.rows for run in runs if len(run) > 1 for shard in run)
@@ -209,7 +209,7 @@ def _whole(table: pa.Table, columns: pa.Schema) -> pa.Table:
 
 
 def _merged(
-    tables: Iterator[pa.Table], columns: pa.Schema, files: NewFiles, *, first: int
+    tables: Iterator[pa.Table], columns: pa.Schema, files: StagedFiles, *, first: int
 ) -> Iterator[StoredFile]:
     """Write row groups into shards of full size, numbered from ``first``, and yield each when it is complete."""
     path, file, rows, size = files.folder, None, 0, 0
@@ -228,7 +228,7 @@ def _merged(
             file.close()
             yield stored_file(path, rows)
     finally:
-        let_go(file)
+        close_quietly(file)
 
 
 def _gathered(tables: Iterator[pa.Table]) -> Iterator[pa.Table]:

@@ -10,14 +10,14 @@ from pathlib import Path
 
 import numpy as np
 
-from tactogram.datasets.store.layout import Facts, StoredFile
-from tactogram.datasets.store.parquet import GoneError
+from tactogram.datasets.store.layout import StoredFile, StoreInfo
+from tactogram.datasets.store.parquet import MissingFileError
 from tactogram.datasets.store.shard_reading import Shard
 from tactogram.errors import DataError
 
 
 @dataclass(frozen=True, eq=False)
-class Places:
+class ShardIndex:
     """Shards, and where in them each recording is; exchanged as a whole, so that no thread mixes two.
 
     Parameters
@@ -53,13 +53,13 @@ class Places:
         place = self.rank(id)
         return None if place is None else (int(self.ids["shard"][place]), int(self.ids["row"][place]))
 
-    def first(self, count: int) -> Places:
+    def first(self, count: int) -> ShardIndex:
         """Return the places of the first ``count`` recordings alone, in the order in which they were put in."""
         order = np.array(self.begins)[self.ids["shard"]] + self.ids["row"]
         return self if count >= self.begins[-1] else replace(self, ids=self.ids[order < count])
 
 
-def places_of(path: Path, facts: Facts) -> Places:
+def places_of(path: Path, facts: StoreInfo) -> ShardIndex:
     """Read where the recordings of the store ``path`` stand; memory-mapped.
 
     Raises
@@ -72,7 +72,7 @@ def places_of(path: Path, facts: Facts) -> Places:
     try:
         ids = np.load(path / facts.ids, mmap_mode="r", allow_pickle=False)
     except FileNotFoundError as error:
-        raise GoneError(f"{path / facts.ids}: not readable: {error}; import the data again") from error
+        raise MissingFileError(f"{path / facts.ids}: not readable: {error}; import the data again") from error
     except (OSError, ValueError) as error:
         raise DataError(f"{path / facts.ids}: not readable: {error}; import the data again") from error
-    return Places(facts.shards, ids)
+    return ShardIndex(facts.shards, ids)

@@ -61,7 +61,7 @@ ID_TABLE = np.dtype([("id", "S16"), ("facts", "S16"), ("shard", "<i4"), ("row", 
 
 
 @dataclass(frozen=True)
-class StreamFacts:
+class StoreStreamInfo:
     """What the recordings of a store have in common in one stream.
 
     Parameters
@@ -77,14 +77,14 @@ class StreamFacts:
     domain: str
     axes: tuple[str, ...]
 
-    def widened(self, name: str, signal: Signal, source: str) -> StreamFacts:
+    def widened(self, name: str, signal: Signal, source: str) -> StoreStreamInfo:
         """Return the facts with the axes of ``signal``, or refuse it for another unit or domain."""
         if (signal.unit, signal.domain) != (self.unit, self.domain):
             raise DataError(
                 f"{source}: stream {name!r} must be in {self.unit} over {self.domain} as in the rest of the "
                 f"store, got {signal.unit} over {signal.domain}; put it into a store of its own"
             )
-        return StreamFacts(self.unit, self.domain, tuple(dict.fromkeys((*self.axes, *signal.axes))))
+        return StoreStreamInfo(self.unit, self.domain, tuple(dict.fromkeys((*self.axes, *signal.axes))))
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class StoredFile:
 
 
 @dataclass(frozen=True)
-class Facts:
+class StoreInfo:
     """What ``dataset.json`` says."""
 
     name: str
@@ -106,7 +106,7 @@ class Facts:
     source: str
     simulated: bool
     sha256: str
-    streams: Mapping[str, StreamFacts]
+    streams: Mapping[str, StoreStreamInfo]
     shards: tuple[StoredFile, ...]
     images: tuple[StoredFile, ...]
     ids: str
@@ -130,7 +130,7 @@ class Facts:
         return json.dumps(head | asdict(self), indent=1, ensure_ascii=False) + "\n"
 
     @classmethod
-    def load(cls, folder: Path) -> Facts:
+    def load(cls, folder: Path) -> StoreInfo:
         """Read ``dataset.json``.
 
         Raises
@@ -154,7 +154,7 @@ class Facts:
             )
         try:
             values["streams"] = {
-                name: StreamFacts(s["unit"], s["domain"], tuple(s["axes"]))
+                name: StoreStreamInfo(s["unit"], s["domain"], tuple(s["axes"]))
                 for name, s in values["streams"].items()
             }
             for kind in ("shards", "images"):
@@ -173,7 +173,7 @@ def axis_column(stream: str, axis: str) -> str:
     return f"{stream}_{axis}"
 
 
-def schema(streams: Mapping[str, StreamFacts]) -> pa.Schema:
+def schema(streams: Mapping[str, StoreStreamInfo]) -> pa.Schema:
     """Return the columns of a shard that holds ``streams``.
 
     Raises
@@ -233,7 +233,7 @@ def store_hash(
     ----------
     ids : array of `ID_TABLE`, sorted by id
     photographs : mapping
-        Those of `Facts`. Where there are none, the hash is that of the recordings alone.
+        Those of `StoreInfo`. Where there are none, the hash is that of the recordings alone.
     ratings_sha256 : str
         `Ratings.sha256`; likewise.
     """

@@ -12,7 +12,7 @@ from tactogram.datasets.store.layout import StoredFile, file_hash
 from tactogram.errors import DataError
 
 
-class GoneError(DataError):
+class MissingFileError(DataError):
     """A file that ``dataset.json`` named is not there: removed by hand, or written anew (`compacting`)."""
 
 
@@ -28,7 +28,7 @@ def plain_parquet(path: Path, columns: pa.Schema) -> pq.ParquetWriter:
     )
 
 
-def let_go(file: pq.ParquetWriter | None) -> None:
+def close_quietly(file: pq.ParquetWriter | None) -> None:
     """Close a file that will be removed."""
     if file is not None:
         # On a full disk this fails once more.
@@ -57,7 +57,7 @@ def opened(path: Path, stored: StoredFile) -> pq.ParquetFile:
             raise DataError(f"{path}: must be {stored.bytes} bytes, got {size}; import the data again")
         file = pq.ParquetFile(path)
     except FileNotFoundError as error:
-        raise GoneError(f"{path}: not readable: {error}; import the data again") from error
+        raise MissingFileError(f"{path}: not readable: {error}; import the data again") from error
     except (OSError, pa.ArrowException) as error:
         raise DataError(f"{path}: not readable: {error}; import the data again") from error
     if file.metadata.num_rows != stored.rows:

@@ -14,7 +14,7 @@ from typing import Literal
 
 import psutil
 
-from tactogram.datasets.store.layout import FACTS, Facts
+from tactogram.datasets.store.layout import FACTS, StoreInfo
 from tactogram.errors import DataError
 from tactogram.signal.io.atomic import to_disk
 
@@ -53,7 +53,7 @@ def clear_unfinished(path: Path) -> list[str]:
             continue
         if int(process) != os.getpid() and psutil.pid_exists(int(process)):
             continue
-        facts = Facts.load(path)
+        facts = StoreInfo.load(path)
         named = {stored.file for stored in (*facts.shards, *facts.images)} | {facts.ids, FACTS}
         named |= {facts.ratings.file} if facts.ratings is not None else set()
         for name in noted.read_text(encoding="utf-8").split():
@@ -114,7 +114,7 @@ def _at_work(path: Path, kind: str) -> str | None:
     return None
 
 
-class NewFiles:
+class StagedFiles:
     """The files that one process puts into a store's folder.
 
     Parameters

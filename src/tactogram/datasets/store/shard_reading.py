@@ -13,8 +13,8 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from tactogram.datasets.recording import RecordingInfo
-from tactogram.datasets.store.layout import INFO_COLUMNS, StoredFile, StreamFacts, axis_column, row_info
-from tactogram.datasets.store.parquet import GoneError, opened
+from tactogram.datasets.store.layout import INFO_COLUMNS, StoredFile, StoreStreamInfo, axis_column, row_info
+from tactogram.datasets.store.parquet import MissingFileError, opened
 from tactogram.errors import DataError
 
 
@@ -43,7 +43,7 @@ class Shard:
         If the file is damaged.
     """
 
-    def __init__(self, path: Path, stored: StoredFile, streams: Mapping[str, StreamFacts]) -> None:
+    def __init__(self, path: Path, stored: StoredFile, streams: Mapping[str, StoreStreamInfo]) -> None:
         self.path = path
         self._stored = stored
         file = opened(path, stored)
@@ -94,12 +94,14 @@ class Shard:
         try:
             samples = np.fromfile(self.path, "<f4", count=stop - start, offset=place)
         except FileNotFoundError as error:
-            raise GoneError(f"{self.path}: not readable: {error}; import the data again") from error
+            raise MissingFileError(f"{self.path}: not readable: {error}; import the data again") from error
         if len(samples) != stop - start:
             raise DataError(f"{self.path} is cut short; import the data again")
         return samples.astype(np.float32, copy=False)
 
-    def _first_bytes(self, metadata: Any, streams: Mapping[str, StreamFacts]) -> dict[str, NDArray[np.int64]]:
+    def _first_bytes(
+        self, metadata: Any, streams: Mapping[str, StoreStreamInfo]
+    ) -> dict[str, NDArray[np.int64]]:
         """Return for each axis column the byte at which the samples of each row begin.
 
         The values of a column chunk are the end of its only page; see `layout`.

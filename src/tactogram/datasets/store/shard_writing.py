@@ -11,9 +11,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from tactogram.datasets.recording import Recording
-from tactogram.datasets.store.layout import INFO_COLUMNS, StoredFile, StreamFacts, info_row, schema
-from tactogram.datasets.store.parquet import let_go, plain_parquet, stored_file
-from tactogram.datasets.store.pending import NewFiles
+from tactogram.datasets.store.layout import INFO_COLUMNS, StoredFile, StoreStreamInfo, info_row, schema
+from tactogram.datasets.store.parquet import close_quietly, plain_parquet, stored_file
+from tactogram.datasets.store.pending import StagedFiles
 from tactogram.errors import DataError
 from tactogram.signal import Signal
 
@@ -40,9 +40,9 @@ class ShardWriter:
     """
 
     def __init__(
-        self, files: NewFiles, streams: Mapping[str, StreamFacts], shards: Iterable[StoredFile]
+        self, files: StagedFiles, streams: Mapping[str, StoreStreamInfo], shards: Iterable[StoredFile]
     ) -> None:
-        self.streams: dict[str, StreamFacts] = dict(streams)
+        self.streams: dict[str, StoreStreamInfo] = dict(streams)
         self.shards = list(shards)
         """Those that are complete."""
         self._files = files
@@ -64,7 +64,7 @@ class ShardWriter:
         widened = dict(self.streams)
         for name, signal in recording.streams.items():
             _check_names(where, name, signal)
-            facts = widened.get(name) or StreamFacts(signal.unit, signal.domain, ())
+            facts = widened.get(name) or StoreStreamInfo(signal.unit, signal.domain, ())
             widened[name] = facts.widened(name, signal, where)
         if widened != self.streams:
             schema(widened)
@@ -94,7 +94,7 @@ class ShardWriter:
 
     def abandon(self) -> None:
         """Close the file that is being written; the caller removes it."""
-        let_go(self._file)
+        close_quietly(self._file)
         self._file = None
 
     def _write_group(self) -> None:
@@ -112,7 +112,7 @@ class ShardWriter:
 
 
 def _columns(
-    rows: list[dict[str, Any]], held: list[Mapping[str, Signal]], streams: Mapping[str, StreamFacts]
+    rows: list[dict[str, Any]], held: list[Mapping[str, Signal]], streams: Mapping[str, StoreStreamInfo]
 ) -> list[pa.Array]:
     """Return the columns of one row group, in the order of `layout.schema`."""
     columns = [pa.array([row[name] for row in rows], kind) for name, kind in INFO_COLUMNS.items()]

@@ -15,19 +15,19 @@ import numpy as np
 from tactogram.datasets.ratings.files import read_ratings
 from tactogram.datasets.ratings.ratings import Ratings
 from tactogram.datasets.recording import Recording, RecordingInfo, content_id
-from tactogram.datasets.store.index import Places, places_of
+from tactogram.datasets.store.index import ShardIndex, places_of
 from tactogram.datasets.store.layout import (
-    Facts,
-    StreamFacts,
+    StoreInfo,
+    StoreStreamInfo,
     axis_column,
     facts_hash,
     file_hash,
     store_hash,
 )
-from tactogram.datasets.store.parquet import GoneError
+from tactogram.datasets.store.parquet import MissingFileError
 from tactogram.datasets.store.photographs import Photograph, image_key
 from tactogram.datasets.store.shard_reading import Shard
-from tactogram.datasets.store.stored_photographs import StoredPhotographs
+from tactogram.datasets.store.stored_photographs import PhotographFiles
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal import Image, Signal
 
@@ -53,7 +53,7 @@ def _following(read: Callable[Concatenate[Store, P], T]) -> Callable[Concatenate
     def again(self: Store, /, *args: P.args, **kwargs: P.kwargs) -> T:
         try:
             return read(self, *args, **kwargs)
-        except GoneError:
+        except MissingFileError:
             if not self._follow():
                 raise
             return read(self, *args, **kwargs)
@@ -83,17 +83,17 @@ class Store:
     It holds what it held when it was opened, even if its shards are written anew meanwhile.
     """
 
-    def __init__(self, path: Path, facts: Facts | None = None) -> None:
+    def __init__(self, path: Path, facts: StoreInfo | None = None) -> None:
         self.path = path
-        self.facts = Facts.load(path) if facts is None else facts
+        self.facts = StoreInfo.load(path) if facts is None else facts
         self.index: Sequence[RecordingInfo] = _Index(self)
         try:
             self._places = places_of(path, self.facts)
-        except GoneError:
+        except MissingFileError:
             # dataset.json was replaced since it was read, and then the list of ids removed.
-            self.facts = Facts.load(path)
+            self.facts = StoreInfo.load(path)
             self._places = places_of(path, self.facts)
-        self._photographs = StoredPhotographs(path, self.facts.images)
+        self._photographs = PhotographFiles(path, self.facts.images)
         self._count = self.facts.rows
 
     def __reduce__(self) -> tuple[Callable[[Path | str], Store], tuple[Path]]:
@@ -129,7 +129,7 @@ class Store:
         return self.facts.sha256
 
     @property
-    def streams(self) -> Mapping[str, StreamFacts]:
+    def streams(self) -> Mapping[str, StoreStreamInfo]:
         """Unit, domain and axes of each stream."""
         return self.facts.streams
 
@@ -271,7 +271,7 @@ class Store:
         number = bisect_right(places.ends, place)
         return self._shard(places, number).infos[place - places.begins[number]]
 
-    def _shard(self, places: Places, number: int) -> Shard:
+    def _shard(self, places: ShardIndex, number: int) -> Shard:
         if number not in places.opened:
             stored = places.shards[number]
             places.opened[number] = Shard(self.path / stored.file, stored, self.streams)
@@ -282,7 +282,7 @@ class Store:
 
         Recordings stay in their order, and further ones come behind them: what is behind is none of this store's.
         """
-        facts, count = Facts.load(self.path), len(self)
+        facts, count = StoreInfo.load(self.path), len(self)
         if facts.shards == self._places.shards or facts.rows < count:
             return False
         self._places = places_of(self.path, facts).first(count)

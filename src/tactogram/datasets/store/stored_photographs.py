@@ -13,8 +13,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from tactogram.datasets.store.layout import StoredFile
-from tactogram.datasets.store.parquet import let_go, opened, plain_parquet, stored_file
-from tactogram.datasets.store.pending import NewFiles
+from tactogram.datasets.store.parquet import close_quietly, opened, plain_parquet, stored_file
+from tactogram.datasets.store.pending import StagedFiles
 from tactogram.datasets.store.photographs import Photograph
 from tactogram.errors import DataError
 from tactogram.signal import Image
@@ -27,7 +27,7 @@ COLUMNS = pa.schema({"key": pa.string(), "mm_per_pixel": pa.float64(), "image": 
 """One row, and one row group, is one photograph; ``image`` is an encoded picture."""
 
 
-class StoredPhotographs:
+class PhotographFiles:
     """Those of the files ``stored`` in ``folder``; a file is read when something of it is asked for."""
 
     def __init__(self, folder: Path, stored: Sequence[StoredFile]) -> None:
@@ -96,7 +96,7 @@ class PhotographWriter:
         The photographs that are there already.
     """
 
-    def __init__(self, files: NewFiles, images: Sequence[StoredFile], keys: Sequence[str]) -> None:
+    def __init__(self, files: StagedFiles, images: Sequence[StoredFile], keys: Sequence[str]) -> None:
         self.images = list(images)
         """Those that are complete."""
         self.keys = set(keys)
@@ -126,5 +126,5 @@ class PhotographWriter:
 
     def abandon(self) -> None:
         """Close the file that is being written; the caller removes it."""
-        let_go(self._file)
+        close_quietly(self._file)
         self._file = None

@@ -12,9 +12,9 @@ import numpy as np
 from tactogram.datasets.ratings.files import write_ratings
 from tactogram.datasets.ratings.ratings import Ratings, item_of
 from tactogram.datasets.recording import Recording, content_id
-from tactogram.datasets.store.layout import FACTS, ID_TABLE, Facts, StoredFile, facts_hash, store_hash
+from tactogram.datasets.store.layout import FACTS, ID_TABLE, StoredFile, StoreInfo, facts_hash, store_hash
 from tactogram.datasets.store.parquet import stored_file
-from tactogram.datasets.store.pending import NewFiles, await_replaced
+from tactogram.datasets.store.pending import StagedFiles, await_replaced
 from tactogram.datasets.store.photographs import Photograph, image_key, photograph_of
 from tactogram.datasets.store.shard_writing import ShardWriter
 from tactogram.datasets.store.store import Store
@@ -41,7 +41,7 @@ class StoreWriter:
         Whether what is written shall outlast a pulled plug (`tactogram.datasets.store.appending`).
     """
 
-    def __init__(self, folder: Path, facts: Facts, store: Store | None, *, durable: bool = False) -> None:
+    def __init__(self, folder: Path, facts: StoreInfo, store: Store | None, *, durable: bool = False) -> None:
         self.folder, self.facts = folder, facts
         self.added = 0
         self.duplicates = list(facts.duplicates)
@@ -50,7 +50,7 @@ class StoreWriter:
         """To be written with the rest; None leaves those that are there."""
         self.photographs = {material: dict(held) for material, held in facts.photographs.items()}
         self._store = store
-        self._files = NewFiles(folder, adding=store is not None, durable=durable)
+        self._files = StagedFiles(folder, adding=store is not None, durable=durable)
         self._shards = ShardWriter(self._files, facts.streams, facts.shards)
         pictures = () if store is None else store.photograph_keys()
         self._pictures = PhotographWriter(self._files, facts.images, pictures)
@@ -151,7 +151,7 @@ class StoreWriter:
         there = [] if self._store is None else [item_of(info) for info in self._store.index]
         return frozenset({*self._items, *self.photographs, *(item for item in there if item)})
 
-    def finish(self) -> Facts:
+    def finish(self) -> StoreInfo:
         """Close all files and write ``dataset.json``, which makes the folder a store.
 
         Raises
@@ -189,7 +189,7 @@ class StoreWriter:
         )
         if self._store is not None:
             await_replaced(self.folder)
-        if self._store is not None and Facts.load(self.folder) != self.facts:
+        if self._store is not None and StoreInfo.load(self.folder) != self.facts:
             raise DataError(f"{self.folder} was changed by another process; open it again and repeat")
         with atomic_write(self.folder / FACTS) as part:
             self._files.begin(part)
@@ -205,7 +205,7 @@ class StoreWriter:
             (self.folder / self.facts.ratings.file).unlink(missing_ok=True)
         return facts
 
-    def publish(self, path: Path) -> Facts:
+    def publish(self, path: Path) -> StoreInfo:
         """Finish, and give the folder its name.
 
         Raises

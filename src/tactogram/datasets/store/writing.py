@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tactogram.datasets.ratings.ratings import Ratings
 from tactogram.datasets.recording import Recording
-from tactogram.datasets.store.layout import Facts
+from tactogram.datasets.store.layout import StoreInfo
 from tactogram.datasets.store.pending import part_folder
 from tactogram.datasets.store.store import Store, open_store
 from tactogram.datasets.store.writer import StoreWriter
@@ -136,5 +136,5 @@ def new_store(
     if part.exists():
         shutil.rmtree(part)
     part.mkdir(parents=True)
-    empty = Facts(name, licence, source, simulated, "", {}, (), (), "")
+    empty = StoreInfo(name, licence, source, simulated, "", {}, (), (), "")
     return StoreWriter(part, empty, None, durable=durable)

@@ -17,7 +17,7 @@ MODEL, FLOOR, CEILING, NEAREST = "model", "floor", "ceiling", "nearest_other"
 TEST, OTHERS = "test", "others"
 """The recordings to judge by, and those of every material that was trained on: no columns of a row."""
 
-Better = Literal["lower", "higher"]
+BetterDirection = Literal["lower", "higher"]
 Tables = dict[str, dict[str, dict[str, float | None]]]
 """Measure -> material -> column -> value."""
 Row = Mapping[str, float | None]
@@ -58,7 +58,7 @@ class GenerationResult:
     materials: tuple[str, ...]
     columns: tuple[str, ...]
     values: Mapping[str, Mapping[str, Row]]
-    better: Mapping[str, Better]
+    better: Mapping[str, BetterDirection]
     answers: Mapping[str, int]
     seconds: float
     count: int

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tactogram.datasets.examples import cores
 from tactogram.evaluation.generation.comparison import CEILING, FLOOR, NEAREST, OTHERS, TEST, Tables
 from tactogram.evaluation.generation.measures import MEMORY_MEASURES
-from tactogram.evaluation.generation.segments import Cut
+from tactogram.evaluation.generation.segments import PieceSet
 from tactogram.evaluation.measures import nearness
 from tactogram.signal import Signal
 
@@ -19,8 +19,8 @@ SNIPPET_S = 0.5
 """Length of what is looked for in the training data, one from the beginning of each piece, s."""
 
 
-def memorised(
-    cut: Mapping[str, Mapping[str, Cut]],
+def measure_memorisation(
+    cut: Mapping[str, Mapping[str, PieceSet]],
     train: Mapping[str, Sequence[Signal]],
     workers: int | None,
     on_part: Callable[[int, int], None],
@@ -36,7 +36,7 @@ def memorised(
     if length < 2:
         return {}
 
-    def near(held: Cut, material: str) -> NDArray[np.float64]:
+    def near(held: PieceSet, material: str) -> NDArray[np.float64]:
         long = [signal for signal in train[material] if len(signal) >= length]
         return nearness([s.cut(0, length) for s in held.signals], long, seconds=length / first.rate)
 

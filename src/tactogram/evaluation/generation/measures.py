@@ -5,34 +5,36 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from tactogram.evaluation.generation.comparison import Better
+from tactogram.evaluation.generation.comparison import BetterDirection
 from tactogram.evaluation.measures import SIGNAL_MEASURES
 
 
 @dataclass(frozen=True)
-class Facts:
+class MeasureInfo:
     """What is to be said of a measure in a table."""
 
     title: str
-    better: Better
+    better: BetterDirection
 
 
-EMBEDDING_MEASURES: Mapping[str, Facts] = {
-    "frechet_distance": Facts("Fréchet distance in the embedding", "lower"),
-    "precision": Facts("precision: share of the generated that lies among the real", "higher"),
-    "recall": Facts("recall: share of the real that lies among the generated", "higher"),
-    "density": Facts("density of the real where the generated lie", "higher"),
-    "coverage": Facts("coverage: share of the real that has generated near it", "higher"),
-    "two_sample_accuracy": Facts("nearest-neighbour two-sample accuracy", "lower"),
+EMBEDDING_MEASURES: Mapping[str, MeasureInfo] = {
+    "frechet_distance": MeasureInfo("Fréchet distance in the embedding", "lower"),
+    "precision": MeasureInfo("precision: share of the generated that lies among the real", "higher"),
+    "recall": MeasureInfo("recall: share of the real that lies among the generated", "higher"),
+    "density": MeasureInfo("density of the real where the generated lie", "higher"),
+    "coverage": MeasureInfo("coverage: share of the real that has generated near it", "higher"),
+    "two_sample_accuracy": MeasureInfo("nearest-neighbour two-sample accuracy", "lower"),
 }
-MEMORY_MEASURES: Mapping[str, Facts] = {
-    "memorised_share": Facts("share nearer to the training data than unseen recordings", "lower"),
-    "training_correlation": Facts("largest correlation with the training data, median", "lower"),
+MEMORY_MEASURES: Mapping[str, MeasureInfo] = {
+    "memorised_share": MeasureInfo("share nearer to the training data than unseen recordings", "lower"),
+    "training_correlation": MeasureInfo("largest correlation with the training data, median", "lower"),
 }
-CLASSIFIER_MEASURES: Mapping[str, Facts] = {
-    "recognised_accuracy": Facts("named rightly by the stroke_cnn trained on real", "higher"),
-    "tested_on_generated_accuracy": Facts("named rightly by a discriminant trained on real", "higher"),
-    "trained_on_generated_accuracy": Facts("real named rightly by a discriminant trained on it", "higher"),
+CLASSIFIER_MEASURES: Mapping[str, MeasureInfo] = {
+    "recognised_accuracy": MeasureInfo("named rightly by the stroke_cnn trained on real", "higher"),
+    "tested_on_generated_accuracy": MeasureInfo("named rightly by a discriminant trained on real", "higher"),
+    "trained_on_generated_accuracy": MeasureInfo(
+        "real named rightly by a discriminant trained on it", "higher"
+    ),
 }
 TITLES: Mapping[str, str] = {name: measure.title for name, measure in SIGNAL_MEASURES.items()} | {
     name: facts.title

@@ -30,14 +30,14 @@ from tactogram.evaluation.generation.comparison import (
     GenerationResult,
     Tables,
 )
-from tactogram.evaluation.generation.copies import memorised
+from tactogram.evaluation.generation.copies import measure_memorisation
 from tactogram.evaluation.generation.measures import (
     CLASSIFIER_MEASURES,
     EMBEDDING_MEASURES,
     MEMORY_MEASURES,
 )
-from tactogram.evaluation.generation.recognition import recognised, transferred
-from tactogram.evaluation.generation.segments import Cut, Pieces, plan_pieces
+from tactogram.evaluation.generation.recognition import measure_classification, measure_transfer
+from tactogram.evaluation.generation.segments import PiecePlan, PieceSet, plan_pieces
 from tactogram.evaluation.measures import (
     SIGNAL_MEASURES,
     Fit,
@@ -58,7 +58,7 @@ NEIGHBOURS = 5
 """k of precision, recall, density and coverage: Naeem et al. 2020."""
 
 
-class OnPart(Protocol):
+class PartCallback(Protocol):
     """Called with a task, how much of it is done, and how much there is."""
 
     def __call__(self, task: str, done: int, total: int, /) -> None:
@@ -66,18 +66,18 @@ class OnPart(Protocol):
         ...
 
 
-def judge(
+def evaluate_generation(
     sets: Mapping[str, BySet],
     *,
     train: BySet,
     test: BySet,
     floor: BySet | None = None,
-    pieces: Pieces | None = None,
+    pieces: PiecePlan | None = None,
     embed: Callable[[Signal], NDArray[np.floating]] | None = None,
     classifier: Classifier | None = None,
     fit: Fit = linear_discriminant,
     workers: int | None = None,
-    on_part: OnPart = lambda task, done, total: None,
+    on_part: PartCallback = lambda task, done, total: None,
 ) -> GenerationResult:
     """Hold generated signals against recordings that the generator was not trained on.
 
@@ -136,15 +136,15 @@ def judge(
         points = _embedded(embed, cut, partial(on_part, "embed"))
         tables |= compared(_embedding_measures, points, on_part=partial(on_part, "compare embeddings"))
     if classifier is not None:
-        tables["recognised_accuracy"] = recognised(classifier, cut)
+        tables["recognised_accuracy"] = measure_classification(classifier, cut)
     if len(test) < 2 or pieces.count < 2:
         notes.append("Trained and tested on generated left out: that needs two materials of two pieces each.")
     else:
         try:
-            tables |= transferred(fit, cut)
+            tables |= measure_transfer(fit, cut)
         except ParameterError as error:
             notes.append(f"Trained and tested on generated left out: {error}")
-    tables |= memorised(cut, train, workers, partial(on_part, "look for copies"))
+    tables |= measure_memorisation(cut, train, workers, partial(on_part, "look for copies"))
     tables = {name: rows for name, rows in tables.items() if _known(rows)}
     known = {**EMBEDDING_MEASURES, **CLASSIFIER_MEASURES, **MEMORY_MEASURES}
     return GenerationResult(
@@ -204,7 +204,9 @@ def _ceiling(others: Sequence[float | None], floor: float | None) -> dict[str, f
     return {CEILING: mean, NEAREST: min(known) if mean >= floor else max(known)}
 
 
-def _signal_measures(test: Mapping[str, Cut], notes: list[str]) -> Callable[[Cut, Cut], Figures]:
+def _signal_measures(
+    test: Mapping[str, PieceSet], notes: list[str]
+) -> Callable[[PieceSet, PieceSet], Figures]:
     """Return the function that gives all signal measures that pieces of this kind and length have."""
     real = next(iter(test.values())).signals
     kept = {}
@@ -225,7 +227,7 @@ class _Points:
 
 def _embedded(
     embed: Callable[[Signal], NDArray[np.floating]],
-    cut: Mapping[str, Mapping[str, Cut]],
+    cut: Mapping[str, Mapping[str, PieceSet]],
     on_part: Callable[[int, int], None],
 ) -> dict[str, dict[str, _Points]]:
     known: dict[int, _Points] = {}
@@ -273,7 +275,7 @@ def _told_apart(real: _Points, made: _Points) -> float:
     ).accuracy
 
 
-def _answers(cut: Mapping[str, Mapping[str, Cut]]) -> dict[str, int]:
+def _answers(cut: Mapping[str, Mapping[str, PieceSet]]) -> dict[str, int]:
     """Return how many independent answers an accuracy is the mean of: recordings, not their pieces."""
     real, made = (sum(len(set(held.groups)) for held in cut[name].values()) for name in (TEST, MODEL))
     return {
@@ -284,7 +286,7 @@ def _answers(cut: Mapping[str, Mapping[str, Cut]]) -> dict[str, int]:
     }
 
 
-def _other_materials(train: BySet, test: BySet, pieces: Pieces) -> dict[str, Cut]:
+def _other_materials(train: BySet, test: BySet, pieces: PiecePlan) -> dict[str, PieceSet]:
     """Return the pieces of materials that are not tested, where there are enough."""
     found = {}
     for material in sorted(set(train) - set(test)):

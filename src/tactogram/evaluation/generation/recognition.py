@@ -7,14 +7,14 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from tactogram.evaluation.generation.comparison import CEILING, FLOOR, NEAREST, OTHERS, TEST, Tables
-from tactogram.evaluation.generation.segments import Cut
+from tactogram.evaluation.generation.segments import PieceSet
 from tactogram.evaluation.measures import Fit
 from tactogram.model import Classifier
 from tactogram.signal import Signal
 
 
-def recognised(
-    classifier: Classifier, cut: Mapping[str, Mapping[str, Cut]]
+def measure_classification(
+    classifier: Classifier, cut: Mapping[str, Mapping[str, PieceSet]]
 ) -> dict[str, dict[str, float | None]]:
     """Return the share of each set's pieces that ``classifier`` names rightly; the floor is the test pieces.
 
@@ -38,10 +38,10 @@ def recognised(
     return table
 
 
-def transferred(fit: Fit, cut: Mapping[str, Mapping[str, Cut]]) -> Tables:
+def measure_transfer(fit: Fit, cut: Mapping[str, Mapping[str, PieceSet]]) -> Tables:
     """Return both ways of a classifier between a set and the real: trained on it, and tested on it."""
 
-    def trained(part: Mapping[str, Cut]) -> Callable[[Sequence[Signal]], Sequence[str]]:
+    def trained(part: Mapping[str, PieceSet]) -> Callable[[Sequence[Signal]], Sequence[str]]:
         signals = [signal for held in part.values() for signal in held.signals]
         return fit(signals, [material for material, held in part.items() for _ in held.signals])
 

@@ -13,7 +13,14 @@ from tactogram.evaluation.generation.comparison import CEILING, FLOOR, MODEL, NE
 from tactogram.evaluation.generation.measures import MEMORY_MEASURES, TITLES
 from tactogram.evaluation.generation.spectrogram_figures import spectrograms_figure
 from tactogram.evaluation.measures import SIGNAL_MEASURES
-from tactogram.evaluation.report import Block, Picture, Section, Sound, Table, Text
+from tactogram.evaluation.report import (
+    Block,
+    ReportFigure,
+    ReportSection,
+    ReportSound,
+    ReportTable,
+    ReportText,
+)
 from tactogram.signal import Signal
 from tactogram.statistics.figures import INK
 
@@ -34,7 +41,7 @@ SIDE_BY_SIDE = 3
 
 def generation_sections(
     result: GenerationResult, recorded: BySet, sets: Mapping[str, BySet]
-) -> list[Section]:
+) -> list[ReportSection]:
     """Return the sections of a report on ``result``.
 
     Parameters
@@ -46,16 +53,16 @@ def generation_sections(
         What was judged: to look at and listen to.
     """
     return [
-        Section("Where it stands", _standing(result)),
-        Section("Every material, every measure", _overview(result)),
-        Section("Beside the baselines", _beside(result)),
-        Section("To look at and listen to", _examples(result, recorded, sets)),
-        Section("How it was judged", _protocol(result)),
-        Section("All figures", [_per_measure(result, name) for name in result.values]),
+        ReportSection("Where it stands", _standing(result)),
+        ReportSection("Every material, every measure", _overview(result)),
+        ReportSection("Beside the baselines", _beside(result)),
+        ReportSection("To look at and listen to", _examples(result, recorded, sets)),
+        ReportSection("How it was judged", _protocol(result)),
+        ReportSection("All figures", [_per_measure(result, name) for name in result.values]),
     ]
 
 
-def standing_figure(result: GenerationResult) -> Figure:
+def position_figure(result: GenerationResult) -> Figure:
     """Draw where the model and the baselines stand: a row per measure, 0 at the floor and 1 at the ceiling.
 
     Small dots are materials (the model's), large marks the position of the mean over materials.
@@ -162,12 +169,12 @@ def _standing(result: GenerationResult) -> list[Block]:
         "Wilson's, by recordings; else a bootstrap over materials."
     )
     return [
-        Text(text),
-        Picture(
-            standing_figure(result),
+        ReportText(text),
+        ReportFigure(
+            position_figure(result),
             "Where the model stands, and the baselines. Dots: its materials. What is farther out is drawn at the edge.",
         ),
-        Table(header, rows, caption),
+        ReportTable(header, rows, caption),
     ]
 
 
@@ -176,13 +183,13 @@ def _overview(result: GenerationResult) -> list[Block]:
         "0: at the floor, as real recordings are; 1: at the ceiling, as another material is. Grey: other materials "
         "are no farther than the same one is from itself, so the measure does not tell."
     )
-    blocks: list[Block] = [Picture(overview_figure(result), caption)]
+    blocks: list[Block] = [ReportFigure(overview_figure(result), caption)]
     if beyond := result.beyond():
         listed: dict[str, list[str]] = {}
         for name, material in beyond:
             listed.setdefault(name, []).append(material)
         rows = [(TITLES.get(name, name), len(m), ", ".join(m)) for name, m in listed.items()]
-        blocks.append(Table(("beyond the ceiling", "of materials", "which"), rows))
+        blocks.append(ReportTable(("beyond the ceiling", "of materials", "which"), rows))
     return blocks
 
 
@@ -207,13 +214,13 @@ def _beside(result: GenerationResult) -> list[Block]:
             "Gain: by how much the model's figure is better, mean over materials. "
             "95 %: bootstrap over materials, paired."
         )
-        blocks.append(Table(header, rows, caption))
-    return blocks or [Text("No baseline was judged beside it.")]
+        blocks.append(ReportTable(header, rows, caption))
+    return blocks or [ReportText("No baseline was judged beside it.")]
 
 
 def _examples(result: GenerationResult, recorded: BySet, sets: Mapping[str, BySet]) -> list[Block]:
     blocks: list[Block] = [
-        Text(
+        ReportText(
             "Spectra are means with the range from the smallest to the largest. Sounds are played at full scale."
         )
     ]
@@ -226,16 +233,16 @@ def _examples(result: GenerationResult, recorded: BySet, sets: Mapping[str, BySe
         caption = (
             "Recorded beside generated, scaled to the largest of each pair on each axis: for the eye alone."
         )
-        blocks.append(Picture(spectrograms_figure(some), caption))
+        blocks.append(ReportFigure(spectrograms_figure(some), caption))
     for material in shown_materials:
         groups = {"recorded": recorded[material]}
         groups |= {("generated" if c == MODEL else c): part[material] for c, part in sets.items()}
-        blocks.append(Picture(spectra_figure(groups), material))
+        blocks.append(ReportFigure(spectra_figure(groups), material))
         for name, signals in groups.items():
             shown = signals[0].cut(0, max(1, round(HEARD_S * signals[0].rate)))
-            blocks.append(Sound(shown, f"{material}, {name}"))
+            blocks.append(ReportSound(shown, f"{material}, {name}"))
     if len(result.materials) > MOST_SHOWN:
-        blocks.append(Text(f"The first {MOST_SHOWN} of {len(result.materials)} materials are shown."))
+        blocks.append(ReportText(f"The first {MOST_SHOWN} of {len(result.materials)} materials are shown."))
     return blocks
 
 
@@ -252,10 +259,10 @@ def _protocol(result: GenerationResult) -> list[Block]:
         "on the training part. In the two-sample accuracy a point's neighbours from its own recording do not count; "
         "0.5 is guessing, and what cannot be told apart."
     )
-    return [Text(text), *(Text(note) for note in result.notes)]
+    return [ReportText(text), *(ReportText(note) for note in result.notes)]
 
 
-def _per_measure(result: GenerationResult, name: str) -> Table:
+def _per_measure(result: GenerationResult, name: str) -> ReportTable:
     columns = (MODEL, FLOOR, CEILING, NEAREST, *result.baselines)
     rows = [
         (material, *(row.get(column) for column in columns), result.position(name, material))
@@ -264,7 +271,7 @@ def _per_measure(result: GenerationResult, name: str) -> Table:
     header = ("material", *(column.replace("_", " ") for column in columns), "position")
     unit = _unit(name)
     title = f"{TITLES.get(name, name)}{f', {unit}' if unit else ''}"
-    return Table(header, rows, f"{name}; {result.better[name]} is better.", folded=title)
+    return ReportTable(header, rows, f"{name}; {result.better[name]} is better.", folded=title)
 
 
 def _others(result: GenerationResult) -> list[str]:

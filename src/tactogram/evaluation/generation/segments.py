@@ -17,7 +17,7 @@ MOST_PIECES = 12
 
 
 @dataclass(frozen=True, eq=False)
-class Cut:
+class PieceSet:
     """Pieces of one length, and for each the number of the signal it was cut from."""
 
     signals: tuple[Signal, ...]
@@ -25,7 +25,7 @@ class Cut:
 
 
 @dataclass(frozen=True)
-class Pieces:
+class PiecePlan:
     """What every set is cut to.
 
     Parameters
@@ -38,7 +38,7 @@ class Pieces:
     seconds: float
     count: int
 
-    def cut(self, signals: Sequence[Signal]) -> Cut:
+    def cut(self, signals: Sequence[Signal]) -> PieceSet:
         """Return ``count`` pieces, spread evenly over ``signals``.
 
         Raises
@@ -57,7 +57,7 @@ class Pieces:
                 f"{self.count} pieces of {self.seconds:g} s are needed, the signals hold {len(found)}"
             )
         kept = [found[k] for k in (np.arange(self.count) * len(found)) // self.count]
-        return Cut(tuple(piece for piece, _ in kept), tuple(group for _, group in kept))
+        return PieceSet(tuple(piece for piece, _ in kept), tuple(group for _, group in kept))
 
     def draws(self, recordings: Sequence[Signal]) -> tuple[int, float]:
         """Return how many signals to generate, and of how many seconds, in the place of ``recordings``.
@@ -75,7 +75,7 @@ def plan_pieces(
     *,
     longest_s: float = LONGEST_S,
     most: int = MOST_PIECES,
-) -> Pieces:
+) -> PiecePlan:
     """Return the pieces that the recordings of every material allow.
 
     As long as possible up to ``longest_s``, with little left over; recordings shorter than `SHORTEST_S` are left
@@ -103,4 +103,4 @@ def plan_pieces(
         length = min(round(SHORTEST_S * rate), *(max(map(len, signals)) for signals in every))
     length = max(1, length // int(np.ceil(length / (longest_s * rate) - 1e-9)))
     count = min(sum(len(signal) // length for signal in signals) for signals in every)
-    return Pieces(length / rate, min(count, most))
+    return PiecePlan(length / rate, min(count, most))

@@ -30,7 +30,7 @@ Scale = Literal["0-1", "dB"]
 
 
 @dataclass(frozen=True, eq=False)
-class _Picture:
+class _SpectrogramPanel:
     """One axis of one signal: magnitudes, shape (frequency, time)."""
 
     frequency: NDArray[np.float64]
@@ -156,7 +156,7 @@ def draw_spectrograms(
     bar.ax.tick_params(labelsize=7)
 
 
-def _pictures(signal: Signal, seconds: float) -> list[_Picture]:
+def _pictures(signal: Signal, seconds: float) -> list[_SpectrogramPanel]:
     """Return the spectrogram of each axis of the beginning of ``signal``."""
     shown = signal.cut(0, max(2, round(min(signal.seconds, seconds) * signal.rate)))
     window = min(round(WINDOW * max(1.0, signal.rate / PAPER_RATE)), len(shown))
@@ -171,9 +171,9 @@ def _pictures(signal: Signal, seconds: float) -> list[_Picture]:
         padded=False,
     )
     kept = (f >= LOWEST_HZ) & (f <= HIGHEST_HZ)
-    return [_Picture(f[kept], t, np.abs(one[kept])) for one in z]
+    return [_SpectrogramPanel(f[kept], t, np.abs(one[kept])) for one in z]
 
 
-def _largest(pictures: Sequence[_Picture]) -> float:
+def _largest(pictures: Sequence[_SpectrogramPanel]) -> float:
     """Return the largest magnitude; 1 where all is silent, so that one can divide by it."""
     return max(float(picture.magnitude.max()) for picture in pictures) or 1.0

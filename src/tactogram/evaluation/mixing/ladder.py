@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tactogram.evaluation.mixing.figures import mixing_figure
 from tactogram.evaluation.mixing.placement import MixingLadder
-from tactogram.evaluation.report import Picture, Section, Sound, Table, Text
+from tactogram.evaluation.report import ReportFigure, ReportSection, ReportSound, ReportTable, ReportText
 from tactogram.signal import Signal
 
 Mode = Literal["sum", "add"]
@@ -24,7 +24,7 @@ MODES = {
 
 
 @dataclass(frozen=True, eq=False)
-class Mixes:
+class MixSeries:
     """A ladder from one material to another, as a run makes it.
 
     Parameters
@@ -81,7 +81,7 @@ class Mixes:
         """Return what the measure says of the ladder, in three sentences."""
         return _in_words(self.ladder, self.end)
 
-    def section(self, title: str = "") -> Section:
+    def section(self, title: str = "") -> ReportSection:
         """Return all of it for a report: the measure in words, the figure, the table and the sounds."""
         ladder = self.ladder
         rows = [
@@ -94,22 +94,22 @@ class Mixes:
             )
             for k in range(len(self.shown))
         ]
-        table = Table(
+        table = ReportTable(
             (f"weight of {self.end}", f"weight of {self.start}", "position", "± sd", "off the line"),
             rows,
             "Position between what the model makes of the pure materials (0: the one, 1: the other), from levels in "
             "third-octave bands and depths of modulation in dB; ± over signals. Off the line: as a share of the "
             "ends' distance, less what chance explains.",
         )
-        return Section(
+        return ReportSection(
             title or f"From {self.start} to {self.end}",
             [
-                Text(self.in_words()),
-                Picture(
+                ReportText(self.in_words()),
+                ReportFigure(
                     self.figure(), f"{len(rows)} steps from {self.start} to {self.end}, and where they lie."
                 ),
                 table,
-                *(Sound(signal, self.caption(k)) for k, signal in enumerate(self.shown)),
+                *(ReportSound(signal, self.caption(k)) for k, signal in enumerate(self.shown)),
             ],
         )
 

@@ -20,7 +20,7 @@ OVERALL = "overall"
 """Name of the column that takes all axes together."""
 
 
-class EndsAlikeError(ParameterError):
+class IndistinctEndsError(ParameterError):
     """The two ends of a ladder cannot be told apart: there is no way between them."""
 
 
@@ -101,7 +101,7 @@ class MixingLadder:
 
 
 @dataclass(frozen=True, eq=False)
-class _Column:
+class _AxisResult:
     """One axis, or all: what is known before chance is weighed."""
 
     position: Array
@@ -114,7 +114,7 @@ class _Column:
     distance_db: float
 
     @classmethod
-    def unknown(cls, steps: Sequence[Array]) -> _Column:
+    def unknown(cls, steps: Sequence[Array]) -> _AxisResult:
         """Return a column of NaN: the ends cannot be told apart in it."""
         nothing = np.full(len(steps), np.nan)
         each = tuple(np.full(len(step), np.nan) for step in steps)
@@ -195,7 +195,7 @@ def positions(
     )
 
 
-def _column(start: Array, end: Array, *steps: Array, needed: bool = False) -> _Column:
+def _column(start: Array, end: Array, *steps: Array, needed: bool = False) -> _AxisResult:
     """Return positions along the line from ``start`` to ``end``, each of shape (signal, feature)."""
     s, e = start.mean(axis=0), end.mean(axis=0)
     way = e - s
@@ -203,11 +203,11 @@ def _column(start: Array, end: Array, *steps: Array, needed: bool = False) -> _C
     if not way @ way > 2 * (noise_s + noise_e):
         if needed:
             apart, chance = np.sqrt([way @ way / way.size, (noise_s + noise_e) / way.size])
-            raise EndsAlikeError(
+            raise IndistinctEndsError(
                 f"the two ends must differ, got {apart:.2g} dB between them where chance makes {chance:.2g} dB: "
                 "take two other materials, or more signals"
             )
-        return _Column.unknown(steps)
+        return _AxisResult.unknown(steps)
     squared = way @ way - noise_s - noise_e
     along = way / np.sqrt(way @ way)
     unit = way / squared
@@ -227,7 +227,7 @@ def _column(start: Array, end: Array, *steps: Array, needed: bool = False) -> _C
         position.append(t)
         signals.append(each)
     spreads = np.array([(part @ unit).std(ddof=1) for part in (start, end)])
-    return _Column(
+    return _AxisResult(
         np.array(position),
         tuple(signals),
         np.array(off),

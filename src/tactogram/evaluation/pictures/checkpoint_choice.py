@@ -11,12 +11,12 @@ from tactogram.errors import DataError, MissingExtraError
 from tactogram.evaluation.pictures.networks import Lpips
 from tactogram.nn.photo_translation import row_statistics_distance
 
-Choice = Literal["lpips", "row_statistics"]
+DistanceName = Literal["lpips", "row_statistics"]
 
 Distance = Callable[[Tensor, Tensor], Tensor]
 
 
-def picture_choice(by: Choice, weights: str = "") -> tuple[Choice, Distance]:
+def picture_choice(by: DistanceName, weights: str = "") -> tuple[DistanceName, Distance]:
     """Return what weights are chosen by, and the distance of made from real pictures: lower is better.
 
     Parameters

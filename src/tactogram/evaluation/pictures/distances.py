@@ -1,6 +1,7 @@
 """How far generated pictures of touch are from real ones: what the paper prints, and measures that need no network.
 
-`judge_pictures` computes all of them under one protocol, says of each that could not be computed why, and never gives
+`evaluate_pictures` computes all of them under one protocol, says of each that could not be computed why, and never
+gives
 one under the name of another. Pictures are not signals: distances of the signals (`evaluation.generation`) always
 belong beside these.
 """
@@ -60,7 +61,7 @@ class PictureWeights:
 
 
 @dataclass(frozen=True)
-class PictureJudgement:
+class PictureResult:
     """Distances of generated from real pictures.
 
     Parameters
@@ -90,7 +91,7 @@ class PictureJudgement:
         }
 
 
-class PictureJudge:
+class PictureEvaluator:
     """All measures of `MEASURES`, their networks loaded once.
 
     Parameters
@@ -122,7 +123,7 @@ class PictureJudge:
         self._add(("l1",), lambda: (_l1,))
         self._add(("psnr_db", "ssim"), _classic)
 
-    def __call__(self, real: Tensor, made: Tensor) -> PictureJudgement:
+    def __call__(self, real: Tensor, made: Tensor) -> PictureResult:
         """Return how far ``made`` is from ``real``.
 
         Parameters
@@ -140,7 +141,7 @@ class PictureJudge:
             raise ParameterError("at least 2 pairs are needed, got 1")
         with torch.no_grad():
             values = {name: float(measure(real, made)) for name, measure in self._measures.items()}
-        return PictureJudgement(values, dict(self.missing), len(real))
+        return PictureResult(values, dict(self.missing), len(real))
 
     def _add(self, names: tuple[str, ...], build: Callable[[], tuple[PictureMeasure, ...]]) -> None:
         try:
@@ -164,15 +165,15 @@ class PictureJudge:
         return (20 * torch.log10(self.picture.decode(pictures).clamp_min(least))).mean(2)
 
 
-def judge_pictures(
+def evaluate_pictures(
     real: Tensor,
     made: Tensor,
     picture: SpectrogramPicture,
     *,
     weights: PictureWeights | None = None,
     networks: bool = True,
-) -> PictureJudgement:
-    """Return how far ``made`` is from ``real``; see `PictureJudge`, which is quicker more than once.
+) -> PictureResult:
+    """Return how far ``made`` is from ``real``; see `PictureEvaluator`, which is quicker more than once.
 
     Parameters
     ----------
@@ -181,14 +182,14 @@ def judge_pictures(
     picture : SpectrogramPicture
         What they were made by.
     weights, networks
-        As of `PictureJudge`.
+        As of `PictureEvaluator`.
 
     Raises
     ------
     ParameterError
         If the pictures are not what is said above.
     """
-    return PictureJudge(picture, weights=weights, networks=networks)(real, made)
+    return PictureEvaluator(picture, weights=weights, networks=networks)(real, made)
 
 
 def _mean_of(paired: Callable[[Tensor, Tensor], Tensor]) -> PictureMeasure:

@@ -18,7 +18,7 @@ SMOOTHED = 25
 
 
 @dataclass(frozen=True, eq=False)
-class GeneratedRow:
+class GeneratorRow:
     """One generator in a figure of several.
 
     Parameters
@@ -35,7 +35,7 @@ class GeneratedRow:
     losses: Mapping[str, Sequence[tuple[int, float]]]
 
 
-def generated_figure(rows: Sequence[GeneratedRow], labels: Sequence[str], *, title: str = "") -> Figure:
+def generated_figure(rows: Sequence[GeneratorRow], labels: Sequence[str], *, title: str = "") -> Figure:
     """Draw, per generator, the images of each label from two or more noises, and the losses: Fig. 4 of the paper.
 
     Parameters

@@ -19,7 +19,7 @@ from tactogram.signal import Signal
 
 
 @dataclass(frozen=True)
-class Loss:
+class InversionLoss:
     """One measure's distances from real signals; in its unit, lower is better.
 
     Parameters
@@ -70,7 +70,7 @@ def inversion_loss(
     *,
     others: Sequence[Signal] = (),
     seed: int,
-) -> dict[str, Loss]:
+) -> dict[str, InversionLoss]:
     """Return the loss of one material by each measure of `SIGNAL_MEASURES`: all blind to phase.
 
     Parameters
@@ -112,11 +112,11 @@ def inversion_loss(
         except ParameterError:  # a picture may be shorter than a measure asks for
             continue
         if inversion is not None and total is not None:
-            losses[name] = Loss(measure.function(real, others) if others else None, inversion, total)
+            losses[name] = InversionLoss(measure.function(real, others) if others else None, inversion, total)
     return losses
 
 
-def mean_loss(losses: Sequence[Mapping[str, Loss]]) -> dict[str, Loss]:
+def mean_loss(losses: Sequence[Mapping[str, InversionLoss]]) -> dict[str, InversionLoss]:
     """Return the mean over materials of each measure that all of them have; the floor where all have one."""
     if not losses:
         raise ParameterError("at least one material is needed, got none")
@@ -125,7 +125,7 @@ def mean_loss(losses: Sequence[Mapping[str, Loss]]) -> dict[str, Loss]:
         if all(name in one for one in losses):
             held = [one[name] for one in losses]
             floors = [one.floor for one in held if one.floor is not None]
-            found[name] = Loss(
+            found[name] = InversionLoss(
                 float(np.mean(floors)) if len(floors) == len(held) else None,
                 float(np.mean([one.inversion for one in held])),
                 float(np.mean([one.total for one in held])),

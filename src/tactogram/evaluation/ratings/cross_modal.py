@@ -18,7 +18,7 @@ from tactogram.datasets import Ratings
 from tactogram.errors import ParameterError
 from tactogram.statistics.comparison import Comparison, friedman_wilcoxon, mann_whitney, steel_dwass
 from tactogram.statistics.multiplicity import holm
-from tactogram.statistics.summary import Summary, summary
+from tactogram.statistics.summary import GroupSummary, summary
 
 Array = NDArray[np.float64]
 ALPHA = 0.01
@@ -65,7 +65,7 @@ def errors_of(
 
 
 @dataclass(frozen=True, eq=False)
-class CrossModal:
+class CrossModalResult:
     """Errors by condition, and what tests say of them.
 
     Parameters
@@ -84,8 +84,8 @@ class CrossModal:
         p of Mann-Whitney on people's means, by condition and earlier condition, Holm over all of them.
     """
 
-    overall: Mapping[str, Summary]
-    by_word: Mapping[str, Mapping[str, Summary]]
+    overall: Mapping[str, GroupSummary]
+    by_word: Mapping[str, Mapping[str, GroupSummary]]
     as_printed: Comparison
     as_printed_by_word: Mapping[str, Comparison]
     by_person: Comparison
@@ -116,7 +116,7 @@ class CrossModal:
 
 def compare_cross_modal(
     earlier: Mapping[str, Array], later: Mapping[str, Array], words: Sequence[str], *, shown: Sequence[str]
-) -> CrossModal:
+) -> CrossModalResult:
     """Return summaries and tests of the errors of two groups of people.
 
     Parameters
@@ -138,7 +138,7 @@ def compare_cross_modal(
     pairs = [(condition, other) for condition in later for other in earlier]
     ps = [mann_whitney({a: asked[a], b: asked[b]}, correction="none").pair(a, b).p for a, b in pairs]
     corrected = dict(zip(pairs, holm(ps), strict=True))
-    return CrossModal(
+    return CrossModalResult(
         {name: summary(values) for name, values in flat.items()},
         {name: {word: summary(per_word[word][name]) for word in words} for name in every},
         steel_dwass(flat),

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tactogram.evaluation.ratings.cross_modal import CrossModal
+from tactogram.evaluation.ratings.cross_modal import CrossModalResult
 from tactogram.statistics.comparison import Comparison
 
 COLOURS = {"first": "0.55", "second": "tab:blue", "weights": "tab:orange"}
@@ -22,7 +22,7 @@ def stars(p: float) -> str:
 
 
 def overall_figure(
-    found: CrossModal, *, against: str, published: Mapping[str, float], told_by: str
+    found: CrossModalResult, *, against: str, published: Mapping[str, float], told_by: str
 ) -> Figure:
     """Draw the mean absolute error of each condition with its standard error: Fig. 5.
 
@@ -67,7 +67,7 @@ def overall_figure(
     return figure
 
 
-def per_word_figure(found: CrossModal, conditions: Sequence[str], *, told_by: str) -> Figure:
+def per_word_figure(found: CrossModalResult, conditions: Sequence[str], *, told_by: str) -> Figure:
     """Draw the error of each word for some conditions, with stars against the first of them: Fig. 6."""
     words = list(found.as_printed_by_word)
     figure = Figure(figsize=(10, 4), layout="constrained")
@@ -108,7 +108,7 @@ def _mark(comparison: Comparison, name: str, against: str) -> str:
 
 
 def _star(
-    axes: Axes, found: CrossModal, first: str, name: str, places: np.ndarray, words: Sequence[str]
+    axes: Axes, found: CrossModalResult, first: str, name: str, places: np.ndarray, words: Sequence[str]
 ) -> None:
     for place, word in zip(places, words, strict=True):
         row = found.by_word[name][word]

@@ -9,20 +9,20 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from tactogram.evaluation.ratings.prediction import Predicted
+from tactogram.evaluation.ratings.prediction import PredictedRatings
 from tactogram.statistics.figures import AXIS_COLOURS, BLUE, GRAY, INK, ORANGE
 
 MARKS = "osD^vP*Xh<>"
 
 
-def prediction_figure(found: Predicted, figures: Mapping[str, Any], *, title: str = "") -> Figure:
+def prediction_figure(found: PredictedRatings, figures: Mapping[str, Any], *, title: str = "") -> Figure:
     """Draw the error of each word beside constant guess and people, and predicted over given scores.
 
     Parameters
     ----------
     found : Predicted
     figures : mapping
-        What its `Predicted.as_dict` gave.
+        What its `PredictedRatings.as_dict` gave.
     title : str
     """
     rows = figures["per_word"]

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Following:
+class LabelFidelity:
     """How far scores of what was generated follow what was asked.
 
     Parameters
@@ -48,7 +48,7 @@ class Following:
         return {**asdict(self), "by_word": list(self.by_word)}
 
 
-def following(asked: Array, said: Array) -> Following:
+def label_fidelity(asked: Array, said: Array) -> LabelFidelity:
     """Return how far ``said`` follows ``asked``.
 
     Parameters
@@ -74,7 +74,7 @@ def following(asked: Array, said: Array) -> Following:
     heard = said - said.mean((0, 1))
     by_word = tuple(_correlation(wanted[..., word], heard[..., word]) for word in range(asked.shape[1]))
     power = float(np.sum(wanted**2))
-    return Following(
+    return LabelFidelity(
         float(errors[own].mean()),
         float(errors[~own].mean()),
         _correlation(wanted, heard),

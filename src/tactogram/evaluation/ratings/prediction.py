@@ -20,7 +20,7 @@ FEWEST_PAIRS = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Predicted:
+class PredictedRatings:
     """Predictions of one or several repetitions, beside what people said. All in points of the scale.
 
     Parameters

@@ -32,7 +32,7 @@ NEAREST = "nearest"
 
 
 @dataclass(frozen=True, eq=False)
-class Reproduction:
+class ReproductionErrors:
     """Absolute errors to the targets' mean scores.
 
     Parameters
@@ -91,7 +91,7 @@ class Reproduction:
 
 def reproduction(
     ratings: Ratings, targets: Mapping[str, Floats], *, conditions: Sequence[str], told_by: str
-) -> Reproduction:
+) -> ReproductionErrors:
     """Return the errors of what was rated to the targets it stands for.
 
     Parameters
@@ -128,7 +128,7 @@ def reproduction(
             f"ratings must be of items CONDITION/TARGET with a condition of {', '.join(conditions)}, "
             f"got {', '.join(ratings.items[:3])}"
         )
-    return Reproduction(found, tuple(targets), ratings.raters, ratings.words, told_by)
+    return ReproductionErrors(found, tuple(targets), ratings.raters, ratings.words, told_by)
 
 
 def constant_error(targets: Mapping[str, Floats]) -> float:

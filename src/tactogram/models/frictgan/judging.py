@@ -35,7 +35,7 @@ hundred times weaker than the mean, and lies below what a Hamming window leaks f
 
 
 @dataclass(frozen=True)
-class Figures:
+class FabricResult:
     """Of one fabric, over windows of the part that is judged.
 
     Parameters
@@ -69,9 +69,9 @@ class Figures:
     ceiling_db: float
 
 
-def judge(
+def evaluate_fabrics(
     learner: FrictGANLearner, examples: Sequence[Example], *, part: Part | None = "test", seed: int = 0
-) -> dict[str, Figures]:
+) -> dict[str, FabricResult]:
     """Return figures per fabric (`Example.material`).
 
     Parameters
@@ -111,7 +111,7 @@ def judge(
     for place, name in enumerate(names):
         real, (ours, same) = recorded[name], made[name]
         other = recorded[names[(place + 1) % len(names)]]
-        figures[name] = Figures(
+        figures[name] = FabricResult(
             windows=len(real),
             mse=_mean((ours - same).square()),
             mse_recording=_mean((ours - real).square()),
@@ -126,7 +126,7 @@ def judge(
     return figures
 
 
-def summary(figures: Mapping[str, Figures]) -> dict[str, float]:
+def summary(figures: Mapping[str, FabricResult]) -> dict[str, float]:
     """Return the mean of every figure over fabrics, and ``mse_sum``, which the paper calls the average."""
     every = [asdict(each) for each in figures.values()]
     means = {name: float(np.mean([each[name] for each in every])) for name in every[0]}

@@ -17,7 +17,7 @@ from tactogram.features.registered_pairs import FrictionBatch, Part, RegisteredP
 from tactogram.model import Condition, Example, SignalKind, Stage, check_condition
 from tactogram.models.frictgan.config import Config
 from tactogram.models.frictgan.journey import journey, spliced
-from tactogram.models.frictgan.judging import judge, summary
+from tactogram.models.frictgan.judging import evaluate_fabrics, summary
 from tactogram.models.frictgan.networks import Critic, Generator
 from tactogram.nn.bare_and_fixed import bare, fixed
 from tactogram.signal import Image, Signal
@@ -262,7 +262,7 @@ class FrictGANLearner:
         examples : sequence of Example
             Under `splits_windows` what was trained on, of which other windows are judged; else what was not.
         """
-        figures = judge(self, examples, part="test" if self.splits_windows else None)
+        figures = evaluate_fabrics(self, examples, part="test" if self.splits_windows else None)
         return {
             "mean": summary(figures),
             "per_material": {name: asdict(each) for name, each in figures.items()},

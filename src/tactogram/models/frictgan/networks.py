@@ -30,7 +30,7 @@ class Generator(nn.Module):
         plain = len(config.channels) - config.encoder_dropout
         self.encoder = nn.ModuleList(
             nn.Sequential(
-                SameConv(widths[i], widths[i + 1], 4, (stride, stride), bias=False),
+                SamePaddedConv(widths[i], widths[i + 1], 4, (stride, stride), bias=False),
                 _norm(widths[i + 1], config.first_norm or i > 0),
                 nn.ReLU(),
                 nn.Dropout(config.dropout if i >= plain else 0),
@@ -49,7 +49,7 @@ class Generator(nn.Module):
         inputs = [deepest, *(2 * width for width in kept[:-1])]
         self.decoder = nn.ModuleList(
             nn.Sequential(
-                Up(inputs[i], width, stride, self.sizes[i + 1]),
+                CroppedTransposedConv(inputs[i], width, stride, self.sizes[i + 1]),
                 nn.BatchNorm2d(width),
                 nn.Dropout(config.dropout if i < config.decoder_dropout else 0),
                 nn.ReLU(),
@@ -99,10 +99,10 @@ class Critic(nn.Module):
         a, b, c, d = config.critic_channels
         plain = not config.first_norm
         self.layers = nn.Sequential(
-            SameConv((1 if config.grey else 3) + axes, a, 4, (2, 2), bias=plain), _norm(a, not plain),
+            SamePaddedConv((1 if config.grey else 3) + axes, a, 4, (2, 2), bias=plain), _norm(a, not plain),
             nn.LeakyReLU(config.leak),
-            SameConv(a, b, 4, (2, 2), bias=False), nn.BatchNorm2d(b), nn.LeakyReLU(config.leak),
-            SameConv(b, c, 4, (2, 1), bias=False), nn.BatchNorm2d(c), nn.LeakyReLU(config.leak),
+            SamePaddedConv(a, b, 4, (2, 2), bias=False), nn.BatchNorm2d(b), nn.LeakyReLU(config.leak),
+            SamePaddedConv(b, c, 4, (2, 1), bias=False), nn.BatchNorm2d(c), nn.LeakyReLU(config.leak),
             nn.Conv2d(c, d, (5, 4), padding=1, bias=False), nn.BatchNorm2d(d), nn.LeakyReLU(config.leak),
             nn.Conv2d(d, 1, 4, padding=1),
         )  # fmt: skip
@@ -115,7 +115,7 @@ class Critic(nn.Module):
         return scores  # -> 33, 3 -> 31, 2 -> 30, 1
 
 
-class SameConv(nn.Conv2d):
+class SamePaddedConv(nn.Conv2d):
     """A strided convolution with TensorFlow's padding "same": ceil(n / stride) long, the odd zero last."""
 
     def __init__(self, inputs: int, outputs: int, kernel: int, stride: Size, *, bias: bool = True) -> None:
@@ -131,7 +131,7 @@ class SameConv(nn.Conv2d):
         return super().forward(F.pad(x, pads) if any(pads) else x)
 
 
-class Up(nn.ConvTranspose2d):
+class CroppedTransposedConv(nn.ConvTranspose2d):
     """A transposed convolution, cut to ``size``."""
 
     def __init__(self, inputs: int, outputs: int, stride: Size, size: Size) -> None:

@@ -11,7 +11,7 @@ Size = tuple[int, int]
 """Rows (frequency, or down the photograph) and columns (displacement, or along it)."""
 
 
-class Shape(Protocol):
+class SizeConfig(Protocol):
     """What of a configuration decides sizes."""
 
     @property
@@ -30,12 +30,12 @@ class Shape(Protocol):
     def match(self) -> str: ...
 
 
-def encoder_sizes(config: Shape) -> list[int]:
+def encoder_sizes(config: SizeConfig) -> list[int]:
     """Return the side of each map of the encoder: 512, 256, 128, 64, 32, 8, 2 as published."""
     return [config.pixels // product for product in accumulate(config.strides, mul)]
 
 
-def decoder_sizes(config: Shape) -> list[Size]:
+def decoder_sizes(config: SizeConfig) -> list[Size]:
     """Return the size of what the decoder begins with, and of what each of its layers gives.
 
     Backwards from the spectrogram, each is what a strided convolution with padding "same" would make of the next, as
@@ -47,7 +47,7 @@ def decoder_sizes(config: Shape) -> list[Size]:
     return sizes[::-1]
 
 
-def column_strides(config: Shape) -> list[Size]:
+def column_strides(config: SizeConfig) -> list[Size]:
     """Return the stride of each decoder layer, along frequency and along displacement."""
     last = len(config.up_strides) - config.wide
     return [(stride, 2 if layer >= last else 1) for layer, stride in enumerate(config.up_strides)]
@@ -61,7 +61,7 @@ def critic_size(size: Size) -> Size:
     return rows + 2 - 4 + 2 - 3, columns + 2 - 3 + 2 - 3
 
 
-def check(config: Shape) -> None:
+def check(config: SizeConfig) -> None:
     """Refuse sizes that do not fit together.
 
     Raises

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from tactogram.evaluation.pictures.checkpoint_choice import Choice
+from tactogram.evaluation.pictures.checkpoint_choice import DistanceName
 from tactogram.nn.photo_translation import PairConfig
 
 Beta = Annotated[float, Field(ge=0, lt=1)]
@@ -47,7 +47,7 @@ class Config(BaseModel):
     """Steps in place of ``epochs``. Ours."""
     choose_every: int | None = Field(default=None, gt=0)
     """Steps between judgements on the validation part; None: once per epoch. Neshov et al., Sec. 3.2."""
-    choose_by: Choice = "lpips"
+    choose_by: DistanceName = "lpips"
     """What weights are chosen by. Neshov et al., Sec. 3.2: LPIPS; ``row_statistics`` where it lacks weights."""
     lpips_weights: str = ""
     """File of AlexNet's weights; empty looks into torch's cache."""

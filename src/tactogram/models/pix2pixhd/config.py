@@ -6,8 +6,8 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from tactogram.evaluation.pictures.checkpoint_choice import Choice
-from tactogram.nn.adversarial_loss import Kind
+from tactogram.evaluation.pictures.checkpoint_choice import DistanceName
+from tactogram.nn.adversarial_loss import LossKind
 from tactogram.nn.photo_translation import PairConfig
 
 Beta = Annotated[float, Field(ge=0, lt=1)]
@@ -34,7 +34,7 @@ class Config(BaseModel):
     """Channels after the first convolution of a discriminator. Sec. 9."""
     gain: float = Field(default=0.02, gt=0, allow_inf_nan=False)
     """Standard deviation of the initial weights. Sec. 4, "Gaussian distribution with mean 0 and … 0.02"."""
-    adversarial: Kind = "least-squares"
+    adversarial: LossKind = "least-squares"
     """Sec. 4, "LSGANs for stable training"."""
     feature_matching: float = Field(default=10.0, ge=0, allow_inf_nan=False)
     """Weight of the sum over layers (times 4 / (L + 1)). Sec. 3.2, Eq. 5, and Sec. 4, lambda = 10. Neshov et al.'s 40
@@ -57,7 +57,7 @@ class Config(BaseModel):
     """Steps in place of ``epochs``. Ours."""
     choose_every: int | None = Field(default=None, gt=0)
     """Steps between judgements on the validation part; None: once per epoch. Neshov et al., Sec. 3.2."""
-    choose_by: Choice = "lpips"
+    choose_by: DistanceName = "lpips"
     """What weights are chosen by. Neshov et al., Sec. 3.2: LPIPS; ``row_statistics`` where it lacks weights."""
     lpips_weights: str = ""
     """File of AlexNet's weights; empty looks into torch's cache."""

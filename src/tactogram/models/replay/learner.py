@@ -32,7 +32,7 @@ SHORTEST_JUDGED_S = 0.25
 
 
 @dataclass(frozen=True, eq=False)
-class Kept:
+class StoredSegment:
     """A stretch of a training recording, and what it was recorded under."""
 
     id: str
@@ -59,7 +59,7 @@ class ReplayLearner:
         self.kind = kind
         self.materials = kind.materials
         self.seed = seed
-        self.kept: dict[str, list[Kept]] = {}
+        self.kept: dict[str, list[StoredSegment]] = {}
         self.seconds = 0.0
 
     def setup(self, fabric: Any) -> None:
@@ -95,7 +95,7 @@ class ReplayLearner:
         """Samples that a crossfade and the search before it use."""
         return round(self.config.overlap_s * self.kind.rate) + round(self.config.search_s * self.kind.rate)
 
-    def _keep(self, material: str, examples: Sequence[Example]) -> list[Kept]:
+    def _keep(self, material: str, examples: Sequence[Example]) -> list[StoredSegment]:
         """Return a stretch of each of ``examples``, or of as many, drawn, as a segment each leaves room for."""
         budget, segment = (
             max(1, round(s * self.kind.rate))
@@ -109,7 +109,9 @@ class ReplayLearner:
             rng=child_rng(self.seed, "keep", material),
         )
         return [
-            Kept(examples[i].id, cut, {name: _number(examples[i].condition.get(name)) for name in NAMES})
+            StoredSegment(
+                examples[i].id, cut, {name: _number(examples[i].condition.get(name)) for name in NAMES}
+            )
             for i, cut in kept
         ]
 
@@ -143,7 +145,7 @@ class ReplayLearner:
             )
         self.seconds = float(state["seconds"])
         self.kept = {
-            name: [Kept(k["id"], self._signal(k["samples"]), k["condition"]) for k in members]
+            name: [StoredSegment(k["id"], self._signal(k["samples"]), k["condition"]) for k in members]
             for name, members in state["materials"].items()
         }
 
@@ -168,7 +170,7 @@ class ReplayLearner:
                 mixed = mixed + weight * steady + np.sqrt(weight) * (x - steady)
         return self._signal(np.float32(mixed))
 
-    def _replayed(self, members: Sequence[Kept], seconds: float, seed: int, name: str) -> Signal:
+    def _replayed(self, members: Sequence[StoredSegment], seconds: float, seed: int, name: str) -> Signal:
         return concatenated(
             [k.signal for k in members],
             seconds=seconds,
@@ -178,7 +180,7 @@ class ReplayLearner:
             rng=lambda number: child_rng(seed, "replay", name, number),
         )
 
-    def _nearest(self, name: str, condition: Condition) -> list[Kept]:
+    def _nearest(self, name: str, condition: Condition) -> list[StoredSegment]:
         """Return the recordings whose speed and force are nearest to what is asked for; all, if nothing is.
 
         Distance: Euclidean, each quantity as a share of what the material's recordings span.

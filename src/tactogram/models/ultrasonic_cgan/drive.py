@@ -16,8 +16,8 @@ from tactogram.models.ultrasonic_cgan.clusters import nearest
 from tactogram.models.ultrasonic_cgan.config import Config
 from tactogram.models.ultrasonic_cgan.judging import clamped, distance
 from tactogram.models.ultrasonic_cgan.spectra import WINDOW_S, sensor_spectra
-from tactogram.models.ultrasonic_cgan.surfaces import Surfaces
-from tactogram.models.ultrasonic_cgan.trained import Trained
+from tactogram.models.ultrasonic_cgan.surfaces import SurfaceTable
+from tactogram.models.ultrasonic_cgan.trained import TrainedCluster
 from tactogram.signal import Signal
 from tactogram.signal.crest_factor import crest_factor, low_crest_phases, periodic_signal, random_phases
 from tactogram.training.seeds import child_rng
@@ -27,7 +27,7 @@ FULL_SCALE = 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class Made:
+class GeneratedSpectrum:
     """A generated spectrum, and what it was made from.
 
     Parameters
@@ -50,7 +50,7 @@ class Made:
     source: Mapping[str, Any]
     clamped: tuple[float, float]
 
-    def facts(self, surfaces: Surfaces, config: Config, signal: Signal) -> dict[str, Any]:
+    def facts(self, surfaces: SurfaceTable, config: Config, signal: Signal) -> dict[str, Any]:
         """Return it as JSON values; ``signal`` is the loop made of it."""
         cluster = int(surfaces.clusters[self.surface])
         away = [distance(self.amplitudes, one) for one in surfaces.display.astype(np.float64)]
@@ -75,13 +75,13 @@ class Made:
 
 def make(
     condition: Condition,
-    surfaces: Surfaces,
-    trained: Sequence[Trained],
+    surfaces: SurfaceTable,
+    trained: Sequence[TrainedCluster],
     kind: SignalKind,
     config: Config,
     *,
     seed: int,
-) -> Made:
+) -> GeneratedSpectrum:
     """Return the spectrum that the model of the nearest surface's cluster makes for ``condition``.
 
     Raises
@@ -101,7 +101,9 @@ def make(
         )
     spectrum, source = _sensor_spectrum(condition.get("vibration"), surface, surfaces, config, seed=seed)
     made, _ = trained[cluster].answers(spectrum[None] / surfaces.sensor_scale, scores)
-    return Made(np.maximum(made[0], 0) * surfaces.display_scale, surface, away, source, clamped(made))
+    return GeneratedSpectrum(
+        np.maximum(made[0], 0) * surfaces.display_scale, surface, away, source, clamped(made)
+    )
 
 
 def loop(
@@ -135,7 +137,7 @@ def loop(
 
 
 def _sensor_spectrum(
-    vibration: Signal | None, surface: int, surfaces: Surfaces, config: Config, *, seed: int
+    vibration: Signal | None, surface: int, surfaces: SurfaceTable, config: Config, *, seed: int
 ) -> tuple[NDArray[np.float32], dict[str, Any]]:
     """Return a sensor spectrum, shape (bin,), drawn from ``vibration`` or from the stored ones, and what it is."""
     rng = child_rng(seed, "sensor spectrum")

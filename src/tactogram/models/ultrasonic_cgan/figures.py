@@ -8,16 +8,16 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.cluster.hierarchy import dendrogram
 
-from tactogram.evaluation.checkpoint_selection import Rule, smoothed
-from tactogram.models.ultrasonic_cgan.surfaces import Surfaces
-from tactogram.models.ultrasonic_cgan.trained import Trained
+from tactogram.evaluation.checkpoint_selection import SelectionRule, smoothed
+from tactogram.models.ultrasonic_cgan.surfaces import SurfaceTable
+from tactogram.models.ultrasonic_cgan.trained import TrainedCluster
 from tactogram.statistics.figures import AXIS_COLOURS, BLUE, INK, ORANGE
 
 POINTS = 2000
 """Points of a raw curve that are drawn, at most."""
 
 
-def clusters_figure(surfaces: Surfaces, *, method: str, title: str = "") -> Figure:
+def clusters_figure(surfaces: SurfaceTable, *, method: str, title: str = "") -> Figure:
     """Draw the tree of the surfaces by their mean ratings, the names in the colours of their clusters."""
     figure = Figure(figsize=(max(5.0, 1.5 + 0.55 * len(surfaces.plates)), 3.6), layout="constrained")
     axes = figure.add_subplot()
@@ -47,7 +47,7 @@ def clusters_figure(surfaces: Surfaces, *, method: str, title: str = "") -> Figu
 
 
 def selection_figure(
-    trained: Sequence[Trained], rule: Rule, names: Sequence[str], *, title: str = ""
+    trained: Sequence[TrainedCluster], rule: SelectionRule, names: Sequence[str], *, title: str = ""
 ) -> Figure:
     """Draw losses and correct rates as in Fig. 5, one row per cluster: thin raw, thick smoothed; the choice marked.
 

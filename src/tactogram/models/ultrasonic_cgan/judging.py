@@ -8,12 +8,12 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.models.ultrasonic_cgan.surfaces import Surfaces
-from tactogram.models.ultrasonic_cgan.trained import Trained
+from tactogram.models.ultrasonic_cgan.surfaces import SurfaceTable
+from tactogram.models.ultrasonic_cgan.trained import TrainedCluster
 
 
 def figures_of(
-    spectra: Mapping[int, NDArray[np.float32]], surfaces: Surfaces, trained: Sequence[Trained]
+    spectra: Mapping[int, NDArray[np.float32]], surfaces: SurfaceTable, trained: Sequence[TrainedCluster]
 ) -> dict[str, float]:
     """Return means over the surfaces whose cluster's training did not fail.
 

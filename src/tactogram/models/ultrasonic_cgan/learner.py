@@ -15,20 +15,20 @@ from torch import Tensor
 from tactogram.errors import ParameterError
 from tactogram.model import Condition, Example, SignalKind, Stage
 from tactogram.models.ultrasonic_cgan.config import Config
-from tactogram.models.ultrasonic_cgan.drive import Made, loop, make
+from tactogram.models.ultrasonic_cgan.drive import GeneratedSpectrum, loop, make
 from tactogram.models.ultrasonic_cgan.figures import clusters_figure, selection_figure
 from tactogram.models.ultrasonic_cgan.judging import figures_of
-from tactogram.models.ultrasonic_cgan.pair import Pair
+from tactogram.models.ultrasonic_cgan.pair import ClusterNetworks
 from tactogram.models.ultrasonic_cgan.spectra import (
-    Side,
+    SideSpectra,
     display_side,
     sensor_side,
     sensor_spectra,
     signals_of,
     surfaces_of,
 )
-from tactogram.models.ultrasonic_cgan.surfaces import Surfaces
-from tactogram.models.ultrasonic_cgan.trained import Trained
+from tactogram.models.ultrasonic_cgan.surfaces import SurfaceTable
+from tactogram.models.ultrasonic_cgan.trained import TrainedCluster
 from tactogram.signal import Signal
 from tactogram.training.seeds import child_rng
 
@@ -59,11 +59,11 @@ class UltrasonicCGANLearner:
                 f"clusters must be at most the {len(kind.materials)} surfaces, got {config.clusters}"
             )
         self.config, self.kind = config, kind
-        self.pair = Pair(config, words=len(kind.words), seed=seed, device=torch.device(device))
-        self.surfaces: Surfaces | None = None
-        self.trained: list[Trained] = []
+        self.pair = ClusterNetworks(config, words=len(kind.words), seed=seed, device=torch.device(device))
+        self.surfaces: SurfaceTable | None = None
+        self.trained: list[TrainedCluster] = []
         """What came of the clusters that are done."""
-        self._data: Data | None = None
+        self._data: TrainingSpectra | None = None
 
     def setup(self, fabric: Any) -> None:
         self.pair.setup(fabric)
@@ -131,7 +131,7 @@ class UltrasonicCGANLearner:
     def _fit(self, examples: Sequence[Example]) -> dict[str, float]:
         """Measure what stands outside the networks, and refuse what cannot be divided as asked."""
         data = self._of(examples)
-        self.surfaces = Surfaces.measured(data.sensor, data.display, self.config)
+        self.surfaces = SurfaceTable.measured(data.sensor, data.display, self.config)
         if self.config.display_by_cluster:
             for cluster in range(self.config.clusters):
                 self.surfaces.display_rows(data.display, cluster)
@@ -143,24 +143,24 @@ class UltrasonicCGANLearner:
             "display_scores_filled": data.display.filled,
         }
 
-    def _of(self, examples: Sequence[Example]) -> Data:
+    def _of(self, examples: Sequence[Example]) -> TrainingSpectra:
         """Return the spectra of ``examples``, computed once."""
         if self._data is None or self._data.examples is not examples:
             signals = signals_of(examples)
             for example in signals:
                 self.kind.check(example.signal)
-            self._data = Data(
+            self._data = TrainingSpectra(
                 examples,
                 sensor_side(surfaces_of(examples), self.config, self.kind.materials),
                 display_side(signals, self.config),
             )
         return self._data
 
-    def _trained(self, outcome: Mapping[str, Any]) -> Trained:
-        return Trained.of(outcome, self.config, words=len(self.kind.words), device=self.pair.device)
+    def _trained(self, outcome: Mapping[str, Any]) -> TrainedCluster:
+        return TrainedCluster.of(outcome, self.config, words=len(self.kind.words), device=self.pair.device)
 
     @property
-    def _measured(self) -> Surfaces:
+    def _measured(self) -> SurfaceTable:
         if self.surfaces is None:
             raise ParameterError("ultrasonic_cgan is not trained yet: its surfaces are not measured")
         return self.surfaces
@@ -226,7 +226,7 @@ class UltrasonicCGANLearner:
 
     def load_state(self, state: Mapping[str, Any]) -> None:
         if state["surfaces"] is not None:
-            self.surfaces = Surfaces.of(state["surfaces"])
+            self.surfaces = SurfaceTable.of(state["surfaces"])
             if self.surfaces.plates != self.kind.materials:
                 raise ParameterError(
                     f"state is of {', '.join(self.surfaces.plates)}; expected {', '.join(self.kind.materials)}"
@@ -276,18 +276,18 @@ class UltrasonicCGANLearner:
         signal = loop(made.amplitudes, self.kind, self.config, seconds=None, seed=seed)
         return made.facts(self._measured, self.config, signal)
 
-    def _make(self, condition: Condition, seed: int) -> Made:
+    def _make(self, condition: Condition, seed: int) -> GeneratedSpectrum:
         return make(condition, self._measured, self.trained, self.kind, self.config, seed=seed)
 
 
-class Data:
+class TrainingSpectra:
     """The spectra of the training part, and the tables on the device that batches are taken from."""
 
-    def __init__(self, examples: Sequence[Example], sensor: Side, display: Side) -> None:
+    def __init__(self, examples: Sequence[Example], sensor: SideSpectra, display: SideSpectra) -> None:
         self.examples, self.sensor, self.display = examples, sensor, display
         self._tables: tuple[tuple[Tensor, Tensor, Tensor], ...] = ()
 
-    def put(self, surfaces: Surfaces, device: torch.device) -> None:
+    def put(self, surfaces: SurfaceTable, device: torch.device) -> None:
         """Bring scaled spectra and scores to ``device``, once."""
         if not self._tables:
             sides = ((self.sensor, surfaces.sensor_scale), (self.display, surfaces.display_scale))

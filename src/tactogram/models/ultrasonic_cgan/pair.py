@@ -11,7 +11,7 @@ import torch.nn.functional as F
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from tactogram.evaluation.checkpoint_selection import Chosen, Follower, Rule
+from tactogram.evaluation.checkpoint_selection import IterationSelector, SelectedIteration, SelectionRule
 from tactogram.models.ultrasonic_cgan.config import Config
 from tactogram.models.ultrasonic_cgan.networks import Discriminator, Generator
 from tactogram.nn.bare_and_fixed import bare, fixed
@@ -21,7 +21,7 @@ CURVES = ("generator_loss", "discriminator_loss", "correct_rate")
 """What is kept of every iteration, in this order."""
 
 
-class Pair:
+class ClusterNetworks:
     """The networks that are being trained, cluster after cluster, and the best weights of the one at hand.
 
     Parameters
@@ -53,7 +53,7 @@ class Pair:
         ]
         self.unused = [optimiser.state_dict() for optimiser in self.optimisers]
         self.backward: Callable[[Tensor], None] = Tensor.backward
-        self.rule = Rule(config.rate_low, config.rate_high, config.smooth, config.choose_after)
+        self.rule = SelectionRule(config.rate_low, config.rate_high, config.smooth, config.choose_after)
         self.begin(0)
 
     def setup(self, fabric: Any) -> None:
@@ -70,7 +70,7 @@ class Pair:
             network.train()
         for optimiser, unused in zip(self.optimisers, self.unused, strict=True):
             optimiser.load_state_dict(unused)
-        self.follower = Follower(self.rule)
+        self.follower = IterationSelector(self.rule)
         self.best: tuple[dict[str, Tensor], ...] = ()
         self.curves: list[NDArray[np.float32]] = []
 
@@ -111,7 +111,7 @@ class Pair:
         right = ((logits > 0) == truly).float().mean()
         # The one moment in which the host waits for the device: the choice needs the figures before the update.
         figures: list[float] = torch.stack((generator_loss.detach(), loss.detach(), right)).tolist()
-        if self.follower.see(figures[0], figures[2]):
+        if self.follower.update(figures[0], figures[2]):
             self._keep()
         self._descend(0, generator_loss)
         return figures
@@ -175,8 +175,10 @@ class Pair:
         self.curves = [curves]
         rates = tuple(curves[2, -self.rule.window :].tolist())
         chosen = outcome["chosen"]
-        best = None if chosen is None else Chosen(int(chosen[0]), float(chosen[1]), float(chosen[2]))
-        self.follower = Follower(self.rule, best, rates, curves.shape[1])
+        best = (
+            None if chosen is None else SelectedIteration(int(chosen[0]), float(chosen[1]), float(chosen[2]))
+        )
+        self.follower = IterationSelector(self.rule, best, rates, curves.shape[1])
         if best is not None:
             self.best = tuple(
                 {name: x.to(self.device) for name, x in outcome[key].items()}

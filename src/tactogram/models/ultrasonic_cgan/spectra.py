@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.features import Spectrum
-from tactogram.model import Example, Rated
+from tactogram.model import Example, ItemRatings
 from tactogram.models.ultrasonic_cgan.config import Config
 from tactogram.signal import Signal
 
@@ -20,7 +20,7 @@ WINDOW_S = 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class Side:
+class SideSpectra:
     """The spectra of one side and the scores of the items that they are of.
 
     Parameters
@@ -71,12 +71,12 @@ def signals_of(examples: Sequence[Example]) -> list[Example]:
     return [example for example in examples if example.material is None]
 
 
-def sensor_side(examples: Sequence[Example], config: Config, plates: Sequence[str]) -> Side:
+def sensor_side(examples: Sequence[Example], config: Config, plates: Sequence[str]) -> SideSpectra:
     """Return the spectra of all windows of all axes of recordings of surfaces, in the order of ``plates``."""
     return _side(examples, [e.material for e in examples], plates, lambda s: sensor_spectra(s, config))
 
 
-def display_side(examples: Sequence[Example], config: Config) -> Side:
+def display_side(examples: Sequence[Example], config: Config) -> SideSpectra:
     """Return the spectra of display signals; their level is kept."""
     names = sorted({str(example.item) for example in examples})
     return _side(examples, [e.item for e in examples], names, lambda s: display_spectra(s, config))
@@ -124,7 +124,7 @@ def display_spectra(signal: Signal, config: Config) -> NDArray[np.float32]:
     return found
 
 
-def filled(rated: Rated) -> tuple[NDArray[np.float32], int]:
+def filled(rated: ItemRatings) -> tuple[NDArray[np.float32], int]:
     """Return the scores of each rater, (rater, word), gaps filled with the item's mean; and how many gaps."""
     gaps = np.isnan(rated.scores)
     return np.where(gaps, rated.means, rated.scores).astype(np.float32), int(gaps.sum())
@@ -135,12 +135,12 @@ def _side(
     names: Sequence[str | None],
     items: Sequence[str],
     spectra_of: Callable[[Signal], NDArray[np.float32]],
-) -> Side:
+) -> SideSpectra:
     number: dict[str | None, int] = {name: n for n, name in enumerate(items)}
     found: list[NDArray[np.float32]] = []
     item: list[int] = []
     place: list[tuple[int, int, int]] = []
-    rated: list[Rated | None] = [None] * len(items)
+    rated: list[ItemRatings | None] = [None] * len(items)
     for recording, (example, name) in enumerate(zip(examples, names, strict=True)):
         if name not in number:
             raise ParameterError(f"recording {example.id}: surface must be one trained on, got {name!r}")
@@ -162,7 +162,7 @@ def _side(
         scores.append(given)
         means.append(one.means)
         gaps += lacking
-    return Side(
+    return SideSpectra(
         np.concatenate(found),
         np.array(item),
         np.array(place),

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from tactogram.errors import ParameterError
 from tactogram.models.ultrasonic_cgan.clusters import clusters_of, nearest, tree_of
 from tactogram.models.ultrasonic_cgan.config import Config
-from tactogram.models.ultrasonic_cgan.spectra import Side
+from tactogram.models.ultrasonic_cgan.spectra import SideSpectra
 
 
 @dataclass(frozen=True, eq=False)
-class Surfaces:
+class SurfaceTable:
     """Measured once from the training part, and kept with the weights.
 
     Parameters
@@ -56,7 +56,7 @@ class Surfaces:
     display_items: tuple[str, ...]
 
     @classmethod
-    def measured(cls, sensor: Side, display: Side, config: Config) -> Self:
+    def measured(cls, sensor: SideSpectra, display: SideSpectra, config: Config) -> Self:
         """Cluster the surfaces, measure the scales, and keep some spectra, evenly spread over each surface's."""
         tree = tree_of(sensor.means, config.linkage)
         kept = []
@@ -87,11 +87,11 @@ class Surfaces:
         """Return the surfaces of a cluster."""
         return tuple(name for name, k in zip(self.plates, self.clusters, strict=True) if k == cluster)
 
-    def rows(self, sensor: Side, cluster: int) -> NDArray[np.int64]:
+    def rows(self, sensor: SideSpectra, cluster: int) -> NDArray[np.int64]:
         """Return the spectra of the surfaces of ``cluster``."""
         return np.flatnonzero(self.clusters[sensor.item] == cluster)
 
-    def display_rows(self, display: Side, cluster: int) -> NDArray[np.int64]:
+    def display_rows(self, display: SideSpectra, cluster: int) -> NDArray[np.int64]:
         """Return the spectra of the display signals whose mean ratings are nearest to the mean of ``cluster``.
 
         Raises

@@ -10,13 +10,13 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from tactogram.evaluation.checkpoint_selection import Chosen
+from tactogram.evaluation.checkpoint_selection import SelectedIteration
 from tactogram.models.ultrasonic_cgan.config import Config
 from tactogram.models.ultrasonic_cgan.networks import Discriminator, Generator
 
 
 @dataclass(frozen=True, eq=False)
-class Trained:
+class TrainedCluster:
     """A cluster whose training is over.
 
     Parameters
@@ -29,7 +29,7 @@ class Trained:
         With the weights of the chosen iteration, in evaluation mode; None where the training failed.
     """
 
-    chosen: Chosen | None
+    chosen: SelectedIteration | None
     curves: NDArray[np.float32]
     generator: Generator | None
     discriminator: Discriminator | None
@@ -45,7 +45,7 @@ class Trained:
         generator.load_state_dict(outcome["generator"])
         discriminator.load_state_dict(outcome["discriminator"])
         return cls(
-            Chosen(int(iteration), float(loss), float(rate)),
+            SelectedIteration(int(iteration), float(loss), float(rate)),
             curves,
             generator.eval().to(device),
             discriminator.eval().to(device),

@@ -16,7 +16,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from tactogram.evaluation.pictures.checkpoint_choice import Choice
+from tactogram.evaluation.pictures.checkpoint_choice import DistanceName
 from tactogram.nn.label_predictor import PredictorConfig
 from tactogram.nn.photo_translation import PairConfig
 
@@ -81,7 +81,7 @@ class Config(BaseModel):
     choose_every: int | None = Field(default=None, gt=0)
     """Steps between judgements on the validation part; None: once per epoch. Sec. 3.2, "monitored … during
     training"."""
-    choose_by: Choice = "lpips"
+    choose_by: DistanceName = "lpips"
     """What weights are chosen by. Sec. 3.2, LPIPS; where its weights are not at hand, and for short trainings,
     ``row_statistics``. The run's state says which it was."""
     lpips_weights: str = ""

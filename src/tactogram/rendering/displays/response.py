@@ -40,7 +40,7 @@ class _Source(BaseModel):
         return unit
 
 
-class Flat(_Source):
+class FlatResponse(_Source):
     """The same at every frequency."""
 
     kind: Literal["flat"]
@@ -57,7 +57,7 @@ class Flat(_Source):
         return 0.0, np.inf
 
 
-class Resonator(_Source):
+class ResonatorResponse(_Source):
     """A mass on a spring driven by a force: acceleration rises by 12 dB per octave to a resonance, then stays.
 
     H(f) = gain (j r)^2 / ((j r)^2 + j r / q + 1) with r = f / resonance_hz: the acceleration of the moved mass per
@@ -83,7 +83,7 @@ class Resonator(_Source):
         return 0.0, np.inf
 
 
-class Table(_Source):
+class TabulatedResponse(_Source):
     """Measured points; in between, gain (in dB) and phase go smoothly over the logarithm of the frequency."""
 
     kind: Literal["table"]
@@ -93,7 +93,7 @@ class Table(_Source):
     """Frequency in Hz, gain in output per drive, phase in rad (unwrapped), by rising frequency."""
 
     @model_validator(mode="after")
-    def _points_are_a_curve(self) -> Table:
+    def _points_are_a_curve(self) -> TabulatedResponse:
         if self.file is not None and self.points:
             raise ValueError("give file or points, not both")
         if self.file is None and len(self.points) < 2:
@@ -118,12 +118,12 @@ class Table(_Source):
         return self.points[0][0], self.points[-1][0]
 
 
-Response = Flat | Resonator | Table
+Response = FlatResponse | ResonatorResponse | TabulatedResponse
 ResponseSource = Annotated[Response, Field(discriminator="kind")]
 
 
 @dataclass(frozen=True, eq=False)
-class Inverse:
+class InverseResponse:
     """The inverse of a response within a band.
 
     Parameters
@@ -145,7 +145,7 @@ def inverse(
     *,
     cap_db: float,
     phase: bool = True,
-) -> Inverse:
+) -> InverseResponse:
     """Return the drive per output at ``frequency``, at most ``cap_db`` above that at the most effective one.
 
     Parameters
@@ -176,7 +176,7 @@ def inverse(
     capped = size > most
     limited = np.minimum(size, most)
     turn = np.exp(1j * np.angle(needed)) if phase else 1.0
-    return Inverse(limited * turn * edges(frequency, band), capped)
+    return InverseResponse(limited * turn * edges(frequency, band), capped)
 
 
 def edges(frequency: NDArray[np.float64], band: tuple[float, float]) -> NDArray[np.float64]:

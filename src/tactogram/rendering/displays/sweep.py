@@ -83,7 +83,7 @@ def exponential_sweep(
 
 
 @dataclass(frozen=True, eq=False)
-class Identified:
+class SweepResult:
     """What a sweep tells of a display.
 
     Parameters
@@ -115,7 +115,7 @@ def identify(
     points_per_octave: int = 24,
     ringing_s: float = 0.25,
     repeats: tuple[Signal, ...] = (),
-) -> Identified:
+) -> SweepResult:
     """Return the response that leads from a played sweep to what was recorded of it.
 
     The recorded spectrum is divided by the played one, where that has power; in time, what comes before the direct
@@ -152,7 +152,7 @@ def identify(
     response = np.mean([_read(h, rate, frequency, lead) for h, lead, _, _ in found], axis=0)
     coherence = np.mean([_read_coherence(c, frequency) for _, _, c, _ in found], axis=0)
     delay = float(np.median([d for _, _, _, d in found]))
-    return Identified(frequency, response, coherence, delay, f"{recorded.unit}/{played.unit}")
+    return SweepResult(frequency, response, coherence, delay, f"{recorded.unit}/{played.unit}")
 
 
 def _one(

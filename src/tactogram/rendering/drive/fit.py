@@ -13,7 +13,7 @@ from tactogram.rendering.displays.families import family_module
 from tactogram.rendering.drive.axes import combined
 from tactogram.rendering.drive.level import Level
 from tactogram.rendering.drive.mean_removal import without_constant
-from tactogram.rendering.drive.report import SENTENCES, Report, amount, signal_facts
+from tactogram.rendering.drive.report import SENTENCES, FitReport, amount, signal_facts
 from tactogram.rendering.drive.safety import safe
 from tactogram.signal.displacement import played
 from tactogram.signal.signal import Signal
@@ -36,7 +36,7 @@ class Drive:
     """
 
     signal: Signal
-    report: Report
+    report: FitReport
     source: Signal
 
 
@@ -96,7 +96,7 @@ def fit(
     clipped = list(facts.get("clipped", []))
     if safety["clipped_samples"]:
         clipped.append(f"{safety['clipped_samples']} samples by the last check of the limits")
-    report = Report(
+    report = FitReport(
         display=display.name,
         family=display.family,
         level=level.facts(),

@@ -31,7 +31,7 @@ LEAST_PAIRS, LEAST_VOLTAGES = 6, 3
 
 
 @dataclass(frozen=True)
-class Pairs:
+class FrictionMeasurements:
     """What was measured of one person: voltages (V rms), friction coefficients and normal forces (N), same length."""
 
     person: str
@@ -40,7 +40,7 @@ class Pairs:
     normal_force_n: NDArray[np.float64]
 
 
-class Calibration(BaseModel):
+class FrictionCalibration(BaseModel):
     """The square law of one person on one display, with intervals (low, high)."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -86,7 +86,7 @@ class Calibration(BaseModel):
         }
 
 
-def read_pairs(path: Path | str, *, normal_force_n: float | None = None) -> list[Pairs]:
+def read_pairs(path: Path | str, *, normal_force_n: float | None = None) -> list[FrictionMeasurements]:
     """Return the pairs of a CSV, one entry per person in the order of the file.
 
     Parameters
@@ -114,10 +114,10 @@ def read_pairs(path: Path | str, *, normal_force_n: float | None = None) -> list
         found.setdefault(person, []).append(_numbers(row, normal_force_n, f"{path}, line {number}"))
     if not found:
         raise DataError(f"{path}: holds no pair")
-    return [Pairs(person, *np.array(rows).T) for person, rows in found.items()]
+    return [FrictionMeasurements(person, *np.array(rows).T) for person, rows in found.items()]
 
 
-def calibrated(pairs: Pairs, *, confidence: float = 0.95) -> Calibration:
+def calibrated(pairs: FrictionMeasurements, *, confidence: float = 0.95) -> FrictionCalibration:
     """Return the square law that fits the pairs best, in the least squares.
 
     Raises
@@ -155,7 +155,7 @@ def calibrated(pairs: Pairs, *, confidence: float = 0.95) -> Calibration:
         )
     low, high = _fieller(slope, mu_0, covariance, t)
     exponent, interval = _exponent(v, mu, force, mu_0, slope / scale, confidence)
-    return Calibration(
+    return FrictionCalibration(
         person=pairs.person,
         mu_0=mu_0,
         mu_0_interval=(mu_0 - half, mu_0 + half),
@@ -172,7 +172,7 @@ def calibrated(pairs: Pairs, *, confidence: float = 0.95) -> Calibration:
     )
 
 
-def write_calibrations(path: Path | str, calibrations: Sequence[Calibration]) -> Path:
+def write_calibrations(path: Path | str, calibrations: Sequence[FrictionCalibration]) -> Path:
     """Write calibrations as TOML, one ``[[calibration]]`` each: beside, then renamed."""
     path = Path(path)
     rows = [one.model_dump(mode="json", exclude_none=True) for one in calibrations]
@@ -180,7 +180,7 @@ def write_calibrations(path: Path | str, calibrations: Sequence[Calibration]) ->
     return path
 
 
-def read_calibrations(path: Path | str) -> list[Calibration]:
+def read_calibrations(path: Path | str) -> list[FrictionCalibration]:
     """Return the calibrations of a TOML file.
 
     Raises
@@ -198,10 +198,10 @@ def read_calibrations(path: Path | str) -> list[Calibration]:
             f"{path}: needs [[calibration]] and nothing else, got {', '.join(values) or 'nothing'}"
         )
     given = {"exponent": None, "exponent_interval": None}
-    return [validated(Calibration, {**given, **row}, where=f"{path}: calibration") for row in rows]
+    return [validated(FrictionCalibration, {**given, **row}, where=f"{path}: calibration") for row in rows]
 
 
-def calibration_of(path: Path | str, person: str | None = None) -> Calibration:
+def calibration_of(path: Path | str, person: str | None = None) -> FrictionCalibration:
     """Return the calibration of a person from a file that `write_calibrations` wrote.
 
     Parameters

@@ -154,7 +154,7 @@ class PathPlayback:
         return np.asarray(np.where(turned > self._end, 2 * self._end - turned, turned))
 
 
-def _details(texture: Signal) -> list[_Held]:
+def _details(texture: Signal) -> list[_ClampedSpline]:
     """Return the texture in steps of detail: band-limited at its own rate, a third of an octave less, and so on."""
     steps = []
     step = 0
@@ -164,14 +164,14 @@ def _details(texture: Signal) -> list[_Held]:
             break
         fine = resample(resample(texture, rate), FINE * rate)
         grid = np.arange(len(fine)) / (FINE * rate)
-        steps.append(_Held(grid, fine.samples[0].astype(np.float64)))
+        steps.append(_ClampedSpline(grid, fine.samples[0].astype(np.float64)))
         step += 1
     mean = float(texture.samples.mean(dtype=np.float64))
-    flat = _Held(np.array([0.0, 1.0]), np.array([mean, mean]))
+    flat = _ClampedSpline(np.array([0.0, 1.0]), np.array([mean, mean]))
     return [*steps, flat, flat]
 
 
-class _Held:
+class _ClampedSpline:
     """A cubic spline that keeps its end values outside: coarse grids end a little before the texture does."""
 
     def __init__(self, grid: NDArray[np.float64], values: NDArray[np.float64]) -> None:

@@ -16,7 +16,7 @@ SENTENCES = ("scaled", "clipped", "unreachable")
 
 
 @dataclass(frozen=True)
-class Report:
+class FitReport:
     """What `fit` did. Everything is JSON values.
 
     Parameters

@@ -11,7 +11,7 @@ from scipy import fft
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.response import Inverse, edges, inverse
+from tactogram.rendering.displays.response import InverseResponse, edges, inverse
 from tactogram.rendering.drive.band_table import band_table, out_of_band_db
 from tactogram.rendering.drive.level import Level
 from tactogram.rendering.drive.level_scaling import MOTION, factor_of, kinematic_power, within_limits
@@ -137,13 +137,15 @@ class _Plan:
         # Acceleration into displacement is divided by (j w)^2; below the band nothing of it is wanted.
         w = 2j * np.pi * np.maximum(frequency, max(band[0], frequency[1] if len(frequency) > 1 else 1.0))
         self.motion = w**motion
-        kept = Inverse(edges(frequency, band).astype(np.complex128), np.zeros(len(frequency), np.bool_))
+        kept = InverseResponse(
+            edges(frequency, band).astype(np.complex128), np.zeros(len(frequency), np.bool_)
+        )
         if display.response is not None:
             self.response[1:] = display.response.at(frequency[1:])
             self.response[0] = 0.0
             if settings.equalise == "none":
                 reference = abs(complex(display.response.at(settings.reference_hz)))
-                kept = Inverse(kept.gain / reference, kept.capped)
+                kept = InverseResponse(kept.gain / reference, kept.capped)
             else:
                 full = settings.equalise == "full"
                 kept = inverse(display.response, frequency, band, cap_db=settings.cap_db, phase=full)

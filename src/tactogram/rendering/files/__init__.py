@@ -6,6 +6,6 @@ from tactogram.rendering.files.conversion import HapticFile as HapticFile
 from tactogram.rendering.files.conversion import check_file as check_file
 from tactogram.rendering.files.conversion import read_haptic as read_haptic
 from tactogram.rendering.files.conversion import write_haptic as write_haptic
-from tactogram.rendering.files.loss import Loss as Loss
+from tactogram.rendering.files.loss import ConversionLoss as ConversionLoss
 from tactogram.rendering.files.loss import loss_between as loss_between
 from tactogram.rendering.files.reduction import to_one_axis as to_one_axis

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.files import hjif_rules
-from tactogram.rendering.files.documents import Decoded
+from tactogram.rendering.files.documents import DecodedDocument
 from tactogram.rendering.files.formats import ahap, android, gamepad, haptic, hjif, vibration
 from tactogram.signal import Signal
 
@@ -39,7 +39,7 @@ class HapticFormat:
     suffix: str
     holds: Literal["waveform", "envelope", "on and off"]
     encode: Callable[[Signal, str], dict[str, Any]]
-    decode: Callable[[Any, float], Decoded]
+    decode: Callable[[Any, float], DecodedDocument]
     validate: Callable[[Any], list[str]]
 
 

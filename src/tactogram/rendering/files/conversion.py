@@ -20,7 +20,7 @@ from tactogram.rendering.files.loss import loss_between
 from tactogram.rendering.files.reduction import to_one_axis
 from tactogram.signal import Signal
 from tactogram.signal.io.atomic import atomic_write
-from tactogram.signal.io.description import Description
+from tactogram.signal.io.description import SignalDescription
 from tactogram.signal.io.description import decode as described
 
 READ_RATE = 8000.0
@@ -153,7 +153,7 @@ def write_haptic(
             scale, ready = scale * over, ready.with_samples(ready.samples / np.float32(over))
     facts = dict(metadata or {})
     # The format's own 1 is `full_scale`; the rate is that of what was written.
-    whole = Description(ready.rate, chosen.unit, chosen.axes, chosen.domain, scale, facts)
+    whole = SignalDescription(ready.rate, chosen.unit, chosen.axes, chosen.domain, scale, facts)
     document = _encoded(kind, ready, chosen.unit, whole.encode(), modality)
     if problems := kind.validate(document):
         raise ParameterError(f"{kind.title} cannot hold this signal: {problems[0]}")

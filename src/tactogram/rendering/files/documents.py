@@ -15,7 +15,7 @@ from tactogram.text_files import decode_text, parse_json
 
 
 @dataclass(frozen=True, eq=False)
-class Decoded:
+class DecodedDocument:
     """What a document holds.
 
     Parameters
@@ -33,7 +33,7 @@ class Decoded:
     facts: dict[str, Any] = field(default_factory=dict)
 
 
-class Part(BaseModel):
+class DocumentPart(BaseModel):
     """Part of a document: frozen, of the exact types, finite numbers; unknown keys are left alone."""
 
     model_config = ConfigDict(frozen=True, strict=True, extra="ignore", allow_inf_nan=False)

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from tactogram.rendering.files.documents import Part, problems_of
+from tactogram.rendering.files.documents import DocumentPart, problems_of
 
 MOST_TICKS = 48_000
 
@@ -35,7 +35,7 @@ MODALITIES = (
 Id = Annotated[int, Field(ge=0)]
 
 
-class Keyframe(Part):
+class Keyframe(DocumentPart):
     """A point of an effect; its position counts from the effect's, in ticks."""
 
     relative_position: int | None = Field(None, ge=0)
@@ -43,7 +43,7 @@ class Keyframe(Part):
     frequency_modulation: int | None = Field(None, ge=0)
 
 
-class Effect(Part):
+class Effect(DocumentPart):
     """A stretch of a band."""
 
     effect_type: Literal["Basis", "Reference", "Composite"] = "Basis"
@@ -53,7 +53,7 @@ class Effect(Part):
     keyframes: tuple[Keyframe, ...] = Field((), strict=False)
 
 
-class Band(Part):
+class Band(DocumentPart):
     """What adds up to a channel."""
 
     band_type: Literal["Transient", "Curve", "VectorialWave", "WaveletWave"]
@@ -80,7 +80,7 @@ class Band(Part):
         return self
 
 
-class Channel(Part):
+class Channel(DocumentPart):
     """One signal of a perception."""
 
     id: Id
@@ -94,14 +94,14 @@ class Channel(Part):
     reference_device_id: Id | None = None
 
 
-class Device(Part):
+class Device(DocumentPart):
     """A device that a perception was made for."""
 
     id: Id
     name: str
 
 
-class Perception(Part):
+class Perception(DocumentPart):
     """Signals of one modality."""
 
     id: Id
@@ -125,20 +125,20 @@ class Perception(Part):
         return self
 
 
-class Avatar(Part):
+class Avatar(DocumentPart):
     """A body."""
 
     id: int = Field(ge=1)
     """0 is reserved for an unspecified one."""
 
 
-class Sync(Part):
+class Sync(DocumentPart):
     """A moment to start from, in ticks."""
 
     timestamp: int = Field(ge=0)
 
 
-class Haptics(Part):
+class Haptics(DocumentPart):
     """A whole file."""
 
     version: str

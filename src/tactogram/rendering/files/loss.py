@@ -18,7 +18,7 @@ FLAT_ENVELOPE = 0.02
 
 
 @dataclass(frozen=True)
-class Loss:
+class ConversionLoss:
     """How a signal and its copy differ. What cannot be had is None: nothing correlates with a constant.
 
     Parameters
@@ -45,11 +45,11 @@ class Loss:
     snr_db: float | None
 
 
-def loss_between(original: Signal, copy: Signal) -> Loss:
+def loss_between(original: Signal, copy: Signal) -> ConversionLoss:
     """Return what ``copy`` has lost of ``original``, both of one axis and over the same domain, in the same unit."""
     if original.domain != "time":
         correlation, snr = _waveform(original, copy)
-        return Loss(None, None, None, None, correlation, snr)
+        return ConversionLoss(None, None, None, None, correlation, snr)
     one, other = envelope_of(original, pulses=False), envelope_of(copy, pulses=False)
     a = one.amplitude
     b = np.interp(one.times, other.times, other.amplitude, right=0.0)
@@ -61,7 +61,7 @@ def loss_between(original: Signal, copy: Signal) -> Loss:
         octaves = np.abs(np.log2(f / np.maximum(one.frequency, 1.0)))
         shift = float(np.average(octaves, weights=a**2))
     correlation, snr = _waveform(original, copy)
-    return Loss(
+    return ConversionLoss(
         envelope_correlation=_correlation(a, b, flat=FLAT_ENVELOPE),
         envelope_error=float(np.sqrt(np.mean((a - b) ** 2) / power)) if power > 0 else None,
         level_db=10 * float(np.log10(kept / power)) if power > 0 and kept > 0 else None,

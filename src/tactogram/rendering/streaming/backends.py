@@ -28,7 +28,7 @@ from tactogram.rendering.streaming.stream import Stream
 
 Block = NDArray[np.float32]
 Sink = Callable[[Block, float], None]
-Status = Callable[[float], None]
+StatusCallback = Callable[[float], None]
 
 STATUS_S = 0.25
 """How often the status is told, s."""
@@ -54,7 +54,7 @@ class Clock:
 
 
 def run_unpaced(
-    stream: Stream, *, seconds: float, sink: Sink | None = None, status: Status | None = None
+    stream: Stream, *, seconds: float, sink: Sink | None = None, status: StatusCallback | None = None
 ) -> None:
     """Render ``seconds`` as fast as possible, on a clock of samples."""
     engine = stream.engine
@@ -78,7 +78,7 @@ def run_clocked(
     seconds: float,
     clock: Clock,
     sink: Sink | None = None,
-    status: Status | None = None,
+    status: StatusCallback | None = None,
     realtime: bool = False,
 ) -> bool:
     """Render a block each time that one is due; return whether real-time priority was granted.
@@ -118,7 +118,7 @@ def run_clocked(
     return granted
 
 
-class Puller:
+class FrameReader:
     """Gives a device as many frames as it asks for, out of blocks.
 
     Parameters
@@ -167,7 +167,7 @@ def run_miniaudio(
     seconds: float,
     clock: Clock,
     null: bool,
-    status: Status | None = None,
+    status: StatusCallback | None = None,
     realtime: bool = False,
 ) -> dict[str, Any]:
     """Play on miniaudio's null device or on the default sound card; return what is known of the device.
@@ -181,7 +181,7 @@ def run_miniaudio(
     engine = stream.engine
     if engine.rate != int(engine.rate):
         raise ParameterError(f"an audio device needs a whole rate in Hz, got {engine.rate:g}")
-    puller = Puller(stream, clock, realtime=realtime)
+    puller = FrameReader(stream, clock, realtime=realtime)
 
     def frames() -> Iterator[bytes]:
         asked = yield b""
@@ -222,7 +222,7 @@ def run_sounddevice(
     seconds: float,
     clock: Clock,
     device: str | int | None = None,
-    status: Status | None = None,
+    status: StatusCallback | None = None,
     realtime: bool = False,
 ) -> dict[str, Any]:
     """Play on a sound card through PortAudio; return what is known of the device.
@@ -234,7 +234,7 @@ def run_sounddevice(
     """
     sounddevice = imported("sounddevice", extra="devices", what="the audio backend")
     engine = stream.engine
-    puller = Puller(stream, clock, realtime=realtime)
+    puller = FrameReader(stream, clock, realtime=realtime)
     flagged = 0
 
     def callback(out: NDArray[np.float32], frames: int, _time: Any, flags: Any) -> None:
@@ -274,7 +274,7 @@ def run_audio(
     seconds: float,
     clock: Clock,
     device: str | int | None = None,
-    status: Status | None = None,
+    status: StatusCallback | None = None,
     realtime: bool = False,
 ) -> dict[str, Any]:
     """Play on a sound card, through PortAudio or, without that, through miniaudio.
@@ -338,7 +338,9 @@ def _take_priority() -> bool:
     return True
 
 
-def _wait(stream: Stream, seconds: float, clock: Clock, status: Status | None, puller: Puller) -> None:
+def _wait(
+    stream: Stream, seconds: float, clock: Clock, status: StatusCallback | None, puller: FrameReader
+) -> None:
     """Wait until a device has played for so long and faded out, or the stream has an error or is interrupted.
 
     Raises

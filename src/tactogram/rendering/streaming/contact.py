@@ -58,7 +58,7 @@ class ContactSettings:
             raise ParameterError(f"gain must be >= 0 and finite, got {self.gain}")
 
 
-class Transients:
+class ActiveTransients:
     """The transients that sound now.
 
     Parameters

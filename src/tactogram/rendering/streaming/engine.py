@@ -21,16 +21,16 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.streaming.block_clock import BlockClock
-from tactogram.rendering.streaming.contact import ContactSettings, Transients
-from tactogram.rendering.streaming.finger_path import STATES, Follower
+from tactogram.rendering.streaming.contact import ActiveTransients, ContactSettings
+from tactogram.rendering.streaming.finger_path import STATES, FingerTracker
 from tactogram.rendering.streaming.latency import Latency
 from tactogram.rendering.streaming.motion import (
-    Finger,
+    FingerState,
+    MixWeights,
     MotionSample,
     MotionSettings,
     MotionSource,
     Tap,
-    Weights,
 )
 from tactogram.rendering.streaming.textures import StreamingTexture
 
@@ -89,10 +89,10 @@ class Engine:
         self.unit, self.axes = _kind(self.textures)
         self.names = tuple(texture.name for texture in self.textures)
         self.motion = motion
-        self.finger = Finger(settings or MotionSettings())
-        self.follower = Follower(rate, most)
+        self.finger = FingerState(settings or MotionSettings())
+        self.follower = FingerTracker(rate, most)
         self._clock = BlockClock()
-        self.transients = Transients(contact or ContactSettings(), rate)
+        self.transients = ActiveTransients(contact or ContactSettings(), rate)
         self.latency = Latency(most / rate)
         self.blocks = dict.fromkeys(STATES, 0)
         """How many blocks began in each state."""
@@ -153,7 +153,7 @@ class Engine:
         count = self.most if count is None else count
         for message in self.motion.poll(now_s):
             if isinstance(message, MotionSample):
-                self.finger.hear(message, now_s)
+                self.finger.update(message, now_s)
             elif isinstance(message, Tap):
                 self._land(message.strength, now_s - message.arrival_s)
             else:
@@ -189,7 +189,7 @@ class Engine:
 
     def warm_up(self) -> None:
         """Compile what the blocks need, with a texture of its own, so that the first block is as quick as the last."""
-        self.follower.follow(Finger(), 0.0, 1)
+        self.follower.follow(FingerState(), 0.0, 1)
         for texture in self.textures:
             texture.render(self.follower.block, self._one)
         _add(
@@ -202,7 +202,7 @@ class Engine:
             1,
             self._out,
         )
-        probe = Transients(self.transients.settings, self.rate)
+        probe = ActiveTransients(self.transients.settings, self.rate)
         probe.start(1.0, 1.0)
         probe.add(self._one, 1)
 
@@ -242,7 +242,7 @@ class Engine:
             self.transients.start(strength, math.sqrt(float(np.dot(self._weights, levels))))
             self.latency.tap.add(max(age_s, 0.0) + self.most / self.rate)
 
-    def _change(self, message: Weights) -> None:
+    def _change(self, message: MixWeights) -> None:
         """Take up weights that came with the motion; what is not understood is counted, not raised."""
         try:
             self.set_weights(message.weights)

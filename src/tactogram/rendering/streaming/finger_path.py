@@ -16,7 +16,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.rendering.streaming.motion import Finger
+from tactogram.rendering.streaming.motion import FingerState
 
 State = Literal["lost", "air", "rest", "slide"]
 STATES: tuple[State, ...] = ("lost", "air", "rest", "slide")
@@ -65,8 +65,8 @@ class MotionBlock:
             setattr(self, name, np.zeros(self.most, np.float32))
 
 
-class Follower:
-    """Goes after a `Finger`, block by block.
+class FingerTracker:
+    """Goes after a `FingerState`, block by block.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class Follower:
         self._rate = rate
         self._values = np.zeros(8)
 
-    def follow(self, finger: Finger, now_s: float, count: int, *, ahead_s: float = 0.0) -> MotionBlock:
+    def follow(self, finger: FingerState, now_s: float, count: int, *, ahead_s: float = 0.0) -> MotionBlock:
         """Return the finger over the next ``count`` samples, the first of them ``ahead_s`` after ``now_s``."""
         settings, values, block = finger.settings, self._values, self.block
         lost = finger.lost(now_s)

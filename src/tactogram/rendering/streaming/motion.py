@@ -68,7 +68,7 @@ class MotionSource(Protocol):
     name: str
     simulated: bool
 
-    def poll(self, now_s: float) -> Iterable[MotionSample | Tap | Weights]:
+    def poll(self, now_s: float) -> Iterable[MotionSample | Tap | MixWeights]:
         """Return what has come until ``now_s`` on the engine's clock since the last call; never waits."""
         ...
 
@@ -94,7 +94,7 @@ class Tap:
 
 
 @dataclass(frozen=True, slots=True)
-class Weights:
+class MixWeights:
     """A mix that is asked for while playing: weights by the name of a texture; the others stay."""
 
     weights: dict[str, float]
@@ -162,10 +162,10 @@ class MotionCounts:
 
 
 @dataclass
-class Finger:
+class FingerState:
     """What is known of the finger now. Positions in mm, velocities in mm/s, times in s on the engine's clock.
 
-    Follow it with `hear` for each sample and `at` at the beginning of each block.
+    Follow it with `update` for each sample and `at` at the beginning of each block.
     """
 
     settings: MotionSettings = field(default_factory=MotionSettings)
@@ -199,7 +199,7 @@ class Finger:
     """The least difference between arrival and time stamp among them, s."""
     _connected: bool = False
 
-    def hear(self, sample: MotionSample, now_s: float) -> bool:
+    def update(self, sample: MotionSample, now_s: float) -> bool:
         """Take up a sample; return whether it was used."""
         if not _is_valid(sample):
             self.counts.invalid += 1

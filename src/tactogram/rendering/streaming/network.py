@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import DeviceError, ParameterError
 from tactogram.extras import imported, one_line
-from tactogram.rendering.streaming.motion import MotionSample, Tap, Weights
+from tactogram.rendering.streaming.motion import MixWeights, MotionSample, Tap
 from tactogram.rendering.streaming.packets import (
     NO_MOTION,
     BlockPacket,
@@ -51,7 +51,7 @@ class NetworkMotion:
 
     def __init__(self, *, host: str = "127.0.0.1", port: int = PORT, clock: Callable[[], float]) -> None:
         self._clock = clock
-        self._waiting: deque[MotionSample | Tap | Weights] = deque(maxlen=WAITING)
+        self._waiting: deque[MotionSample | Tap | MixWeights] = deque(maxlen=WAITING)
         self.not_understood = 0
         self.overflowed = 0
         self.missing = 0
@@ -71,7 +71,7 @@ class NetworkMotion:
         self._thread = threading.Thread(target=self._listen, name="motion", daemon=True)
         self._thread.start()
 
-    def poll(self, now_s: float) -> list[MotionSample | Tap | Weights]:
+    def poll(self, now_s: float) -> list[MotionSample | Tap | MixWeights]:
         """Return what has come since the last call."""
         found = []
         while self._waiting:

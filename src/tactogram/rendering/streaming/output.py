@@ -19,7 +19,7 @@ from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.drive.level import Level
-from tactogram.rendering.drive.safety import Guard
+from tactogram.rendering.drive.safety import DriveGuard
 from tactogram.rendering.families import linear, ultrasonic
 from tactogram.rendering.streaming.drives import (
     ElectrovibrationDrive,
@@ -82,7 +82,7 @@ class DisplayOutput:
             report = fit(rehearsed, display, level=level).report
             self.drive = makers[display.family](display, rehearsed.unit, report.facts)
             self.rehearsal = report.as_json()
-        self.guard = Guard(display)
+        self.guard = DriveGuard(display)
         self.clipped = 0
 
     def process(self, block: Block, motion: MotionBlock | None = None) -> Block:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.extras import imported
-from tactogram.rendering.streaming.motion import MotionSample, Tap, Weights
+from tactogram.rendering.streaming.motion import MixWeights, MotionSample, Tap
 
 VERSION = 1
 MOTION = struct.Struct("<4sHHIdffff")
@@ -36,7 +36,7 @@ LONGEST = 65_000
 
 
 @dataclass(frozen=True, slots=True)
-class Received:
+class ReceivedPacket:
     """A packet that was understood.
 
     Parameters
@@ -47,7 +47,7 @@ class Received:
     """
 
     sequence: int
-    message: MotionSample | Tap | Weights
+    message: MotionSample | Tap | MixWeights
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +76,7 @@ class BlockPacket:
     motion_sequence: int
 
 
-def parse(packet: bytes, arrival_s: float) -> list[Received] | None:
+def parse(packet: bytes, arrival_s: float) -> list[ReceivedPacket] | None:
     """Return what a packet says (an OSC bundle may say several things), or None if it is not understood."""
     if len(packet) > LONGEST:
         return None
@@ -172,7 +172,7 @@ def parse_block(packet: bytes) -> BlockPacket | None:
     )
 
 
-def _parse_plain(packet: bytes, arrival_s: float) -> Received | None:
+def _parse_plain(packet: bytes, arrival_s: float) -> ReceivedPacket | None:
     kind = packet[:4]
     if kind == b"TGMO" and len(packet) == MOTION.size:
         _, version, flags, sequence, time_s, x, y, speed, force = MOTION.unpack(packet)
@@ -181,23 +181,23 @@ def _parse_plain(packet: bytes, arrival_s: float) -> Received | None:
         sample = MotionSample(
             time_s, arrival_s, x, y, speed if flags & SPEED else nan, force if flags & FORCE else nan
         )
-        return Received(sequence, sample) if version == VERSION else None
+        return ReceivedPacket(sequence, sample) if version == VERSION else None
     if kind == b"TGTA" and len(packet) == TAP.size:
         _, version, _, sequence, _, strength = TAP.unpack(packet)
-        return Received(sequence, Tap(arrival_s, strength)) if version == VERSION else None
+        return ReceivedPacket(sequence, Tap(arrival_s, strength)) if version == VERSION else None
     if kind == b"TGMX" and len(packet) >= MIX.size:
         _, version, length, sequence, _, weight = MIX.unpack_from(packet)
         name = packet[MIX.size :]
         if version != VERSION or len(name) != length:
             return None
         try:
-            return Received(sequence, Weights({name.decode(): weight}))
+            return ReceivedPacket(sequence, MixWeights({name.decode(): weight}))
         except UnicodeDecodeError:
             return None
     return None
 
 
-def _parse_osc(packet: bytes, arrival_s: float) -> list[Received] | None:
+def _parse_osc(packet: bytes, arrival_s: float) -> list[ReceivedPacket] | None:
     messages = _messages(packet)
     if not messages:
         return None
@@ -210,14 +210,16 @@ def _parse_osc(packet: bytes, arrival_s: float) -> list[Received] | None:
         # Some senders write a whole number as an int; the first two are what orders the packets.
         if kind == "motion" and len(shape) == 6 and shape[0] == "i" and set(shape) <= {"i", "f"}:
             sequence, time_s, *rest = values
-            message: MotionSample | Tap | Weights = MotionSample(float(time_s), arrival_s, *map(float, rest))
+            message: MotionSample | Tap | MixWeights = MotionSample(
+                float(time_s), arrival_s, *map(float, rest)
+            )
         elif kind == "tap" and len(shape) == 3 and shape[0] == "i" and set(shape) <= {"i", "f"}:
             sequence, message = values[0], Tap(arrival_s, float(values[2]))
         elif kind == "mix" and len(shape) == 4 and shape[0] == "i" and shape[2] == "s" and shape[3] in "if":
-            sequence, message = values[0], Weights({values[2]: float(values[3])})
+            sequence, message = values[0], MixWeights({values[2]: float(values[3])})
         else:
             return None
-        found.append(Received(sequence & NO_MOTION, message))
+        found.append(ReceivedPacket(sequence & NO_MOTION, message))
     return found
 
 

@@ -107,7 +107,7 @@ class SimulatedHand:
 
 
 @dataclass(frozen=True)
-class _Move:
+class _HandMove:
     begin_s: float
     end_s: float
     start: tuple[float, float]
@@ -115,14 +115,14 @@ class _Move:
     touching: bool
 
 
-def _journey(seconds: float, s: HandSettings, random: np.random.Generator) -> list[_Move]:
+def _journey(seconds: float, s: HandSettings, random: np.random.Generator) -> list[_HandMove]:
     """Return moves end to end that last at least ``seconds``."""
-    moves: list[_Move] = []
+    moves: list[_HandMove] = []
     now, place, direction = 0.0, (0.0, 0.0), 1.0
 
     def go(lasting: float, to: tuple[float, float], *, touching: bool) -> None:
         nonlocal now, place
-        moves.append(_Move(now, now + lasting, place, to, touching))
+        moves.append(_HandMove(now, now + lasting, place, to, touching))
         now, place = now + lasting, to
 
     go(0.2, place, touching=False)
@@ -142,7 +142,7 @@ def _journey(seconds: float, s: HandSettings, random: np.random.Generator) -> li
     return moves
 
 
-def _along(moves: list[_Move], at: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+def _along(moves: list[_HandMove], at: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Return x, y (mm) and whether the finger touches, at times ``at`` (s)."""
     place = np.searchsorted([move.end_s for move in moves], at, side="right")
     begin, end = (np.array([getattr(m, name) for m in moves])[place] for name in ("begin_s", "end_s"))
@@ -154,7 +154,7 @@ def _along(moves: list[_Move], at: Array) -> tuple[Array, Array, NDArray[np.bool
     return where[:, 0], where[:, 1], touching
 
 
-def _force(moves: list[_Move], at: Array, s: HandSettings, random: np.random.Generator) -> Array:
+def _force(moves: list[_HandMove], at: Array, s: HandSettings, random: np.random.Generator) -> Array:
     """Return the force at times ``at``, N: 0 in the air, wavering slowly on the surface, quick at both ends."""
     _, _, touching = _along(moves, at)
     slow = np.zeros(len(at))

@@ -62,7 +62,7 @@ class Recorder(Protocol):
         ...
 
 
-class Probes(BaseModel):
+class ProbeSettings(BaseModel):
     """What leads from the transducer to the converter."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -75,7 +75,7 @@ class Probes(BaseModel):
     """By how much the current is taken later than the voltage, s."""
 
 
-class Timing(BaseModel):
+class MeasurementTiming(BaseModel):
     """How long a frequency is held, and how long of it is measured."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -86,7 +86,7 @@ class Timing(BaseModel):
 
 
 class MeasuredAdmittance:
-    """Measures at a frequency, as `tactogram.rendering.transducer.resonance_tracking.Measure` asks.
+    """Measures at a frequency, as `tactogram.rendering.transducer.resonance_tracking.MeasureAdmittance` asks.
 
     Parameters
     ----------
@@ -97,9 +97,13 @@ class MeasuredAdmittance:
     """
 
     def __init__(
-        self, carrier: Carrier, recorder: Recorder, probes: Probes, timing: Timing | None = None
+        self,
+        carrier: Carrier,
+        recorder: Recorder,
+        probes: ProbeSettings,
+        timing: MeasurementTiming | None = None,
     ) -> None:
-        self.probes, self.timing = probes, timing or Timing()
+        self.probes, self.timing = probes, timing or MeasurementTiming()
         self.measured = self.repeated = self.lost = 0
         self._carrier, self._recorder = carrier, recorder
 

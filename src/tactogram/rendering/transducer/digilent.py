@@ -40,7 +40,7 @@ OFF = -1.0
 """Data of the AM node that make the carrier 0."""
 
 
-class Generator(BaseModel):
+class GeneratorSettings(BaseModel):
     """What the device is to generate."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -56,7 +56,7 @@ class Generator(BaseModel):
 
 def generator(
     settings: ultrasonic.Settings | electrovibration.Settings, *, channel: int = 1, serial: str = ""
-) -> Generator:
+) -> GeneratorSettings:
     """Return what a display's settings ask of the device.
 
     Raises
@@ -77,7 +77,7 @@ def generator(
         "channel": channel,
         "serial": serial,
     }
-    return validated(Generator, values, where="digilent")
+    return validated(GeneratorSettings, values, where="digilent")
 
 
 def am_data(envelope: NDArray[np.floating], peak_v: float) -> NDArray[np.float64]:
@@ -113,7 +113,7 @@ class AnalogDiscovery:
 
     def __init__(
         self,
-        wanted: Generator,
+        wanted: GeneratorSettings,
         *,
         module: Any = None,
         sleep: Callable[[float], None] = time.sleep,
@@ -310,7 +310,7 @@ class AnalogDiscovery:
         """
         self._opened()
         values = {**self.wanted.model_dump(), "carrier_hz": carrier_hz}
-        self.wanted = validated(Generator, values, where=self.name)
+        self.wanted = validated(GeneratorSettings, values, where=self.name)
         with device_errors(self.name, library="dwfpy"):
             self._channel[self._module.AnalogOutputNode.CARRIER].frequency = carrier_hz
             self._channel.apply()

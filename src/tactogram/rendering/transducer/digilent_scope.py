@@ -24,7 +24,7 @@ STALLED_S = 2.0
 """So much longer than its window a measurement may take."""
 
 
-class ScopeInputs(BaseModel):
+class ScopeSettings(BaseModel):
     """Which inputs, and how."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -62,7 +62,7 @@ class DigilentRecorder:
         self,
         device: Any,
         module: Any,
-        inputs: ScopeInputs,
+        inputs: ScopeSettings,
         *,
         name: str,
         sleep: Callable[[float], None] = time.sleep,

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from tactogram.rendering.transducer.circuit import Transducer
-from tactogram.rendering.transducer.resonance_simulation import Followed, Touch
+from tactogram.rendering.transducer.resonance_simulation import SimulatedTouch, TrackingResult
 
 INK, GRAY, BLUE, ORANGE = "#1b1f24", "#9aa0a6", "#2166ac", "#d6604d"
 METHOD_COLOURS = {
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Passed:
+class EnvelopeTransmission:
     """What arrived of an envelope at a simulated transducer.
 
     Parameters
@@ -52,7 +52,11 @@ class Passed:
 
 
 def envelope_figure(
-    rows: Sequence[tuple[Passed, Passed]], *, start_s: float, seconds: float, title: str = ""
+    rows: Sequence[tuple[EnvelopeTransmission, EnvelopeTransmission]],
+    *,
+    start_s: float,
+    seconds: float,
+    title: str = "",
 ) -> Figure:
     """Return a row per transducer: without and with pre-emphasis over time, and both over frequency.
 
@@ -110,7 +114,10 @@ def envelope_figure(
 
 
 def tracking_figure(
-    columns: Mapping[str, Mapping[str, Followed]], *, touches: Sequence[Touch] = (), title: str = ""
+    columns: Mapping[str, Mapping[str, TrackingResult]],
+    *,
+    touches: Sequence[SimulatedTouch] = (),
+    title: str = "",
 ) -> Figure:
     """Return carrier and resonance over the steps, and the error, a column per transducer.
 

@@ -13,7 +13,7 @@ from tactogram.rendering.transducer.resonance_tracking import ResonanceTracker, 
 
 
 @dataclass(frozen=True)
-class Touch:
+class SimulatedTouch:
     """A simulated finger from step ``start`` to ``stop`` (exclusive): other Q and R1, another resonance."""
 
     start: int
@@ -25,7 +25,7 @@ class Touch:
 
 
 @dataclass(frozen=True)
-class Drifting:
+class DriftingTransducer:
     """A simulated transducer whose resonance moves in a straight line, and that may be touched.
 
     Parameters
@@ -41,7 +41,7 @@ class Drifting:
     transducer: Transducer
     drift_hz: float = 80.0
     steps: int = 300
-    touches: Sequence[Touch] = ()
+    touches: Sequence[SimulatedTouch] = ()
 
     def at(self, step: int) -> Transducer:
         """Return the transducer as it is at ``step``."""
@@ -63,7 +63,7 @@ class SimulatedAdmittance:
     rng : numpy.random.Generator
     """
 
-    def __init__(self, drifting: Drifting, *, noise: float, rng: np.random.Generator) -> None:
+    def __init__(self, drifting: DriftingTransducer, *, noise: float, rng: np.random.Generator) -> None:
         self.drifting, self.noise, self.now = drifting, noise, 0
         self._rng = rng
 
@@ -79,7 +79,7 @@ class SimulatedAdmittance:
 
 
 @dataclass(frozen=True)
-class Followed:
+class TrackingResult:
     """How a simulated drift was followed, one value per step; errors are the carrier less the true resonance, Hz."""
 
     tracker: ResonanceTracker
@@ -107,7 +107,7 @@ def followed(
     *,
     steps: int,
     frozen: range | None = None,
-) -> Followed:
+) -> TrackingResult:
     """Lock onto a simulated transducer and follow it for ``steps`` steps.
 
     Parameters
@@ -130,4 +130,4 @@ def followed(
         tracker.step()
         resonance.append(measured.transducer.resonance_hz)
         carrier.append(tracker.frequency_hz)
-    return Followed(tracker, tuple(resonance), tuple(carrier))
+    return TrackingResult(tracker, tuple(resonance), tuple(carrier))

@@ -28,7 +28,7 @@ from tactogram.errors import ParameterError, TactogramError
 from tactogram.rendering.transducer.circuit import Transducer, fitted
 from tactogram.signal.io.atomic import write_text
 
-Measure = Callable[[float], complex]
+MeasureAdmittance = Callable[[float], complex]
 """The admittance in S at a frequency in Hz, taken when the transducer has settled there."""
 Method = Literal["climb_admittance", "dither_admittance", "dither_conductance", "motional_phase"]
 State = Literal["sweep", "lock", "track", "frozen", "lost"]
@@ -106,7 +106,7 @@ class ResonanceTracker:
     settings : TrackingSettings
     """
 
-    def __init__(self, measure: Measure, settings: TrackingSettings | None = None) -> None:
+    def __init__(self, measure: MeasureAdmittance, settings: TrackingSettings | None = None) -> None:
         self.settings = settings or TrackingSettings()
         self.log: list[TrackPoint] = []
         self.found: Transducer | None = None

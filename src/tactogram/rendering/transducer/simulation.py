@@ -100,9 +100,7 @@ class TransducerSimulation:
         return states[0], states[0] + c0 * ((v - before) * self.rate + 1j * w * v)
 
 
-def recovered_envelope(
-    transducer: Transducer, envelope: Signal, *, carrier_hz: float | None = None
-) -> Signal:
+def simulate_envelope(transducer: Transducer, envelope: Signal, *, carrier_hz: float | None = None) -> Signal:
     """Return what of an envelope arrives at a simulated transducer that was at rest.
 
     Parameters

@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 
 from tactogram.errors import DataError
 from tactogram.signal.io.columns import TIME_NAMES
-from tactogram.signal.io.content import ZIP_ERRORS, Content
-from tactogram.signal.io.description import Description, decode
+from tactogram.signal.io.content import ZIP_ERRORS, FileContent
+from tactogram.signal.io.description import SignalDescription, decode
 from tactogram.signal.signal import Signal
 
 SAMPLES = "samples"
 DESCRIPTION = "tactogram"
 
 
-def read(path: Path, *, columns: Sequence[str] | None = None, time: str | None = None) -> Content:
+def read(path: Path, *, columns: Sequence[str] | None = None, time: str | None = None) -> FileContent:
     """Return what an NPZ file holds: an array (axis, time) or (time,).
 
     Of a foreign file, ``columns`` names the array (or several of shape (time,), one per axis); the only array
@@ -33,7 +33,7 @@ def read(path: Path, *, columns: Sequence[str] | None = None, time: str | None =
     if DESCRIPTION in arrays:
         description = _describe(arrays, path)
         samples = _numbers(arrays, SAMPLES, path)
-        return Content(
+        return FileContent(
             samples, description.axes, description.rate, None, description.unit, description, _place(SAMPLES)
         )
     stamps = time or next((name for name in arrays if name.lower() in TIME_NAMES), None)
@@ -51,16 +51,16 @@ def read(path: Path, *, columns: Sequence[str] | None = None, time: str | None =
         raise DataError(f"{path}: {stamps} must have shape ({samples.shape[1]},), got {times.shape}")
     axes = tuple(names) if len(names) > 1 and len(names) == len(samples) else ()
     rate = float(arrays["rate"]) if "rate" in arrays and arrays["rate"].shape == () else None
-    return Content(samples, axes, rate, times, None, None, _place(names[0]))
+    return FileContent(samples, axes, rate, times, None, None, _place(names[0]))
 
 
-def describe(path: Path) -> Description | None:
+def describe(path: Path) -> SignalDescription | None:
     """Return the description in the file, if there is one."""
     arrays = _load(path, only=DESCRIPTION)
     return _describe(arrays, path) if DESCRIPTION in arrays else None
 
 
-def write(path: Path, signal: Signal, description: Description) -> None:
+def write(path: Path, signal: Signal, description: SignalDescription) -> None:
     """Write the samples as float32 (axis, time), and the description as text."""
     with path.open("wb") as file:
         np.savez(file, samples=signal.samples, tactogram=np.array(description.encode()))
@@ -83,7 +83,7 @@ def _load(path: Path, *, only: str | None = None) -> dict[str, NDArray[np.generi
             raise DataError(f"{path}: {reason}: {' '.join(str(error).split())}") from error
 
 
-def _describe(arrays: dict[str, NDArray[np.generic]], path: Path) -> Description:
+def _describe(arrays: dict[str, NDArray[np.generic]], path: Path) -> SignalDescription:
     found = decode(str(arrays[DESCRIPTION]), str(path))
     if found is None:
         raise DataError(f"{path}: description is damaged")

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError, UnitError
-from tactogram.signal.io.description import Description
+from tactogram.signal.io.description import SignalDescription
 from tactogram.signal.units import parse_seconds, parse_unit, split_heading
 
 TIME_NAMES = ("time", "t", "timestamp", "timestamps", "time_stamp", "seconds")
@@ -22,7 +22,7 @@ SLOWEST = 0.1
 
 
 @dataclass(frozen=True)
-class Columns:
+class TableColumns:
     """What is read from a table.
 
     Parameters
@@ -57,12 +57,12 @@ class Columns:
 def choose(
     headings: Sequence[str],
     path: Path,
-    description: Description | None,
+    description: SignalDescription | None,
     *,
     columns: Sequence[str] | None,
     axes: Sequence[str] | None,
     time: str | None,
-) -> Columns:
+) -> TableColumns:
     """Return which of the columns headed ``headings`` to read.
 
     The columns named by ``columns``; else by ``axes``, if they are headings; else all but the time.
@@ -95,7 +95,7 @@ def choose(
     if len({unit for unit, _ in units}) > 1:
         listed = ", ".join(headings[i] for i in places)
         raise DataError(f"{path}: columns are in different units: {listed}; choose those of one as axes")
-    return Columns(
+    return TableColumns(
         names=chosen,
         places=tuple(places),
         unit=units[0][0],
@@ -106,7 +106,7 @@ def choose(
 
 
 def in_units(
-    numbers: NDArray[np.float64], chosen: Columns, path: Path
+    numbers: NDArray[np.float64], chosen: TableColumns, path: Path
 ) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
     """Return samples (axis, time) in ``chosen.unit`` and stamps in s, from ``numbers`` (row, used column).
 

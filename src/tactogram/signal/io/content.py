@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError, TactogramError
-from tactogram.signal.io.description import Description
+from tactogram.signal.io.description import SignalDescription
 from tactogram.signal.signal import Signal
 from tactogram.signal.timing import to_uniform
 from tactogram.signal.units import parse_unit
@@ -22,7 +22,7 @@ ZIP_ERRORS = (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError,
 
 
 @dataclass(frozen=True, eq=False)
-class Content:
+class FileContent:
     """The numbers in a file.
 
     Parameters
@@ -50,12 +50,12 @@ class Content:
     rate: float | None
     times: NDArray[np.float64] | None
     unit: str | None
-    description: Description | None
+    description: SignalDescription | None
     place: Callable[[int, int], str]
     comment: str | None = None
 
 
-def check(content: Content, path: Path) -> None:
+def check(content: FileContent, path: Path) -> None:
     """Refuse what is no signal, naming the place.
 
     Raises
@@ -87,7 +87,7 @@ def check(content: Content, path: Path) -> None:
 
 
 def assemble(
-    content: Content, path: Path, *, unit: str | None, axes: Sequence[str] | None, rate: float | None
+    content: FileContent, path: Path, *, unit: str | None, axes: Sequence[str] | None, rate: float | None
 ) -> Signal:
     """Return the signal in ``content``, with what the file does not say taken from the arguments.
 
@@ -110,7 +110,7 @@ def assemble(
 
 
 def _axes(
-    content: Content, path: Path, axes: Sequence[str] | None
+    content: FileContent, path: Path, axes: Sequence[str] | None
 ) -> tuple[NDArray[np.float32] | NDArray[np.float64], tuple[str, ...]]:
     """Return the rows that ``axes`` names, or all of them under those names."""
     count = len(content.samples)
@@ -131,7 +131,7 @@ def _axes(
 
 
 def _unit(
-    content: Content, samples: NDArray[np.float32] | NDArray[np.float64], path: Path, unit: str | None
+    content: FileContent, samples: NDArray[np.float32] | NDArray[np.float64], path: Path, unit: str | None
 ) -> tuple[NDArray[np.float32] | NDArray[np.float64], str]:
     if unit is None:
         return samples, content.unit or "1"
@@ -143,7 +143,7 @@ def _unit(
     return samples, asked
 
 
-def _rate(content: Content, rate: float | None) -> float:
+def _rate(content: FileContent, rate: float | None) -> float:
     known = content.rate
     if known is None:
         if rate is None:

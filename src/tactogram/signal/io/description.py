@@ -15,7 +15,7 @@ VERSION = 1
 
 
 @dataclass(frozen=True)
-class Description:
+class SignalDescription:
     """Everything about a signal but its samples, as one line of JSON in a comment of the file.
 
     Parameters
@@ -41,7 +41,7 @@ class Description:
     @classmethod
     def of(
         cls, signal: Signal, metadata: Mapping[str, Any] | None, *, full_scale: float | None = None
-    ) -> Description:
+    ) -> SignalDescription:
         """Return the description of ``signal``."""
         return cls(signal.rate, signal.unit, signal.axes, signal.domain, full_scale, dict(metadata or {}))
 
@@ -68,7 +68,7 @@ class Description:
             raise ParameterError(f"metadata must be JSON values: {error}") from error
 
 
-def decode(text: str, where: str) -> Description | None:
+def decode(text: str, where: str) -> SignalDescription | None:
     """Return the description in ``text``, or None if it is a comment of somebody else's.
 
     Raises
@@ -88,7 +88,7 @@ def decode(text: str, where: str) -> Description | None:
         )
     try:
         scale = facts["full_scale"]
-        return Description(
+        return SignalDescription(
             rate=float(facts["rate"]),
             unit=str(facts["unit"]),
             axes=tuple(str(name) for name in facts["axes"]),

@@ -10,10 +10,10 @@ from typing import Any
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io import arrays, sound, table, worksheet
 from tactogram.signal.io.atomic import atomic_write
-from tactogram.signal.io.content import Content, assemble
-from tactogram.signal.io.description import Description
+from tactogram.signal.io.content import FileContent, assemble
+from tactogram.signal.io.description import SignalDescription
 from tactogram.signal.signal import Signal
-from tactogram.signal.timing import Timing, estimate_timing
+from tactogram.signal.timing import SamplingTiming, estimate_timing
 
 SOUND = (".wav", ".flac")
 TABLES = (".csv", ".tsv", ".txt")
@@ -95,7 +95,7 @@ class SignalFile:
 
     signal: Signal
     metadata: dict[str, Any]
-    timing: Timing | None
+    timing: SamplingTiming | None
 
 
 def read_file(path: str | Path, **options: Any) -> SignalFile:
@@ -115,7 +115,7 @@ def read_metadata(path: str | Path) -> dict[str, Any]:
         If the file is not what its suffix says.
     """
     path = _existing(path)
-    found: Description | str | None
+    found: SignalDescription | str | None
     match _suffix(path, READABLE):
         case ".wav" | ".flac":
             found = sound.describe(path)
@@ -164,7 +164,7 @@ def write_signal(
     suffix = _suffix(path, WRITABLE)
     if suffix not in SOUND and (subtype is not None or full_scale is not None):
         raise ParameterError(f"subtype and full_scale are for {' and '.join(SOUND)}, got {suffix}")
-    description = Description.of(signal, metadata)
+    description = SignalDescription.of(signal, metadata)
     description.encode()
     with atomic_write(path) as part:
         match suffix:
@@ -188,7 +188,7 @@ def _read(
     time: str | None = None,
     sheet: str | None = None,
     full_scale: float | None = None,
-) -> tuple[Signal, Content]:
+) -> tuple[Signal, FileContent]:
     suffix = _suffix(path, READABLE)
     _refuse(suffix not in SOUND and full_scale is not None, "full_scale", suffix)
     _refuse(suffix in SOUND and (columns is not None or time is not None), "columns or time", suffix)
@@ -205,7 +205,7 @@ def _read(
     return assemble(content, path, unit=unit, axes=axes, rate=rate), content
 
 
-def _metadata(found: Description | str | None) -> dict[str, Any]:
+def _metadata(found: SignalDescription | str | None) -> dict[str, Any]:
     if isinstance(found, str):
         return {"comment": found}
     return dict(found.metadata) if found else {}

@@ -14,7 +14,7 @@ _UNKNOWN_SIZE = 0xFFFFFFFF
 
 
 @dataclass(frozen=True)
-class Header:
+class WavHeader:
     """What stands around the samples of a WAV file.
 
     Parameters
@@ -35,7 +35,7 @@ class Header:
     comment: str | None
 
 
-def read_header(path: Path) -> Header:
+def read_header(path: Path) -> WavHeader:
     """Return the header of a WAV file (RIFF or RF64).
 
     Raises
@@ -53,7 +53,7 @@ def read_header(path: Path) -> Header:
         return _header(file, path, length)
 
 
-def _header(file: BinaryIO, path: Path, length: int) -> Header:
+def _header(file: BinaryIO, path: Path, length: int) -> WavHeader:
     form = data = comment = None
     large = 0
     at = 12
@@ -86,7 +86,7 @@ def _header(file: BinaryIO, path: Path, length: int) -> Header:
         raise DataError(f"{path}: channels must be > 0, got 0 at byte {form[0] + 10}")
     if data[1] == 0:
         raise DataError(f"{path}: no samples: the data chunk before byte {data[0]} is empty")
-    return Header(channels, rate, bits, *data, comment)
+    return WavHeader(channels, rate, bits, *data, comment)
 
 
 def _comment(chunk: bytes) -> str | None:

@@ -12,8 +12,8 @@ import soundfile
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal.io.content import Content
-from tactogram.signal.io.description import Description, decode
+from tactogram.signal.io.content import FileContent
+from tactogram.signal.io.description import SignalDescription, decode
 from tactogram.signal.io.riff import append_comment, read_header
 from tactogram.signal.signal import Signal
 
@@ -31,14 +31,14 @@ _BLOCK = 2**20
 
 
 @dataclass(frozen=True)
-class _Facts:
+class _SoundInfo:
     rate: int
     channels: int
     comment: str | None
     place: Callable[[int, int], str]
 
 
-def read(path: Path, *, full_scale: float | None = None) -> Content:
+def read(path: Path, *, full_scale: float | None = None) -> FileContent:
     """Return what a WAV or FLAC file holds.
 
     Parameters
@@ -72,7 +72,7 @@ def read(path: Path, *, full_scale: float | None = None) -> Content:
             )
     if scale is not None and scale != 1.0:
         samples = samples.astype(np.float64) * scale
-    return Content(
+    return FileContent(
         samples=samples,
         axes=description.axes if description else (),
         rate=description.rate if description else float(facts.rate),
@@ -84,7 +84,7 @@ def read(path: Path, *, full_scale: float | None = None) -> Content:
     )
 
 
-def describe(path: Path) -> Description | str | None:
+def describe(path: Path) -> SignalDescription | str | None:
     """Return the description in the file, somebody else's comment, or None."""
     facts = _facts(path)
     return _description(facts, path) or facts.comment or None
@@ -93,7 +93,7 @@ def describe(path: Path) -> Description | str | None:
 def write(
     path: Path,
     signal: Signal,
-    description: Description,
+    description: SignalDescription,
     *,
     suffix: str,
     subtype: str | None = None,
@@ -144,7 +144,7 @@ def _blocks(file: soundfile.SoundFile) -> Iterator[NDArray[Any]]:
         yield block
 
 
-def _facts(path: Path) -> _Facts:
+def _facts(path: Path) -> _SoundInfo:
     if path.suffix.lower() == ".wav":
         header = read_header(path)
         width = header.bits // 8
@@ -152,7 +152,7 @@ def _facts(path: Path) -> _Facts:
         def byte(axis: int, sample: int) -> str:
             return f"axis {axis}, sample {sample} (byte {header.start + (sample * header.channels + axis) * width})"
 
-        return _Facts(header.rate, header.channels, header.comment, byte)
+        return _SoundInfo(header.rate, header.channels, header.comment, byte)
     with path.open("rb") as stream:
         head = stream.read(4)
     if not head:
@@ -161,7 +161,7 @@ def _facts(path: Path) -> _Facts:
         raise DataError(f"{path}: not a FLAC file: expected fLaC at byte 0, got {head!r}")
     try:
         with soundfile.SoundFile(path) as file:
-            return _Facts(
+            return _SoundInfo(
                 file.samplerate,
                 file.channels,
                 file.comment,
@@ -171,7 +171,7 @@ def _facts(path: Path) -> _Facts:
         raise DataError(f"{path}: {_line(error)}") from error
 
 
-def _description(facts: _Facts, path: Path) -> Description | None:
+def _description(facts: _SoundInfo, path: Path) -> SignalDescription | None:
     found = decode(facts.comment or "", str(path))
     if found is None:
         return None

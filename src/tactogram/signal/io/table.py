@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError
-from tactogram.signal.io.columns import Columns, choose, in_units
-from tactogram.signal.io.content import Content
-from tactogram.signal.io.description import Description, decode
+from tactogram.signal.io.columns import TableColumns, choose, in_units
+from tactogram.signal.io.content import FileContent
+from tactogram.signal.io.description import SignalDescription, decode
 from tactogram.signal.signal import Signal
 from tactogram.signal.units import split_heading
 from tactogram.text_files import decode_text
@@ -31,7 +31,7 @@ def read(
     columns: Sequence[str] | None = None,
     axes: Sequence[str] | None = None,
     time: str | None = None,
-) -> Content:
+) -> FileContent:
     """Return what a text table holds: one row per sample.
 
     Separated by tab, semicolon, comma or blanks, whichever fits; lines that begin with ``#`` or ``%`` are comments;
@@ -57,7 +57,7 @@ def read(
         column = chosen.time if axis < 0 else chosen.places[axis]
         return f"row {kept[sample]}, column {headings[column or 0]!r}"
 
-    return Content(
+    return FileContent(
         samples=samples,
         axes=() if headings[0] == "1" and headings[-1] == str(len(headings)) else chosen.names,
         rate=description.rate if description else None,
@@ -73,7 +73,7 @@ def headings(path: Path) -> list[str]:
     return [split_heading(name)[0] for name in _rows(path)[0]]
 
 
-def describe(path: Path) -> Description | None:
+def describe(path: Path) -> SignalDescription | None:
     """Return the description in the first lines, if there is one."""
     for line in _text(path, 1 << 20).split("\n")[:3]:
         if line.startswith(COMMENTS) and (found := decode(line[1:].strip(), str(path))):
@@ -81,7 +81,7 @@ def describe(path: Path) -> Description | None:
     return None
 
 
-def write(path: Path, signal: Signal, description: Description, *, suffix: str) -> None:
+def write(path: Path, signal: Signal, description: SignalDescription, *, suffix: str) -> None:
     """Write one row per sample: time (or position), then the axes; nine digits, which is float32 exactly."""
     separator = "\t" if suffix == ".tsv" else ","
     rows = np.column_stack([np.arange(len(signal)) / signal.rate, signal.samples.T.astype(np.float64)])
@@ -175,7 +175,7 @@ def _without_last_separator(
     return [row.rstrip(" ")[:-1] for row in rows], headings
 
 
-def _stamps(description: Description | None, headings: Sequence[str], time: str | None) -> str | None:
+def _stamps(description: SignalDescription | None, headings: Sequence[str], time: str | None) -> str | None:
     """Return the column that stands before the axes in our own files, else what was asked for."""
     return headings[0] if description is not None else time
 
@@ -184,7 +184,7 @@ def _numbers(
     rows: Sequence[str],
     kept: Sequence[int],
     headings: Sequence[str],
-    chosen: Columns,
+    chosen: TableColumns,
     separator: str,
     path: Path,
 ) -> NDArray[np.float64]:
@@ -213,7 +213,7 @@ def _explain(
     rows: Sequence[str],
     kept: Sequence[int],
     headings: Sequence[str],
-    chosen: Columns,
+    chosen: TableColumns,
     separator: str,
     path: Path,
 ) -> NoReturn:

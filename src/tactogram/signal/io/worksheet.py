@@ -15,8 +15,8 @@ from openpyxl.utils.exceptions import InvalidFileException
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.columns import choose, in_units
-from tactogram.signal.io.content import ZIP_ERRORS, Content
-from tactogram.signal.io.description import Description, decode
+from tactogram.signal.io.content import ZIP_ERRORS, FileContent
+from tactogram.signal.io.description import SignalDescription, decode
 from tactogram.signal.io.table import heading
 from tactogram.signal.signal import Signal
 
@@ -33,7 +33,7 @@ def read(
     axes: Sequence[str] | None = None,
     time: str | None = None,
     sheet: str | None = None,
-) -> Content:
+) -> FileContent:
     """Return what a worksheet holds: ``sheet``, or the only one. Its first row that is not empty is the heading.
 
     Raises
@@ -75,7 +75,7 @@ def read(
         column = chosen.time if axis < 0 else chosen.places[axis]
         return f"row {kept[sample]}, column {headings[column or 0]!r}"
 
-    return Content(
+    return FileContent(
         samples=samples,
         axes=chosen.names if named else (),
         rate=description.rate if description else None,
@@ -86,13 +86,13 @@ def read(
     )
 
 
-def describe(path: Path) -> Description | None:
+def describe(path: Path) -> SignalDescription | None:
     """Return the description in the workbook, if there is one."""
     with _opened(path) as book:
         return _describe(book, path)
 
 
-def write(path: Path, signal: Signal, description: Description) -> None:
+def write(path: Path, signal: Signal, description: SignalDescription) -> None:
     """Write the sheet ``signal``, and the description in the first cell of the sheet ``tactogram``.
 
     Raises
@@ -142,14 +142,14 @@ def _line(error: Exception) -> str:
     return " ".join(str(error).split())
 
 
-def _describe(book: Any, path: Path) -> Description | None:
+def _describe(book: Any, path: Path) -> SignalDescription | None:
     if DESCRIPTION not in book.sheetnames:
         return None
     first = next(book[DESCRIPTION].iter_rows(max_row=1, values_only=True), (None,))
     return decode(str(first[0]), str(path))
 
 
-def _sheet(book: Any, path: Path, sheet: str | None, description: Description | None) -> Any:
+def _sheet(book: Any, path: Path, sheet: str | None, description: SignalDescription | None) -> Any:
     names = [name for name in book.sheetnames if name != DESCRIPTION]
     if sheet is None:
         if description is None and len(names) != 1:

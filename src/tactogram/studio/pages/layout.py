@@ -95,7 +95,7 @@ def upload(text: str, **options: Any) -> ui.upload:
     return drawn
 
 
-class Number(ui.number):
+class NumberField(ui.number):
     """A field for a number that leaves it as it was typed; `given` refuses what cannot be used.
 
     NiceGUI's own pulls a number to the nearer of its ends when the field is left, without a word.
@@ -135,7 +135,7 @@ def in_range(
     return value
 
 
-def told(error: BaseException) -> None:
+def show_error(error: BaseException) -> None:
     """Show an error as a sentence; what nobody expected, or who left the page cannot read, is logged."""
     if isinstance(error, TactogramError | OSError):
         text = str(error)
@@ -148,7 +148,7 @@ def told(error: BaseException) -> None:
         LOG.warning("nobody was left to be told: %s", text)
 
 
-def telling(handler: Callable[P, Any]) -> Callable[P, Any]:
+def report_errors(handler: Callable[P, Any]) -> Callable[P, Any]:
     """Return a handler of events, plain or asynchronous, whose errors are told; a lambda may call either."""
     if asyncio.iscoroutinefunction(handler):
 
@@ -157,7 +157,7 @@ def telling(handler: Callable[P, Any]) -> Callable[P, Any]:
             try:
                 return await handler(*args, **kwargs)
             except Exception as error:
-                told(error)
+                show_error(error)
 
         return waited
 
@@ -166,8 +166,8 @@ def telling(handler: Callable[P, Any]) -> Callable[P, Any]:
         try:
             answer = handler(*args, **kwargs)
         except Exception as error:
-            return told(error)
-        return telling(_answered)(answer) if inspect.iscoroutine(answer) else answer
+            return show_error(error)
+        return report_errors(_answered)(answer) if inspect.iscoroutine(answer) else answer
 
     return called
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Hashable
 MOST_KEPT = 10_000
 
 
-class Allowance:
+class RateLimiter:
     """So many at once, and one more every so often, for each key. Nothing is written down.
 
     Parameters

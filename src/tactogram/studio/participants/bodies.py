@@ -16,13 +16,13 @@ Device = Annotated[dict[str, Any], Field(max_length=100)]
 """What a device says of itself; what cannot be kept is left out by the store."""
 
 
-class Sent(BaseModel):
+class RequestBody(BaseModel):
     """What is sent. Unknown keys are refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-class Join(Sent):
+class JoinRequest(RequestBody):
     """To begin, or to go on by a code."""
 
     code: Annotated[str, Field(max_length=40)] = ""
@@ -33,7 +33,7 @@ class Join(Sent):
     """Drawn by the page for each person who begins: sent twice, it makes one participant."""
 
 
-class Answers(Sent):
+class AnswersRequest(RequestBody):
     """The answers to a page."""
 
     token: PageToken
@@ -43,31 +43,31 @@ class Answers(Sent):
     device: Device = Field(default_factory=dict)
 
 
-class Play(Sent):
+class PlayRequest(RequestBody):
     """What is to be played on the server's display."""
 
     token: PageToken
     slot: SlotName = ""
 
 
-class InLanguage(Sent):
+class LanguageRequest(RequestBody):
     """The language to go on in."""
 
     language: Language
 
 
-class Nothing(Sent):
+class EmptyRequest(RequestBody):
     """An empty object."""
 
 
-class Joined(BaseModel):
+class JoinResponse(BaseModel):
     """Who joined."""
 
     ticket: str
     code: str
 
 
-class Offered(BaseModel):
+class OfferResponse(BaseModel):
     """What people are told before they join."""
 
     title: dict[str, str]
@@ -75,7 +75,7 @@ class Offered(BaseModel):
     open: bool
 
 
-class Shown(BaseModel):
+class PageResponse(BaseModel):
     """Where a participant is."""
 
     page: dict[str, Any] | None
@@ -90,27 +90,27 @@ class Shown(BaseModel):
     state: Literal["going", "done", "declined", "aborted"]
 
 
-class Stored(Shown):
+class AnswersResponse(PageResponse):
     """Where a participant is after answers were sent."""
 
     stored: bool
     """False if the page was answered before: nothing changed."""
 
 
-class PlayedFacts(BaseModel):
+class PlayResponse(BaseModel):
     """What became of what was to be played."""
 
     state: Literal["ended", "stopped", "failed"]
     simulated_device: bool
 
 
-class Stopped(BaseModel):
+class StopResponse(BaseModel):
     """Whether something was playing."""
 
     stopped: bool
 
 
-class Refused(BaseModel):
+class ErrorResponse(BaseModel):
     """Why not, in one sentence."""
 
     error: str

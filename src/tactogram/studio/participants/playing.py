@@ -15,7 +15,7 @@ PATIENCE_S = 2.0
 """How long somebody's former stimulus may take to fade out before the next."""
 
 
-class InUseError(TactogramError):
+class DisplayInUseError(TactogramError):
     """The display plays to somebody else."""
 
 
@@ -67,10 +67,12 @@ class ServerDisplay:
         with self._guard:
             if self._playing is not None:
                 if self._owner != owner:
-                    raise InUseError("the display is playing to another participant; try again in a moment")
+                    raise DisplayInUseError(
+                        "the display is playing to another participant; try again in a moment"
+                    )
                 self._playing.stop()
         if not self._turn.acquire(timeout=PATIENCE_S):
-            raise InUseError("the display has not stopped yet; try again in a moment")
+            raise DisplayInUseError("the display has not stopped yet; try again in a moment")
         try:
             with self._guard:
                 self._owner, self._playing = owner, playing

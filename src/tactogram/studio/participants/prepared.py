@@ -18,8 +18,8 @@ from tactogram.rendering.displays.display import Display
 from tactogram.signal import Signal
 from tactogram.study.stimuli import Stimulus
 from tactogram.study.study_file import Study
-from tactogram.study.trials import Page, Presented
-from tactogram.workflows.study.stimuli import Played, Stimuli
+from tactogram.study.trials import Page, PresentedStimulus
+from tactogram.workflows.study.stimuli import SlotPlayback, StudyStimuli
 
 T = TypeVar("T")
 
@@ -52,13 +52,13 @@ class PreparedStimuli:
     def __init__(self, study: Study, folder: Path, *, within: Sequence[Path]) -> None:
         self.study = study
         self.troubles: dict[str, str] = {}
-        self._made = Stimuli(study, folder, within=within)
+        self._made = StudyStimuli(study, folder, within=within)
         self._pictures: OrderedDict[str, bytes] = OrderedDict()
         self._guard = threading.Lock()
         self._locks: defaultdict[object, threading.Lock] = defaultdict(threading.Lock)
         self._wanted = threading.Condition()
-        self._soon: deque[Presented] = deque(maxlen=AHEAD)
-        self._later = deque(Presented("", stimulus) for stimulus in study.all_stimuli[:AHEAD])
+        self._soon: deque[PresentedStimulus] = deque(maxlen=AHEAD)
+        self._later = deque(PresentedStimulus("", stimulus) for stimulus in study.all_stimuli[:AHEAD])
         self._begun = self._ended = False
         self._thread: threading.Thread | None = None
 
@@ -99,13 +99,13 @@ class PreparedStimuli:
         named = {stimulus.display or self.study.display: stimulus for stimulus in played}
         return tuple(self._made.display(stimulus) for stimulus in named.values())
 
-    def display(self, presented: Presented) -> Display:
+    def display(self, presented: PresentedStimulus) -> Display:
         """Return what a slot is played on; of silence the study's."""
         if presented.stimulus is None:
             return open_display(self.study.display)
         return self._made.display(presented.stimulus)
 
-    def drive(self, page: Page, slot: str) -> tuple[Signal, Played]:
+    def drive(self, page: Page, slot: str) -> tuple[Signal, SlotPlayback]:
         """Return what a slot sends to the display, and what was rendered.
 
         Silence is as long as the other slots of the page, and has their rate and channels.
@@ -139,7 +139,7 @@ class PreparedStimuli:
             raise ParameterError(f"page {page.token} shows no picture in slot {slot!r}")
         return self._picture(stimulus)
 
-    def _once(self, presented: Presented) -> Played:
+    def _once(self, presented: PresentedStimulus) -> SlotPlayback:
         name = presented.stimulus.name if presented.stimulus is not None else ""
         return self._noted(name, ("played", name, presented.gain_db), lambda: self._made.played(presented))
 
@@ -205,7 +205,7 @@ class PreparedStimuli:
                     f"stimulus {stimulus.name}: an error in the program; see the log"
                 )
 
-    def _next(self) -> Presented | None:
+    def _next(self) -> PresentedStimulus | None:
         """Return what to make next, waiting for it; None at the end."""
         with self._wanted:
             while not self._ended:

@@ -23,31 +23,36 @@ from fastapi.routing import APIRoute
 from starlette.exceptions import HTTPException
 
 from tactogram.errors import DataError, ParameterError, TactogramError
-from tactogram.studio.participants.allowance import Allowance
+from tactogram.studio.participants.allowance import RateLimiter
 from tactogram.studio.participants.bodies import (
-    Answers,
-    InLanguage,
-    Join,
-    Joined,
-    Nothing,
-    Offered,
+    AnswersRequest,
+    AnswersResponse,
+    EmptyRequest,
+    ErrorResponse,
+    JoinRequest,
+    JoinResponse,
+    LanguageRequest,
+    OfferResponse,
+    PageResponse,
     PageToken,
-    Play,
-    PlayedFacts,
-    Refused,
-    Shown,
+    PlayRequest,
+    PlayResponse,
     SlotName,
-    Stopped,
-    Stored,
+    StopResponse,
     plain,
 )
-from tactogram.studio.participants.playing import InUseError
+from tactogram.studio.participants.playing import DisplayInUseError
 from tactogram.studio.participants.prepared import wav_bytes
-from tactogram.studio.participants.sessions import NO_TICKET, OpenSession, Sessions, UnknownError
-from tactogram.study.session.participants import NobodyError, NotNowError
-from tactogram.study.session.progress import Standing
+from tactogram.studio.participants.sessions import (
+    NO_TICKET,
+    OpenSession,
+    SessionRegistry,
+    UnknownSessionError,
+)
+from tactogram.study.session.participants import PageNotOpenError, UnknownParticipantError
+from tactogram.study.session.progress import ParticipantState
 from tactogram.study.trials import Page, Participant
-from tactogram.workflows.study.stimuli import Played
+from tactogram.workflows.study.stimuli import SlotPlayback
 
 STATIC = Path(__file__).parent / "static"
 KINDS = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
@@ -67,15 +72,15 @@ Handler = Callable[[Request], Coroutine[Any, Any, Response]]
 log = logging.getLogger("tactogram.studio")
 
 
-class BehindError(TactogramError):
+class OutdatedPageError(TactogramError):
     """What was sent belongs to another page than the present one."""
 
 
-class CannotPlayError(TactogramError):
+class StimulusPlaybackError(TactogramError):
     """A stimulus could not be made or played."""
 
 
-class TooOftenError(TactogramError):
+class RateLimitError(TactogramError):
     """Something was tried too often."""
 
     def __init__(self, wait_s: float) -> None:
@@ -102,7 +107,7 @@ class SentenceRoute(APIRoute):
                 return _refused(
                     error.status_code, "a body must be JSON of ordinary size and depth; send it again"
                 )
-            except TooOftenError as error:
+            except RateLimitError as error:
                 return _refused(429, str(error), {"retry-after": str(max(1, round(error.wait_s)))})
             except DataError as error:
                 # Where the file lies, and what is wrong with it, is for the experimenter.
@@ -117,17 +122,17 @@ class SentenceRoute(APIRoute):
         return told
 
 
-def make_participant_app(sessions: Sessions) -> FastAPI:
+def make_participant_app(sessions: SessionRegistry) -> FastAPI:
     """Return the participants' pages alone, as an application to be wrapped in a `Guard`."""
     app = FastAPI(title="tactogram: pages for participants", docs_url=None, redoc_url=None)
     app.include_router(participant_router(sessions))
     return app
 
 
-def participant_router(sessions: Sessions) -> APIRouter:
+def participant_router(sessions: SessionRegistry) -> APIRouter:
     """Return the routes under ``/join``, ``/take`` and ``/participants``."""
     refusals: dict[int | str, dict[str, Any]] = {
-        status: {"model": Refused} for status in ("4XX", 400, 404, 409, 413, 415, 423, 429, 503)
+        status: {"model": ErrorResponse} for status in ("4XX", 400, 404, 409, 413, 415, 423, 429, 503)
     }
     router = APIRouter(route_class=SentenceRoute, responses=refusals)
     _add_files(router)
@@ -143,33 +148,33 @@ def _add_files(router: APIRouter) -> None:
         """Return a file of the pages."""
         path = STATIC / name
         if not _NAME.fullmatch(name) or not path.is_file():
-            raise UnknownError(f"there is no file {name[:60]!r}")
+            raise UnknownSessionError(f"there is no file {name[:60]!r}")
         return FileResponse(path, media_type=KINDS[path.suffix], headers={"cache-control": "no-cache"})
 
 
-def _add_joining(router: APIRouter, sessions: Sessions) -> None:
+def _add_joining(router: APIRouter, sessions: SessionRegistry) -> None:
     # A code is one of 7 million; who guesses is slowed down, one address first, all together later.
-    guesses = {"address": Allowance(8, 10.0), "session": Allowance(60, 1.0)}
-    newcomers = Allowance(100, 1.0)
+    guesses = {"address": RateLimiter(8, 10.0), "session": RateLimiter(60, 1.0)}
+    newcomers = RateLimiter(100, 1.0)
 
     @router.get("/join/{key}", response_class=HTMLResponse)
     def join_page(key: str) -> Response:
         """Return the page to begin or go on from."""
         try:
             sessions.joined_at(key).stimuli.begin()
-        except UnknownError:
+        except UnknownSessionError:
             return HTMLResponse(NO_LINK, 404)
         return _page_file("join.html")
 
     @router.get("/join/{key}/study")
-    def offered(key: str) -> Offered:
+    def offered(key: str) -> OfferResponse:
         """Return the study's title in its languages."""
         study = sessions.joined_at(key).study
         titles: dict[str, str] = {language: study.title.in_language(language) for language in study.languages}
-        return Offered(title=titles, languages=list(study.languages), open=True)
+        return OfferResponse(title=titles, languages=list(study.languages), open=True)
 
     @router.post("/join/{key}")
-    def join(key: str, body: Join, request: Request) -> Joined:
+    def join(key: str, body: JoinRequest, request: Request) -> JoinResponse:
         """Enrol somebody, or let them go on by their code."""
         session = sessions.joined_at(key)
         if body.code.strip():
@@ -179,42 +184,42 @@ def _add_joining(router: APIRouter, sessions: Sessions) -> None:
             _spend(newcomers, session.folder)
             participant = session.join(body.attempt, body.language, body.device)
         session.stimuli.begin()
-        return Joined(ticket=session.keys.ticket(participant.code), code=participant.code)
+        return JoinResponse(ticket=session.keys.ticket(participant.code), code=participant.code)
 
 
-def _add_pages(router: APIRouter, sessions: Sessions) -> None:
+def _add_pages(router: APIRouter, sessions: SessionRegistry) -> None:
     @router.get("/take/{ticket}", response_class=HTMLResponse)
     def take_page(ticket: str) -> Response:
         """Return the page that shows all others; the same for everybody."""
         try:
             sessions.of_ticket(ticket)[0].stimuli.begin()
-        except UnknownError:
+        except UnknownSessionError:
             return HTMLResponse(NO_LINK, 404)
         return _page_file("take.html")
 
     @router.get("/take/{ticket}/page")
-    def page(ticket: str) -> Shown:
+    def page(ticket: str) -> PageResponse:
         """Return what is shown now."""
         session, standing = sessions.of_ticket(ticket)
         # Who loads the page again hears nothing of before.
         sessions.display.stop(ticket)
-        return Shown(**_shown(session, standing))
+        return PageResponse(**_shown(session, standing))
 
     @router.post("/take/{ticket}/answers")
-    async def answer(ticket: str, body: Answers) -> Stored:
+    async def answer(ticket: str, body: AnswersRequest) -> AnswersResponse:
         """Store the answers to a page, once, and return what is next."""
         session, code = await _holder(sessions, ticket)
         return await session.writes.done(partial(_answered, session, code, body))
 
     @router.post("/take/{ticket}/language")
-    def language(ticket: str, body: InLanguage) -> Shown:
+    def language(ticket: str, body: LanguageRequest) -> PageResponse:
         """Go on in another language."""
         session, standing = sessions.of_ticket(ticket)
         session.store.set_language(standing.participant.code, body.language)
-        return Shown(**_shown(*sessions.of_ticket(ticket)))
+        return PageResponse(**_shown(*sessions.of_ticket(ticket)))
 
 
-def _add_stimuli(router: APIRouter, sessions: Sessions) -> None:
+def _add_stimuli(router: APIRouter, sessions: SessionRegistry) -> None:
     files: dict[int | str, dict[str, Any]] = {
         200: {"content": {"audio/wav": {}}, "description": "32-bit floats"}
     }
@@ -231,7 +236,7 @@ def _add_stimuli(router: APIRouter, sessions: Sessions) -> None:
         # Neither hash nor level goes with it: they would say in words what only the skin is to tell.
         return Response(wav, media_type="audio/wav")
 
-    def sound_of(ticket: str, token: str, slot: str) -> tuple[OpenSession, str, bytes, Played]:
+    def sound_of(ticket: str, token: str, slot: str) -> tuple[OpenSession, str, bytes, SlotPlayback]:
         session, code, present = _at(sessions, ticket, token, slot)
         if session.study.played_by != "browser":
             raise ParameterError("this study plays at the server; send play")
@@ -251,7 +256,7 @@ def _add_stimuli(router: APIRouter, sessions: Sessions) -> None:
             return Response(session.stimuli.picture(present, slot), media_type="image/png")
 
     @router.post("/take/{ticket}/play")
-    def play(ticket: str, body: Play) -> PlayedFacts:
+    def play(ticket: str, body: PlayRequest) -> PlayResponse:
         """Play a slot of the present page on the server's display; answers when it has ended."""
         session, code, present = _at(sessions, ticket, body.token, body.slot)
         if session.study.played_by != "server":
@@ -262,13 +267,13 @@ def _add_stimuli(router: APIRouter, sessions: Sessions) -> None:
         _log_played(session, code, body.token, body.slot, played)
         with _blind(session):
             facts = sessions.display.play(ticket, drive, display)
-        return PlayedFacts(state=facts["state"], simulated_device=facts["simulated_device"])
+        return PlayResponse(state=facts["state"], simulated_device=facts["simulated_device"])
 
     @router.post("/take/{ticket}/stop")
-    def stop(ticket: str, body: Nothing) -> Stopped:
+    def stop(ticket: str, body: EmptyRequest) -> StopResponse:
         """Fade out what is playing to this participant."""
         sessions.of_ticket(ticket)
-        return Stopped(stopped=sessions.display.stop(ticket))
+        return StopResponse(stopped=sessions.display.stop(ticket))
 
 
 @contextmanager
@@ -276,7 +281,7 @@ def _blind(session: OpenSession) -> Iterator[None]:
     """Tell a participant that a stimulus failed, and not which; the experimenter is told in ``troubles``."""
     try:
         yield
-    except InUseError:
+    except DisplayInUseError:
         raise
     except Exception as error:
         if isinstance(error, TactogramError):
@@ -286,39 +291,41 @@ def _blind(session: OpenSession) -> Iterator[None]:
         troubles = session.stimuli.troubles
         if str(error) not in troubles.values():
             troubles[""] = " ".join(str(error).split())[:300] or type(error).__name__
-        raise CannotPlayError(CANNOT_PLAY) from error
+        raise StimulusPlaybackError(CANNOT_PLAY) from error
 
 
-async def _holder(sessions: Sessions, ticket: str) -> tuple[OpenSession, str]:
+async def _holder(sessions: SessionRegistry, ticket: str) -> tuple[OpenSession, str]:
     """Return the session that a ticket belongs to and whose it is, from memory where it was seen before."""
     held = sessions.holder(ticket, look=False) or await anyio.to_thread.run_sync(sessions.holder, ticket)
     if held is None:
-        raise UnknownError(NO_TICKET)
+        raise UnknownSessionError(NO_TICKET)
     return held
 
 
-def _answered(session: OpenSession, code: str, body: Answers) -> Stored:
+def _answered(session: OpenSession, code: str, body: AnswersRequest) -> AnswersResponse:
     """Store the answers to a page, and return what is next."""
     try:
         done = session.store.submit(code, body.token, body.answers, rt_ms=body.rt_ms, device=body.device)
-    except NobodyError:  # withdrawn
-        raise UnknownError(NO_TICKET) from None
-    except NotNowError as error:
-        raise BehindError("these answers belong to another page than the present one; reload it") from error
-    return Stored(stored=done.stored, **_shown(session, done.standing))
+    except UnknownParticipantError:  # withdrawn
+        raise UnknownSessionError(NO_TICKET) from None
+    except PageNotOpenError as error:
+        raise OutdatedPageError(
+            "these answers belong to another page than the present one; reload it"
+        ) from error
+    return AnswersResponse(stored=done.stored, **_shown(session, done.standing))
 
 
-def _at(sessions: Sessions, ticket: str, token: str, slot: str) -> tuple[OpenSession, str, Page]:
+def _at(sessions: SessionRegistry, ticket: str, token: str, slot: str) -> tuple[OpenSession, str, Page]:
     """Return whose ticket it is and their present page, if it is the one of the token and has the slot."""
     session, standing = sessions.of_ticket(ticket)
     page = standing.page
     if page is None or page.token != token:
-        raise BehindError(BEHIND)
+        raise OutdatedPageError(BEHIND)
     page.slot(slot)
     return session, standing.participant.code, page
 
 
-def _shown(session: OpenSession, standing: Standing) -> dict[str, Any]:
+def _shown(session: OpenSession, standing: ParticipantState) -> dict[str, Any]:
     study, participant, page = session.study, standing.participant, standing.page
     if page is not None:
         session.stimuli.ahead(page)
@@ -334,16 +341,18 @@ def _shown(session: OpenSession, standing: Standing) -> dict[str, Any]:
     }
 
 
-def _by_code(session: OpenSession, body: Join, guesses: dict[str, Allowance], address: str) -> Participant:
+def _by_code(
+    session: OpenSession, body: JoinRequest, guesses: dict[str, RateLimiter], address: str
+) -> Participant:
     keys = {"address": (session.folder, address), "session": session.folder}
     if wait_s := max(guesses[kind].wait_s(key) for kind, key in keys.items()):
-        raise TooOftenError(wait_s)
+        raise RateLimitError(wait_s)
     try:
         participant = session.store.participant(body.code.strip())
     except ParameterError as error:
         for kind, key in keys.items():
             guesses[kind].spend(key)
-        raise UnknownError(
+        raise UnknownSessionError(
             "no participant has this code; look at it again, or ask the experimenter"
         ) from error
     if session.store.state(participant.code) == "going":
@@ -353,13 +362,13 @@ def _by_code(session: OpenSession, body: Join, guesses: dict[str, Allowance], ad
     return participant
 
 
-def _spend(allowance: Allowance, key: object) -> None:
+def _spend(allowance: RateLimiter, key: object) -> None:
     if wait_s := allowance.wait_s(key):
-        raise TooOftenError(wait_s)
+        raise RateLimitError(wait_s)
     allowance.spend(key)
 
 
-def _log_played(session: OpenSession, code: str, token: str, slot: str, played: Played) -> None:
+def _log_played(session: OpenSession, code: str, token: str, slot: str, played: SlotPlayback) -> None:
     try:
         session.store.log_played(
             code,
@@ -370,10 +379,10 @@ def _log_played(session: OpenSession, code: str, token: str, slot: str, played: 
             display=played.display,
             gain_db=played.gain_db,
         )
-    except NobodyError:  # withdrawn meanwhile
-        raise UnknownError(NO_TICKET) from None
-    except NotNowError as error:  # answered meanwhile
-        raise BehindError(BEHIND) from error
+    except UnknownParticipantError:  # withdrawn meanwhile
+        raise UnknownSessionError(NO_TICKET) from None
+    except PageNotOpenError as error:  # answered meanwhile
+        raise OutdatedPageError(BEHIND) from error
 
 
 def _page_file(name: str) -> Response:
@@ -381,7 +390,12 @@ def _page_file(name: str) -> Response:
 
 
 def _status(error: TactogramError) -> int:
-    kinds = ((UnknownError, 404), (BehindError, 409), (InUseError, 423), (ParameterError, 400))
+    kinds = (
+        (UnknownSessionError, 404),
+        (OutdatedPageError, 409),
+        (DisplayInUseError, 423),
+        (ParameterError, 400),
+    )
     return next((status for kind, status in kinds if isinstance(error, kind)), 503)
 
 

@@ -14,10 +14,10 @@ from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.studio.participants.playing import ServerDisplay
 from tactogram.studio.participants.prepared import PreparedStimuli
 from tactogram.studio.participants.tickets import FILE as KEYS
-from tactogram.studio.participants.tickets import Keys, keys_of
-from tactogram.studio.participants.together import Together
-from tactogram.study.session.participants import NobodyError
-from tactogram.study.session.progress import Standing
+from tactogram.studio.participants.tickets import SessionKeys, keys_of
+from tactogram.studio.participants.together import WriteBatcher
+from tactogram.study.session.participants import UnknownParticipantError
+from tactogram.study.session.progress import ParticipantState
 from tactogram.study.session.store import SessionStore
 from tactogram.study.study_file import Study, shipped_studies
 from tactogram.study.trials import Participant
@@ -32,7 +32,7 @@ NO_TICKET = "this link belongs to no participant; ask the experimenter for a new
 log = logging.getLogger("tactogram.studio")
 
 
-class UnknownError(TactogramError):
+class UnknownSessionError(TactogramError):
     """No open session or participant belongs to a key, ticket or code."""
 
 
@@ -56,13 +56,13 @@ class OpenSession:
         self.folder = folder
         self.store = SessionStore(folder)
         try:
-            self.keys: Keys = keys_of(folder)
+            self.keys: SessionKeys = keys_of(folder)
             beside = origin_folder(folder)
             self.stimuli = PreparedStimuli(self.store.study, beside, within=[beside, *within])
         except BaseException:
             self.store.close()
             raise
-        self.writes = Together(self.store)
+        self.writes = WriteBatcher(self.store)
         self._codes: dict[bytes, str] = {}
         self._attempts: OrderedDict[str, str] = OrderedDict()
         self._joining = threading.Lock()
@@ -150,7 +150,7 @@ class OpenSession:
         return hmac.digest(self.keys.secret, f"lookup\0{ticket}".encode(), "sha256")
 
 
-class Sessions:
+class SessionRegistry:
     """The sessions that a server has open.
 
     Parameters
@@ -259,7 +259,7 @@ class Sessions:
         for session in self.all():
             if hmac.compare_digest(session.keys.join.encode(), key.encode("utf-8", "replace")):
                 return session
-        raise UnknownError("this link opens no study; ask the experimenter for a new one")
+        raise UnknownSessionError("this link opens no study; ask the experimenter for a new one")
 
     def holder(self, ticket: str, *, look: bool = True) -> tuple[OpenSession, str] | None:
         """Return the session that a ticket belongs to and the code of whose it is; None if it is nobody's.
@@ -276,7 +276,7 @@ class Sessions:
                 return session, code
         return None
 
-    def of_ticket(self, ticket: str) -> tuple[OpenSession, Standing]:
+    def of_ticket(self, ticket: str) -> tuple[OpenSession, ParticipantState]:
         """Return the session that a ticket belongs to, and where the participant is whose it is.
 
         Raises
@@ -286,12 +286,12 @@ class Sessions:
         """
         held = self.holder(ticket)
         if held is None:
-            raise UnknownError(NO_TICKET)
+            raise UnknownSessionError(NO_TICKET)
         session, code = held
         try:
             return session, session.store.standing(code)
-        except NobodyError:  # withdrawn
-            raise UnknownError(NO_TICKET) from None
+        except UnknownParticipantError:  # withdrawn
+            raise UnknownSessionError(NO_TICKET) from None
 
     @property
     def _within(self) -> list[Path]:

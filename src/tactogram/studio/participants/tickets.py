@@ -24,7 +24,7 @@ TICKET_BYTES = 24
 
 
 @dataclass(frozen=True)
-class Keys:
+class SessionKeys:
     """The secrets of one session.
 
     Parameters
@@ -52,7 +52,7 @@ class Keys:
         return hmac.new(self.secret, f"{purpose}\0{text}".encode(), hashlib.sha256).digest()
 
 
-def keys_of(folder: Path) -> Keys:
+def keys_of(folder: Path) -> SessionKeys:
     """Return the keys of a session's folder; they are drawn when there are none.
 
     Raises
@@ -68,7 +68,7 @@ def keys_of(folder: Path) -> Keys:
         if path.stat().st_mode & 0o077:
             path.chmod(0o600)
         values = json.loads(path.read_text(encoding="ascii"))
-        keys = Keys(str(values["join"]), bytes.fromhex(values["secret"]))
+        keys = SessionKeys(str(values["join"]), bytes.fromhex(values["secret"]))
     except OSError as error:
         raise DataError(f"{path}: keys can neither be read nor made: {error.strerror}") from error
     except (ValueError, KeyError, TypeError) as error:

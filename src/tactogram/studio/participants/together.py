@@ -14,7 +14,7 @@ from tactogram.study.session.file import SessionFile
 T = TypeVar("T")
 
 
-class Together:
+class WriteBatcher:
     """Writes to one session's file. Those that come while others are being stored wait, and share the next transaction.
 
     For one event loop.

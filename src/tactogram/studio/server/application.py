@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING
 
 from tactogram.extras import imported
 from tactogram.studio.context import Studio
-from tactogram.studio.server.listening import Listening
+from tactogram.studio.server.listening import ListeningPort
 from tactogram.studio.server.secret_files import write_secret
 
 if TYPE_CHECKING:
-    from tactogram.studio.server.guard import Guard
+    from tactogram.studio.server.guard import RequestGuard
 
 STATIC = Path(__file__).parents[1] / "static"
 PAGES = ("home", "make", "touch", "materials", "train", "send", "live", "studies", "reports")
@@ -26,7 +26,7 @@ PAGES = ("home", "make", "touch", "materials", "train", "send", "live", "studies
 
 
 @dataclass(frozen=True)
-class Answering:
+class ServerAnnouncement:
     """What is told when a server answers.
 
     Parameters
@@ -46,7 +46,7 @@ class Answering:
 
 def make_app(
     studio: Studio, *, token: str | None = None, names: tuple[str, ...] = (), https: bool = False
-) -> Guard:
+) -> RequestGuard:
     """Return the ASGI application of a studio, guarded.
 
     NiceGUI has one application for a process, so that this is called once in a process.
@@ -69,10 +69,10 @@ def make_app(
     from nicegui import ui
     from nicegui.storage import Storage
 
-    from tactogram.studio.pages.layout import told
+    from tactogram.studio.pages.layout import show_error
     from tactogram.studio.participants.routes import participant_router
-    from tactogram.studio.server.guard import Guard
-    from tactogram.studio.server.guard_rules import Guarding
+    from tactogram.studio.server.guard import RequestGuard
+    from tactogram.studio.server.guard_rules import GuardSettings
 
     Storage.path = state  # NiceGUI's own variable is read at its import: by then it may be too late
     app = FastAPI(title="tactogram", docs_url=None, redoc_url=None, openapi_url=None)
@@ -83,7 +83,7 @@ def make_app(
     importlib.import_module("tactogram.studio.pages.studies.experimenter").add(studio)
     for name in () if studio.alone else PAGES:
         importlib.import_module(f"tactogram.studio.pages.{name}.page").add(studio)
-    pages_app.on_exception(told)
+    pages_app.on_exception(show_error)
     ui.run_with(
         app,
         title="tactogram",
@@ -94,16 +94,16 @@ def make_app(
         show_welcome_message=False,
         reconnect_timeout=10.0,
     )
-    return Guard(app, Guarding(loopback=token is None, token=token, hosts=names))
+    return RequestGuard(app, GuardSettings(loopback=token is None, token=token, hosts=names))
 
 
 def serve(
     studio: Studio,
-    listening: Listening,
+    listening: ListeningPort,
     *,
     open_browser: bool = True,
     path: str = "/",
-    ready: Callable[[Answering], None] = lambda answering: None,
+    ready: Callable[[ServerAnnouncement], None] = lambda answering: None,
 ) -> None:
     """Serve a studio until it is interrupted.
 
@@ -124,15 +124,15 @@ def serve(
         If there is no certificate, and none can be made.
     """
     imported("uvicorn", extra="studio", what="the studio")
-    from tactogram.studio.server.connections import Server, limits_here
+    from tactogram.studio.server.connections import LimitedServer, limits_here
 
-    listening = listening.secured(_state(studio))
+    listening = listening.with_certificate(_state(studio))
     certificate = listening.certificate
     context = None if certificate is None else certificate.context()  # of the file as it is now
     studio = replace(studio, roots=() if listening.loopback else listening.roots)
     token = None if listening.loopback else secrets.token_urlsafe(24)
     query = f"?token={token}" if token else ""
-    answering = Answering(
+    answering = ServerAnnouncement(
         f"{listening.roots[0]}{path}{query}",
         listening.roots,
         certificate.sha256 if certificate is not None and certificate.own else None,
@@ -149,7 +149,7 @@ def serve(
     gc.collect()
     gc.freeze()
     try:
-        Server(
+        LimitedServer(
             app,
             listening.socket,
             context=context,

@@ -29,7 +29,7 @@ MOST_WRITTEN = 64 * 1024
 
 
 @dataclass(frozen=True)
-class Limits:
+class ConnectionLimits:
     """What connections are held to.
 
     Parameters
@@ -72,7 +72,7 @@ class _Deadline:
             self._handle = None
 
 
-class Held(Protocol):
+class SlotHolder(Protocol):
     """What a place is given to."""
 
     sender: str
@@ -91,7 +91,7 @@ class Held(Protocol):
 
 
 @dataclass(eq=False)
-class Arriving:
+class PendingConnection:
     """A connection before its handshake is over."""
 
     sender: str
@@ -108,7 +108,9 @@ class Arriving:
 class Connection(H11Protocol):
     """A connection that ends by itself where its other side is too slow."""
 
-    def __init__(self, *args: Any, sender: str, limits: Limits, among: set[Held], **kwargs: Any) -> None:
+    def __init__(
+        self, *args: Any, sender: str, limits: ConnectionLimits, among: set[SlotHolder], **kwargs: Any
+    ) -> None:
         super().__init__(*args, **kwargs)
         self.sender, self.among = sender, among
         self.since = self.loop.time()
@@ -195,7 +197,7 @@ class Websocket(WebSocketsSansIOProtocol):
             super().shutdown()
 
 
-def gives_way(held: set[Held]) -> list[Held]:
+def gives_way(held: set[SlotHolder]) -> list[SlotHolder]:
     """Return the connections that are closed where there are too many.
 
     They are of the sender with the most that wait for it: first those on which nothing was asked yet, then those that
@@ -210,7 +212,7 @@ def gives_way(held: set[Held]) -> list[Held]:
     return theirs[: max(1, count // 8)]
 
 
-class Server(uvicorn.Server):
+class LimitedServer(uvicorn.Server):
     """uvicorn, with limits that are kept on connections.
 
     Parameters
@@ -231,13 +233,13 @@ class Server(uvicorn.Server):
         listener: socket,
         *,
         context: ssl.SSLContext | None = None,
-        limits: Limits | None = None,
+        limits: ConnectionLimits | None = None,
         ready: Callable[[], None] = lambda: None,
         **options: Any,
     ) -> None:
         self.listener, self.context, self.ready = listener, context, ready
-        self.limits = limits or Limits()
-        self._held: set[Held] = set()
+        self.limits = limits or ConnectionLimits()
+        self._held: set[SlotHolder] = set()
         config = uvicorn.Config(
             app,
             log_level="warning",
@@ -288,7 +290,7 @@ class Server(uvicorn.Server):
                     one.abort()
             sender = str(address[0])
             task = loop.create_task(self._connect(accepted, sender))
-            arriving = Arriving(sender, loop.time(), task)
+            arriving = PendingConnection(sender, loop.time(), task)
             self._held.add(arriving)
             task.add_done_callback(functools.partial(self._arrived, arriving))
             await asyncio.sleep(0)  # others have their turn, however many come
@@ -314,16 +316,16 @@ class Server(uvicorn.Server):
                 ssl_shutdown_timeout=handshake_s,  # until then asyncio goes on taking what comes
             )
 
-    def _arrived(self, arriving: Arriving, task: asyncio.Task[None]) -> None:
+    def _arrived(self, arriving: PendingConnection, task: asyncio.Task[None]) -> None:
         self._held.discard(arriving)
 
 
-def limits_here() -> Limits:
+def limits_here() -> ConnectionLimits:
     """Return the limits, and let this process have the files open that they take, where the system allows it.
 
     macOS gives 256, which 50 tablets use up. Where no more can be had, half of them are for connections.
     """
-    limits = Limits()
+    limits = ConnectionLimits()
     try:
         import resource
     except ImportError:  # Windows, which has no such limit

@@ -17,7 +17,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from tactogram.studio.server.guard_rules import (
     PARTICIPANTS,
-    Guarding,
+    GuardSettings,
     Refusal,
     body_refusal,
     cookie_name,
@@ -66,7 +66,7 @@ TOKEN_NEEDED = Refusal(
 log = logging.getLogger("tactogram.studio")
 
 
-class Guard:
+class RequestGuard:
     """An ASGI application around another.
 
     Parameters
@@ -75,7 +75,7 @@ class Guard:
     settings : Guarding
     """
 
-    def __init__(self, app: ASGIApp, settings: Guarding) -> None:
+    def __init__(self, app: ASGIApp, settings: GuardSettings) -> None:
         self.app, self.settings = app, settings
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -98,8 +98,8 @@ class Guard:
         if refused is not None:
             await refuse(refused, scope)(scope, receive, send)
             return
-        body = _Body(scope, receive, self.settings)
-        answer = _Answer(send, body)
+        body = _RequestBody(scope, receive, self.settings)
+        answer = _GuardedResponse(send, body)
         try:
             await self.app(scope, body.receive, answer.send)
         except Exception:
@@ -141,10 +141,10 @@ class Guard:
         return answer
 
 
-class _Body:
+class _RequestBody:
     """What comes in, counted and timed. After a refusal the application is told that the sender is gone."""
 
-    def __init__(self, scope: Scope, receive: Receive, settings: Guarding) -> None:
+    def __init__(self, scope: Scope, receive: Receive, settings: GuardSettings) -> None:
         self._scope, self._receive, self._settings = scope, receive, settings
         self._bytes, self._whole = 0, False
         self._waited = 0.0
@@ -173,10 +173,10 @@ class _Body:
         return {"type": "http.disconnect"}
 
 
-class _Answer:
+class _GuardedResponse:
     """What goes out: nothing of the application's after a refusal."""
 
-    def __init__(self, send: Send, body: _Body) -> None:
+    def __init__(self, send: Send, body: _RequestBody) -> None:
         self._send, self._body = send, body
         self.started = False
 

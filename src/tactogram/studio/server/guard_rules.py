@@ -34,7 +34,7 @@ _LOOPBACK = ("localhost", "127.0.0.1", "::1")
 
 
 @dataclass(frozen=True)
-class Guarding:
+class GuardSettings:
     """What a guard lets through.
 
     Parameters
@@ -97,7 +97,7 @@ class Refusal:
     sentence: str
 
 
-def refusal(scope: Scope, settings: Guarding) -> Refusal | None:
+def refusal(scope: Scope, settings: GuardSettings) -> Refusal | None:
     """Return why a request is refused before its body is read; None lets it through to the token's check."""
     return (
         malformed(scope)
@@ -122,7 +122,7 @@ def malformed(scope: Scope) -> Refusal | None:
     return None
 
 
-def foreign_host(scope: Scope, settings: Guarding) -> Refusal | None:
+def foreign_host(scope: Scope, settings: GuardSettings) -> Refusal | None:
     """Refuse a Host header that is not this server's: a name of another that was bound to this address."""
     hosts = headers(scope, "host")
     found = _HOST.fullmatch(hosts[0]) if len(hosts) == 1 else None
@@ -196,7 +196,7 @@ def is_own(origin: str, host: str, *, secure: bool = False) -> bool:
     return same_port and _name(parts.hostname) == _name(asked[1])
 
 
-def too_long(scope: Scope, settings: Guarding) -> Refusal | None:
+def too_long(scope: Scope, settings: GuardSettings) -> Refusal | None:
     """Refuse a body that is announced as longer than its path takes, or in two ways at once."""
     lengths = headers(scope, "content-length")
     if not lengths:
@@ -210,14 +210,14 @@ def too_long(scope: Scope, settings: Guarding) -> Refusal | None:
     return body_refusal(scope, settings) if int(lengths[0]) > settings.most_bytes(scope["path"]) else None
 
 
-def body_refusal(scope: Scope, settings: Guarding) -> Refusal:
+def body_refusal(scope: Scope, settings: GuardSettings) -> Refusal:
     """Return what is said of a body that is too long."""
     most = settings.most_bytes(scope["path"])
     told = f"{most // MIB} MiB" if most >= MIB else f"{most // KIB} KiB"
     return Refusal(413, f"At most {told} can be sent here; send less, or cut it.")
 
 
-def needs_token(scope: Scope, settings: Guarding) -> bool:
+def needs_token(scope: Scope, settings: GuardSettings) -> bool:
     """Return whether a request has to show the token, and does not."""
     if settings.token is None or str(scope["path"]).startswith(settings.open_to_all):
         return False
@@ -230,7 +230,7 @@ def cookie_name(scope: Scope) -> str:
     return f"__Host-{COOKIE}" if is_secure(scope) else COOKIE
 
 
-def is_token(text: str, settings: Guarding) -> bool:
+def is_token(text: str, settings: GuardSettings) -> bool:
     """Return whether ``text`` is the token, in the same time whatever it is."""
     return hmac.compare_digest(text.encode(), (settings.token or "").encode()) and settings.token is not None
 

@@ -24,7 +24,7 @@ CERTIFICATE = "https.pem"
 
 
 @dataclass(frozen=True)
-class Listening:
+class ListeningPort:
     """A port that is listened on.
 
     Parameters
@@ -36,7 +36,7 @@ class Listening:
     https : bool
         Whether connections are encrypted.
     certificate : Certificate, optional
-        What is shown then; `secured` makes one where the laboratory gave none.
+        What is shown then; `with_certificate` makes one where the laboratory gave none.
     """
 
     socket: socket.socket
@@ -77,7 +77,7 @@ class Listening:
             return self._root(LOOPBACK[0])
         return self.roots[0]
 
-    def secured(self, folder: Path) -> Listening:
+    def with_certificate(self, folder: Path) -> ListeningPort:
         """Return it with a certificate where it needs one: the one that is kept in ``folder``, or a new one."""
         if not self.https or self.certificate is not None:
             return self
@@ -106,7 +106,7 @@ def listening(
     https: bool = False,
     certificate: Path | str | None = None,
     key: Path | str | None = None,
-) -> Iterator[Listening]:
+) -> Iterator[ListeningPort]:
     """Take a port, and give it back at the end.
 
     Parameters
@@ -133,7 +133,7 @@ def listening(
         imported("cryptography", extra="studio", what="certificates")
     own = None if certificate is None else given_certificate(Path(certificate), Path(key or certificate))
     with _listener(host, port) as listener:
-        yield Listening(listener, host, https or own is not None, own)
+        yield ListeningPort(listener, host, https or own is not None, own)
 
 
 def addresses(*, ipv6: bool = False) -> tuple[str, ...]:

@@ -1,6 +1,7 @@
 """What of a signal is drawn: waveform, spectrogram and spectrum beside the detection threshold, as values and pixels.
 
-Everything here is a pure function of `Traits`. Signals that stand side by side are drawn on the same `Scales`.
+Everything here is a pure function of `SignalTraits`. Signals that stand side by side are drawn on the same
+`SharedScales`.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from PIL import Image as Pillow
 
 from tactogram.signal.perception import FELT_HZ, detection_threshold
-from tactogram.studio.signals.traits import WITH_THRESHOLD, Scales, Traits, scales_of, unit_of
+from tactogram.studio.signals.traits import WITH_THRESHOLD, SharedScales, SignalTraits, scales_of, unit_of
 
 COLOURS = ("#2166ac", "#c0452f", "#3f7d1d", "#6d5fa8", "#9a4a04", "#555555")
 """Of axes, in order; each at least 4.5:1 on white."""
@@ -24,7 +25,7 @@ RANGE_DB = 70.0
 """From black to white of a spectrogram."""
 
 
-def waveform_options(traits: Traits, *, scales: Scales | None = None) -> dict[str, Any]:
+def waveform_options(traits: SignalTraits, *, scales: SharedScales | None = None) -> dict[str, Any]:
     """Return the options of an ECharts line chart: a row for each axis, on one scale, about its mean.
 
     Parameters
@@ -97,7 +98,7 @@ def waveform_options(traits: Traits, *, scales: Scales | None = None) -> dict[st
     }
 
 
-def waveform_height(traits: Traits) -> int:
+def waveform_height(traits: SignalTraits) -> int:
     """Return the height of its waveform chart, pixels."""
     return 84 * len(traits.axes) + 22
 
@@ -116,7 +117,7 @@ def card_height(axes: int, *, small: bool) -> int:
 
 
 def spectrogram_png(
-    traits: Traits, *, width: int = 640, height: int = 160, scales: Scales | None = None
+    traits: SignalTraits, *, width: int = 640, height: int = 160, scales: SharedScales | None = None
 ) -> bytes:
     """Return the spectrogram as PNG without axes: time to the right, frequency upwards; transparent after its end.
 
@@ -144,7 +145,7 @@ def spectrogram_png(
     return out.getvalue()
 
 
-def spectrum_options(traits: Traits, *, others: Sequence[Traits] = ()) -> dict[str, Any]:
+def spectrum_options(traits: SignalTraits, *, others: Sequence[SignalTraits] = ()) -> dict[str, Any]:
     """Return the options of an ECharts chart: levels in third octaves, with the threshold where there is one.
 
     Parameters

@@ -13,7 +13,7 @@ import numpy as np
 from tactogram.errors import DataError
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal
-from tactogram.studio.signals.traits import Traits, traits_of
+from tactogram.studio.signals.traits import SignalTraits, traits_of
 
 MOST_BYTES = 256 * 2**20
 """Of samples that are held for the browser to fetch."""
@@ -24,7 +24,7 @@ Source = Signal | Path
 
 
 @dataclass(frozen=True, eq=False)
-class Held:
+class ShownSignal:
     """A signal that is shown.
 
     Parameters
@@ -37,21 +37,21 @@ class Held:
 
     key: str
     signal: Signal
-    traits: Traits
+    traits: SignalTraits
 
 
 @dataclass
-class Shown:
+class ShownSignals:
     """What pages show, by key; what was not asked for longest goes first."""
 
     most: int = MOST_BYTES
-    _held: OrderedDict[str, Held] = field(default_factory=OrderedDict)
+    _held: OrderedDict[str, ShownSignal] = field(default_factory=OrderedDict)
     _files: OrderedDict[tuple[Path, int], str] = field(default_factory=OrderedDict)
     _lock: threading.Lock = field(default_factory=threading.Lock)
     _at_it: dict[Path | str, threading.Lock] = field(default_factory=dict)
     """What is being worked out, by file or key."""
 
-    def work_out(self, source: Source) -> Held:
+    def load(self, source: Source) -> ShownSignal:
         """Hold a signal with what its pictures are made of; takes long for minutes of it.
 
         What several pages ask for at once is worked out once.
@@ -72,10 +72,10 @@ class Shown:
             self._at_it.pop(name, None)
         return held
 
-    def _worked_out(self, source: Source) -> Held:
+    def _worked_out(self, source: Source) -> ShownSignal:
         signal = read_signal(source) if isinstance(source, Path) else source
         key = key_of(signal)
-        held = self._found(key) or Held(key, signal, traits_of(signal))
+        held = self._found(key) or ShownSignal(key, signal, traits_of(signal))
         with self._lock:
             if isinstance(source, Path):
                 self._files[_file(source)] = key
@@ -84,7 +84,7 @@ class Shown:
             self._put(held)
         return held
 
-    def known(self, source: Source) -> Held | None:
+    def known(self, source: Source) -> ShownSignal | None:
         """Return what was worked out of a file and is still held; None else, and of a signal, whose name takes long."""
         if not isinstance(source, Path):
             return None
@@ -93,14 +93,14 @@ class Shown:
         except OSError:
             return None
 
-    def _found(self, key: str) -> Held | None:
+    def _found(self, key: str) -> ShownSignal | None:
         with self._lock:
             held = self._held.get(key)
             if held is not None:
                 self._held.move_to_end(key)
             return held
 
-    def get(self, key: str) -> Held:
+    def get(self, key: str) -> ShownSignal:
         """Return what is shown by its key.
 
         Raises
@@ -113,14 +113,14 @@ class Shown:
             raise DataError("this signal is no longer held: reload the page")
         return held
 
-    def _put(self, held: Held) -> None:
+    def _put(self, held: ShownSignal) -> None:
         self._held[held.key] = held
         self._held.move_to_end(held.key)
         while len(self._held) > 1 and sum(_bytes(one) for one in self._held.values()) > self.most:
             self._held.popitem(last=False)
 
 
-SHOWN = Shown()
+SHOWN = ShownSignals()
 
 
 def key_of(signal: Signal) -> str:
@@ -137,5 +137,5 @@ def _file(path: Path) -> tuple[Path, int]:
     return path, path.stat().st_mtime_ns
 
 
-def _bytes(held: Held) -> int:
+def _bytes(held: ShownSignal) -> int:
     return held.signal.samples.nbytes + held.traits.level.nbytes

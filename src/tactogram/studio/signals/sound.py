@@ -27,7 +27,7 @@ MOST_GAIN = 1e9
 
 
 @dataclass(frozen=True)
-class Sound:
+class AudioClip:
     """What is played.
 
     Parameters
@@ -48,7 +48,7 @@ class Sound:
     own_level: bool
 
 
-def sound_of(signal: Signal, *, gain: float | None = None) -> Sound:
+def sound_of(signal: Signal, *, gain: float | None = None) -> AudioClip:
     """Return what the browser plays of a signal.
 
     Axes become one by DFT321, which keeps the power at every frequency; the mean is taken out; the ends are faded in
@@ -81,7 +81,7 @@ def sound_of(signal: Signal, *, gain: float | None = None) -> Sound:
         played[-fade:] *= ramp[::-1]
     out = io.BytesIO()
     soundfile.write(out, played.astype(np.float32), RATE, "FLOAT", format="WAV")
-    return Sound(out.getvalue(), gain, bent, own)
+    return AudioClip(out.getvalue(), gain, bent, own)
 
 
 def sound_bytes(signal: Signal, *, gain: float | None = None) -> bytes:

@@ -28,7 +28,7 @@ AT_ONCE = 2**20
 
 
 @dataclass(frozen=True, eq=False)
-class Traits:
+class SignalTraits:
     """What pictures and words of a signal are made of; small, however long it is.
 
     Parameters
@@ -70,11 +70,11 @@ class Traits:
         return _top_hz(self)
 
 
-def traits_of(signal: Signal) -> Traits:
+def traits_of(signal: Signal) -> SignalTraits:
     """Return what pictures and words of a signal are made of."""
     x = centred(signal)
     frequency, _, level = spectrogram_db(signal)
-    return Traits(
+    return SignalTraits(
         signal.rate,
         signal.unit,
         signal.domain,
@@ -91,7 +91,7 @@ def traits_of(signal: Signal) -> Traits:
 
 
 @dataclass(frozen=True)
-class Scales:
+class SharedScales:
     """What the pictures of signals that stand side by side have in common.
 
     Parameters
@@ -112,9 +112,9 @@ class Scales:
     top_hz: float
 
 
-def scales_of(held: Sequence[Traits]) -> Scales:
+def scales_of(held: Sequence[SignalTraits]) -> SharedScales:
     """Return the scales on which all of ``held`` fit, at least one."""
-    return Scales(
+    return SharedScales(
         peak=max(traits.peak for traits in held) or 1.0,
         extent=max(traits.extent for traits in held),
         top_db=max(float(traits.level.max()) for traits in held),
@@ -132,7 +132,7 @@ def peak_of(signal: Signal) -> float:
     return float(np.abs(centred(signal)).max())
 
 
-def unit_of(signal: Signal | Traits) -> str:
+def unit_of(signal: Signal | SignalTraits) -> str:
     """Return the unit as people write it."""
     return UNITS.get(signal.unit, signal.unit)
 
@@ -257,7 +257,7 @@ def centred(signal: Signal) -> NDArray[np.float64]:
     return x
 
 
-def _top_hz(signal: Signal | Traits) -> float:
+def _top_hz(signal: Signal | SignalTraits) -> float:
     half = signal.rate / 2
     return min(half, FELT_HZ[1]) if signal.domain == "time" else half
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from tactogram.errors import TactogramError
 from tactogram.signal import Signal
-from tactogram.studio.pages.layout import in_background, telling
+from tactogram.studio.pages.layout import in_background, report_errors
 from tactogram.studio.signals.pictures import (
     card_height,
     spectrogram_png,
@@ -20,9 +20,9 @@ from tactogram.studio.signals.pictures import (
     waveform_height,
     waveform_options,
 )
-from tactogram.studio.signals.registry import SHOWN, Held, Source
+from tactogram.studio.signals.registry import SHOWN, ShownSignal, Source
 from tactogram.studio.signals.sound import NORMAL_PEAK, WALKED_MM_S, common_gain, sound_of
-from tactogram.studio.signals.traits import Scales, Traits, scales_of, unit_of
+from tactogram.studio.signals.traits import SharedScales, SignalTraits, scales_of, unit_of
 
 HEAD = '<link rel="stylesheet" href="/static/signals.css"><script type="module" src="/static/player.js"></script>'
 
@@ -56,7 +56,7 @@ def add_routes() -> None:
             return Response(str(error), status_code=404, media_type="text/plain")
         if not (extent > 0 and top_hz > 0 and math.isfinite(extent + top_hz + top_db + peak)):
             return Response("extent and top_hz must be > 0", status_code=400, media_type="text/plain")
-        png = spectrogram_png(traits, scales=Scales(peak, extent, top_db, top_hz))
+        png = spectrogram_png(traits, scales=SharedScales(peak, extent, top_db, top_hz))
         return Response(png, media_type="image/png", headers=KEPT)
 
 
@@ -66,7 +66,7 @@ KEPT = {"Cache-Control": "private, max-age=3600"}
 
 
 @dataclass(frozen=True)
-class Entry:
+class SignalEntry:
     """A signal that stands beside others.
 
     Parameters
@@ -89,11 +89,13 @@ class Entry:
 
 def signal_card(source: Source, *, title: str, simulated: bool = False, small: bool = False) -> Any:
     """Draw a signal, and return the row at its top that further buttons go into; see `signal_cards`."""
-    [top] = signal_cards([Entry(source, title, simulated)], small=small)
+    [top] = signal_cards([SignalEntry(source, title, simulated)], small=small)
     return top
 
 
-def signal_cards(entries: Sequence[Entry], *, same_gain: bool = False, small: bool = False) -> list[Any]:
+def signal_cards(
+    entries: Sequence[SignalEntry], *, same_gain: bool = False, small: bool = False
+) -> list[Any]:
     """Draw signals that stand beside each other, and return the rows at their tops that further buttons go into.
 
     The cards stand at once; their pictures, on the same scales, come as soon as a thread has worked them out. Signals
@@ -124,7 +126,7 @@ def signal_cards(entries: Sequence[Entry], *, same_gain: bool = False, small: bo
         async def fill() -> None:
             await _fill_later(entries, places, same_gain=same_gain, small=small)
 
-        ui.timer(0, telling(fill), once=True)
+        ui.timer(0, report_errors(fill), once=True)
     return [top for top, _ in frames]
 
 
@@ -141,7 +143,7 @@ def _axes_of(source: Source) -> int:
     return len(source.axes) if isinstance(source, Signal) else USUAL_AXES
 
 
-def _frame(entry: Entry) -> tuple[Any, Any]:
+def _frame(entry: SignalEntry) -> tuple[Any, Any]:
     """Draw the card as it stands at once, and return the row at its top and the place of its pictures."""
     from nicegui import ui
 
@@ -159,13 +161,13 @@ def _frame(entry: Entry) -> tuple[Any, Any]:
 
 
 async def _fill_later(
-    entries: Sequence[Entry], places: Sequence[Any], *, same_gain: bool, small: bool
+    entries: Sequence[SignalEntry], places: Sequence[Any], *, same_gain: bool, small: bool
 ) -> None:
     """Fill cards once their signals are worked out; nothing, if the page was left or drawn anew meanwhile."""
     from nicegui import ui
 
     try:
-        held = [await in_background(SHOWN.work_out, entry.source) for entry in entries]
+        held = [await in_background(SHOWN.load, entry.source) for entry in entries]
     except Exception as error:
         for place in places:
             if not place.is_deleted:
@@ -180,7 +182,12 @@ async def _fill_later(
 
 
 def _fill(
-    entries: Sequence[Entry], held: Sequence[Held], places: Sequence[Any], *, same_gain: bool, small: bool
+    entries: Sequence[SignalEntry],
+    held: Sequence[ShownSignal],
+    places: Sequence[Any],
+    *,
+    same_gain: bool,
+    small: bool,
 ) -> None:
     """Draw what is known of signals into their places."""
     from nicegui import ui
@@ -200,7 +207,11 @@ def _fill(
 
 
 def _pictures(
-    entry: Entry, held: Held, scales: Scales, gain: float | None, beside: Sequence[Traits] | None
+    entry: SignalEntry,
+    held: ShownSignal,
+    scales: SharedScales,
+    gain: float | None,
+    beside: Sequence[SignalTraits] | None,
 ) -> None:
     from nicegui import ui
 
@@ -216,7 +227,7 @@ def _pictures(
         _chart(spectrum_options(traits, others=beside), 200, described)
 
 
-def level_text(traits: Traits) -> str:
+def level_text(traits: SignalTraits) -> str:
     """Return how strong and how long a signal is, in words."""
     unit = unit_of(traits)
     per = "Hz" if traits.domain == "time" else "per mm"
@@ -228,7 +239,7 @@ def level_text(traits: Traits) -> str:
     )
 
 
-def play_button(held: Held, *, title: str, gain: float | None = None, key: str = "") -> None:
+def play_button(held: ShownSignal, *, title: str, gain: float | None = None, key: str = "") -> None:
     """Draw the button that plays a held signal, and where its level is told."""
     from nicegui import ui
 
@@ -273,7 +284,7 @@ def _chart(options: dict[str, Any], height: int, described: str) -> None:
     chart.props(f'role="img" aria-label="{_quoted(described)}"')
 
 
-def _spectrogram(held: str, scales: Scales, *, over_time: bool, title: str) -> None:
+def _spectrogram(held: str, scales: SharedScales, *, over_time: bool, title: str) -> None:
     from nicegui import ui
 
     asked = (

@@ -82,7 +82,7 @@ class Workspace:
         return path.resolve().relative_to(self.folder).as_posix()
 
     @contextmanager
-    def telling_names(self) -> Iterator[None]:
+    def readable_errors(self) -> Iterator[None]:
         """Say in errors how a path inside is called (`name_of`), not where on the machine it lies."""
         try:
             yield

@@ -22,7 +22,7 @@ LONGEST_TITLE = 120
 
 
 @dataclass(frozen=True)
-class Made:
+class KeptResult:
     """A kept result.
 
     Parameters
@@ -76,12 +76,12 @@ class Made:
 
 
 @dataclass(frozen=True)
-class Shelf:
+class ResultArchive:
     """Kept results in a folder. Each is written beside and renamed: there is none that is half there."""
 
     folder: Path
 
-    def keep(self, made: Signal | Image, *, title: str, facts: Mapping[str, Any]) -> Made:
+    def keep(self, made: Signal | Image, *, title: str, facts: Mapping[str, Any]) -> KeptResult:
         """Write a signal or an image with what is known of it.
 
         Parameters
@@ -101,7 +101,7 @@ class Shelf:
 
         return self._put(write, title, facts)
 
-    def keep_copy(self, made: Made) -> Made:
+    def keep_copy(self, made: KeptResult) -> KeptResult:
         """Put a result of another shelf on this one; its samples or pixels stay as they are.
 
         Raises
@@ -118,7 +118,7 @@ class Shelf:
     def _folders(self) -> DatedFolders:
         return DatedFolders(self.folder)
 
-    def _put(self, write: Callable[[Path], object], title: str, facts: Mapping[str, Any]) -> Made:
+    def _put(self, write: Callable[[Path], object], title: str, facts: Mapping[str, Any]) -> KeptResult:
         """Make a folder that ``write`` fills."""
         kept_at = datetime.now(UTC).isoformat(timespec="seconds")
         values = {"title": _titled(title), "kept_at": kept_at, **facts}
@@ -129,7 +129,7 @@ class Shelf:
 
         return self.get(self._folders.add(write_all))
 
-    def all(self) -> list[Made]:
+    def all(self) -> list[KeptResult]:
         """Return what is kept, newest first; what cannot be read is left out."""
         found = []
         for name in self._folders.names():
@@ -137,7 +137,7 @@ class Shelf:
                 found.append(self.get(name))
         return found
 
-    def get(self, identifier: str) -> Made:
+    def get(self, identifier: str) -> KeptResult:
         """Return one by its id.
 
         Raises
@@ -152,9 +152,9 @@ class Shelf:
             facts = json.loads((folder / FACTS).read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
             raise DataError(f"{folder / FACTS}: not readable: {error}") from error
-        return Made(identifier, folder, str(facts.pop("title", identifier)), facts)
+        return KeptResult(identifier, folder, str(facts.pop("title", identifier)), facts)
 
-    def rename(self, identifier: str, title: str) -> Made:
+    def rename(self, identifier: str, title: str) -> KeptResult:
         """Give one another title."""
         made = self.get(identifier)
         values = {"title": _titled(title), **made.facts}

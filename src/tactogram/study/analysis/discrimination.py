@@ -24,7 +24,7 @@ from tactogram.statistics.shares import (
     share_of,
     smallest_significant,
 )
-from tactogram.study.analysis.findings import Finding, Section, answered, verdict_of
+from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, verdict_of
 from tactogram.study.answers import Answers
 
 CORRECT = "share correct"
@@ -32,7 +32,7 @@ CORRECT = "share correct"
 
 def analyse_discrimination(
     answers: Answers, *, margin: float | None = None, design: str = "two_area"
-) -> Section:
+) -> AnalysisSection:
     """Return what is said of answers that are right or wrong, where chance is one half.
 
     Confirmatory is the share over all textures, by GEE with participants as clusters; of a single participant the
@@ -74,7 +74,7 @@ def analyse_discrimination(
         + (f"{needed} must be right" if needed else "not even all being right would be enough")
         + " for p < .05",
     )
-    return Section(
+    return AnalysisSection(
         "Which is generated?" if design == "two_area" else "ABX: is X A or B?",
         design,
         "which",

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
 from tactogram.statistics.figures import AXIS_COLOURS, BLUE, GRAY, INK, ORANGE, error_figure
-from tactogram.study.analysis.findings import SHOWN, Finding, Section
+from tactogram.study.analysis.findings import SHOWN, AnalysisSection, Finding
 from tactogram.study.answers import Answers
 from tactogram.study.designs.staircase.reversals import in_order
 
@@ -25,7 +25,7 @@ MOST_BRACKETS = 6
 """Above it only those with the first condition are drawn."""
 
 
-def figures_of(section: Section, answers: Answers) -> dict[str, Figure]:
+def figures_of(section: AnalysisSection, answers: Answers) -> dict[str, Figure]:
     """Return the figures of a section by file name, without suffix.
 
     Parameters
@@ -51,7 +51,7 @@ def figures_of(section: Section, answers: Answers) -> dict[str, Figure]:
     return {"pairwise": preference_figure(tables[0], title=_title(section))}
 
 
-def correct_figure(section: Section) -> Figure:
+def correct_figure(section: AnalysisSection) -> Figure:
     """Draw the share correct of each texture with Wilson's interval, and over all by participant, like Fig. 12."""
     rows = section.tables["share correct per texture"]
     names = [str(row["texture"]) for row in rows]
@@ -82,7 +82,7 @@ def correct_figure(section: Section) -> Figure:
     return figure
 
 
-def realism_figure(section: Section) -> Figure:
+def realism_figure(section: AnalysisSection) -> Figure:
     """Draw the marks of both conditions per texture with standard errors, like Fig. 13, and their difference."""
     [(name, rows)] = section.tables.items()
     unit = name.rpartition(", ")[2]
@@ -105,7 +105,7 @@ def realism_figure(section: Section) -> Figure:
     return figure
 
 
-def conditions_figure(section: Section) -> Figure:
+def conditions_figure(section: AnalysisSection) -> Figure:
     """Draw the mean of each condition as Fig. 7 and Fig. 5 do, bracketed where participants show a difference.
 
     Bars have the standard error of all scores, as printed; brackets are of Wilcoxon's signed ranks by participant, with
@@ -128,7 +128,7 @@ def conditions_figure(section: Section) -> Figure:
     return figure
 
 
-def words_figure(section: Section) -> Figure:
+def words_figure(section: AnalysisSection) -> Figure:
     """Draw each word under each condition with bootstrap intervals by participant, like Fig. 6."""
     name, rows = list(section.tables.items())[1]
     conditions = list(dict.fromkeys(str(row["condition"]) for row in rows))
@@ -168,7 +168,7 @@ def words_figure(section: Section) -> Figure:
     return figure
 
 
-def evoked_figure(section: Section) -> Figure:
+def evoked_figure(section: AnalysisSection) -> Figure:
     """Draw the share of participants in whom each image evoked each word, dots where most or few is shown."""
     rows = section.tables["per image and word"]
     images = list(dict.fromkeys(str(row["image"]) for row in rows))
@@ -193,7 +193,7 @@ def evoked_figure(section: Section) -> Figure:
     return figure
 
 
-def staircase_figure(section: Section, answers: Answers) -> Figure:
+def staircase_figure(section: AnalysisSection, answers: Answers) -> Figure:
     """Draw the tracks of each staircase with participants' thresholds, and the thresholds with their interval."""
     [(name, rows)] = section.tables.items()
     unit = name.rpartition(", ")[2]
@@ -227,7 +227,7 @@ def staircase_figure(section: Section, answers: Answers) -> Figure:
     return figure
 
 
-def magnitude_figure(section: Section) -> Figure:
+def magnitude_figure(section: AnalysisSection) -> Figure:
     """Draw geometric means over intensity, both logarithmic, with the power law of the mean exponent."""
     rows = section.tables["geometric means"]
     x = np.array([row["intensity"] for row in rows], float)
@@ -301,6 +301,6 @@ def _forest(axes: Axes, findings: Sequence[Finding]) -> None:
     axes.invert_yaxis()
 
 
-def _title(section: Section) -> str:
+def _title(section: AnalysisSection) -> str:
     who = "simulated participants" if section.simulated else "participants"
     return f"{section.title} ({section.participants} {who})"

@@ -90,7 +90,7 @@ class Finding:
 
 
 @dataclass(frozen=True)
-class Section:
+class AnalysisSection:
     """All that is said of one question of a study.
 
     Parameters
@@ -161,7 +161,7 @@ def verdict_of(p: float | None, *, equivalence_p: float | None = None, alpha: fl
     return EQUIVALENT if equivalence_p < alpha else UNDECIDED
 
 
-def judged(section: Section, *, alpha: float = ALPHA, note: str = "") -> Section:
+def with_verdicts(section: AnalysisSection, *, alpha: float = ALPHA, note: str = "") -> AnalysisSection:
     """Return a section with its verdicts at ``alpha``.
 
     What stands on an interval of 95 % alone has no verdict at another alpha.

@@ -13,7 +13,7 @@ Numbers = NDArray[np.float64]
 WHOLE, REST = "all words", "minus the mean of the others"
 
 
-def standing_out(
+def item_contrasts(
     answers: Answers, measure: str, *, margin: float | None = None, per_word: bool = False
 ) -> list[Finding]:
     """Return each item's difference from the mean of the other items, paired by participant.

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from tactogram.study.analysis.findings import Finding, Section
+from tactogram.study.analysis.findings import AnalysisSection, Finding
 from tactogram.study.answers import Answers
 
 NAMED_COLUMNS = ("texture", "item", "stimulus", "image", "condition", "staircase")
@@ -16,7 +16,7 @@ TABLE_PARTS = (" n", " mean", " se")
 """What follows a condition in the heading of a column."""
 
 
-def named_section(section: Section, names: Mapping[str, str]) -> Section:
+def named_section(section: AnalysisSection, names: Mapping[str, str]) -> AnalysisSection:
     """Return a section with what it is of, and its tables, in the names of items and conditions.
 
     Parameters

@@ -11,7 +11,7 @@ from scipy import stats
 from tactogram.statistics.equivalence import paired_equivalence
 from tactogram.statistics.multiplicity import holm
 from tactogram.statistics.signed_rank import pseudomedian, signed_rank_p
-from tactogram.statistics.summary import Summary, summary
+from tactogram.statistics.summary import GroupSummary, summary
 from tactogram.study.analysis.findings import Finding, Role, verdict_of
 
 Numbers = NDArray[np.float64]
@@ -44,7 +44,7 @@ def paired_findings(
     equivalence_p : float, optional
         The same of the test of equivalence.
     """
-    found: Summary = summary(differences)
+    found: GroupSummary = summary(differences)
     raw = paired_ps(differences)
     p, rank_p = ps or raw
     equal = None if margin is None else paired_equivalence(differences, margin=margin).p

@@ -15,7 +15,14 @@ from tactogram.errors import ParameterError
 from tactogram.study.designs.design import Design, ab_question
 from tactogram.study.orders import balanced_sides, generator, ordered
 from tactogram.study.stimuli import Stimulus
-from tactogram.study.trials import Asked, Given, Page, Participant, Presented, Setting
+from tactogram.study.trials import (
+    DesignContext,
+    Page,
+    PageAnswers,
+    PageQuestion,
+    Participant,
+    PresentedStimulus,
+)
 from tactogram.study.wording import Wording
 
 PLACES = ("A A", "A B", "B A", "B B")
@@ -37,12 +44,12 @@ class Abx(Design):
     )
     which: Wording = Wording(ja="Xはどちらと同じですか。", en="Which one is X?")
 
-    def check(self, setting: Setting) -> None:
+    def check(self, setting: DesignContext) -> None:
         """Refuse pairs of what is not there, and a study without any pair."""
         if not self._pairs(setting):
             raise ParameterError("abx needs at least two stimuli, got one")
 
-    def total(self, setting: Setting) -> int:
+    def total(self, setting: DesignContext) -> int:
         """Return repeats times pairs."""
         return self.repeats * len(self._pairs(setting))
 
@@ -52,7 +59,9 @@ class Abx(Design):
             update={"pairs": tuple(pair for pair in self.pairs if set(pair) <= set(names))}
         )
 
-    def next_page(self, setting: Setting, participant: Participant, given: Sequence[Given]) -> Page | None:
+    def next_page(
+        self, setting: DesignContext, participant: Participant, given: Sequence[PageAnswers]
+    ) -> Page | None:
         """Return the next trial."""
         pairs = self._pairs(setting)
         if len(given) == self.repeats * len(pairs):
@@ -66,7 +75,7 @@ class Abx(Design):
         first_at, x_is = places[which][repeat - 1].split()
         a, b = pairs[which] if first_at == "A" else pairs[which][::-1]
         x, not_x = (a, b) if x_is == "A" else (b, a)
-        asked = Asked(
+        asked = PageQuestion(
             ab_question("which", self.which),
             side=x_is,
             right=x_is,
@@ -83,12 +92,12 @@ class Abx(Design):
             block=block,
             repeat=repeat,
             total=len(order),
-            presented=(Presented("A", a), Presented("B", b), Presented("X", x)),
+            presented=(PresentedStimulus("A", a), PresentedStimulus("B", b), PresentedStimulus("X", x)),
             text=self.instructions,
             asked=(asked,),
         )
 
-    def _pairs(self, setting: Setting) -> list[tuple[Stimulus, Stimulus]]:
+    def _pairs(self, setting: DesignContext) -> list[tuple[Stimulus, Stimulus]]:
         named = {stimulus.name: stimulus for stimulus in setting.stimuli}
         if self.pairs:
             for name in itertools.chain.from_iterable(self.pairs):

@@ -8,9 +8,9 @@ from typing import Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict
 
-from tactogram.study.questions import Option, Question
+from tactogram.study.questions import AnswerOption, Question
 from tactogram.study.stimuli import Stimulus
-from tactogram.study.trials import Given, Page, Participant, Setting
+from tactogram.study.trials import DesignContext, Page, PageAnswers, Participant
 from tactogram.study.wording import Wording
 
 
@@ -29,7 +29,7 @@ class Design(BaseModel, ABC):
     """Shown above each trial; each design has its own by default."""
 
     @abstractmethod
-    def check(self, setting: Setting) -> None:
+    def check(self, setting: DesignContext) -> None:
         """Refuse stimuli that the design cannot ask about.
 
         Raises
@@ -38,11 +38,13 @@ class Design(BaseModel, ABC):
         """
 
     @abstractmethod
-    def next_page(self, setting: Setting, participant: Participant, given: Sequence[Given]) -> Page | None:
+    def next_page(
+        self, setting: DesignContext, participant: Participant, given: Sequence[PageAnswers]
+    ) -> Page | None:
         """Return the page after ``given``, the answers to this design's pages in order; None at the end."""
 
     @abstractmethod
-    def total(self, setting: Setting) -> int:
+    def total(self, setting: DesignContext) -> int:
         """Return how many trials a participant has, or has at most."""
 
     def for_practice(self, names: Sequence[str]) -> Self:
@@ -53,7 +55,11 @@ class Design(BaseModel, ABC):
 def ab_question(identifier: str, text: Wording, **more: Any) -> Question:
     """Return a choice between the two slots."""
     return Question(
-        id=identifier, text=text, kind="choice", options=(Option(value="A"), Option(value="B")), **more
+        id=identifier,
+        text=text,
+        kind="choice",
+        options=(AnswerOption(value="A"), AnswerOption(value="B")),
+        **more,
     )
 
 

@@ -15,7 +15,14 @@ from tactogram.datasets.ratings.words import JAPANESE, WORDS
 from tactogram.study.designs.design import Design
 from tactogram.study.orders import generator, ordered
 from tactogram.study.stimuli import Stimulus
-from tactogram.study.trials import Asked, Given, Page, Participant, Presented, Setting
+from tactogram.study.trials import (
+    DesignContext,
+    Page,
+    PageAnswers,
+    PageQuestion,
+    Participant,
+    PresentedStimulus,
+)
 from tactogram.study.wording import Wording
 
 
@@ -38,15 +45,17 @@ class WordScales(Design):
             raise ValueError("words must differ, and there must be one at least")
         return words
 
-    def _stimuli(self, setting: Setting, participant: Participant) -> Sequence[Stimulus]:
+    def _stimuli(self, setting: DesignContext, participant: Participant) -> Sequence[Stimulus]:
         """Return what this participant meets."""
         return setting.stimuli
 
-    def total(self, setting: Setting) -> int:
+    def total(self, setting: DesignContext) -> int:
         """Return the trials of the first participant."""
         return self.repeats * len(self._stimuli(setting, Participant("", 1)))
 
-    def next_page(self, setting: Setting, participant: Participant, given: Sequence[Given]) -> Page | None:
+    def next_page(
+        self, setting: DesignContext, participant: Participant, given: Sequence[PageAnswers]
+    ) -> Page | None:
         """Return the page of the next stimulus, all words on it."""
         stimuli = self._stimuli(setting, participant)
         if len(given) == self.repeats * len(stimuli):
@@ -72,7 +81,7 @@ class WordScales(Design):
             block=block,
             repeat=repeat,
             total=len(order),
-            presented=(Presented("", stimulus),),
+            presented=(PresentedStimulus("", stimulus),),
             text=self.instructions,
             asked=tuple(self._asked(word, stimulus) for word in words),
             layout=self._layout(),
@@ -84,5 +93,5 @@ class WordScales(Design):
     def _layout(self) -> dict[str, Any]:
         return {}
 
-    def _asked(self, word: str, stimulus: Stimulus) -> Asked:
+    def _asked(self, word: str, stimulus: Stimulus) -> PageQuestion:
         raise NotImplementedError

@@ -20,7 +20,7 @@ Kind = Literal["share", "votes", "means", "slopes", "ranks", "staircases", "stre
 
 
 @dataclass(frozen=True)
-class Assumed:
+class PowerAssumptions:
     """What a design's table assumes where nothing is said; typical sizes, to be replaced by a pilot's.
 
     Parameters
@@ -65,11 +65,11 @@ class Assumed:
 
 Truths = Mapping[str, float]
 """What is true in the studies of which a share is reported: ``power``, and ``type_1``, where there is no difference."""
-Simulated = Callable[[np.random.Generator, int, int, Assumed, Truths, int, float], Mapping[str, Any]]
+Simulated = Callable[[np.random.Generator, int, int, PowerAssumptions, Truths, int, float], Mapping[str, Any]]
 """From participants, trials, what is assumed, truths, studies and alpha to the shares of a row."""
 
 
-def _exact(n: int, assumed: Assumed, alpha: float) -> dict[str, Any]:
+def _exact(n: int, assumed: PowerAssumptions, alpha: float) -> dict[str, Any]:
     """Return what n independent answers can show, without any simulation."""
     low, high = share_of(n // 2, n, confidence=1 - alpha).wilson
     return {
@@ -86,7 +86,7 @@ def _shares(
     rng: np.random.Generator,
     people: int,
     trials: int,
-    assumed: Assumed,
+    assumed: PowerAssumptions,
     truths: Truths,
     simulations: int,
     alpha: float,
@@ -111,7 +111,7 @@ def _votes(
     rng: np.random.Generator,
     people: int,
     trials: int,
-    assumed: Assumed,
+    assumed: PowerAssumptions,
     truths: Truths,
     simulations: int,
     alpha: float,
@@ -157,7 +157,7 @@ def _means(
     rng: np.random.Generator,
     people: int,
     trials: int,
-    assumed: Assumed,
+    assumed: PowerAssumptions,
     truths: Truths,
     simulations: int,
     alpha: float,
@@ -216,7 +216,7 @@ def _staircases(
     rng: np.random.Generator,
     people: int,
     trials: int,
-    assumed: Assumed,
+    assumed: PowerAssumptions,
     truths: Truths,
     simulations: int,
     alpha: float,
@@ -241,7 +241,7 @@ def _strengths(
     rng: np.random.Generator,
     people: int,
     trials: int,
-    assumed: Assumed,
+    assumed: PowerAssumptions,
     truths: Truths,
     simulations: int,
     alpha: float,
@@ -272,7 +272,12 @@ def _strengths(
 
 
 def row_of(
-    rng: np.random.Generator, people: int, trials: int, assumed: Assumed, simulations: int, alpha: float
+    rng: np.random.Generator,
+    people: int,
+    trials: int,
+    assumed: PowerAssumptions,
+    simulations: int,
+    alpha: float,
 ) -> dict[str, Any]:
     """Return what studies of one size show, as shares of them; of shares with what independent answers could."""
     truths = {"power": assumed.effect, "type_1": _null(assumed)}
@@ -284,7 +289,12 @@ def row_of(
 
 
 def equivalence_of(
-    rng: np.random.Generator, people: int, trials: int, assumed: Assumed, simulations: int, alpha: float
+    rng: np.random.Generator,
+    people: int,
+    trials: int,
+    assumed: PowerAssumptions,
+    simulations: int,
+    alpha: float,
 ) -> float:
     """Return how often studies of one size show equivalence where the truth is no difference."""
     if assumed.kind == "votes":
@@ -296,7 +306,7 @@ def equivalence_of(
     )
 
 
-def _null(assumed: Assumed) -> float:
+def _null(assumed: PowerAssumptions) -> float:
     """Return what is true where there is no difference."""
     return 0.5 if assumed.kind in ("share", "votes") else 0.0
 

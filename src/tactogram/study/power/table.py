@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import ParameterError
-from tactogram.study.power.kinds import Assumed, equivalence_of, row_of
+from tactogram.study.power.kinds import PowerAssumptions, equivalence_of, row_of
 
 MOST_TRIALS = 10_000
 MOST_PARTICIPANTS = 10_000
@@ -26,37 +26,37 @@ TAKING, LOOKING = "simulated participants", "how many for equivalence"
 """Tasks that progress is told of."""
 
 GEE, EXACT = "GEE by participant", "exact binomial of all answers"
-DESIGNS: Mapping[str, Assumed] = {
-    "two_area": Assumed(
+DESIGNS: Mapping[str, PowerAssumptions] = {
+    "two_area": PowerAssumptions(
         "share", 0.6, "share correct of a typical participant (person_sd: of logits)", 0.4, 0.0, 0.1,
         (10, 20), (10, 30, 90), "answers of each participant", GEE, EXACT,
     ),
-    "realism": Assumed(
+    "realism": PowerAssumptions(
         "means", 5.0, "mm between conditions", 5.0, 15.0, 5.0,
         (10, 20), (10, 90), "marks of each participant and condition", "paired t", "Student's t of all marks", 10.0,
     ),
-    "rating": Assumed(
+    "rating": PowerAssumptions(
         "ranks", 0.2, "points of mean absolute error between conditions", 0.2, 0.9, 0.2,
         (10, 20), (12, 120), "scores of each participant and condition", "Wilcoxon signed ranks",
         "Student's t of all scores", 0.3,
     ),
-    "evoked": Assumed(
+    "evoked": PowerAssumptions(
         "votes", 0.7, "share of people in whom it is evoked", 0.5, 0.0, 0.2,
         (10, 20, 30, 60), (1,), "answers of each participant to an image and word", EXACT,
     ),
-    "abx": Assumed(
+    "abx": PowerAssumptions(
         "share", 0.6, "share correct of a typical participant (person_sd: of logits)", 0.4, 0.0, 0.1,
         (10, 20), (12, 48), "answers of each participant", GEE, "",
     ),
-    "staircase": Assumed(
+    "staircase": PowerAssumptions(
         "staircases", 3.0, "dB between two thresholds (trial_sd: slope of logistic functions, per dB)", 2.0, 0.5, 3.0,
         (6, 12), (40, 80), "trials of each staircase", "paired t of thresholds by reversals",
     ),
-    "magnitude": Assumed(
+    "magnitude": PowerAssumptions(
         "slopes", 0.1, "of the exponent from 1 (trial_sd: of log estimates)", 0.15, 0.3, 0.1,
         (8, 16), (3, 6), "estimates of each of five intensities over a factor of 16", "t of slopes",
     ),
-    "pairwise": Assumed(
+    "pairwise": PowerAssumptions(
         "strengths", 0.7, "log strength of one item above the others", 0.5, 0.0, 0.7,
         (20, 40, 80), (30, 60), "comparisons of each participant, over all pairs", "Bradley-Terry by participant, Holm",
         items=6,
@@ -87,7 +87,7 @@ class PowerTable:
     """
 
     design: str
-    assumed: Assumed
+    assumed: PowerAssumptions
     simulations: int
     seed: int
     alpha: float
@@ -165,7 +165,7 @@ def power_table(
 
 
 def _enough(
-    assumed: Assumed, alpha: float, seed: int, progress: Callable[[str, int, int], None]
+    assumed: PowerAssumptions, alpha: float, seed: int, progress: Callable[[str, int, int], None]
 ) -> dict[int, int | None]:
     """Return from how many participants on equivalence is shown often enough, by trials of each."""
     found: dict[int, int | None] = {}
@@ -183,7 +183,7 @@ def _enough(
 
 
 def _replaced(
-    typical: Assumed,
+    typical: PowerAssumptions,
     participants: Sequence[int],
     trials: Sequence[int],
     effect: float | None,
@@ -191,10 +191,10 @@ def _replaced(
     trial_sd: float | None,
     margin: float | None,
     items: int | None,
-) -> Assumed:
+) -> PowerAssumptions:
     given = {"effect": effect, "person_sd": person_sd, "trial_sd": trial_sd, "margin": margin, "items": items}
     values = {name: value for name, value in given.items() if value is not None}
-    made = Assumed(
+    made = PowerAssumptions(
         **{
             **vars(typical),
             **values,

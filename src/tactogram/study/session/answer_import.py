@@ -19,7 +19,7 @@ TRUE, FALSE = ("true", "1", "yes", "correct", "t"), ("false", "0", "no", "wrong"
 
 
 @dataclass(frozen=True)
-class Mapped:
+class TableMapping:
     """How another's table is read.
 
     Parameters
@@ -50,7 +50,7 @@ class Mapped:
             )
 
 
-def import_answers(path: Path, mapped: Mapped | None = None) -> Answers:
+def import_answers(path: Path, mapped: TableMapping | None = None) -> Answers:
     """Return another's table as ours.
 
     ``answer`` is filled from ``value`` where only that is there, and the other way round where it is a number;
@@ -69,7 +69,7 @@ def import_answers(path: Path, mapped: Mapped | None = None) -> Answers:
         If a heading is not there, a column that is needed is neither there nor given, or a cell is not what its column
         holds.
     """
-    mapped = mapped or Mapped()
+    mapped = mapped or TableMapping()
     headings, rows = read_cells(path, encoding=mapped.encoding)
     for ours, theirs in mapped.columns.items():
         if theirs not in headings:

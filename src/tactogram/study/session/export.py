@@ -18,7 +18,7 @@ from typing import Any
 from tactogram.errors import DataError
 from tactogram.study.answers import Answers, cells
 from tactogram.study.session.device_facts import COLUMN, described
-from tactogram.study.session.side_tables import description_of, notes_table, participants_table
+from tactogram.study.session.side_tables import column_description, notes_table, participants_table
 from tactogram.study.session.states import STATES
 from tactogram.study.session.store import SessionStore
 from tactogram.study.study_file import Study
@@ -114,7 +114,7 @@ def _write(folder: Path, store: SessionStore, answers: Answers) -> None:
         folder / "participants.json",
         {
             "participant_id": {"Description": "Code of the participant"},
-            **{name: {"Description": description_of(name)} for name in headings[1:]},
+            **{name: {"Description": column_description(name)} for name in headings[1:]},
             "language": {"Description": "Of the pages", "Levels": {"ja": "Japanese", "en": "English"}},
             "simulated": {
                 "Description": "Whether it is a simulated participant",
@@ -149,7 +149,7 @@ def _notes(folder: Path, store: SessionStore) -> None:
     folder.mkdir()
     headings, rows = notes_table(store)
     _tsv(folder / "notes.tsv", headings, rows)
-    _json(folder / "notes.json", {name: {"Description": description_of(name)} for name in headings})
+    _json(folder / "notes.json", {name: {"Description": column_description(name)} for name in headings})
 
 
 def _description(study: Study, answers: Answers) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from typing import Any
 from tactogram.errors import ParameterError
 from tactogram.study.session.device_facts import kept_facts
 from tactogram.study.session.file import add_device, now_utc
-from tactogram.study.session.participants import SessionPeople, active, known
+from tactogram.study.session.participants import SessionPeople, active, find_participant
 from tactogram.study.trials import Participant
 
 
@@ -20,7 +20,7 @@ class SessionLogs(SessionPeople):
     def played(self, code: str, token: str) -> dict[str, str]:
         """Return the hash of what was last played in each slot of a page."""
         with self._reading() as rows:
-            return last_played(rows, known(rows, code).participant, token)
+            return last_played(rows, find_participant(rows, code).participant, token)
 
     def played_log(self, code: str) -> list[dict[str, Any]]:
         """Return all that was played to a participant: ``token``, ``slot``, ``sha256``, ``level`` … ``at``."""
@@ -28,7 +28,7 @@ class SessionLogs(SessionPeople):
         with self._reading() as rows:
             found = rows.execute(
                 f"SELECT {', '.join(names)} FROM played WHERE participant = ? ORDER BY id",
-                (known(rows, code).participant.number,),
+                (find_participant(rows, code).participant.number,),
             ).fetchall()
         return [dict(zip(names, row, strict=True)) for row in found]
 
@@ -42,7 +42,7 @@ class SessionLogs(SessionPeople):
         with self._reading() as rows:
             found = rows.execute(
                 "SELECT token, facts, at FROM device WHERE participant = ? ORDER BY id",
-                (known(rows, code).participant.number,),
+                (find_participant(rows, code).participant.number,),
             ).fetchall()
         return [{"token": token, "facts": json.loads(facts), "at": at} for token, facts, at in found]
 
@@ -61,7 +61,7 @@ class SessionLogs(SessionPeople):
         if not 0 < len(text.strip()) <= 4000:
             raise ParameterError(f"a note must have 1 to 4000 characters, got {len(text.strip())}")
         with self._writing() as rows:
-            number = None if code is None else known(rows, code).participant.number
+            number = None if code is None else find_participant(rows, code).participant.number
             rows.execute(
                 "INSERT INTO notes (participant, text, at) VALUES (?,?,?)", (number, text.strip(), now_utc())
             )

@@ -25,16 +25,16 @@ ENDED = "the study was ended by the experimenter"
 _KNOWN = "SELECT code, number, language, simulated, session, status FROM participants"
 
 
-class NobodyError(ParameterError):
+class UnknownParticipantError(ParameterError):
     """Nobody has a code: it never was one, or they withdrew."""
 
 
-class NotNowError(ParameterError):
+class PageNotOpenError(ParameterError):
     """What was sent belongs to another page than the present one, or the experimenter ended the session."""
 
 
 @dataclass(frozen=True)
-class Known:
+class ParticipantRecord:
     """A participant as the file has them.
 
     Parameters
@@ -55,7 +55,7 @@ class Known:
         NotNowError
         """
         if not self.active:
-            raise NotNowError(f"the session of {self.participant.code} was ended by the experimenter")
+            raise PageNotOpenError(f"the session of {self.participant.code} was ended by the experimenter")
 
 
 class SessionPeople(SessionFile):
@@ -99,7 +99,7 @@ class SessionPeople(SessionFile):
             raise ParameterError(f"session must be 1 to 16 letters and digits, got {session[:40]!r}")
         with self._writing() as rows:
             if ended_at(rows) is not None:
-                raise NotNowError(ENDED)
+                raise PageNotOpenError(ENDED)
             self._check_kind(rows, simulated)
             taken = {row[0].casefold() for row in rows.execute("SELECT code FROM participants")}
             if code is not None and code.casefold() in taken:
@@ -124,7 +124,7 @@ class SessionPeople(SessionFile):
             If nobody has.
         """
         with self._reading() as rows:
-            return known(rows, code).participant
+            return find_participant(rows, code).participant
 
     def participants(self) -> list[Participant]:
         """Return all participants by number."""
@@ -141,7 +141,7 @@ class SessionPeople(SessionFile):
         """
         self._check_language(language)
         with self._writing() as rows:
-            number = known(rows, code).participant.number
+            number = find_participant(rows, code).participant.number
             rows.execute("UPDATE participants SET language = ? WHERE number = ?", (language, number))
 
     def abort(self, code: str) -> None:
@@ -159,7 +159,7 @@ class SessionPeople(SessionFile):
         before is out of reach: it is to be exported again.
         """
         with self._writing() as rows:
-            participant = known(rows, code).participant
+            participant = find_participant(rows, code).participant
             found = rows.execute(
                 "SELECT count(*) FROM answers WHERE participant = ?", (participant.number,)
             ).fetchone()[0]
@@ -178,7 +178,7 @@ class SessionPeople(SessionFile):
 
     def _set_status(self, code: str, status: str) -> None:
         with self._writing() as rows:
-            number = known(rows, code).participant.number
+            number = find_participant(rows, code).participant.number
             rows.execute("UPDATE participants SET status = ? WHERE number = ?", (status, number))
 
     def _check_language(self, language: str) -> None:
@@ -195,7 +195,7 @@ class SessionPeople(SessionFile):
             raise ParameterError(f"{there} take this study here; {other} need a session folder of their own")
 
 
-def known(rows: sqlite3.Connection, code: str) -> Known:
+def find_participant(rows: sqlite3.Connection, code: str) -> ParticipantRecord:
     """Return who has a code, whatever the case of its letters.
 
     Raises
@@ -205,7 +205,7 @@ def known(rows: sqlite3.Connection, code: str) -> Known:
     """
     row = rows.execute(f"{_KNOWN} WHERE code = ? COLLATE NOCASE", (code,)).fetchone()
     if row is None:
-        raise NobodyError(f"no participant has the code {code[:40]!r}")
+        raise UnknownParticipantError(f"no participant has the code {code[:40]!r}")
     return _known(row)
 
 
@@ -217,19 +217,21 @@ def active(rows: sqlite3.Connection, code: str) -> Participant:
     NobodyError, NotNowError
         If nobody has it, or the experimenter ended their session.
     """
-    found = known(rows, code)
+    found = find_participant(rows, code)
     found.check_active()
     return found.participant
 
 
-def everybody(rows: sqlite3.Connection) -> list[Known]:
+def everybody(rows: sqlite3.Connection) -> list[ParticipantRecord]:
     """Return all participants by number."""
     return [_known(row) for row in rows.execute(f"{_KNOWN} ORDER BY number").fetchall()]
 
 
-def _known(row: tuple[Any, ...]) -> Known:
+def _known(row: tuple[Any, ...]) -> ParticipantRecord:
     code, number, language, simulated, session, status = row
-    return Known(Participant(code, number, language, bool(simulated), session), status == "active")
+    return ParticipantRecord(
+        Participant(code, number, language, bool(simulated), session), status == "active"
+    )
 
 
 def checked_code(code: str) -> str:

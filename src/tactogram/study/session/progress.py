@@ -8,10 +8,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from tactogram.study.session.participants import ENDED, Known, NotNowError
+from tactogram.study.session.participants import ENDED, PageNotOpenError, ParticipantRecord
 from tactogram.study.session.sitting import declined, next_page
 from tactogram.study.study_file import Study
-from tactogram.study.trials import Given, Page, Participant
+from tactogram.study.trials import Page, PageAnswers, Participant
 
 State = Literal["going", "done", "declined", "aborted"]
 Row = tuple[int, str, str, str]
@@ -21,7 +21,7 @@ FIELD, PAGE = "\x1f", "\x1e"
 
 
 @dataclass(frozen=True)
-class Way:
+class ParticipantProgress:
     """What a participant answered, and what is next.
 
     Parameters
@@ -32,12 +32,12 @@ class Way:
         None at the end.
     """
 
-    given: tuple[Given, ...]
+    given: tuple[PageAnswers, ...]
     page: Page | None
 
 
 @dataclass(frozen=True)
-class Standing:
+class ParticipantState:
     """Where a participant is.
 
     Parameters
@@ -51,10 +51,10 @@ class Standing:
         What follows from them.
     """
 
-    known: Known
+    known: ParticipantRecord
     ended: bool
     record: str
-    way: Way
+    progress: ParticipantProgress
 
     @property
     def participant(self) -> Participant:
@@ -64,16 +64,16 @@ class Standing:
     @property
     def page(self) -> Page | None:
         """What is shown now; None at the end, and where the experimenter ended it."""
-        return self.way.page if self.state == "going" else None
+        return self.progress.page if self.state == "going" else None
 
     @property
     def state(self) -> State:
         """Whether a participant is going on, done, did not agree to take part, or was aborted."""
         if not self.known.active:
             return "aborted"
-        if self.way.page is not None:
+        if self.progress.page is not None:
             return "aborted" if self.ended else "going"
-        return "declined" if declined(self.way.given) else "done"
+        return "declined" if declined(self.progress.given) else "done"
 
     def check_going(self) -> None:
         """Refuse who may not go on, and has not come to the end.
@@ -85,15 +85,15 @@ class Standing:
         """
         self.known.check_active()
         if self.state == "aborted":
-            raise NotNowError(ENDED)
+            raise PageNotOpenError(ENDED)
 
 
-def way(study: Study, participant: Participant, given: tuple[Given, ...]) -> Way:
+def way(study: Study, participant: Participant, given: tuple[PageAnswers, ...]) -> ParticipantProgress:
     """Return what follows from the pages that a participant answered."""
-    return Way(given, next_page(study, participant, given))
+    return ParticipantProgress(given, next_page(study, participant, given))
 
 
-def row_of(position: int, given: Given) -> Row:
+def row_of(position: int, given: PageAnswers) -> Row:
     """Return an answered page as the file has it."""
     return position, given.token, _text(given.responses), _text(given.facts)
 
@@ -118,12 +118,12 @@ def extended(record: str, row: Row) -> str:
     return f"{record}{PAGE}{page}" if record else page
 
 
-def given_of(record: str) -> tuple[Given, ...]:
+def parse_record(record: str) -> tuple[PageAnswers, ...]:
     """Return the pages of a record, in the order in which they were answered."""
     pages = [page.split(FIELD) for page in record.split(PAGE)] if record else []
     pages.sort(key=lambda page: int(page[0]))
     return tuple(
-        Given(token, json.loads(responses), json.loads(facts)) for _, token, responses, facts in pages
+        PageAnswers(token, json.loads(responses), json.loads(facts)) for _, token, responses, facts in pages
     )
 
 

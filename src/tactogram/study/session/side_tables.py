@@ -61,14 +61,14 @@ def notes_table(store: SessionStore) -> Table:
     return ["participant", "text", "at"], rows
 
 
-def description_of(heading: str) -> str:
+def column_description(heading: str) -> str:
     """Return what a column holds."""
     if heading.startswith(COLUMN):
         return described(heading.removeprefix(COLUMN))
     return DESCRIPTIONS[heading]
 
 
-def write_beside(path: Path, store: SessionStore) -> list[Path]:
+def write_companion_tables(path: Path, store: SessionStore) -> list[Path]:
     """Write participants and notes beside a table of answers, and return where they are.
 
     Both are written even if they hold no row: what an earlier export left there would be of people who withdrew.

@@ -12,11 +12,11 @@ from dataclasses import replace
 from typing import Any
 
 from tactogram.study.answers import Answer
-from tactogram.study.practice import MARK, TOKEN, practice_page, practised
-from tactogram.study.questions import Option, Question
+from tactogram.study.practice import MARK, TOKEN, practice_answers, practice_page
+from tactogram.study.questions import AnswerOption, Question
 from tactogram.study.session.device_facts import device_columns
 from tactogram.study.study_file import Study
-from tactogram.study.trials import Asked, Given, Page, Participant
+from tactogram.study.trials import Page, PageAnswers, PageQuestion, Participant
 from tactogram.study.wording import Wording
 
 CONSENT, BEFORE, AFTER = "consent", "before", "after"
@@ -26,13 +26,13 @@ AGREE = Question(
     text=Wording(ja="参加に同意しますか。", en="Do you agree to take part?"),
     kind="choice",
     options=(
-        Option(value="agreed", text=Wording(ja="同意する", en="I agree")),
-        Option(value="declined", text=Wording(ja="同意しない", en="I do not agree")),
+        AnswerOption(value="agreed", text=Wording(ja="同意する", en="I agree")),
+        AnswerOption(value="declined", text=Wording(ja="同意しない", en="I do not agree")),
     ),
 )
 
 
-def next_page(study: Study, participant: Participant, given: Sequence[Given]) -> Page | None:
+def next_page(study: Study, participant: Participant, given: Sequence[PageAnswers]) -> Page | None:
     """Return the page after ``given``, all that the participant answered so far in order; None at the end.
 
     Parameters
@@ -44,12 +44,12 @@ def next_page(study: Study, participant: Participant, given: Sequence[Given]) ->
     tokens = [one.token for one in given]
     if CONSENT not in tokens:
         consent = {"consent_sha256": consent_sha256(study)}
-        return Page(CONSENT, "consent", (Asked(AGREE),), text=study.consent, more=consent)
+        return Page(CONSENT, "consent", (PageQuestion(AGREE),), text=study.consent, more=consent)
     if declined(given):
         return None
     if study.before and BEFORE not in tokens:
-        return Page(BEFORE, "questions", tuple(Asked(question) for question in study.before))
-    practice = practised(given)
+        return Page(BEFORE, "questions", tuple(PageQuestion(question) for question in study.before))
+    practice = practice_answers(given)
     trials = [
         one for one in given if one.token not in (CONSENT, BEFORE, AFTER) and not one.token.startswith(TOKEN)
     ]
@@ -62,11 +62,11 @@ def next_page(study: Study, participant: Participant, given: Sequence[Given]) ->
         due = study.rest_every and page.trial > 1 and page.step == 1
         return replace(page, rest=bool(due and (page.trial - 1) % study.rest_every == 0))
     if study.after and AFTER not in tokens:
-        return Page(AFTER, "questions", tuple(Asked(question) for question in study.after))
+        return Page(AFTER, "questions", tuple(PageQuestion(question) for question in study.after))
     return None
 
 
-def declined(given: Sequence[Given]) -> bool:
+def declined(given: Sequence[PageAnswers]) -> bool:
     """Return whether the participant did not agree to take part."""
     return any(one.token == CONSENT and one.responses.get("consent") != "agreed" for one in given)
 
@@ -76,7 +76,7 @@ def consent_sha256(study: Study) -> str:
     return hashlib.sha256(study.consent.model_dump_json().encode()).hexdigest()
 
 
-def answers_to(
+def answer_rows(
     study: Study,
     participant: Participant,
     page: Page,
@@ -136,7 +136,7 @@ def answers_to(
     )
 
 
-def value_of(asked: Asked, answer: str) -> float:
+def value_of(asked: PageQuestion, answer: str) -> float:
     """Return the number that an answer stands for, NaN if none."""
     if answer in asked.values:
         return asked.values[answer]
@@ -145,14 +145,14 @@ def value_of(asked: Asked, answer: str) -> float:
     return math.nan
 
 
-def _scale(asked: Asked) -> tuple[float, float]:
+def _scale(asked: PageQuestion) -> tuple[float, float]:
     """Return the ends of the scale that was offered; of a choice between no and yes, 0 and 1."""
     if asked.values and not asked.right and len(set(asked.values.values())) == 2:
         return min(asked.values.values()), max(asked.values.values())
     return asked.question.low, asked.question.high
 
 
-def _played(asked: Asked, hashes: Mapping[str, str]) -> str:
+def _played(asked: PageQuestion, hashes: Mapping[str, str]) -> str:
     if asked.slot:
         return hashes.get(asked.slot, "")
     return "+".join(hashes[slot] for slot in ("", "A", "B", "X") if hashes.get(slot))
@@ -176,7 +176,7 @@ def _design(page: Page) -> str:
     return "questions" if page.kind == "consent" else page.kind
 
 
-def _further(page: Page, asked: Asked) -> dict[str, str]:
+def _further(page: Page, asked: PageQuestion) -> dict[str, str]:
     simulated = any(p.stimulus is not None and p.stimulus.is_simulated for p in page.presented)
     return {
         "token": page.token,

@@ -17,33 +17,38 @@ from typing import Any
 
 from tactogram.errors import ParameterError
 from tactogram.study.answers import Answer, Answers
-from tactogram.study.practice import practised
+from tactogram.study.practice import practice_answers
 from tactogram.study.session.device_facts import kept_facts
 from tactogram.study.session.file import add_device, ended_at, now_utc
 from tactogram.study.session.logs import SessionLogs, last_played
-from tactogram.study.session.participants import Known, NotNowError, everybody, known
+from tactogram.study.session.participants import (
+    PageNotOpenError,
+    ParticipantRecord,
+    everybody,
+    find_participant,
+)
 from tactogram.study.session.progress import (
+    ParticipantProgress,
+    ParticipantState,
     Row,
-    Standing,
     State,
-    Way,
     extended,
-    given_of,
+    parse_record,
     record_of,
     row_of,
     way,
 )
-from tactogram.study.session.sitting import answers_to, declined
+from tactogram.study.session.sitting import answer_rows, declined
 from tactogram.study.session.states import NOT_BEGUN
 from tactogram.study.study_file import Study
-from tactogram.study.trials import Given, Page, Participant
+from tactogram.study.trials import Page, PageAnswers, Participant
 
 MOST_WAYS = 1000
 """Participants of whom what is next is kept: it is asked for as a page is answered, and as the next one is."""
 
 
 @dataclass(frozen=True)
-class Submitted:
+class SubmissionResult:
     """What became of answers that were sent.
 
     Parameters
@@ -55,7 +60,7 @@ class Submitted:
     """
 
     stored: bool
-    standing: Standing
+    standing: ParticipantState
 
     @property
     def page(self) -> Page | None:
@@ -84,9 +89,9 @@ class SessionStore(SessionLogs):
     def __init__(self, folder: Path, study: Study | None = None) -> None:
         super().__init__(folder, study)
         # By number, with what each follows from: it counts only while the file says the same, whoever wrote there.
-        self._ways: dict[int, tuple[Participant, str, Way]] = {}
+        self._ways: dict[int, tuple[Participant, str, ParticipantProgress]] = {}
 
-    def standing(self, code: str) -> Standing:
+    def standing(self, code: str) -> ParticipantState:
         """Return where a participant is.
 
         Raises
@@ -95,7 +100,7 @@ class SessionStore(SessionLogs):
             If nobody has the code.
         """
         with self._reading() as rows:
-            return self._standing(rows, known(rows, code))
+            return self._standing(rows, find_participant(rows, code))
 
     def page(self, code: str) -> Page | None:
         """Return what a participant is shown now; None at the end.
@@ -117,7 +122,7 @@ class SessionStore(SessionLogs):
         *,
         rt_ms: Mapping[str, float] | None = None,
         device: Mapping[str, Any] | None = None,
-    ) -> Submitted:
+    ) -> SubmissionResult:
         """Store the answers to a page; they are on the disk when this returns, or, within `together`, when that does.
 
         Sent again, by a double click, the back button or a reload, it stores nothing and answers the same.
@@ -142,19 +147,19 @@ class SessionStore(SessionLogs):
             If nobody has the code, or an answer is none. Nothing is stored then.
         """
         with self._writing() as rows:
-            standing = self._standing(rows, known(rows, code))
+            standing = self._standing(rows, find_participant(rows, code))
             standing.check_going()
-            if any(one.token == token for one in standing.way.given):
-                return Submitted(False, standing)
+            if any(one.token == token for one in standing.progress.given):
+                return SubmissionResult(False, standing)
             participant, page = standing.participant, standing.page
             if page is None or page.token != token:
                 now = "at the end" if page is None else f"at page {page.token}"
-                raise NotNowError(
+                raise PageNotOpenError(
                     f"{participant.code} is {now}, got an answer to {token[:60]!r}; reload the page"
                 )
             accepted = page.accepted(responses)
             facts = kept_facts(device)
-            answers = answers_to(
+            answers = answer_rows(
                 self.study,
                 participant,
                 page,
@@ -164,11 +169,11 @@ class SessionStore(SessionLogs):
                 played=last_played(rows, participant, token),
                 device=facts,
             )
-            new = Given(token, accepted, page.more)
-            row = row_of(len(standing.way.given) + 1, new)
+            new = PageAnswers(token, accepted, page.more)
+            row = row_of(len(standing.progress.given) + 1, new)
             _store(rows, participant, row, answers)
             add_device(rows, participant.number, token, facts)
-            return Submitted(True, self._further(standing, new, row))
+            return SubmissionResult(True, self._further(standing, new, row))
 
     def log_played(
         self, code: str, token: str, slot: str, *, sha256: str, level: str, display: str, gain_db: float = 0.0
@@ -185,10 +190,10 @@ class SessionStore(SessionLogs):
         if not re.fullmatch("[0-9a-f]{64}", sha256):
             raise ParameterError(f"sha256 must be 64 hexadecimal digits, got {sha256[:80]!r}")
         with self._writing() as rows:
-            standing = self._standing(rows, known(rows, code))
+            standing = self._standing(rows, find_participant(rows, code))
             standing.check_going()
             if standing.page is None or standing.page.token != token:
-                raise NotNowError(f"{code} is not at page {token[:60]!r}; reload the page")
+                raise PageNotOpenError(f"{code} is not at page {token[:60]!r}; reload the page")
             standing.page.slot(slot)
             rows.execute(
                 "INSERT INTO played (participant, token, slot, sha256, level, display, gain_db, at) "
@@ -239,29 +244,29 @@ class SessionStore(SessionLogs):
         with self._reading() as rows:
             return int(rows.execute("SELECT count(*) FROM answers").fetchone()[0])
 
-    def _standing(self, rows: sqlite3.Connection, one: Known) -> Standing:
+    def _standing(self, rows: sqlite3.Connection, one: ParticipantRecord) -> ParticipantState:
         participant, record = one.participant, record_of(rows, one.participant)
         kept = self._ways.get(participant.number)
         if kept is not None and kept[:2] == (participant, record):
             found = kept[2]
         else:
-            found = self._kept(participant, record, way(self.study, participant, given_of(record)))
-        return Standing(one, ended_at(rows) is not None, record, found)
+            found = self._kept(participant, record, way(self.study, participant, parse_record(record)))
+        return ParticipantState(one, ended_at(rows) is not None, record, found)
 
-    def _further(self, standing: Standing, new: Given, row: Row) -> Standing:
+    def _further(self, standing: ParticipantState, new: PageAnswers, row: Row) -> ParticipantState:
         """Return where a participant is after another page."""
         participant, record = standing.participant, extended(standing.record, row)
-        found = way(self.study, participant, (*standing.way.given, new))
-        return replace(standing, record=record, way=self._kept(participant, record, found))
+        found = way(self.study, participant, (*standing.progress.given, new))
+        return replace(standing, record=record, progress=self._kept(participant, record, found))
 
-    def _kept(self, participant: Participant, record: str, found: Way) -> Way:
+    def _kept(self, participant: Participant, record: str, found: ParticipantProgress) -> ParticipantProgress:
         if len(self._ways) >= MOST_WAYS:
             self._ways.clear()
         self._ways[participant.number] = (participant, record, found)
         return found
 
-    def _progress(self, rows: sqlite3.Connection, standing: Standing) -> dict[str, Any]:
-        participant, page, given = standing.participant, standing.way.page, standing.way.given
+    def _progress(self, rows: sqlite3.Connection, standing: ParticipantState) -> dict[str, Any]:
+        participant, page, given = standing.participant, standing.progress.page, standing.progress.given
         status = "active" if standing.known.active else "aborted"
         if status == "active" and not given:
             status = NOT_BEGUN
@@ -278,7 +283,7 @@ class SessionStore(SessionLogs):
             "page": None if page is None else page.token,
             "trials": len(trials) - (0 if finished_all else 1),
             "of": self.study.trials,
-            "practice": len({one.token.partition(".")[0] for one in practised(given)}),
+            "practice": len({one.token.partition(".")[0] for one in practice_answers(given)}),
             "last": _last(rows, participant),
         }
 

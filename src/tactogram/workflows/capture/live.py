@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from tactogram.capture import open_source
-from tactogram.capture.live.recognition import Guess, Heard, Latencies, guesses
+from tactogram.capture.live.recognition import Classification, Latencies, WindowClassification, guesses
 from tactogram.capture.stream.feed import Feed
-from tactogram.capture.stream.monitor import Hears, Tapped
+from tactogram.capture.stream.monitor import BlockListener, TappedSource
 from tactogram.errors import ParameterError, RunError
 from tactogram.model import Classifier
 from tactogram.signal import Signal
@@ -26,8 +26,8 @@ CALIBRATED_ON = 300
 """Windows of recordings kept apart that "none of these" is set by, at most: a second or two at the start."""
 
 
-class Listener:
-    """A classifier run as a function of a recorded window; see `tactogram.capture.live.recognition.Listen`.
+class LiveClassifier:
+    """A classifier run as a function of a recorded window; see `tactogram.capture.live.recognition.ClassifyWindow`.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class Listener:
             self._calibrate(self._index)
         self._warm_up()
 
-    def __call__(self, signal: Signal) -> Heard:
+    def __call__(self, signal: Signal) -> Classification:
         """Return what a window, with its context before it, sounds like."""
         prepared = self.loaded.prepare(signal)
         window = prepared.cut(max(0, len(prepared) - round(self.window_s * prepared.rate)))
@@ -88,7 +88,7 @@ class Listener:
         if self._index is not None:
             none_of_these = self._distance(self._index, window) > float(self.threshold or 0.0)
         names = self.loaded.kind.materials
-        return Heard(dict(zip(names, probabilities.tolist(), strict=True)), none_of_these)
+        return Classification(dict(zip(names, probabilities.tolist(), strict=True)), none_of_these)
 
     def _distance(self, index: SurfaceIndex, window: Signal) -> float:
         return float(index.nearest(self.loaded.model.embed(window), 1)[0]["distance"])
@@ -141,9 +141,9 @@ def live(
     hop: float | None = None,
     rate: float | None = None,
     seconds: float | None = None,
-    show: Callable[[Guess], None] | None = None,
-    begin: Callable[[Listener], None] | None = None,
-    heard: Hears | None = None,
+    show: Callable[[WindowClassification], None] | None = None,
+    begin: Callable[[LiveClassifier], None] | None = None,
+    heard: BlockListener | None = None,
 ) -> dict[str, Any]:
     """Say what a sensor feels, window by window, until it ends, somebody interrupts, or ``seconds`` are over.
 
@@ -166,7 +166,7 @@ def live(
     begin : callable, optional
         Called once before the first.
     heard : callable, optional
-        Called with the source and each block as it is read; see `Tapped`.
+        Called with the source and each block as it is read; see `TappedSource`.
 
     Returns
     -------
@@ -182,14 +182,14 @@ def live(
         If the run is no classifier, or windows and hop make no sense.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
-    listener = Listener(loaded, window_s=window)
+    listener = LiveClassifier(loaded, window_s=window)
     hop_s = listener.window_s / 4 if hop is None else hop
     if not hop_s > 0:
         raise ParameterError(f"hop must be > 0 s, got {hop_s:g}")
     latencies, named, counts = Latencies(), Counter[str](), Counter[str]()
     interrupted = False
     opened = open_source(address)
-    with opened if heard is None else Tapped(opened, heard) as source:
+    with opened if heard is None else TappedSource(opened, heard) as source:
         feed = Feed(source, reference_rate=rate or source.rate or _recorded_rate(loaded))
         if begin is not None:
             begin(listener)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal, cast
 
-from tactogram.capture import Logged, filled, gap_free, read_log, read_xdf, sources
+from tactogram.capture import SensorLog, filled, gap_free, read_log, read_xdf, sources
 from tactogram.capture.logs.log import Kind
 from tactogram.capture.session.take import STREAM_OF_UNIT, rate_of
 from tactogram.capture.sources.serial_csv import CsvFormat
@@ -108,7 +108,7 @@ def capture_log(
     return result
 
 
-def _read(path: Path, kind: Kind | None, options: dict[str, Any]) -> list[Logged]:
+def _read(path: Path, kind: Kind | None, options: dict[str, Any]) -> list[SensorLog]:
     if path.suffix.lower() == ".xdf":
         unit = options.pop("unit", None)
         if options:
@@ -119,7 +119,7 @@ def _read(path: Path, kind: Kind | None, options: dict[str, Any]) -> list[Logged
 
 
 def _signals(
-    one: Logged,
+    one: SensorLog,
     path: Path,
     rate: float | None,
     fill: Literal["linear", "hold"] | None,
@@ -158,7 +158,7 @@ def _signals(
 Found = list[tuple[dict[str, Any], list[tuple[int, Signal]]]]
 
 
-def _write(out: Path, found: Found, logged: list[Logged], path: Path) -> None:
+def _write(out: Path, found: Found, logged: list[SensorLog], path: Path) -> None:
     several = sum(len(signals) for _, signals in found) > 1
     number = 0
     for (report, signals), one in zip(found, logged, strict=True):
@@ -177,7 +177,7 @@ def _write(out: Path, found: Found, logged: list[Logged], path: Path) -> None:
 
 
 def _store(
-    data: Path, found: Found, logged: list[Logged], path: Path, known: Mapping[str, Any]
+    data: Path, found: Found, logged: list[SensorLog], path: Path, known: Mapping[str, Any]
 ) -> dict[str, Any]:
     recordings = []
     for (report, signals), one in zip(found, logged, strict=True):

@@ -14,10 +14,15 @@ from tactogram.capture import Source, open_source
 from tactogram.capture.catalogue import KINDS, parsed
 from tactogram.capture.session.console import Console, LineConsole
 from tactogram.capture.session.journal import Journal
-from tactogram.capture.session.metronome import Bell, Metronome, Played, Silent
+from tactogram.capture.session.metronome import (
+    BellMetronome,
+    LoudspeakerMetronome,
+    Metronome,
+    SilentMetronome,
+)
 from tactogram.capture.session.plan import SessionPlan, shipped_plans
-from tactogram.capture.session.session import Recognise, Session, session_folder
-from tactogram.capture.stream.monitor import Hears, Tapped
+from tactogram.capture.session.session import Recognise, RecordingSession, session_folder
+from tactogram.capture.stream.monitor import BlockListener, TappedSource
 from tactogram.datasets import open_store
 from tactogram.errors import TactogramError
 from tactogram.extras import device_errors, imported
@@ -42,7 +47,7 @@ def capture(
     sound: bool = True,
     console: Console | None = None,
     metronome: Metronome | None = None,
-    heard: Hears | None = None,
+    heard: BlockListener | None = None,
 ) -> dict[str, Any]:
     """Run a session plan, or go on with one; every accepted take is in the store before the next one begins.
 
@@ -71,7 +76,7 @@ def capture(
     metronome : Metronome, optional
         What beats instead of a loudspeaker.
     heard : callable, optional
-        Called with the source and each block as it is read; see `Tapped`.
+        Called with the source and each block as it is read; see `TappedSource`.
 
     Returns
     -------
@@ -90,7 +95,7 @@ def capture(
         log = _next_log(folder)
         try:
             opened = open_source(with_log(address, log))
-            source = stack.enter_context(opened if heard is None else Tapped(opened, heard))
+            source = stack.enter_context(opened if heard is None else TappedSource(opened, heard))
         except BaseException:
             # It was made before the device did not open, and holds nothing.
             log.unlink(missing_ok=True)
@@ -98,8 +103,8 @@ def capture(
         if console is None:
             console = stack.enter_context(_console(yes, answers))
         if metronome is None:
-            metronome = _metronome(console) if sound and values.metronome else Silent()
-        run = Session(
+            metronome = _metronome(console) if sound and values.metronome else SilentMetronome()
+        run = RecordingSession(
             values, store, name, source, console, journal,
             metronome=metronome, recognise=listening, on_trial=_on_trial(source), log=log.name if log.exists() else "",
         )  # fmt: skip
@@ -164,14 +169,14 @@ def _metronome(console: Console) -> Metronome:
     except TactogramError as error:
         if not sys.stderr.isatty():
             console.say("no loudspeaker and no terminal: the metronome is silent")
-            return Silent()
+            return SilentMetronome()
         console.say(f"the metronome is the terminal's bell ({error})")
-        return Bell()
+        return BellMetronome()
 
     def play(signal: Signal) -> None:
         sounddevice.play(signal.samples[0], int(signal.rate))
 
-    return Played(play, sounddevice.stop)
+    return LoudspeakerMetronome(play, sounddevice.stop)
 
 
 def _on_trial(source: Source) -> Callable[[Any], None] | None:

@@ -17,7 +17,7 @@ from tactogram.signal.displacement import played
 from tactogram.signal.io import READABLE, WRITABLE, read_file, write_signal
 from tactogram.signal.io.writable import check_writable
 from tactogram.signal.resampling import resample
-from tactogram.workflows.progress import Progress, silent
+from tactogram.workflows.progress import ProgressCallback, silent
 
 SIGNAL_FORMATS = tuple(suffix.removeprefix(".") for suffix in WRITABLE)
 """Formats of signals by name, beside `FORMATS`."""
@@ -74,7 +74,7 @@ def convert(
     dict
         ``source``, ``target``, ``samples``, ``rate_hz`` (``rate_per_mm`` over displacement), ``unit``, ``axes``,
         ``rms`` (in ``unit``), ``timing`` (what time stamps in ``source`` say, see
-        `tactogram.signal.timing.Timing`; None if there are none), ``metadata``; ``reduced_by`` where axes became one;
+        `signal.timing.SamplingTiming`; None if there are none), ``metadata``; ``reduced_by`` where axes became one;
         ``read`` of a haptic source (its facts), ``written`` of a haptic target (as `write_haptic`).
 
     Raises
@@ -131,7 +131,12 @@ def convert(
 
 
 def convert_folder(
-    source: Path | str, target: Path | str, *, format: str, progress: Progress = silent, **options: Any
+    source: Path | str,
+    target: Path | str,
+    *,
+    format: str,
+    progress: ProgressCallback = silent,
+    **options: Any,
 ) -> dict[str, Any]:
     """Convert every file of a folder, and of the folders in it, that can be read.
 

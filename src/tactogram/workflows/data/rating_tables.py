@@ -10,7 +10,7 @@ from typing import Any
 
 from tactogram.datasets import add_ratings, item_of, joined, open_store
 from tactogram.datasets.ratings.ratings import scale_of
-from tactogram.datasets.ratings.table import Columns, Form, read_table, write_table
+from tactogram.datasets.ratings.table import Form, RatingColumns, read_table, write_table
 from tactogram.errors import DataError, ParameterError
 
 SETTINGS = ("words", "ignore", "item", "encoding")
@@ -126,7 +126,7 @@ def export_ratings(path: Path | str, out: Path | str, *, form: Form = "long") ->
     }
 
 
-def _columns(settings: Mapping[str, Any], files: int) -> list[Columns]:
+def _columns(settings: Mapping[str, Any], files: int) -> list[RatingColumns]:
     """Return how to read each of ``files`` tables."""
     named = {key.removeprefix("column."): str(value) for key, value in settings.items() if "." in key}
     for key in settings:
@@ -135,7 +135,7 @@ def _columns(settings: Mapping[str, Any], files: int) -> list[Columns]:
     items = _names(settings.get("item", "{}"))
     if len(items) not in (1, files):
         raise ParameterError(f"item must be said once, or once for each of {files} files, got {len(items)}")
-    known = Columns(
+    known = RatingColumns(
         named=named,
         words=_names(settings.get("words")),
         ignored=_names(settings.get("ignore")),

@@ -12,9 +12,9 @@ from typing import Any
 
 from tactogram.datasets import Recording, create_store
 from tactogram.datasets.examples import cores
-from tactogram.datasets.simulate import Task, make, study, surface_photographs, tasks
+from tactogram.datasets.simulate import RecordingTask, make, study, surface_photographs, tasks
 from tactogram.errors import ParameterError
-from tactogram.workflows.progress import Progress, silent
+from tactogram.workflows.progress import ProgressCallback, silent
 
 
 def simulate_to_store(
@@ -29,7 +29,7 @@ def simulate_to_store(
     photographs: int = 0,
     raters: int | None = None,
     workers: int | None = None,
-    progress: Progress = silent,
+    progress: ProgressCallback = silent,
 ) -> dict[str, Any]:
     """Write the simulated set ``set_name`` to the store ``out``.
 
@@ -110,14 +110,14 @@ def simulate_to_store(
     return report
 
 
-def _made(todo: list[Task], workers: int, progress: Progress) -> Iterator[Recording]:
+def _made(todo: list[RecordingTask], workers: int, progress: ProgressCallback) -> Iterator[Recording]:
     if workers == 1 or len(todo) < 2 * workers:
         yield from _counted(map(make, todo), len(todo), progress)
         return
     yield from _counted(_in_order(todo, workers), len(todo), progress)
 
 
-def _in_order(todo: list[Task], workers: int) -> Iterator[Recording]:
+def _in_order(todo: list[RecordingTask], workers: int) -> Iterator[Recording]:
     """Yield what the processes make in the order of ``todo``, with no more than a few waiting at a time.
 
     An executor, not a pool: it says so when a process dies, where a pool waits for ever.
@@ -131,7 +131,7 @@ def _in_order(todo: list[Task], workers: int) -> Iterator[Recording]:
             yield recording
 
 
-def _counted(recordings: Iterable[Recording], total: int, progress: Progress) -> Iterator[Recording]:
+def _counted(recordings: Iterable[Recording], total: int, progress: ProgressCallback) -> Iterator[Recording]:
     for done, recording in enumerate(recordings, start=1):
         yield recording
         progress("simulate", done, total)

@@ -23,7 +23,7 @@ from tactogram.datasets.store.compacting import compact
 from tactogram.datasets.store.store import problems
 from tactogram.errors import ParameterError
 from tactogram.signal.io import read_file, read_image
-from tactogram.workflows.progress import Progress, silent
+from tactogram.workflows.progress import ProgressCallback, silent
 
 
 def list_sets() -> dict[str, Any]:
@@ -53,7 +53,7 @@ def import_store(
     options: Mapping[str, Any] | None = None,
     skip_bad: bool = False,
     workers: int | None = None,
-    progress: Progress = silent,
+    progress: ProgressCallback = silent,
 ) -> dict[str, Any]:
     """Import a data set; see `tactogram.datasets.importing.import_dataset`, whose report is returned."""
 
@@ -104,7 +104,7 @@ def store_info(path: Path | str) -> dict[str, Any]:
     }
 
 
-def check_store(path: Path | str, *, progress: Progress = silent) -> dict[str, Any]:
+def check_store(path: Path | str, *, progress: ProgressCallback = silent) -> dict[str, Any]:
     """Read all of a store and compare it with its hashes.
 
     Returns
@@ -123,7 +123,7 @@ def check_store(path: Path | str, *, progress: Progress = silent) -> dict[str, A
     }
 
 
-def compact_store(path: Path | str, *, progress: Progress = silent) -> dict[str, Any]:
+def compact_store(path: Path | str, *, progress: ProgressCallback = silent) -> dict[str, Any]:
     """Write the small shards of a store anew, as few large ones; see `tactogram.datasets.store.compacting`.
 
     Returns

@@ -25,14 +25,21 @@ from tactogram.datasets import (
 from tactogram.datasets.scratch import scratch
 from tactogram.datasets.splits.split import By
 from tactogram.errors import ParameterError
-from tactogram.evaluation.classification import ClassificationResult, WindowClassifier, judge_classifier
+from tactogram.evaluation.classification import ClassificationResult, WindowClassifier, evaluate_classifier
 from tactogram.evaluation.figures import confusion_figure
-from tactogram.evaluation.report import Picture, Section, Table, Text, save_figure, write_report
+from tactogram.evaluation.report import (
+    ReportFigure,
+    ReportSection,
+    ReportTable,
+    ReportText,
+    save_figure,
+    write_report,
+)
 from tactogram.recipe import Recipe, run_id
 from tactogram.signal.io.atomic import write_text
 from tactogram.signal.io.writable import check_writable
 from tactogram.training.device import make_fabric
-from tactogram.workflows.progress import Progress, silent
+from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.plan import labelled, make_split, select
 from tactogram.workflows.training.train import run_training
 
@@ -54,7 +61,7 @@ def crossval(
     out: Path | str | None = None,
     accelerator: str = "auto",
     model_folders: Sequence[Path] = (),
-    progress: Progress = silent,
+    progress: ProgressCallback = silent,
 ) -> dict[str, Any]:
     """Train and judge ``model`` once per fold and return the figures over all of them.
 
@@ -134,7 +141,7 @@ def crossval(
 
 
 def _judged_folds(
-    facts: models.ModelFacts,
+    facts: models.ModelInfo,
     store: Store,
     recipe: Recipe,
     config: Any,
@@ -142,7 +149,7 @@ def _judged_folds(
     *,
     label: Label,
     accelerator: str,
-    progress: Progress,
+    progress: ProgressCallback,
 ) -> tuple[list[ClassificationResult], float]:
     """Return what classifiers trained on each split make of its test part, and the rate they were trained at, Hz."""
     results: list[ClassificationResult] = []
@@ -158,7 +165,7 @@ def _judged_folds(
             learner.setup(make_fabric(recipe.training, accelerator=accelerator))
             task = f"fold {number}/{len(splits)} " if len(splits) > 1 else ""
             run_training(learner, examples, recipe, task=task, progress=progress)
-            results.append(judge_classifier(learner, cut(parts.test)))
+            results.append(evaluate_classifier(learner, cut(parts.test)))
     return results, kind.rate
 
 
@@ -226,14 +233,18 @@ def _report(path: Path, figures: Mapping[str, Any], result: ClassificationResult
         summary=summary,
         simulated=data["simulated"],
         sections=[
-            Section("Confusion", [Picture(confusion_figure(result.windows, result.materials), CONFUSION)]),
-            Section(
+            ReportSection(
+                "Confusion", [ReportFigure(confusion_figure(result.windows, result.materials), CONFUSION)]
+            ),
+            ReportSection(
                 "Classes and folds",
                 [
-                    Table(("class", "window accuracy", "recording accuracy", "recordings"), per_material),
-                    Table(("fold", "window accuracy", "recording accuracy"), per_fold),
+                    ReportTable(
+                        ("class", "window accuracy", "recording accuracy", "recordings"), per_material
+                    ),
+                    ReportTable(("fold", "window accuracy", "recording accuracy"), per_fold),
                 ],
             ),
-            Section("Recipe", [Text(json.dumps(figures["recipe"]))]),
+            ReportSection("Recipe", [ReportText(json.dumps(figures["recipe"]))]),
         ],
     )

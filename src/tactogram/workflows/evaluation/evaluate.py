@@ -12,18 +12,18 @@ import numpy as np
 
 from tactogram.datasets import Examples, Segment, Split, label_of, open_store, whole_photographs
 from tactogram.errors import LeakError, ParameterError, RunError
-from tactogram.evaluation.classification import ClassificationResult, judge_classifier
+from tactogram.evaluation.classification import ClassificationResult, evaluate_classifier
 from tactogram.evaluation.figures import confusion_figure, losses_figure
-from tactogram.evaluation.report import Picture, Section, Table, Text, write_report
+from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText, write_report
 from tactogram.model import Example
 from tactogram.signal.io.writable import check_writable
-from tactogram.workflows.evaluation.generator import judge_generator
-from tactogram.workflows.evaluation.pictures import judged_pictures, makes_pictures
-from tactogram.workflows.evaluation.ratings import judged_predictor
-from tactogram.workflows.evaluation.reference_models import Judging
-from tactogram.workflows.evaluation.word_images import judged_images, makes_images
-from tactogram.workflows.evaluation.word_signals import judged_by_words
-from tactogram.workflows.progress import Progress, silent
+from tactogram.workflows.evaluation.generator import evaluate_generator
+from tactogram.workflows.evaluation.pictures import evaluate_run_pictures, generates_pictures
+from tactogram.workflows.evaluation.ratings import evaluate_predictor
+from tactogram.workflows.evaluation.reference_models import EvaluationSettings
+from tactogram.workflows.evaluation.word_images import evaluate_images, generates_images
+from tactogram.workflows.evaluation.word_signals import evaluate_rated_surfaces
+from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.recognition.search import SurfaceIndex, calibration_text
 from tactogram.workflows.training.train import LoadedRun, load_run, part_examples, test_part
 
@@ -33,9 +33,9 @@ def evaluate(
     *,
     data: Path | str | None = None,
     unknown: bool = False,
-    judging: Judging | None = None,
+    judging: EvaluationSettings | None = None,
     rater: Path | str | None = None,
-    progress: Progress = silent,
+    progress: ProgressCallback = silent,
 ) -> dict[str, Any]:
     """Judge ``run`` and write ``evaluation.json`` and ``report.html`` into it.
 
@@ -62,9 +62,9 @@ def evaluate(
         ``model``, ``floor``, ``ceiling``, ``nearest_other``, ``ar_texture``, ``replay``, and what follows from them;
         with photographs also ``nearest_photo`` and ``pictures`` (`judge_pictures`), ``as_published`` where the
         publication's own figure is another; for a predictor of ratings ``per_word`` and ``mean`` as
-        `tactogram.evaluation.ratings.prediction.Predicted` gives them; for a generator by words what
+        `tactogram.evaluation.ratings.prediction.PredictedRatings` gives them; for a generator by words what
         `workflows.evaluation.word_signals.judged_by_words` or
-        `tactogram.workflows.evaluation.word_images.judged_images` gives.
+        `tactogram.workflows.evaluation.word_images.evaluate_images` gives.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def evaluate(
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     check_writable(loaded.run.folder, folder=True)
-    figures, sections = judged(
+    figures, sections = evaluate_run(
         loaded, data=data, unknown=unknown, judging=judging, rater=rater, progress=progress
     )
     facts = figures["data"]
@@ -92,29 +92,29 @@ def evaluate(
     return figures
 
 
-def judged(
+def evaluate_run(
     loaded: LoadedRun,
     *,
     data: Path | str | None = None,
     unknown: bool = False,
-    judging: Judging | None = None,
+    judging: EvaluationSettings | None = None,
     rater: Path | str | None = None,
-    progress: Progress = silent,
-) -> tuple[dict[str, Any], list[Section]]:
+    progress: ProgressCallback = silent,
+) -> tuple[dict[str, Any], list[ReportSection]]:
     """Return the figures of `evaluate` and the sections of its report, without writing either."""
     by_ratings = (
-        loaded.facts.task == "prediction" or loaded.facts.learns_from == "both" or makes_images(loaded)
+        loaded.facts.task == "prediction" or loaded.facts.learns_from == "both" or generates_images(loaded)
     )
     if by_ratings:
         _check_rated(loaded, data=data, unknown=unknown, rater=rater)
     elif rater is not None:
         raise _no_words(loaded)
     if loaded.facts.task == "prediction":
-        return judged_predictor(loaded, data=data)
+        return evaluate_predictor(loaded, data=data)
     if loaded.facts.learns_from == "both":
-        return judged_by_words(loaded, rater=rater)
-    if makes_images(loaded):
-        return judged_images(loaded, rater=rater)
+        return evaluate_rated_surfaces(loaded, rater=rater)
+    if generates_images(loaded):
+        return evaluate_images(loaded, rater=rater)
     if data is None and not unknown and (protocol := _splits_within(loaded)):
         return _judged_within(loaded, protocol, progress)
     return _judged_on_recordings(loaded, data, unknown, judging, progress)
@@ -142,8 +142,12 @@ def _no_words(loaded: LoadedRun) -> ParameterError:
 
 
 def _judged_on_recordings(
-    loaded: LoadedRun, data: Path | str | None, unknown: bool, judging: Judging | None, progress: Progress
-) -> tuple[dict[str, Any], list[Section]]:
+    loaded: LoadedRun,
+    data: Path | str | None,
+    unknown: bool,
+    judging: EvaluationSettings | None,
+    progress: ProgressCallback,
+) -> tuple[dict[str, Any], list[ReportSection]]:
     """Return the figures and sections of a classifier, or a generator, beside recordings that it did not learn from."""
     examples, described = _what(loaded, data, unknown)
     store = examples.store
@@ -174,10 +178,10 @@ def _judged_on_recordings(
                 f"{store.name}: not what {loaded.run.name} was trained on: {error}"
             ) from error
         train = _trained_on(loaded)
-        result, sections = judge_generator(loaded, known, train, judging=judging, progress=progress)
+        result, sections = evaluate_generator(loaded, known, train, judging=judging, progress=progress)
         results = result.as_dict()
-        if data is None and makes_pictures(loaded):
-            results["pictures"], more = judged_pictures(loaded, progress=progress)
+        if data is None and generates_pictures(loaded):
+            results["pictures"], more = evaluate_run_pictures(loaded, progress=progress)
             sections += more
         if hasattr(loaded.model, "as_published"):
             found, more = _as_published(loaded, known)
@@ -186,7 +190,7 @@ def _judged_on_recordings(
     else:
         results, sections = _judge_classifier(loaded, known, others, progress)
     if metrics := [m for m in loaded.run.metrics() if "loss" in m]:
-        sections.append(Section("Training", [Picture(losses_figure(metrics), "Loss over steps.")]))
+        sections.append(ReportSection("Training", [ReportFigure(losses_figure(metrics), "Loss over steps.")]))
     return figures | results, sections
 
 
@@ -201,14 +205,14 @@ def _finite(value: Any) -> Any:
 
 def _splits_within(loaded: LoadedRun) -> str:
     """Return the protocol by which a run keeps parts of what it was trained on for testing; empty if it has none."""
-    if makes_pictures(loaded):
+    if generates_pictures(loaded):
         return str(loaded.model.ends.splits_crops)
     return str(getattr(loaded.model, "splits_windows", ""))
 
 
 def _judged_within(
-    loaded: LoadedRun, protocol: str, progress: Progress
-) -> tuple[dict[str, Any], list[Section]]:
+    loaded: LoadedRun, protocol: str, progress: ProgressCallback
+) -> tuple[dict[str, Any], list[ReportSection]]:
     """Return what can be judged on other parts of what was trained on: no floor of other recordings, no baselines."""
     store, split = test_part(loaded.run)
     figures: dict[str, Any] = {
@@ -221,29 +225,33 @@ def _judged_within(
             "simulated": store.simulated,
         },
     }
-    sections: list[Section] = []
-    if makes_pictures(loaded):
-        figures["pictures"], sections = judged_pictures(loaded, progress=progress)
+    sections: list[ReportSection] = []
+    if generates_pictures(loaded):
+        figures["pictures"], sections = evaluate_run_pictures(loaded, progress=progress)
     if hasattr(loaded.model, "as_published"):
         found, more = _as_published(loaded, _trained_on(loaded))
         figures |= found
         sections += more
     if metrics := [m for m in loaded.run.metrics() if "loss" in m]:
-        sections.append(Section("Training", [Picture(losses_figure(metrics), "Loss over steps.")]))
+        sections.append(ReportSection("Training", [ReportFigure(losses_figure(metrics), "Loss over steps.")]))
     return figures, sections
 
 
-def _as_published(loaded: LoadedRun, examples: Sequence[Example]) -> tuple[dict[str, Any], list[Section]]:
+def _as_published(
+    loaded: LoadedRun, examples: Sequence[Example]
+) -> tuple[dict[str, Any], list[ReportSection]]:
     """Return ``as_published`` and its section; where these recordings allow no such figures, None and the reason."""
     try:
         found = loaded.model.as_published(examples)
     except ParameterError as error:
         why = f"Not judged as published: {error}"
-        return {"as_published": None, "as_published_missing": why}, [Section("As published", [Text(why)])]
+        return {"as_published": None, "as_published_missing": why}, [
+            ReportSection("As published", [ReportText(why)])
+        ]
     return {"as_published": found}, [_published_section(found)]
 
 
-def _published_section(found: dict[str, Any]) -> Section:
+def _published_section(found: dict[str, Any]) -> ReportSection:
     """Return the figures that a publication judges by, and what it leaves out beside them."""
     names = list(next(iter(found["per_material"].values())))
     rows = [(material, *row.values()) for material, row in found["per_material"].items()]
@@ -251,7 +259,7 @@ def _published_section(found: dict[str, Any]) -> Section:
     text = "Squared errors as published, and distances that are blind to phase. " + ", ".join(
         f"{name} {value:.4g}" for name, value in found["mean"].items() if name not in names
     )
-    return Section("As published", [Table(("material", *names), rows, text)])
+    return ReportSection("As published", [ReportTable(("material", *names), rows, text)])
 
 
 def _what(loaded: LoadedRun, data: Path | str | None, unknown: bool) -> tuple[Examples, str]:
@@ -306,10 +314,10 @@ def _trained_on(loaded: LoadedRun) -> Examples:
 
 
 def _judge_classifier(
-    loaded: LoadedRun, known: Sequence[Example], unknown: Sequence[Example], progress: Progress
-) -> tuple[dict[str, Any], list[Section]]:
+    loaded: LoadedRun, known: Sequence[Example], unknown: Sequence[Example], progress: ProgressCallback
+) -> tuple[dict[str, Any], list[ReportSection]]:
     done = iter(range(1, len(known) + 1))
-    result = judge_classifier(
+    result = evaluate_classifier(
         loaded.model, known, on_example=lambda: progress("judge", next(done), len(known))
     )
     figures, sections = result.as_dict(), [_accuracy(result)]
@@ -345,26 +353,26 @@ def _judge_rejection(
     return facts
 
 
-def _accuracy(result: ClassificationResult) -> Section:
+def _accuracy(result: ClassificationResult) -> ReportSection:
     low, high = result.recording_interval
     rows = [
         ("recordings", result.recording_accuracy, f"{low:.3f} – {high:.3f}", int(result.recordings.sum())),
         ("windows", result.window_accuracy, "–", int(result.windows.sum())),
         ("chance", 1 / len(result.materials), "–", "–"),
     ]
-    table = Table(
+    table = ReportTable(
         ("named rightly", "share", "95 % interval", "of"),
         rows,
         "Recordings are judged by the mean log probability of their windows. Interval: Wilson.",
     )
-    picture = Picture(
+    picture = ReportFigure(
         confusion_figure(result.windows, result.materials),
         "Share of the windows of each true class (row) that were answered so (column).",
     )
-    return Section("What is it?", [table, picture])
+    return ReportSection("What is it?", [table, picture])
 
 
-def _rejection(facts: dict[str, Any]) -> Section:
+def _rejection(facts: dict[str, Any]) -> ReportSection:
     rows = [
         ("recordings of known materials that pass", facts["known_kept"], facts["known"]),
         ("recordings of unknown materials that are refused", facts["unknown_rejected"], facts["unknown"]),
@@ -374,4 +382,4 @@ def _rejection(facts: dict[str, Any]) -> Section:
         f"Farther than {facts['threshold']:.3g} (cosine distance) from everything known is “none of these”. "
         + calibration_text(facts["calibrated_on"])
     )
-    return Section("None of these", [Text(text), Table(("", "share", "of"), rows)])
+    return ReportSection("None of these", [ReportText(text), ReportTable(("", "share", "of"), rows)])

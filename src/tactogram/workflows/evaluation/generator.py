@@ -12,10 +12,10 @@ from tactogram import models
 from tactogram.datasets import Examples
 from tactogram.errors import ParameterError
 from tactogram.evaluation.generation.comparison import MODEL, GenerationResult
-from tactogram.evaluation.generation.protocol import judge
+from tactogram.evaluation.generation.protocol import evaluate_generation
 from tactogram.evaluation.generation.report import generation_sections
-from tactogram.evaluation.generation.segments import Pieces, plan_pieces
-from tactogram.evaluation.report import Section
+from tactogram.evaluation.generation.segments import PiecePlan, plan_pieces
+from tactogram.evaluation.report import ReportSection
 from tactogram.model import Example, Generator
 from tactogram.signal import Signal
 from tactogram.signal.filters import resample
@@ -26,25 +26,25 @@ from tactogram.workflows.evaluation.reference_models import (
     HOLDING_RECORDINGS,
     JUDGED_SPEED_MM_S,
     NEAREST_PHOTO,
-    Bench,
-    Judging,
+    EvaluationSettings,
+    ReferenceModels,
     classifier_of,
     felt,
-    felt_kind,
-    in_time,
+    kind_in_time,
+    tactile_kind,
 )
-from tactogram.workflows.progress import Progress, silent
+from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.train import LoadedRun
 
 
-def judge_generator(
+def evaluate_generator(
     loaded: LoadedRun,
     known: Sequence[Example],
     train: Examples,
     *,
-    judging: Judging | None = None,
-    progress: Progress = silent,
-) -> tuple[GenerationResult, list[Section]]:
+    judging: EvaluationSettings | None = None,
+    progress: ProgressCallback = silent,
+) -> tuple[GenerationResult, list[ReportSection]]:
     """Return what the protocol of `tactogram.evaluation.generation.protocol` finds of ``loaded``, and its report.
 
     Parameters
@@ -64,7 +64,7 @@ def judge_generator(
     ParameterError
         If the generator cannot be asked for these materials.
     """
-    judging = judging or Judging()
+    judging = judging or EvaluationSettings()
     if loaded.facts.gives != "signal" or not isinstance(loaded.model, Generator):
         raise ParameterError(f"{loaded.facts.name} gives no signals: there is nothing to judge them by")
     notes: list[str] = []
@@ -78,19 +78,21 @@ def judge_generator(
     pieces = plan_pieces(beside, test, longest_s=judging.longest_s, most=judging.most)
     if loaded.kind.domain != "time":
         notes.append(f"Signals over displacement were judged as met at {JUDGED_SPEED_MM_S:g} mm/s.")
-    rate = felt_kind(loaded.kind).rate
-    if rate < in_time(loaded.kind).rate:
+    rate = tactile_kind(loaded.kind).rate
+    if rate < kind_in_time(loaded.kind).rate:
         notes.append(f"Everything was judged at {FELT_RATE:g} Hz, which holds what is felt.")
-    bench = Bench(loaded, train, judging, progress)
+    bench = ReferenceModels(loaded, train, judging, progress)
     classifier = classifier_of(bench, pieces, notes)
     sets: dict[str, Mapping[str, list[Signal]]] = {}
     generators = _generators(loaded, bench)
     for name, (facts, generator) in generators.items():
         same = [other for other in sets if generators[other][1] is generator]
-        asking = _Asking(name, facts, generator, generators.get(NEAREST_PHOTO), rate, judging.seed, notes)
+        asking = _ConditionedGenerator(
+            name, facts, generator, generators.get(NEAREST_PHOTO), rate, judging.seed, notes
+        )
         sets[name] = sets[same[0]] if same else _generated(asking, known, beside, pieces, progress)
     with threadpool_limits(1):
-        result = judge(
+        result = evaluate_generation(
             sets,
             train=trained,
             test=test,
@@ -126,7 +128,7 @@ def _apart(
     )
 
 
-def _generators(loaded: LoadedRun, bench: Bench) -> dict[str, tuple[models.ModelFacts, Any]]:
+def _generators(loaded: LoadedRun, bench: ReferenceModels) -> dict[str, tuple[models.ModelInfo, Any]]:
     """Return the model and the baselines it is held against, trained."""
     names = (*BASELINES, NEAREST_PHOTO) if "image" in loaded.facts.needs else BASELINES
     found = {MODEL: (loaded.facts, loaded.model)}
@@ -145,13 +147,13 @@ def _by_material(examples: Sequence[Example]) -> dict[str, list[Signal]]:
 
 
 @dataclass(frozen=True)
-class _Asking:
+class _ConditionedGenerator:
     """A generator, and how it is asked for what recordings were made of."""
 
     name: str
-    facts: models.ModelFacts
+    facts: models.ModelInfo
     generator: Any
-    nearest: tuple[models.ModelFacts, Any] | None
+    nearest: tuple[models.ModelInfo, Any] | None
     rate: float
     seed: int
     notes: list[str]
@@ -215,11 +217,11 @@ class _Asking:
 
 
 def _generated(
-    asking: _Asking,
+    asking: _ConditionedGenerator,
     known: Sequence[Example],
     beside: Mapping[str, Sequence[Signal]],
-    pieces: Pieces,
-    progress: Progress,
+    pieces: PiecePlan,
+    progress: ProgressCallback,
 ) -> dict[str, list[Signal]]:
     """Return signals of each material under the conditions of the recordings it is judged by."""
     asked: dict[str, list[Example]] = {}

@@ -12,8 +12,8 @@ import numpy as np
 
 from tactogram.datasets import Examples, Segment, label_of
 from tactogram.errors import ParameterError, RunError
-from tactogram.evaluation.mixing.ladder import MODES, Mixes, Mode
-from tactogram.evaluation.mixing.placement import EndsAlikeError, MixingLadder, positions
+from tactogram.evaluation.mixing.ladder import MODES, MixSeries, Mode
+from tactogram.evaluation.mixing.placement import IndistinctEndsError, MixingLadder, positions
 from tactogram.evaluation.report import save_figure
 from tactogram.model import Condition
 from tactogram.signal import Signal
@@ -22,8 +22,8 @@ from tactogram.signal.io.atomic import write_text
 from tactogram.signal.io.writable import check_writable
 from tactogram.training.seeds import child_seed
 from tactogram.workflows.generation.generate import generate
-from tactogram.workflows.generation.word_scores import goes_by_words
-from tactogram.workflows.progress import Progress, silent
+from tactogram.workflows.generation.word_scores import conditions_on_words
+from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.train import LoadedRun, load_run, test_part
 
 
@@ -38,8 +38,8 @@ def mix_ladder(
     seconds: float | None = None,
     seed: int = 0,
     condition: Condition | None = None,
-    progress: Progress = silent,
-) -> Mixes:
+    progress: ProgressCallback = silent,
+) -> MixSeries:
     """Generate a ladder of mixes and measure it, without writing anything.
 
     Parameters
@@ -66,7 +66,7 @@ def mix_ladder(
         If the materials are the same, unknown or cannot be told apart, or a number makes no sense.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
-    if goes_by_words(loaded):
+    if conditions_on_words(loaded):
         raise ParameterError(f"{loaded.run.name}: mixes are of materials; {loaded.facts.name} goes by words")
     if mode not in MODES:
         raise ParameterError(f"mode must be one of {', '.join(MODES)}, got {mode!r}")
@@ -103,7 +103,7 @@ def mix_ladder(
         real = [recorded(loaded, name) for name in (start, end)]
     except RunError:  # the recordings are not here: the run was imported, or its data moved
         real = [[], []]
-    return Mixes(
+    return MixSeries(
         start=start,
         end=end,
         mode=mode,
@@ -128,7 +128,7 @@ def mixing_ladder(
     condition: Condition | None = None,
     out: Path | None = None,
     reuse: bool = False,
-    progress: Progress = silent,
+    progress: ProgressCallback = silent,
 ) -> dict[str, Any]:
     """Make a ladder with `mix_ladder` and write ``ladder.png``, the steps as WAV and ``ladder.json`` to ``out``.
 
@@ -224,7 +224,7 @@ def _if_apart(
         return None
     try:
         return positions(made, start, end, **options)
-    except EndsAlikeError:
+    except IndistinctEndsError:
         return None
 
 

@@ -15,14 +15,14 @@ from torch import Tensor
 from tactogram.datasets import Examples
 from tactogram.errors import ParameterError
 from tactogram.evaluation.pictures.attention_maps import attention_maps
-from tactogram.evaluation.pictures.distances import MEASURES, PictureJudge, PictureWeights
+from tactogram.evaluation.pictures.distances import MEASURES, PictureEvaluator, PictureWeights
 from tactogram.evaluation.pictures.figures import PictureCase, failures_figure, pictures_figure
-from tactogram.evaluation.pictures.inversion import Loss, inversion_loss, mean_loss
-from tactogram.evaluation.report import Picture, Section, Table, save_figure
+from tactogram.evaluation.pictures.inversion import InversionLoss, inversion_loss, mean_loss
+from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, save_figure
 from tactogram.features.pair_leak import pair_leak
 from tactogram.features.photo_pairs import WeakPairs
 from tactogram.training.seeds import torch_seeded
-from tactogram.workflows.progress import Progress, silent
+from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.train import LoadedRun, load_run, part_examples, test_part
 
 MOST_PAIRS = 256
@@ -34,17 +34,17 @@ MOST_SHOWN = 9
 BATCH = 32
 
 
-def makes_pictures(loaded: LoadedRun) -> bool:
+def generates_pictures(loaded: LoadedRun) -> bool:
     """Whether a run turns photographs into spectrogram pictures."""
     return hasattr(loaded.model, "ends") and hasattr(loaded.model, "make")
 
 
-def judge_pictures(
+def evaluate_pictures(
     run: Path | str | LoadedRun,
     *,
     weights: PictureWeights | None = None,
     most: int = MOST_PAIRS,
-    progress: Progress = silent,
+    progress: ProgressCallback = silent,
 ) -> dict[str, Any]:
     """Return how far the pictures of ``run`` are from those of recordings that it was not trained on.
 
@@ -62,7 +62,8 @@ def judge_pictures(
     dict
         What `PictureJudgement.as_dict` gives; ``per_material`` the log-spectral distance of each; ``label_accuracy``
         where the model names surfaces; ``leak``, what of the test part was trained on (`PairLeak`); ``inversion``,
-        whose the loss of the inverted signals is (`Loss`, with ``network`` and ``share_of_inversion``); ``split`` and
+        whose the loss of the inverted signals is (`InversionLoss`, with ``network`` and ``share_of_inversion``);
+        ``split`` and
         ``simulated``.
 
     Raises
@@ -74,30 +75,30 @@ def judge_pictures(
     return _judged(loaded, weights, most, progress)[0]
 
 
-def judged_pictures(
+def evaluate_run_pictures(
     run: Path | str | LoadedRun,
     *,
     weights: PictureWeights | None = None,
     most: int = MOST_PAIRS,
-    progress: Progress = silent,
-) -> tuple[dict[str, Any], list[Section]]:
-    """Return the figures of `judge_pictures` and the sections of a report on them."""
+    progress: ProgressCallback = silent,
+) -> tuple[dict[str, Any], list[ReportSection]]:
+    """Return the figures of `evaluate_pictures` and the sections of a report on them."""
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     found, pairs, losses = _judged(loaded, weights, most, progress)
     return found, _sections(loaded, found, pairs, losses)
 
 
 def _judged(
-    loaded: LoadedRun, weights: PictureWeights | None, most: int, progress: Progress
-) -> tuple[dict[str, Any], _Pairs, dict[str, Loss]]:
-    if not makes_pictures(loaded):
+    loaded: LoadedRun, weights: PictureWeights | None, most: int, progress: ProgressCallback
+) -> tuple[dict[str, Any], _PicturePairs, dict[str, InversionLoss]]:
+    if not generates_pictures(loaded):
         raise ParameterError(f"{loaded.facts.name} makes no spectrogram pictures of photographs")
     picture = loaded.model.ends.picture
     train, test = _parts(loaded)
     tested = _tested(loaded, test)
     pairs = _pairs(loaded, tested, most, progress)
-    found = PictureJudge(picture, weights=weights or PictureWeights())(pairs.real, pairs.made).as_dict()
-    plain = PictureJudge(picture, networks=False)
+    found = PictureEvaluator(picture, weights=weights or PictureWeights())(pairs.real, pairs.made).as_dict()
+    plain = PictureEvaluator(picture, networks=False)
     found["per_material"] = {
         name: plain(pairs.real[places], pairs.made[places]).values["log_spectral_distance_db"]
         for name, places in pairs.by_material().items()
@@ -117,7 +118,7 @@ def _judged(
 
 
 @dataclass(frozen=True, eq=False)
-class _Pairs:
+class _PicturePairs:
     """Photographs (pair, 1, row, column), the pictures of their pairs and those made of them, and the materials."""
 
     photo: Tensor
@@ -154,7 +155,7 @@ def _tested(loaded: LoadedRun, test: Examples) -> WeakPairs:
     return pairs
 
 
-def _pairs(loaded: LoadedRun, pairs: WeakPairs, most: int, progress: Progress) -> _Pairs:
+def _pairs(loaded: LoadedRun, pairs: WeakPairs, most: int, progress: ProgressCallback) -> _PicturePairs:
     model = loaded.model
     places = np.unique(np.linspace(0, len(pairs) - 1, min(len(pairs), most)).round().astype(int))
     batches, made, named = [], [], []
@@ -167,7 +168,7 @@ def _pairs(loaded: LoadedRun, pairs: WeakPairs, most: int, progress: Progress) -
                 named.append(model.predictor.probabilities(batch.photo).argmax(1).cpu() == batch.label)
             progress("make pictures", begin + len(batch), len(places))
     sources = [pairs.photo_sources[crop // pairs.crops.per_photo] for crop in pairs.pairs[places, 0]]
-    return _Pairs(
+    return _PicturePairs(
         torch.cat([batch.photo for batch in batches]),
         torch.cat([batch.picture for batch in batches]),
         torch.cat(made),
@@ -177,8 +178,8 @@ def _pairs(loaded: LoadedRun, pairs: WeakPairs, most: int, progress: Progress) -
 
 
 def _inversion(
-    loaded: LoadedRun, pairs: _Pairs, train: Examples, test: Examples, progress: Progress
-) -> dict[str, Loss]:
+    loaded: LoadedRun, pairs: _PicturePairs, train: Examples, test: Examples, progress: ProgressCallback
+) -> dict[str, InversionLoss]:
     """Return the loss of the inverted signals, the mean over materials."""
     picture, places = loaded.model.ends.picture, pairs.by_material()
     held: dict[str, list[list[Any]]] = {name: [[], []] for name in places}
@@ -202,7 +203,7 @@ def compare_pictures(
     out: Path,
     *,
     attention: Sequence[str] = (),
-    progress: Progress = silent,
+    progress: ProgressCallback = silent,
 ) -> Path:
     """Draw what several runs make of the same photographs, a row per material, beside a recording: Figures 3 and 4.
 
@@ -220,7 +221,7 @@ def compare_pictures(
     ParameterError
         If the runs were not tested on the same pairs.
     """
-    columns: dict[str, _Pairs] = {}
+    columns: dict[str, _PicturePairs] = {}
     maps: dict[str, Tensor] = {}
     picture = None
     for name, run in runs.items():
@@ -257,20 +258,20 @@ def compare_pictures(
 
 
 def _sections(
-    loaded: LoadedRun, found: dict[str, Any], pairs: _Pairs, losses: dict[str, Loss]
-) -> list[Section]:
+    loaded: LoadedRun, found: dict[str, Any], pairs: _PicturePairs, losses: dict[str, InversionLoss]
+) -> list[ReportSection]:
     rows = [
         (MEASURES[name][0] if name in MEASURES else name, value, MEASURES.get(name, ("", "–"))[1])
         for name, value in found["values"].items()
     ]
     caption = f"{found['pictures']} pairs of the test part. {found['protocol']}."
     missing = "".join(f" {name} is missing: {why}." for name, why in found["missing"].items())
-    blocks: list[Any] = [Table(("measure", "value", "better"), rows, caption + missing)]
+    blocks: list[Any] = [ReportTable(("measure", "value", "better"), rows, caption + missing)]
     cases = _cases(loaded, pairs)
     picture = loaded.model.ends.picture
     first = [places[0] for places in pairs.by_material().values()][:MOST_SHOWN]
     blocks.append(
-        Picture(
+        ReportFigure(
             pictures_figure([cases(place, attention=True) for place in first], picture),
             "A crop of a photograph of the test part, the picture of a recording of the same material (a weak pair: it "
             "is not of the same place), the picture made, and where the last layer was active (Grad-CAM).",
@@ -278,7 +279,7 @@ def _sections(
     )
     errors = (pairs.real - pairs.made).abs().mean(dim=(1, 2, 3)).tolist()
     blocks.append(
-        Picture(
+        ReportFigure(
             failures_figure(
                 [cases(place) for place in range(len(errors))], errors, picture, measure="mean absolute error"
             ),
@@ -287,7 +288,7 @@ def _sections(
     )
     leak = found["leak"]
     blocks.append(
-        Table(
+        ReportTable(
             ("of what was tested", "photographs", "recordings"),
             [
                 (what, leak[f"photo_{key}"], leak[f"recording_{key}"])
@@ -300,10 +301,10 @@ def _sections(
             f"What the protocol, {leak['protocol']}, lets pass from training to test; shares of the tested crops.",
         )
     )
-    sections = [Section("Pictures", blocks)]
+    sections = [ReportSection("Pictures", blocks)]
     if losses:
         lost = [(name, loss.floor, loss.inversion, loss.total, loss.network) for name, loss in losses.items()]
-        table = Table(
+        table = ReportTable(
             (
                 "measure",
                 "other recordings",
@@ -315,11 +316,11 @@ def _sections(
             "Mean over materials, lower is better. Whose the loss is: recordings made to pictures and back pay for "
             "phase and resizing alone; what generated pictures add is the network's.",
         )
-        sections.append(Section("From pictures back to vibration", [table]))
+        sections.append(ReportSection("From pictures back to vibration", [table]))
     return sections
 
 
-def _cases(loaded: LoadedRun, pairs: _Pairs) -> Any:
+def _cases(loaded: LoadedRun, pairs: _PicturePairs) -> Any:
     model = loaded.model
     given = getattr(model, "given", lambda photo: ())
 

@@ -15,19 +15,26 @@ from tactogram import models
 from tactogram.datasets import Ratings, open_store
 from tactogram.errors import ParameterError
 from tactogram.evaluation.ratings.figures import prediction_figure
-from tactogram.evaluation.ratings.prediction import Predicted
-from tactogram.evaluation.report import Picture, Section, Table, Text, save_figure, write_report
-from tactogram.model import Example, ImageExample, Kind, Predictor, Rated
+from tactogram.evaluation.ratings.prediction import PredictedRatings
+from tactogram.evaluation.report import (
+    ReportFigure,
+    ReportSection,
+    ReportTable,
+    ReportText,
+    save_figure,
+    write_report,
+)
+from tactogram.model import Example, ImageExample, ItemRatings, Kind, Predictor
 from tactogram.recipe import Recipe, run_id
 from tactogram.signal.io.atomic import write_text
 from tactogram.signal.io.writable import check_writable
 from tactogram.training.device import make_fabric
-from tactogram.workflows.progress import Progress, silent
+from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.plan import select
-from tactogram.workflows.training.rated_examples import RatedData
+from tactogram.workflows.training.rated_examples import RatingData
 from tactogram.workflows.training.train import run_training
 
-KeptApart = Literal["item", "rater", "both"]
+HeldOut = Literal["item", "rater", "both"]
 ITEM_NAMES = ("item", "recording", "material")
 """What ``--by`` may be called where items are kept apart: all of a rated item's recordings go together."""
 COLUMNS = {
@@ -58,7 +65,7 @@ def crossval_ratings(
     out: Path | str | None = None,
     accelerator: str = "auto",
     model_folders: Sequence[Path] = (),
-    progress: Progress = silent,
+    progress: ProgressCallback = silent,
 ) -> dict[str, Any]:
     """Train and judge a predictor once per fold and return its errors beside what they are to be held against.
 
@@ -78,7 +85,8 @@ def crossval_ratings(
     Returns
     -------
     dict
-        ``per_word`` and ``mean`` as `Predicted.as_dict` gives them, in points of the scale, with the split, recipe and
+        ``per_word`` and ``mean`` as `PredictedRatings.as_dict` gives them, in points of the scale, with the split,
+        recipe and
         data that they are of, ``folds``, ``repeats``, ``items`` and ``raters``.
 
     Raises
@@ -104,7 +112,7 @@ def crossval_ratings(
     folder = Path(out) if out else Path("runs") / f"crossval-{model}-{Path(recipe).stem}-{identity}"
     check_writable(folder, folder=True)
 
-    rated = RatedData(store, facts.learns_from)
+    rated = RatingData(store, facts.learns_from)
     index = select(store.index, where) if len(store) else []
     split = rated.split(index, chosen.prepare, split="all", by="recording", seed=chosen.seed)
     examples = list(rated.examples(split, "train", chosen.prepare))  # prepared once, for all folds
@@ -137,7 +145,7 @@ def crossval_ratings(
 class _Trainer:
     """Trains a predictor anew on whatever is known in a part."""
 
-    facts: models.ModelFacts
+    facts: models.ModelInfo
     config: Any
     kind: Kind
     recipe: Recipe
@@ -157,15 +165,15 @@ class _Trainer:
         return learner
 
 
-def _kept_apart(by: str) -> KeptApart:
+def _kept_apart(by: str) -> HeldOut:
     kept = "item" if by in ITEM_NAMES else by
-    if kept not in get_args(KeptApart):
+    if kept not in get_args(HeldOut):
         raise ParameterError(f"--by must be item, rater or both for a predictor of ratings, got {by!r}")
-    return cast(KeptApart, kept)
+    return cast(HeldOut, kept)
 
 
 def _all_parts(
-    kept: KeptApart, items: Sequence[str], people: Sequence[str], folds: int, *, repeats: int, seed: int
+    kept: HeldOut, items: Sequence[str], people: Sequence[str], folds: int, *, repeats: int, seed: int
 ) -> list[Part]:
     """Return what is kept apart in each fold of each repetition."""
     if kept != "rater" and len(items) < folds:
@@ -184,9 +192,9 @@ def _predicted(
     examples: Sequence[Rateable],
     ratings: Ratings,
     parts: Sequence[Part],
-    kept: KeptApart,
-    progress: Progress,
-) -> Predicted:
+    kept: HeldOut,
+    progress: ProgressCallback,
+) -> PredictedRatings:
     """Return what was predicted of each part by what the rest trained.
 
     A repetition is a row; where raters are kept apart each part is one, for all items are predicted in each.
@@ -203,21 +211,25 @@ def _predicted(
         judged = sorted(unseen_items or items)
         at = [place[item] for item in judged]
         judges = ratings.select(raters=sorted(unseen_people)) if unseen_people else ratings
-        scores[row, at] = said_of(learner, examples, judged)
+        scores[row, at] = predicted_scores(learner, examples, judged)
         truth[row, at] = _rows(judges, judged)
         means = {str(e.item): e.rated.means for e in known if e.rated is not None}
         constant[row, at] = ratings.scale.from_unit(np.nanmean(np.array(list(means.values())), axis=0))
-    return Predicted(ratings.words, items, scores, constant, truth, ratings.cube)
+    return PredictedRatings(ratings.words, items, scores, constant, truth, ratings.cube)
 
 
-def words_table(figures: Mapping[str, Any], *, caption: str = "") -> Table:
-    """Return the table of words that `Predicted.as_dict` gave."""
+def words_table(figures: Mapping[str, Any], *, caption: str = "") -> ReportTable:
+    """Return the table of words that `PredictedRatings.as_dict` gave."""
     rows = [(word, *(row[c] for c in COLUMNS)) for word, row in figures["per_word"].items()]
     rows.append(("mean", *(figures["mean"][c] for c in COLUMNS)))
-    return Table(("word", *COLUMNS.values()), rows, caption or "Mean absolute errors, points of the scale.")
+    return ReportTable(
+        ("word", *COLUMNS.values()), rows, caption or "Mean absolute errors, points of the scale."
+    )
 
 
-def said_of(learner: Predictor, examples: Sequence[Rateable], items: Sequence[str]) -> NDArray[np.float64]:
+def predicted_scores(
+    learner: Predictor, examples: Sequence[Rateable], items: Sequence[str]
+) -> NDArray[np.float64]:
     """Return the scores predicted of each of ``items``, the mean over its examples, shape (item, word)."""
     found: dict[str, list[list[float]]] = {item: [] for item in items}
     for example in examples:
@@ -228,7 +240,7 @@ def said_of(learner: Predictor, examples: Sequence[Rateable], items: Sequence[st
 
 
 def _parts(
-    kept: KeptApart, items: Sequence[str], people: Sequence[str], folds: int, rng: np.random.Generator
+    kept: HeldOut, items: Sequence[str], people: Sequence[str], folds: int, rng: np.random.Generator
 ) -> list[tuple[frozenset[str], frozenset[str]]]:
     """Return what is kept apart in each fold: items (empty: none) and raters (empty: none)."""
 
@@ -252,7 +264,7 @@ def _known(examples: Sequence[Rateable], items: frozenset[str], people: frozense
         said = example.rated
         who = [n for n, name in enumerate(said.raters) if name not in people] if said is not None else []
         if said is not None and who:
-            some = Rated(said.words, tuple(said.raters[n] for n in who), said.scores[who])
+            some = ItemRatings(said.words, tuple(said.raters[n] for n in who), said.scores[who])
             found.append(replace(example, rated=some))
     return found
 
@@ -264,7 +276,7 @@ def _rows(ratings: Ratings, items: Sequence[str]) -> NDArray[np.float64]:
     return np.array([ratings.means[places[item]] if item in places else nothing for item in items])
 
 
-def _described(kept: KeptApart, folds: int, repeats: int) -> str:
+def _described(kept: HeldOut, folds: int, repeats: int) -> str:
     again = f", drawn {repeats} times" if repeats > 1 else ""
     if kept == "item":
         return (
@@ -278,7 +290,7 @@ def _described(kept: KeptApart, folds: int, repeats: int) -> str:
     return f"{folds} folds by item and rater at once{again}: unseen items, judged by unseen raters"
 
 
-def _report(path: Path, found: Predicted, figures: Mapping[str, Any]) -> Path:
+def _report(path: Path, found: PredictedRatings, figures: Mapping[str, Any]) -> Path:
     mean, data = figures["mean"], figures["data"]
     human = (
         "There is one score per item and word: how well people agree cannot be told."
@@ -295,16 +307,16 @@ def _report(path: Path, found: Predicted, figures: Mapping[str, Any]) -> Path:
         ),
         simulated=data["simulated"],
         sections=[
-            Section(
+            ReportSection(
                 "Words",
                 [
                     words_table(figures),
-                    Picture(
+                    ReportFigure(
                         prediction_figure(found, figures),
                         "Bars: standard deviation over repetitions. Right: each dot an item and word.",
                     ),
                 ],
             ),
-            Section("Recipe", [Text(json.dumps(figures["recipe"]))]),
+            ReportSection("Recipe", [ReportText(json.dumps(figures["recipe"]))]),
         ],
     )

@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 from tactogram.datasets import Ratings, Scale, Split, Store, item_of, open_store
 from tactogram.errors import LeakError, ParameterError
 from tactogram.evaluation.ratings.figures import prediction_figure
-from tactogram.evaluation.ratings.prediction import Predicted
+from tactogram.evaluation.ratings.prediction import PredictedRatings
 from tactogram.evaluation.ratings.reproduction import constant_error, reproduction
-from tactogram.evaluation.report import Picture, Section, save_figure
+from tactogram.evaluation.report import ReportFigure, ReportSection, save_figure
 from tactogram.model import Predictor
 from tactogram.signal import Image, Signal
 from tactogram.signal.io.atomic import write_text
 from tactogram.statistics.figures import error_figure
-from tactogram.workflows.evaluation.rating_crossval import Rateable, said_of, words_table
-from tactogram.workflows.training.rated_examples import RatedData
+from tactogram.workflows.evaluation.rating_crossval import Rateable, predicted_scores, words_table
+from tactogram.workflows.training.rated_examples import RatingData
 from tactogram.workflows.training.train import LoadedRun, load_run, test_part
 
 Floats = NDArray[np.float64]
@@ -29,9 +29,9 @@ MODEL = "rater model"
 """What a rater model is called where a rater has a name."""
 
 
-def judged_predictor(
+def evaluate_predictor(
     loaded: LoadedRun, *, data: Path | str | None = None
-) -> tuple[dict[str, Any], list[Section]]:
+) -> tuple[dict[str, Any], list[ReportSection]]:
     """Return how well a predictor scores items that it was not trained on, beside a constant guess and people.
 
     Parameters
@@ -43,7 +43,7 @@ def judged_predictor(
     Returns
     -------
     dict and list of Section
-        ``data``, and what `Predicted.as_dict` gives: ``per_word`` and ``mean``.
+        ``data``, and what `PredictedRatings.as_dict` gives: ``per_word`` and ``mean``.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def judged_predictor(
         If there is nothing to judge on, or it was rated in other words or on another scale.
     """
     store, split, described = _what(loaded, data)
-    rated = RatedData(store, loaded.facts.learns_from)
+    rated = RatingData(store, loaded.facts.learns_from)
     ratings = rated.ratings
     kind = loaded.any_kind
     if ratings.words != kind.words or (ratings.scale.low, ratings.scale.high) != kind.scale:
@@ -69,10 +69,10 @@ def judged_predictor(
     held = ratings.select(items=items)
     guess = _trained_mean(loaded)
     shape = (1, *held.means.shape)
-    found = Predicted(
+    found = PredictedRatings(
         ratings.words,
         items,
-        said_of(loaded.model, examples, items)[None],
+        predicted_scores(loaded.model, examples, items)[None],
         np.broadcast_to(guess, shape),
         held.means[None],
         held.cube,
@@ -90,8 +90,8 @@ def judged_predictor(
         },
     }
     caption = "Mean absolute errors, points of the scale. " + ("Simulated raters." if store.simulated else "")
-    picture = Picture(prediction_figure(found, figures), "Right: each dot an item and word.")
-    return facts | figures, [Section("Words", [words_table(figures, caption=caption), picture])]
+    picture = ReportFigure(prediction_figure(found, figures), "Right: each dot an item and word.")
+    return facts | figures, [ReportSection("Words", [words_table(figures, caption=caption), picture])]
 
 
 def predicted_ratings(run: Path | str | LoadedRun, given: Mapping[str, Signal | Image]) -> Ratings:
@@ -120,7 +120,7 @@ def predicted_ratings(run: Path | str | LoadedRun, given: Mapping[str, Signal | 
     )
 
 
-def judge_reproduction(
+def evaluate_reproduction(
     ratings: Ratings,
     targets: Mapping[str, Sequence[float]],
     *,
@@ -191,7 +191,7 @@ def _what(loaded: LoadedRun, data: Path | str | None) -> tuple[Store, Split, str
         store, split = test_part(loaded.run)
         return store, split, "kept apart"
     store = open_store(data)
-    rated = RatedData(store, loaded.facts.learns_from)
+    rated = RatingData(store, loaded.facts.learns_from)
     whole = rated.split(
         store.index if len(store) else [], loaded.recipe.prepare, split="all", by="recording", seed=0
     )
@@ -213,7 +213,7 @@ def _what(loaded: LoadedRun, data: Path | str | None) -> tuple[Store, Split, str
 def _trained_mean(loaded: LoadedRun) -> Floats:
     """Return the mean scores over the items that a run was trained on, shape (word,)."""
     store, split = test_part(loaded.run)
-    rated = RatedData(store, loaded.facts.learns_from)
+    rated = RatingData(store, loaded.facts.learns_from)
     items = {str(item_of(store.info(segment.id))) for segment in split.train}
     if rated.of_images:
         keys = {region.key for region in split.photographs["train"]}

@@ -16,14 +16,14 @@ from threadpoolctl import threadpool_limits
 from tactogram import models
 from tactogram.datasets import Examples
 from tactogram.errors import ParameterError, RunError
-from tactogram.evaluation.generation.segments import LONGEST_S, MOST_PIECES, Pieces
+from tactogram.evaluation.generation.segments import LONGEST_S, MOST_PIECES, PiecePlan
 from tactogram.model import Example, Learner, SignalKind
 from tactogram.recipe import Recipe
 from tactogram.signal import Signal
 from tactogram.signal.displacement import played
 from tactogram.signal.filters import resample
 from tactogram.training.checkpoint import load_state, save_state
-from tactogram.workflows.progress import Progress
+from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.train import LoadedRun, run_training
 
 BASELINES = ("ar_texture", "replay")
@@ -42,7 +42,7 @@ SMALLEST_WINDOW = 8
 """Samples; the largest as in the quick recipe of stroke_cnn, the smallest what its poolings leave something of."""
 
 
-class Judging(BaseModel):
+class EvaluationSettings(BaseModel):
     """How much is spent on judging."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -79,31 +79,33 @@ def felt(signal: Signal) -> Signal:
     return resample(signal, FELT_RATE) if signal.rate > FELT_RATE else signal
 
 
-def in_time(kind: SignalKind) -> SignalKind:
+def kind_in_time(kind: SignalKind) -> SignalKind:
     """Return the kind of what is met at `JUDGED_SPEED_MM_S` where ``kind`` is over displacement."""
     return kind if kind.domain == "time" else replace(kind, rate=kind.rate * JUDGED_SPEED_MM_S, domain="time")
 
 
-def felt_kind(kind: SignalKind) -> SignalKind:
+def tactile_kind(kind: SignalKind) -> SignalKind:
     """Return the kind of what `_felt` gives."""
-    kind = in_time(kind)
+    kind = kind_in_time(kind)
     return replace(kind, rate=min(kind.rate, FELT_RATE))
 
 
-class Bench:
+class ReferenceModels:
     """Trains models on what the run was trained on; keeps them in the run, named by all that decides them."""
 
-    def __init__(self, loaded: LoadedRun, train: Examples, judging: Judging, progress: Progress) -> None:
+    def __init__(
+        self, loaded: LoadedRun, train: Examples, judging: EvaluationSettings, progress: ProgressCallback
+    ) -> None:
         self.loaded, self.train, self.judging, self.progress = loaded, train, judging, progress
 
     def baseline(self, name: str) -> Learner:
         """Return a trained baseline, as its quick recipe configures it."""
         config = Recipe.load(models.find(name).recipe("quick")).config
-        kind = in_time(self.loaded.kind)
+        kind = kind_in_time(self.loaded.kind)
         examples: Sequence[Example] = self.train
         if kind != self.loaded.kind:
             examples = [replace(e, signal=felt(e.signal)) for e in self.train]
-            kind = felt_kind(kind)
+            kind = tactile_kind(kind)
         return self.trained(name, config, examples, kind, keep=name not in HOLDING_RECORDINGS)
 
     def trained(
@@ -153,10 +155,10 @@ class Bench:
         return self.loaded.run.folder / JUDGES / f"{name}-{digest}.safetensors"
 
 
-def classifier_of(bench: Bench, pieces: Pieces, notes: list[str]) -> Any | None:
+def classifier_of(bench: ReferenceModels, pieces: PiecePlan, notes: list[str]) -> Any | None:
     """Return a stroke_cnn of the training part, or None, and a note, where there can be none."""
     kind, judging = bench.loaded.kind, bench.judging
-    kind = felt_kind(kind)
+    kind = tactile_kind(kind)
     shortest = int(pieces.seconds * kind.rate)
     if len(kind.materials) < 2:
         notes.append("No classifier, and no measures in its embedding: there is one material.")

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.pictures.image_figures import GeneratedRow, generated_figure
-from tactogram.evaluation.ratings.label_following import following
-from tactogram.evaluation.report import Picture, Section, Table, Text
+from tactogram.evaluation.pictures.image_figures import GeneratorRow, generated_figure
+from tactogram.evaluation.ratings.label_following import label_fidelity
+from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText
 from tactogram.model import ImageKind, Predictor
 from tactogram.signal import Image
-from tactogram.workflows.training.rated_examples import RatedData
+from tactogram.workflows.training.rated_examples import RatingData
 from tactogram.workflows.training.train import LoadedRun, load_run, test_part
 
 LABELS, DRAWS = 12, 8
@@ -22,19 +22,19 @@ LABELS, DRAWS = 12, 8
 SHOWN = 2
 """Noises that the figure shows, as Fig. 4 of Hatori et al. 2025."""
 FEWEST = 3
-"""Labels of images kept apart, below which those of training images are taken: `following` needs as many."""
+"""Labels of images kept apart, below which those of training images are taken: `label_fidelity` needs as many."""
 
 Array = NDArray[np.float64]
 
 
-def makes_images(loaded: LoadedRun) -> bool:
+def generates_images(loaded: LoadedRun) -> bool:
     """Say whether a run draws images from words."""
     return loaded.facts.task == "generation" and loaded.facts.gives == "image"
 
 
-def judged_images(
+def evaluate_images(
     loaded: LoadedRun, *, rater: Path | str | LoadedRun | None = None
-) -> tuple[dict[str, Any], list[Section]]:
+) -> tuple[dict[str, Any], list[ReportSection]]:
     """Return what a run's images differ by, and with a rater of images how far they follow what was asked.
 
     Asked for are the mean scores of images that were kept for testing; of training images where fewer than `FEWEST`
@@ -50,7 +50,7 @@ def judged_images(
     -------
     dict and list of Section
         ``model``, ``run``, ``data``; ``spread`` and ``collapse`` (`evaluation.pictures.image_spread.ImageSpread`);
-        with ``rater`` also ``following`` (`tactogram.evaluation.ratings.label_following.Following`, scores 0 to 1) and
+        with ``rater`` also ``label_fidelity`` (`evaluation.ratings.label_following.LabelFidelity`, scores 0 to 1) and
         ``told_by``.
 
     Raises
@@ -90,11 +90,11 @@ def judged_images(
         ("two of one noise, other label", spread.by_label),
     ]
     blocks: list[Any] = [
-        Table(("distance of", ""), rows, "Root mean square over pixels of values in -1 to 1."),
-        Text(f"Collapsed: {spread.collapse}." if spread.collapse else "No collapse found."),
+        ReportTable(("distance of", ""), rows, "Root mean square over pixels of values in -1 to 1."),
+        ReportText(f"Collapsed: {spread.collapse}." if spread.collapse else "No collapse found."),
     ]
     if judge is not None:
-        result = following(np.stack(list(asked.values())), _said(judge, made, words))
+        result = label_fidelity(np.stack(list(asked.values())), _said(judge, made, words))
         told_by = "a rater model" + (" of simulated raters" if judge.simulated else "")
         figures |= {"following": result.as_dict(), "told_by": told_by, "rater": judge.run.data["run_id"]}
         text = f"Scores of 0 to 1, {len(asked)} labels, {DRAWS} noises each, told by {told_by}."
@@ -105,14 +105,14 @@ def judged_images(
             ("slope", result.slope),
             *((f"correlation, {word}", value) for word, value in zip(words, result.by_word, strict=True)),
         ]
-        blocks.append(Table(("follows its label", ""), values, text))
+        blocks.append(ReportTable(("follows its label", ""), values, text))
     trials = [[row[trial] for row in made] for trial in range(SHOWN)]
     metrics = loaded.run.metrics()
     losses = {n: [(m["step"], m[n]) for m in metrics if n in m] for n in ("generator", "discriminator")}
     title = f"{loaded.run.name}{', simulated data' if figures['data']['simulated'] else ''}"
-    figure = generated_figure([GeneratedRow("", trials, losses)], list(asked), title=title)
-    blocks.append(Picture(figure, "Images of each label from two noises, and the losses."))
-    return figures, [Section("Images", blocks)]
+    figure = generated_figure([GeneratorRow("", trials, losses)], list(asked), title=title)
+    blocks.append(ReportFigure(figure, "Images of each label from two noises, and the losses."))
+    return figures, [ReportSection("Images", blocks)]
 
 
 def _rater_of(loaded: LoadedRun, rater: Path | str | LoadedRun | None) -> LoadedRun | None:
@@ -134,7 +134,7 @@ def _rater_of(loaded: LoadedRun, rater: Path | str | LoadedRun | None) -> Loaded
 def _asked(loaded: LoadedRun) -> tuple[dict[str, Array], str, Any]:
     """Return mean scores, 0 to 1, by item; what they are of, in words; and the store."""
     store, split = test_part(loaded.run)
-    rated = RatedData(store, loaded.facts.learns_from)
+    rated = RatingData(store, loaded.facts.learns_from)
     kept = {
         str(example.item): np.asarray(example.rated.means, np.float64)
         for example in rated.examples(split, "test", loaded.recipe.prepare)

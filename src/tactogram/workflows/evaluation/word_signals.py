@@ -14,17 +14,17 @@ import numpy as np
 from tactogram.datasets import Ratings
 from tactogram.errors import FailedTrainingError, ParameterError
 from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT
-from tactogram.evaluation.report import Section, Table, Text
+from tactogram.evaluation.report import ReportSection, ReportTable, ReportText
 from tactogram.model import Example
 from tactogram.signal import Signal
 from tactogram.signal.full_scale import straight_to_display
-from tactogram.workflows.evaluation.ratings import judge_reproduction, predicted_ratings
-from tactogram.workflows.training.rated_examples import RatedData
+from tactogram.workflows.evaluation.ratings import evaluate_reproduction, predicted_ratings
+from tactogram.workflows.training.rated_examples import RatingData
 from tactogram.workflows.training.train import LoadedRun, load_run, test_part
 
 
 @dataclass(frozen=True, eq=False)
-class MadeByWords:
+class WordGenerationResult:
     """A run's signals, and what they are to be held against.
 
     Parameters
@@ -54,7 +54,7 @@ class MadeByWords:
     recordings: str
 
 
-def made_by_words(run: Path | str | LoadedRun, *, seed: int = 0) -> MadeByWords:
+def generate_rated_surfaces(run: Path | str | LoadedRun, *, seed: int = 0) -> WordGenerationResult:
     """Return what a run that learned from rated surfaces and rated signals makes of each surface.
 
     Each surface is asked for by its mean scores and one recording of it: the first that was kept for testing, or
@@ -71,7 +71,7 @@ def made_by_words(run: Path | str | LoadedRun, *, seed: int = 0) -> MadeByWords:
             f"{loaded.run.name}: must make signals from rated surfaces and rated signals; {loaded.facts.name} does not"
         )
     store, split = test_part(loaded.run)
-    rated = RatedData(store, loaded.facts.learns_from)
+    rated = RatingData(store, loaded.facts.learns_from)
     surfaces: dict[str, Example] = {}
     parts: Counter[str] = Counter()
     for part in ("test", "validation", "train"):  # a surface may have no recording that was kept apart
@@ -94,7 +94,7 @@ def made_by_words(run: Path | str | LoadedRun, *, seed: int = 0) -> MadeByWords:
         except FailedTrainingError as error:
             failed[item] = re.sub(r"; ask for.*", "", str(error))
     kind = loaded.kind
-    return MadeByWords(
+    return WordGenerationResult(
         signals,
         failed,
         {item: tuple(means[item].tolist()) for item in sorted(surfaces)},
@@ -108,16 +108,16 @@ def made_by_words(run: Path | str | LoadedRun, *, seed: int = 0) -> MadeByWords:
     )
 
 
-def judged_by_words(
+def evaluate_rated_surfaces(
     loaded: LoadedRun, *, rater: Path | str | LoadedRun | None, seed: int = 0
-) -> tuple[dict[str, Any], list[Section]]:
+) -> tuple[dict[str, Any], list[ReportSection]]:
     """Return how far what a rater model says of a run's signals lies from what was said of the surfaces.
 
     Returns
     -------
     dict and list of Section
         ``data``, ``rater`` (which run), ``failed`` (surfaces without a signal, and why) and what
-        `tactogram.workflows.evaluation.ratings.judge_reproduction` gives, of ``sensor``, ``nearest`` and the run.
+        `tactogram.workflows.evaluation.ratings.evaluate_reproduction` gives, of ``sensor``, ``nearest`` and the run.
 
     Raises
     ------
@@ -130,7 +130,7 @@ def judged_by_words(
             "of the model rater that was trained on the display signals (--set prepare.stream=…)"
         )
     judge = rater if isinstance(rater, LoadedRun) else load_run(rater)
-    made = made_by_words(loaded, seed=seed)
+    made = generate_rated_surfaces(loaded, seed=seed)
     scale = (made.ratings.scale.low, made.ratings.scale.high)
     if judge.any_kind.scale != scale:
         raise ParameterError(
@@ -141,7 +141,7 @@ def judged_by_words(
     kinds = {STRAIGHT: made.straight, NEAREST: made.nearest, name: made.signals}
     given = {f"{kind}/{item}": one for kind, held in kinds.items() for item, one in held.items()}
     told_by = "a rater model" + (" of simulated raters" if judge.simulated else "")
-    figures = judge_reproduction(
+    figures = evaluate_reproduction(
         predicted_ratings(judge, given).in_words(made.ratings.words),
         made.targets,
         conditions=tuple(kinds),
@@ -167,15 +167,15 @@ def judged_by_words(
     rows = [(n, r["mae"], r["se"], r["targets"]) for n, r in figures["conditions"].items()]
     rows += [(n, value, None, "–") for n, value in figures["beside"].items()]
     blocks: list[Any] = [
-        Table(
+        ReportTable(
             ("", "mean absolute error", "SE", "surfaces"),
             rows,
             f"Points of the scale, told by {told_by}. Where it was trained on the display signals, what it says of "
             f"{NEAREST!r}, or of a copy, comes closer than what it says of a signal it never met.",
         ),
     ]
-    blocks += [Text(f"{item}: {why}.") for item, why in made.failed.items()]
-    return facts | figures, [Section("What is felt of it", blocks)]
+    blocks += [ReportText(f"{item}: {why}.") for item, why in made.failed.items()]
+    return facts | figures, [ReportSection("What is felt of it", blocks)]
 
 
 def _nearest(asked: Any, means: Mapping[str, Any]) -> str:

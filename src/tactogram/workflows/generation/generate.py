@@ -106,7 +106,7 @@ def generate_files(
         condition = {**condition, "image": image}
         seen = _taken_for(loaded.model, image)
     more = {} if photograph is None else {"photograph": Path(photograph).name}
-    facts = made_by(loaded, seed) | _named(condition) | more | seen
+    facts = run_provenance(loaded, seed) | _named(condition) | more | seen
     if count > 1 and (differ_by := getattr(loaded.model, "differ_by", "")):
         seen["differ_by"] = differ_by
     return [
@@ -123,7 +123,7 @@ def suffixes_for(gives: str) -> tuple[str, ...]:
     return (".png",) if gives == "image" else WRITABLE
 
 
-def made_by(run: LoadedRun, seed: int) -> dict[str, Any]:
+def run_provenance(run: LoadedRun, seed: int) -> dict[str, Any]:
     """Return what is written into every file that a run made."""
     return {
         "generated_by": f"tactogram {run.facts.name}",

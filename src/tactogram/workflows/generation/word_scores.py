@@ -18,7 +18,7 @@ Rest = Literal["mean"]
 
 
 @dataclass(frozen=True)
-class AskedWords:
+class WordRequest:
     """Scores of all words, on the 7-point scale.
 
     Parameters
@@ -66,7 +66,7 @@ def ask(
     *,
     rest: Rest | None = None,
     like: str | None = None,
-) -> AskedWords:
+) -> WordRequest:
     """Return the scores that ``runs`` are to go by.
 
     Parameters
@@ -105,7 +105,7 @@ def ask(
     if rest is not None and like is not None:
         raise ParameterError("--rest and --like both fill what is missing; give one")
     if not missing:
-        return AskedWords(given)
+        return WordRequest(given)
     if like is not None:
         means, source = _of_item(runs, like)
     elif rest == "mean":
@@ -117,7 +117,7 @@ def ask(
         )
     else:
         raise ParameterError(f"--rest must be mean, got {rest!r}")
-    return AskedWords(given, {word: means[word] for word in missing}, source)
+    return WordRequest(given, {word: means[word] for word in missing}, source)
 
 
 def rated_means(run: LoadedRun) -> dict[str, dict[str, float]]:
@@ -132,7 +132,7 @@ def rated_means(run: LoadedRun) -> dict[str, dict[str, float]]:
     }
 
 
-def goes_by_words(run: LoadedRun) -> bool:
+def conditions_on_words(run: LoadedRun) -> bool:
     """Say whether a run's condition holds words."""
     return "words" in (*run.facts.needs, *run.facts.takes)
 
@@ -146,7 +146,7 @@ def scale_of(run: LoadedRun) -> tuple[float, float]:
 
 def _names(runs: Sequence[LoadedRun]) -> tuple[str, ...]:
     for run in runs:
-        if not goes_by_words(run):
+        if not conditions_on_words(run):
             raise ParameterError(f"{run.run.name}: {run.facts.name} does not go by words")
     first = runs[0]
     for other in runs[1:]:

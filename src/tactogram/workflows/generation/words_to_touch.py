@@ -16,13 +16,13 @@ from tactogram.signal.io import WRITABLE, read_signal
 from tactogram.signal.io.atomic import write_text
 from tactogram.workflows.generation.generate import (
     generate,
-    made_by,
     numbered,
+    run_provenance,
     seeds_of,
     suffixes_for,
     write_made,
 )
-from tactogram.workflows.generation.word_scores import AskedWords, Rest, ask, scale_of
+from tactogram.workflows.generation.word_scores import Rest, WordRequest, ask, scale_of
 from tactogram.workflows.training.train import LoadedRun, load_run
 
 NAMES = {"image": "image.png", "signal": "vibration.wav"}
@@ -95,7 +95,7 @@ def generate_from_words(
     for number, note in enumerate(notes, start=1):
         for run, file, each in zip(loaded, files, made, strict=True):
             piece, taken = each[number - 1]
-            metadata = made_by(run, seed) | asked.as_dict() | {"taken": taken, "number": number}
+            metadata = run_provenance(run, seed) | asked.as_dict() | {"taken": taken, "number": number}
             row = write_made(numbered(file, number, count), piece, metadata, simulated=run.simulated)
             written.append(row | {"run": str(run.run.folder)})
         if not _is_file(out):
@@ -151,7 +151,7 @@ def _shown(gives: Sequence[str]) -> str:
 
 def _made(
     run: LoadedRun,
-    asked: AskedWords,
+    asked: WordRequest,
     recording: Signal | None,
     *,
     seconds: float | None,
@@ -177,7 +177,7 @@ def _taken(model: Any, condition: Mapping[str, Any], seed: int) -> dict[str, Any
 def _note(
     runs: Sequence[LoadedRun],
     judges: Sequence[LoadedRun],
-    asked: AskedWords,
+    asked: WordRequest,
     pieces: Sequence[tuple[Signal | Image, Mapping[str, Any]]],
     names: Sequence[str],
 ) -> dict[str, Any]:
@@ -194,7 +194,7 @@ def _note(
     return note
 
 
-def _facts(run: LoadedRun, asked: AskedWords, taken: Mapping[str, Any]) -> dict[str, Any]:
+def _facts(run: LoadedRun, asked: WordRequest, taken: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "run": str(run.run.folder),
         "run_id": run.run.data["run_id"],

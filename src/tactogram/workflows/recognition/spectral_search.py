@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from tactogram.datasets import Store, open_store
 from tactogram.errors import ParameterError
-from tactogram.recipe import Prepare
+from tactogram.recipe import Preparation
 from tactogram.signal import Signal
 from tactogram.signal.io.atomic import atomic_write
-from tactogram.workflows.progress import Progress, silent
+from tactogram.workflows.progress import ProgressCallback, silent
 
 MEASURE = "spectral distance: mean absolute difference of third-octave levels about their mean, dB; not a classifier"
 LOWEST_HZ, HIGHEST_HZ = 20.0, 1000.0
@@ -34,7 +34,7 @@ VERSION = 1
 Array = NDArray[np.float32]
 
 
-def bands(rate: float, domain: str) -> NDArray[np.float64]:
+def band_centres(rate: float, domain: str) -> NDArray[np.float64]:
     """Return the middles of the bands: third octaves of 20 to 1000 Hz, or of what the rate holds per mm."""
     low, high = (LOWEST_HZ, HIGHEST_HZ) if domain == "time" else (rate / 200, rate / 2)
     high = min(high, rate / 2 / 10**0.05)
@@ -50,7 +50,7 @@ def spectrum(signal: Signal, *, rate: float | None = None) -> Array:
     rate : float, optional
         Of the slowest signal that is compared: only bands below half of it. By default the signal's own.
     """
-    middle = bands(min(rate or signal.rate, signal.rate), signal.domain)
+    middle = band_centres(min(rate or signal.rate, signal.rate), signal.domain)
     most = round(LOOKED_AT_S * signal.rate)
     start = max(0, (len(signal) - most) // 2)
     x = signal.samples[:, start : start + most].astype(np.float64)
@@ -65,7 +65,7 @@ def spectrum(signal: Signal, *, rate: float | None = None) -> Array:
     return np.asarray(level - level.mean(), np.float32)
 
 
-def like(
+def find_similar(
     data: Path | str | Store,
     signal: Signal,
     *,
@@ -73,7 +73,7 @@ def like(
     count: int = 5,
     without: Iterable[str] = (),
     cache: Path | None = None,
-    progress: Progress = silent,
+    progress: ProgressCallback = silent,
 ) -> dict[str, Any]:
     """Return the recordings of a store whose spectra are nearest to that of ``signal``.
 
@@ -104,7 +104,7 @@ def like(
     if count < 1:
         raise ParameterError(f"count must be at least 1, got {count}")
     store = data if isinstance(data, Store) else open_store(data)
-    name = Prepare(stream=stream).stream_of(tuple(store.streams))
+    name = Preparation(stream=stream).stream_of(tuple(store.streams))
     if store.streams[name].domain != signal.domain:
         raise ParameterError(
             f"{name} of {store.name} runs over {store.streams[name].domain}, the signal over {signal.domain}: "
@@ -118,7 +118,7 @@ def like(
         if id in left_out:
             continue
         slowest = min(rate, signal.rate)
-        n = len(bands(slowest, signal.domain))
+        n = len(band_centres(slowest, signal.domain))
         if n < 2 or n > min(len(own), len(held)):
             continue
         a, b = own[:n] - own[:n].mean(), held[:n] - held[:n].mean()
@@ -142,7 +142,7 @@ def like(
 
 
 def _spectra(
-    store: Store, stream: str, cache: Path | None, progress: Progress
+    store: Store, stream: str, cache: Path | None, progress: ProgressCallback
 ) -> tuple[list[str], list[Array], NDArray[np.float64]]:
     """Return ids, spectra and rates of all recordings of a stream; what was worked out once is kept by recording."""
     ids = [info.id for info in store.index if stream in store.streams_of(info.id)]

@@ -160,10 +160,10 @@ def try_device(name: str) -> dict[str, Any]:
     }
 
 
-Found = tuple[State, str, dict[str, Any]]
+ProbeResult = tuple[State, str, dict[str, Any]]
 
 
-def _serial() -> Found:
+def _serial() -> ProbeResult:
     ports = imported("serial.tools.list_ports", extra="devices", what="boards on a serial port")
     serial = imported("serial", extra="devices", what="boards on a serial port")
     with device_errors("serial:loop"):
@@ -185,7 +185,7 @@ def _serial() -> Found:
     return "works", f"the library works; ports: {names}; read one with tactogram capture", facts
 
 
-def _lsl() -> Found:
+def _lsl() -> ProbeResult:
     pylsl = lsl()
     with device_errors("lsl", library="pylsl"):
         name = f"tactogram self-test {time.monotonic_ns()}"
@@ -210,7 +210,7 @@ def _lsl() -> Found:
     return "works", f"{LOOPS} samples came back over this machine's own network; no device was asked", facts
 
 
-def _daq() -> Found:
+def _daq() -> ProbeResult:
     from tactogram.capture.sources.nidaq import ni_devices
 
     found = ni_devices()
@@ -219,7 +219,7 @@ def _daq() -> Found:
     return "works", f"devices with analogue inputs: {', '.join(found)}", {"devices": found}
 
 
-def _dwf() -> Found:
+def _dwf() -> ProbeResult:
     from tactogram.capture.sources.digilent import digilent_devices
 
     found = digilent_devices()
@@ -228,7 +228,7 @@ def _dwf() -> Found:
     return "works", f"devices: {', '.join(found)}; none was opened", {"devices": found}
 
 
-def _audio() -> Found:
+def _audio() -> ProbeResult:
     """Play half a second of silence on the default output, and see what time it keeps."""
     try:
         sounddevice = imported("sounddevice", extra="devices", what="the audio backend")
@@ -257,11 +257,11 @@ def _audio() -> Found:
     )
 
 
-def _null() -> Found:
+def _null() -> ProbeResult:
     return _miniaudio(null=True)
 
 
-def _miniaudio(*, null: bool, because: str = "") -> Found:
+def _miniaudio(*, null: bool, because: str = "") -> ProbeResult:
     """Play silence through miniaudio, on its null device or a real one."""
     miniaudio = imported("miniaudio", extra="devices", what="the null and audio backends")
     calls: list[int] = []
@@ -307,7 +307,7 @@ def _miniaudio(*, null: bool, because: str = "") -> Found:
     return "works", f"{line}; silence was played" + (" to nobody" if null else ""), facts
 
 
-def _osc() -> Found:
+def _osc() -> ProbeResult:
     """Send motion to this program's own port in both forms, and a block back."""
     import socket
 
@@ -353,7 +353,7 @@ def _osc() -> Found:
     )
 
 
-def _mouse() -> Found:
+def _mouse() -> ProbeResult:
     from tactogram.rendering.streaming.recorded_motion import MICE, MouseMotion
 
     if not MICE.exists():
@@ -371,7 +371,7 @@ def _mouse() -> Found:
     )
 
 
-_TESTS: dict[str, Callable[[], Found]] = {
+_TESTS: dict[str, Callable[[], ProbeResult]] = {
     "serial": _serial,
     "lsl": _lsl,
     "daq": _daq,

@@ -19,7 +19,7 @@ from tactogram.errors import DeviceError, ParameterError, TactogramError
 from tactogram.extras import device_errors, imported, silenced
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.drive.safety import Guard
+from tactogram.rendering.drive.safety import DriveGuard
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal
 from tactogram.workflows.study.stimuli import signal_sha256
@@ -175,7 +175,7 @@ class Playback:
         self._total = len(drive) if loop_s is None else max(len(drive), round(loop_s * drive.rate))
         self._at, self._asked_at = 0, 0.0
         self._share = 0.0
-        self._guard = Guard(display)
+        self._guard = DriveGuard(display)
         self._leaving, self._stop, self._over = False, threading.Event(), threading.Event()
 
     @property

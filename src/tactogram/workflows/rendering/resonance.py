@@ -16,9 +16,15 @@ from tactogram.capture.stream.axis_pair import PairRecorder
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.families import ultrasonic
-from tactogram.rendering.transducer.admittance import Carrier, MeasuredAdmittance, Probes, Recorder, Timing
+from tactogram.rendering.transducer.admittance import (
+    Carrier,
+    MeasuredAdmittance,
+    MeasurementTiming,
+    ProbeSettings,
+    Recorder,
+)
 from tactogram.rendering.transducer.digilent import AnalogDiscovery, generator
-from tactogram.rendering.transducer.digilent_scope import DigilentRecorder, ScopeInputs
+from tactogram.rendering.transducer.digilent_scope import DigilentRecorder, ScopeSettings
 from tactogram.rendering.transducer.resonance_bench import BenchSettings, SimulatedBench
 from tactogram.rendering.transducer.resonance_tracking import ResonanceTracker, TrackingSettings
 from tactogram.signal.io.writable import check_writable
@@ -27,7 +33,7 @@ from tactogram.validation import validated
 BAND = 0.03
 """Share of the carrier below and above which it is looked for, unless asked otherwise."""
 
-Status = Callable[[str], None]
+StatusCallback = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -87,7 +93,7 @@ def track(
     axes: tuple[str, str] | None = None,
     changes: Mapping[str, Any] | None = None,
     out: Path | str | None = None,
-    status: Status | None = None,
+    status: StatusCallback | None = None,
     opened: Callable[..., AnalogDiscovery] = AnalogDiscovery,
 ) -> dict[str, Any]:
     """Look for a transducer's resonance, and keep the carrier at it.
@@ -98,11 +104,12 @@ def track(
         Ultrasonic, its output an envelope: its carrier and its limits are used.
     settings : TrackSettings, optional
     amps_per_volt, volts_per_volt, skew_s
-        See `tactogram.rendering.transducer.admittance.Probes`; the first must be known of a real bench.
+        See `tactogram.rendering.transducer.admittance.ProbeSettings`; the first must be known of a real bench.
     axes : tuple of str, optional
         Voltage and current among the source's axes; by default its first two.
     changes : mapping, optional
-        Values of `TrackingSettings`, `Timing` (``timing.settle_s``), `ScopeInputs` (``scope.rate``) and of the
+        Values of `TrackingSettings`, `MeasurementTiming` (``timing.settle_s``), `ScopeSettings` (``scope.rate``) and
+        of the
         simulated `BenchSettings` (``bench.drift_hz_per_s``), by key.
     out : Path, optional
         Log of everything measured, as CSV; `tactogram transducer` reads its sweep.
@@ -140,7 +147,7 @@ def track(
     tables = _tables(changes or {})
     low, high = known.carrier_hz * (1 - BAND), known.carrier_hz * (1 + BAND)
     tracking = validated(TrackingSettings, {"low_hz": low, "high_hz": high, **tables[""]}, where="tracking")
-    timing = validated(Timing, tables["timing"], where="timing")
+    timing = validated(MeasurementTiming, tables["timing"], where="timing")
     bench = validated(BenchSettings, tables["bench"], where="bench")
     simulated = settings.generator == "simulated"
     if amps_per_volt is None:
@@ -148,14 +155,14 @@ def track(
             raise ParameterError("--amps-per-volt must be known: 1 over the resistance of the shunt, in ohm")
         amps_per_volt, skew_s = 1 / bench.shunt_ohm, skew_s or bench.skew_s
     factors = {"amps_per_volt": amps_per_volt, "volts_per_volt": volts_per_volt, "skew_s": skew_s}
-    probes = validated(Probes, factors, where="probes")
+    probes = validated(ProbeSettings, factors, where="probes")
     with ExitStack() as stack:
         carrier: Carrier
         recorder: Recorder
         if simulated:
             carrier = recorder = SimulatedBench(bench, rng=np.random.default_rng(settings.seed))
         else:
-            inputs = validated(ScopeInputs, tables["scope"], where="scope")
+            inputs = validated(ScopeSettings, tables["scope"], where="scope")
             serial = settings.generator.partition(":")[2]
             device = stack.enter_context(opened(generator(known, channel=settings.channel, serial=serial)))
             if settings.source == "scope":
@@ -174,7 +181,7 @@ def track(
     return _result(tracker, measure, interrupted, simulated) | ({"file": str(out)} if out is not None else {})
 
 
-def _followed(tracker: ResonanceTracker, settings: TrackSettings, status: Status | None) -> bool:
+def _followed(tracker: ResonanceTracker, settings: TrackSettings, status: StatusCallback | None) -> bool:
     """Lock and follow; return whether the keyboard ended it."""
     try:
         point = tracker.lock()
@@ -222,7 +229,7 @@ def _result(
     }
 
 
-def _longest_s(settings: TrackSettings, tracking: TrackingSettings, timing: Timing) -> float:
+def _longest_s(settings: TrackSettings, tracking: TrackingSettings, timing: MeasurementTiming) -> float:
     """Return after what time a device may stop by itself: twice what all of it and two more sweeps should take."""
     each = timing.settle_s + timing.window_s + 0.05
     measured = 3 * (tracking.sweep_points + 1) + 2 * settings.steps

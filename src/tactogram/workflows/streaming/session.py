@@ -19,7 +19,7 @@ from tactogram.rendering.streaming.simulated_hand import SimulatedHand
 from tactogram.rendering.streaming.stream import Stream
 from tactogram.workflows.streaming.settings import StreamSettings
 
-Status = Callable[[str, float], None]
+StatusCallback = Callable[[str, float], None]
 
 
 def motion_of(settings: StreamSettings, clock: Clock) -> MotionSource:
@@ -36,7 +36,11 @@ def motion_of(settings: StreamSettings, clock: Clock) -> MotionSource:
 
 
 def run(
-    running: Stream, settings: StreamSettings, clock: Clock, motion: MotionSource, status: Status | None
+    running: Stream,
+    settings: StreamSettings,
+    clock: Clock,
+    motion: MotionSource,
+    status: StatusCallback | None,
 ) -> dict[str, Any]:
     """Run a stream on its backend and return what is known of that, as JSON values: ``device``, ``blocks``."""
     told = None if status is None else _status(running, status)
@@ -78,7 +82,7 @@ def run(
     return {"device": {"library": "none", "paced": True, "realtime_priority": granted}}
 
 
-def _status(running: Stream, status: Status) -> Callable[[float], None]:
+def _status(running: Stream, status: StatusCallback) -> Callable[[float], None]:
     def tell(now_s: float) -> None:
         engine = running.engine
         motion, latency = engine.follower.block, engine.latency

@@ -21,7 +21,7 @@ from tactogram.rendering.streaming.surface import Along, SurfaceTexture
 from tactogram.rendering.streaming.textures import StreamingTexture
 from tactogram.signal import Signal
 from tactogram.workflows.streaming.report import write_sent
-from tactogram.workflows.streaming.session import Status, motion_of, run
+from tactogram.workflows.streaming.session import StatusCallback, motion_of, run
 from tactogram.workflows.streaming.settings import StreamSettings, check, check_files
 from tactogram.workflows.streaming.textures import TextureSettings, textures_of
 
@@ -43,7 +43,7 @@ def stream(
     out: Path | None = None,
     figure: Path | None = None,
     changes: Mapping[str, Any] | None = None,
-    status: Status | None = None,
+    status: StatusCallback | None = None,
     tell: Callable[[str], None] | None = None,
     **options: Any,
 ) -> dict[str, Any]:

@@ -22,12 +22,12 @@ from tactogram.study.answers import Answers, read_cells
 from tactogram.study.designs.rating.analysis import Targets
 from tactogram.study.planned import ALPHA
 from tactogram.study.practice import MARK
-from tactogram.study.study_analysis import MARGINS, Analysis, Plan, analyse
+from tactogram.study.study_analysis import MARGINS, AnalysisPlan, StudyAnalysis, analyse
 from tactogram.study.study_file import Study
 from tactogram.study.wording import Language
 from tactogram.workflows.study.answers import open_answers, study_of
 from tactogram.workflows.study.figure_files import HASHES, hashes_of, remove_earlier
-from tactogram.workflows.study.report import Taken, write_study_report
+from tactogram.workflows.study.report import StudyData, write_study_report
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -68,7 +68,7 @@ def analyse_study(
     design : str, optional
         Only rows of this design; where the table has no such column, what all its rows are.
     margins : mapping, optional
-        See `tactogram.study.study_analysis.Plan`; instead of those in the study's file. What differs from the file
+        See `study.study_analysis.AnalysisPlan`; instead of those in the study's file. What differs from the file
         is reported as given afterwards.
     targets : Path, optional
         What ratings are held against: see `targets_of`.
@@ -77,7 +77,7 @@ def analyse_study(
     reference : str, optional
         Instead: a condition of the study.
     columns, constants : mapping, optional
-        How another's table is read; see `tactogram.study.session.answer_import.Mapped`.
+        How another's table is read; see `tactogram.study.session.answer_import.TableMapping`.
     encoding : str
     draws, seed : int
         Of the bootstraps.
@@ -135,7 +135,7 @@ def analyse_study(
     for name, picture in pictures.items():
         with atomic_write(folder / name) as part:
             part.write_bytes(picture)
-    taken = Taken.of(Path(source), answers, study)
+    taken = StudyData.of(Path(source), answers, study)
     named = replace(analysis, sections=tuple(named_section(one, names) for one in analysis.sections))
     write_study_report(folder / REPORT_FILE, named, taken, drawn, practice=practice)
     return result | {"out": str(out), "text": analysis.text()}
@@ -163,15 +163,15 @@ def practice_of(answers: Answers) -> Answers:
 
 def _plan(
     study: Study | None, margins: Mapping[str, float] | None, *, alpha: float | None, **options: Any
-) -> Plan:
+) -> AnalysisPlan:
     if study is None:
-        return Plan(dict(margins or {}), alpha=ALPHA if alpha is None else alpha, **options)
+        return AnalysisPlan(dict(margins or {}), alpha=ALPHA if alpha is None else alpha, **options)
     planned = study.planned
-    return Plan.of(planned, margins, alpha=planned.alpha if alpha is None else alpha, **options)
+    return AnalysisPlan.of(planned, margins, alpha=planned.alpha if alpha is None else alpha, **options)
 
 
 def _figures(
-    analysis: Analysis, answers: Answers, names: Mapping[str, str], study: Study | None
+    analysis: StudyAnalysis, answers: Answers, names: Mapping[str, str], study: Study | None
 ) -> dict[str, Figure]:
     """Return the figures by name, with names whose letters a font has: these, English ones, or keys."""
     from tactogram.study.analysis.figures import figures_of

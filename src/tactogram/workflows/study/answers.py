@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.study.answers import SUFFIXES, Answers, read_answers
-from tactogram.study.session.answer_import import Mapped, import_answers
+from tactogram.study.session.answer_import import TableMapping, import_answers
 from tactogram.study.session.store import SessionStore
 from tactogram.study.study_file import Study
 from tactogram.workflows.study.export import STUDY_SUFFIX
@@ -27,7 +27,7 @@ def open_answers(
     ----------
     source : Path
     columns, constants : mapping, optional
-        See `tactogram.study.session.answer_import.Mapped`; any of them makes it another's table.
+        See `tactogram.study.session.answer_import.TableMapping`; any of them makes it another's table.
     encoding : str
     """
     path = Path(source)
@@ -39,7 +39,7 @@ def open_answers(
     if not path.is_file():
         raise DataError(f"{path}: no such file")
     if columns or constants:
-        return import_answers(path, Mapped(columns or {}, constants or {}, encoding=encoding))
+        return import_answers(path, TableMapping(columns or {}, constants or {}, encoding=encoding))
     return read_answers(path)
 
 

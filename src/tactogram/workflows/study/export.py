@@ -13,7 +13,7 @@ from tactogram.errors import ParameterError
 from tactogram.signal.io.atomic import write_text
 from tactogram.study.answers import write_answers
 from tactogram.study.session.export import export_bids
-from tactogram.study.session.side_tables import write_beside
+from tactogram.study.session.side_tables import write_companion_tables
 from tactogram.study.session.store import SessionStore
 
 STUDY_SUFFIX = ".study.json"
@@ -78,7 +78,7 @@ def export_study(
             described = path.with_suffix(STUDY_SUFFIX)
             text = json.dumps(json.loads(store.study.as_json()), ensure_ascii=False, indent=1)
             write_text(described, text + "\n")
-            participants, notes = write_beside(path, store)
+            participants, notes = write_companion_tables(path, store)
             facts |= {
                 "table": str(path),
                 "study_file": str(described),

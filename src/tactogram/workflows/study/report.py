@@ -12,16 +12,23 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from tactogram.evaluation.report import Block, Picture, Section, Table, Text, write_report
+from tactogram.evaluation.report import (
+    Block,
+    ReportFigure,
+    ReportSection,
+    ReportTable,
+    ReportText,
+    write_report,
+)
+from tactogram.study.analysis.findings import AnalysisSection as Said
 from tactogram.study.analysis.findings import Finding, number, p_text
-from tactogram.study.analysis.findings import Section as Said
 from tactogram.study.answers import Answers
 from tactogram.study.session.device_facts import COLUMN, described
 from tactogram.study.session.side_tables import NOTES, PARTICIPANTS, notes_table, participants_table
 from tactogram.study.session.sitting import consent_sha256
 from tactogram.study.session.states import counted
 from tactogram.study.session.store import SessionStore
-from tactogram.study.study_analysis import Analysis
+from tactogram.study.study_analysis import StudyAnalysis
 from tactogram.study.study_file import Study
 
 HEADINGS = (
@@ -61,7 +68,7 @@ SIMULATED_STIMULI = "Simulated stimuli: made by formulas, not recorded from real
 
 
 @dataclass(frozen=True)
-class Taken:
+class StudyData:
     """What is known of how answers came about, besides the answers.
 
     Parameters
@@ -83,7 +90,7 @@ class Taken:
     withdrawn: int | None = field(default=None)
 
     @classmethod
-    def of(cls, source: Path, answers: Answers, study: Study | None) -> Taken:
+    def of(cls, source: Path, answers: Answers, study: Study | None) -> StudyData:
         """Return it of a session folder, or of what was exported beside a table."""
         if source.is_dir():
             with SessionStore(source) as store:
@@ -100,7 +107,12 @@ class Taken:
 
 
 def write_study_report(
-    path: Path, analysis: Analysis, taken: Taken, figures: Mapping[str, Figure], *, practice: bool = False
+    path: Path,
+    analysis: StudyAnalysis,
+    taken: StudyData,
+    figures: Mapping[str, Figure],
+    *,
+    practice: bool = False,
 ) -> Path:
     """Write the report of an analysis (beside it, then renamed), and return where it is.
 
@@ -118,19 +130,23 @@ def write_study_report(
     if taken.study is not None:
         title = taken.study.title.en or taken.study.title.ja
     sections = [
-        Section("What was found", [*_verdicts(analysis), *(Text(line) for line in analysis.plan.lines())])
+        ReportSection(
+            "What was found", [*_verdicts(analysis), *(ReportText(line) for line in analysis.plan.lines())]
+        )
     ]
     for said in analysis.sections:
         own = [figure for name, figure in figures.items() if _belongs(name, said, analysis)]
-        sections.append(Section(said.title, _blocks(said, own)))
+        sections.append(ReportSection(said.title, _blocks(said, own)))
     sections += [
-        Section("Design", _design(taken)),
-        Section("Participants", _participants(taken, analysis)),
+        ReportSection("Design", _design(taken)),
+        ReportSection("Participants", _participants(taken, analysis)),
     ]
     if taken.notes[1]:
-        sections.append(Section("Notes of the experimenter", [Table(taken.notes[0], taken.notes[1])]))
+        sections.append(
+            ReportSection("Notes of the experimenter", [ReportTable(taken.notes[0], taken.notes[1])])
+        )
     caveats = [*CAVEATS, *(f"{note[0].upper()}{note[1:]}." for note in analysis.notes)]
-    sections.append(Section("How to read this", [Text(line) for line in caveats]))
+    sections.append(ReportSection("How to read this", [ReportText(line) for line in caveats]))
     about = " Practice trials, which do not count." if practice else ""
     return write_report(
         path,
@@ -141,7 +157,7 @@ def write_study_report(
     )
 
 
-def _summary(taken: Taken, analysis: Analysis) -> str:
+def _summary(taken: StudyData, analysis: StudyAnalysis) -> str:
     people = taken.answers.unique("participant")
     simulated = {row.participant for row in taken.answers if row.simulated}
     who = [f"{len(people) - len(simulated)} participants"] if len(simulated) < len(people) else []
@@ -150,14 +166,14 @@ def _summary(taken: Taken, analysis: Analysis) -> str:
     return f"Study {analysis.study}: {answers} answers of {' and '.join(who)}, from {taken.source}."
 
 
-def _simulated(taken: Taken) -> str:
+def _simulated(taken: StudyData) -> str:
     said = [SIMULATED_PEOPLE] if any(taken.answers.column("simulated")) else []
     if any(row.more.get("simulated_stimuli") == "true" for row in taken.answers):
         said.append(SIMULATED_STIMULI)
     return " ".join(said)
 
 
-def _verdicts(analysis: Analysis) -> list[Block]:
+def _verdicts(analysis: StudyAnalysis) -> list[Block]:
     """Return what decides, one row per question."""
     rows = [
         [said.title, f.of, f"{f.measure}: {number(f.estimate)}", _interval(f), f.verdict, _who(said)]
@@ -165,29 +181,30 @@ def _verdicts(analysis: Analysis) -> list[Block]:
         for f in said.role("confirmatory")
     ]
     if not rows:
-        return [Text("No test decides here: too few participants or conditions. See the checks.")]
+        return [ReportText("No test decides here: too few participants or conditions. See the checks.")]
     header = ("question", "of", "estimate", "95 %", "verdict", "by")
-    return [Table(header, rows[:OPEN_ROWS], caption=_more(len(rows)))]
+    return [ReportTable(header, rows[:OPEN_ROWS], caption=_more(len(rows)))]
 
 
 def _blocks(said: Said, figures: Sequence[Figure]) -> list[Block]:
-    blocks: list[Block] = [Text(f"{said.answers} answers of {_who(said)}.")]
+    blocks: list[Block] = [ReportText(f"{said.answers} answers of {_who(said)}.")]
     blocks += [
-        Picture(figure, caption=f"{said.title} ({_who(said)}, {said.answers} answers)") for figure in figures
+        ReportFigure(figure, caption=f"{said.title} ({_who(said)}, {said.answers} answers)")
+        for figure in figures
     ]
     for role, heading in ROLES.items():
         if held := said.role(role):  # type: ignore[arg-type]
             header, rows, shared = _compact([_row(finding) for finding in held])
             title = f"{heading}. {shared}" if shared else heading
             if role == "check" or len(rows) > OPEN_ROWS:
-                blocks.append(Table(header, rows, caption=shared, folded=f"{heading} ({len(rows)})"))
+                blocks.append(ReportTable(header, rows, caption=shared, folded=f"{heading} ({len(rows)})"))
             else:
-                blocks.append(Table(header, rows, caption=title))
+                blocks.append(ReportTable(header, rows, caption=title))
     for name, table in said.tables.items():
         headings = list(dict.fromkeys(key for row in table for key in row))
         cells = [[row.get(key) for key in headings] for row in table]
-        blocks.append(Table(headings, cells, folded=f"{name} ({len(cells)} rows)"))
-    return blocks + [Text(f"{note[0].upper()}{note[1:]}.") for note in said.notes]
+        blocks.append(ReportTable(headings, cells, folded=f"{name} ({len(cells)} rows)"))
+    return blocks + [ReportText(f"{note[0].upper()}{note[1:]}.") for note in said.notes]
 
 
 def _row(f: Finding) -> list[object]:
@@ -234,11 +251,11 @@ def _who(said: Said) -> str:
     return f"{said.participants} {'simulated ' if said.simulated else ''}participants"
 
 
-def _design(taken: Taken) -> list[Block]:
+def _design(taken: StudyData) -> list[Block]:
     study = taken.study
     if study is None:
         return [
-            Text(
+            ReportText(
                 "The table came without its study's file: nothing is known of the design but what its rows say."
             )
         ]
@@ -263,34 +280,38 @@ def _design(taken: Taken) -> list[Block]:
     ]
     text = study.description.en or study.description.ja
     names = [(key, name.en, name.ja) for key, name in study.called.items()]
-    called = [Table(("key", "en", "ja"), names, folded=f"What is called how ({len(names)})")] if names else []
-    return [*([Text(text)] if text else []), Table(("", ""), facts), *called]
+    called = (
+        [ReportTable(("key", "en", "ja"), names, folded=f"What is called how ({len(names)})")]
+        if names
+        else []
+    )
+    return [*([ReportText(text)] if text else []), ReportTable(("", ""), facts), *called]
 
 
-def _participants(taken: Taken, analysis: Analysis) -> list[Block]:
+def _participants(taken: StudyData, analysis: StudyAnalysis) -> list[Block]:
     headings, rows = taken.participants
     analysed = ", ".join(f"{said.title} {said.participants}" for said in analysis.sections)
-    blocks: list[Block] = [Text(f"Analysed: {analysed}.")]
+    blocks: list[Block] = [ReportText(f"Analysed: {analysed}.")]
     if rows:
         column = list(headings).index("status")
-        blocks.append(Text(f"Enrolled: {counted(row[column] for row in rows)}."))
+        blocks.append(ReportText(f"Enrolled: {counted(row[column] for row in rows)}."))
         blocks.append(
-            Table(headings, rows, folded=f"Each participant and what the device said ({len(rows)})")
+            ReportTable(headings, rows, folded=f"Each participant and what the device said ({len(rows)})")
         )
     if measured := _measured(taken.answers):
         caption = "What devices said with the answers; speeds and rates as measured in the browser."
         blocks.append(
-            Table(("", "median", "lowest", "highest", "answers", "people"), measured, caption=caption)
+            ReportTable(("", "median", "lowest", "highest", "answers", "people"), measured, caption=caption)
         )
     if taken.withdrawn:
-        blocks.append(Text(f"{taken.withdrawn} withdrew; nothing of them is kept."))
+        blocks.append(ReportText(f"{taken.withdrawn} withdrew; nothing of them is kept."))
     return blocks
 
 
 def _measured(answers: Answers) -> list[list[object]]:
     """Return median and range of each number that devices sent with answers to trials."""
     rows: list[list[object]] = []
-    for column in answers.further:
+    for column in answers.extra_columns:
         if not column.startswith(COLUMN):
             continue
         held = [
@@ -314,7 +335,7 @@ def _number(text: str) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _belongs(name: str, said: Said, analysis: Analysis) -> bool:
+def _belongs(name: str, said: Said, analysis: StudyAnalysis) -> bool:
     """Return whether a figure is of a section: its name begins with the design, and ends with the question."""
     if sum(one.design == said.design for one in analysis.sections) == 1:
         return name.startswith(said.design)

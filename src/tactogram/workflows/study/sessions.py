@@ -16,7 +16,7 @@ from tactogram.study.trials import Page
 from tactogram.workflows.study.studies import check_study, study_folder
 
 if TYPE_CHECKING:
-    from tactogram.workflows.study.stimuli import Played, Stimuli
+    from tactogram.workflows.study.stimuli import SlotPlayback, StudyStimuli
 
 ORIGIN = "origin.json"
 """In a session folder: where its study's file lies."""
@@ -118,7 +118,7 @@ def withdraw(folder: Path | str, code: str) -> dict[str, Any]:
     return {"folder": str(folder), "answers_deleted": deleted, "participants_left": left}
 
 
-def log_played(store: SessionStore, stimuli: Stimuli, code: str, page: Page, slot: str) -> Played:
+def log_played(store: SessionStore, stimuli: StudyStimuli, code: str, page: Page, slot: str) -> SlotPlayback:
     """Render what is in a slot of a participant's page, log it, and return it."""
     played = stimuli.played(page.slot(slot))
     store.log_played(

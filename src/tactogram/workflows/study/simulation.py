@@ -18,7 +18,7 @@ from tactogram.workflows.study.studies import study_folder
 
 SIMULATED = "-simulated"
 """What the folder of a session's simulated participants ends with."""
-Progress = Callable[[int], None]
+ProgressCallback = Callable[[int], None]
 
 
 def simulate_study(
@@ -30,7 +30,7 @@ def simulate_study(
     seed: int = 0,
     changes: Mapping[str, Any] | None = None,
     play: bool = False,
-    progress: Progress = lambda done: None,
+    progress: ProgressCallback = lambda done: None,
 ) -> dict[str, Any]:
     """Let simulated participants take a study, by the same interface as people, into a session folder.
 
@@ -77,7 +77,7 @@ def simulate_session(
     participants: int,
     effect: Mapping[str, Any] | None = None,
     seed: int = 0,
-    progress: Progress = lambda done: None,
+    progress: ProgressCallback = lambda done: None,
 ) -> dict[str, Any]:
     """Let simulated participants take the study of a session, in a folder of their own beside it.
 
@@ -137,9 +137,9 @@ def effect_of(values: Mapping[str, Any]) -> SimulatedEffect:
 
 
 def _logger(store: SessionStore, study: Study, folder: Path) -> Callable[[Participant, Page], None]:
-    from tactogram.workflows.study.stimuli import Stimuli
+    from tactogram.workflows.study.stimuli import StudyStimuli
 
-    stimuli = Stimuli(study, folder)
+    stimuli = StudyStimuli(study, folder)
 
     def play(participant: Participant, page: Page) -> None:
         for presented in page.presented:

@@ -26,14 +26,14 @@ from tactogram.signal.io import read_image, read_signal
 from tactogram.signal.synthesis import synthesise
 from tactogram.study.stimuli import Stimulus
 from tactogram.study.study_file import Study
-from tactogram.study.trials import Presented
+from tactogram.study.trials import PresentedStimulus
 
 SEEDS = 16
 """Pictures of each simulated family that ``any/TEXT`` draws from."""
 
 
 @dataclass(frozen=True)
-class Played:
+class SlotPlayback:
     """What is to be played for one slot of a page.
 
     Parameters
@@ -54,7 +54,7 @@ class Played:
     gain_db: float = 0.0
 
 
-class Stimuli:
+class StudyStimuli:
     """Those of one study; what was made once is kept.
 
     Parameters
@@ -71,7 +71,7 @@ class Stimuli:
         self.study, self.folder = study, folder
         self._within = tuple(path.resolve() for path in within)
         self._signals: dict[str, Signal] = {}
-        self._drives: dict[tuple[str, float], Played] = {}
+        self._drives: dict[tuple[str, float], SlotPlayback] = {}
 
     def signal(self, stimulus: Stimulus) -> Signal:
         """Return the signal of a stimulus, before it is rendered.
@@ -90,7 +90,7 @@ class Stimuli:
                 raise type(error)(f"stimulus {stimulus.name}: {error}") from error
         return self._signals[stimulus.name]
 
-    def played(self, presented: Presented) -> Played:
+    def played(self, presented: PresentedStimulus) -> SlotPlayback:
         """Return the drive of what a page presents, at its level and gain.
 
         Raises
@@ -100,7 +100,7 @@ class Stimuli:
         """
         stimulus = presented.stimulus
         if stimulus is None:
-            return Played(None, hashlib.sha256(b"").hexdigest(), "", self.study.display)
+            return SlotPlayback(None, hashlib.sha256(b"").hexdigest(), "", self.study.display)
         key = (stimulus.name, presented.gain_db)
         if key not in self._drives:
             self._drives[key] = self._rendered(stimulus, presented.gain_db)
@@ -166,7 +166,7 @@ class Stimuli:
             except TactogramError as error:
                 raise type(error)(f"stimulus {stimulus.name}: {error}") from error
 
-    def _rendered(self, stimulus: Stimulus, gain_db: float) -> Played:
+    def _rendered(self, stimulus: Stimulus, gain_db: float) -> SlotPlayback:
         signal, text = self.signal(stimulus), stimulus.level or self.study.level
         try:
             level, signal = stronger(parse_level(text), signal, gain_db)
@@ -179,7 +179,7 @@ class Stimuli:
             )
         except TactogramError as error:
             raise type(error)(f"stimulus {stimulus.name}: {error}") from error
-        return Played(drive, signal_sha256(drive.signal), text, drive.report.display, gain_db)
+        return SlotPlayback(drive, signal_sha256(drive.signal), text, drive.report.display, gain_db)
 
     def _made(self, stimulus: Stimulus) -> Signal:
         if stimulus.run:

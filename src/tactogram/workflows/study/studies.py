@@ -9,8 +9,8 @@ from typing import Any
 from tactogram.errors import DataError
 from tactogram.rendering.drive.level import parse_level
 from tactogram.study.study_file import Study, shipped_studies
-from tactogram.study.trials import Presented
-from tactogram.workflows.study.stimuli import Stimuli
+from tactogram.study.trials import PresentedStimulus
+from tactogram.workflows.study.stimuli import StudyStimuli
 
 
 def list_studies() -> dict[str, Any]:
@@ -39,7 +39,7 @@ def check_study(
     """
     loaded = Study.load(study, changes=changes)
     folder = study_folder(study)
-    made = Stimuli(loaded, folder)
+    made = StudyStimuli(loaded, folder)
     made.check_names()
     for stimulus in loaded.made_stimuli:
         if stimulus.is_played:
@@ -82,11 +82,11 @@ def _facts(study: Study) -> dict[str, Any]:
     }
 
 
-def _render_all(made: Stimuli) -> dict[str, str]:
+def _render_all(made: StudyStimuli) -> dict[str, str]:
     """Make and render every stimulus, and return its hash."""
     hashes = {}
     for stimulus in made.study.made_stimuli:
         made.image(stimulus)
         if stimulus.is_played:
-            hashes[stimulus.name] = made.played(Presented("", stimulus)).sha256
+            hashes[stimulus.name] = made.played(PresentedStimulus("", stimulus)).sha256
     return hashes

@@ -8,7 +8,7 @@ from typing import Any
 from tactogram.datasets import signal_kind
 from tactogram.errors import ParameterError
 from tactogram.model import Example
-from tactogram.workflows.training.plan import Asked, Plan, planned
+from tactogram.workflows.training.plan import TrainingPlan, TrainingRequest, planned
 
 LOOKED_AT = 400
 """Recordings that are held against each other."""
@@ -16,7 +16,7 @@ GLANCE_S = 0.5
 """How much of each is prepared, s (mm over displacement)."""
 
 
-def check_training(asked: Asked) -> dict[str, Any]:
+def check_training(asked: TrainingRequest) -> dict[str, Any]:
     """Return what a training would be of, or refuse it as it would refuse itself.
 
     Rate, axes, unit and domain of `LOOKED_AT` recordings, even over the training part, are compared by a short
@@ -47,7 +47,7 @@ def check_training(asked: Asked) -> dict[str, Any]:
     return {**parts, **facts, "simulated": plan.store.simulated}
 
 
-def _glances(plan: Plan) -> list[Example]:
+def _glances(plan: TrainingPlan) -> list[Example]:
     """Return a short prepared piece of one recording of each rate and set of axes."""
     store, prepare = plan.store, plan.recipe.prepare
     ids = list(dict.fromkeys(segment.id for segment in plan.parts.train))

@@ -26,11 +26,11 @@ from tactogram.datasets import (
 from tactogram.datasets.splits.split import By
 from tactogram.errors import ParameterError
 from tactogram.recipe import Recipe, run_id
-from tactogram.workflows.training.rated_examples import TEST_SHARE, VALIDATION_SHARE, RatedData
+from tactogram.workflows.training.rated_examples import TEST_SHARE, VALIDATION_SHARE, RatingData
 
 
 @dataclass(frozen=True)
-class Asked:
+class TrainingRequest:
     """What a training is asked for; the parameters are those of `tactogram.workflows.training.train.train`."""
 
     model: str
@@ -45,15 +45,15 @@ class Asked:
 
 
 @dataclass(frozen=True)
-class Plan:
+class TrainingPlan:
     """What a training would be of: the data and its parts, the model and its configuration."""
 
     store: Store
-    facts: models.ModelFacts
+    facts: models.ModelInfo
     recipe: Recipe
     config: BaseModel
     parts: Split
-    rated: RatedData | None
+    rated: RatingData | None
     """Of a model that learns from ratings."""
     label: Label
     model_folders: tuple[Path, ...]
@@ -65,7 +65,7 @@ class Plan:
         return run_id(resolved, self.store.sha256)
 
 
-def planned(asked: Asked) -> Plan:
+def planned(asked: TrainingRequest) -> TrainingPlan:
     """Return what a training of this would be of; no signal is prepared, nothing is written.
 
     Raises
@@ -77,7 +77,7 @@ def planned(asked: Asked) -> Plan:
     facts = models.find(asked.model, asked.model_folders)
     recipe = Recipe.load(facts.recipe(asked.recipe), changes=asked.changes)
     index = select(store.index, asked.where) if len(store) else []
-    rated = None if facts.learns_from == "recordings" else RatedData(store, facts.learns_from)
+    rated = None if facts.learns_from == "recordings" else RatingData(store, facts.learns_from)
     if rated is not None:
         parts = rated.split(index, recipe.prepare, split=asked.split, by=asked.by, seed=recipe.seed)
     else:
@@ -85,7 +85,7 @@ def planned(asked: Asked) -> Plan:
     if "image" in facts.needs:
         parts = split_photographs(store, parts, seed=recipe.seed)
     config = facts.config(recipe.config)
-    return Plan(store, facts, recipe, config, parts, rated, asked.label, tuple(asked.model_folders))
+    return TrainingPlan(store, facts, recipe, config, parts, rated, asked.label, tuple(asked.model_folders))
 
 
 def make_split(index: Sequence[RecordingInfo], *, split: str, by: By, seed: int, label: Label) -> Split:

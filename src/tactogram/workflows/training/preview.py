@@ -13,8 +13,8 @@ from tactogram.errors import ParameterError, RunError
 from tactogram.model import Condition, Generator, ImageKind, Kind, RatedGenerator
 from tactogram.signal import Image
 from tactogram.training.run import Run
-from tactogram.workflows.generation.generate import generate, made_by, write_made
-from tactogram.workflows.training.rated_examples import RatedData
+from tactogram.workflows.generation.generate import generate, run_provenance, write_made
+from tactogram.workflows.training.rated_examples import RatingData
 from tactogram.workflows.training.train import LoadedRun, load_run, part_examples, test_part
 
 SAMPLE_S = 2.0
@@ -41,7 +41,7 @@ def load_unfinished(folder: Path | str, *, model_folders: Sequence[Path] = ()) -
         examples = part_examples(store, split, "train", recipe.prepare, label=run.data["label"])
         kind = signal_kind(examples, simulated=store.simulated)
     else:
-        rated = RatedData(store, facts.learns_from)
+        rated = RatingData(store, facts.learns_from)
         kind = rated.kind(rated.examples(split, "train", recipe.prepare))
     model = facts.build(facts.config(recipe.config), kind, seed=recipe.seed)
     state, _ = load_state(path)
@@ -49,7 +49,7 @@ def load_unfinished(folder: Path | str, *, model_folders: Sequence[Path] = ()) -
     return LoadedRun(run, facts, recipe, kind, model)
 
 
-def offered(folder: Path | str) -> list[str]:
+def sample_choices(folder: Path | str) -> list[str]:
     """Return what a sample of a generator can be asked of, sorted: see `sample`; no network is loaded.
 
     Raises
@@ -111,7 +111,7 @@ def sample(folder: Path | str, *, of: str | None = None, seed: int = 0) -> dict[
     place = "end" if finished else f"stage{position['stage']}-step{position['step']:06d}"
     suffix = ".png" if isinstance(made, Image) else ".wav"
     file = folder / "samples" / f"{place}-{re.sub(r'[^A-Za-z0-9_-]+', '-', name)}{suffix}"
-    facts = {**made_by(loaded, seed), **position, "of": asked}
+    facts = {**run_provenance(loaded, seed), **position, "of": asked}
     return {**position, "of": asked, **write_made(file, made, facts, simulated=loaded.simulated)}
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from tactogram.datasets import (
     Examples,
-    Photographs,
+    PhotographRegions,
     Ratings,
     RecordingInfo,
     Region,
@@ -23,14 +23,14 @@ from tactogram.datasets.splits.split import By
 from tactogram.errors import ParameterError
 from tactogram.model import Example, ImageExample, ImageKind, Kind
 from tactogram.models import LearnsFrom
-from tactogram.recipe import Prepare
+from tactogram.recipe import Preparation
 
 TEST_SHARE, VALIDATION_SHARE = 0.2, 0.1
 """Parts of the recordings that `train` keeps for `evaluate`, and for choosing and calibrating."""
 
 
 @dataclass(frozen=True)
-class RatedData:
+class RatingData:
     """A store as a model that learns from ratings sees it.
 
     Parameters
@@ -59,7 +59,7 @@ class RatedData:
         return self.learns_from == "images" or (self.learns_from == "ratings" and not len(self.store))
 
     def split(
-        self, index: Sequence[RecordingInfo], prepare: Prepare, *, split: str, by: By, seed: int
+        self, index: Sequence[RecordingInfo], prepare: Preparation, *, split: str, by: By, seed: int
     ) -> Split:
         """Return parts that hold different items; for ``both``, surfaces ``by``, and all rated signals in ``train``."""
         if split not in ("", "all"):
@@ -89,7 +89,7 @@ class RatedData:
             )
         return found
 
-    def examples(self, split: Split, part: str, prepare: Prepare) -> Sequence[Any]:
+    def examples(self, split: Split, part: str, prepare: Preparation) -> Sequence[Any]:
         """Return one part of ``split``: `Example`, or `ImageExample` where images are learned from."""
         if not self.of_images:
             return Examples(self.store, split.parts[part], prepare)
@@ -97,7 +97,7 @@ class RatedData:
         return [
             ImageExample(
                 region.key,
-                Photographs(self.store, (region,)),
+                PhotographRegions(self.store, (region,)),
                 names[region.key],
                 self.ratings.rated(names[region.key]),
             )
@@ -117,7 +117,7 @@ class RatedData:
         materials = tuple(sorted({e.material for e in given if e.material is not None}))
         return replace(found, words=ratings.words, scale=scale, materials=materials)
 
-    def _has_stream(self, info: RecordingInfo, prepare: Prepare) -> bool:
+    def _has_stream(self, info: RecordingInfo, prepare: Preparation) -> bool:
         return prepare.stream is None or prepare.stream in self.store.streams_of(info.id)
 
     def _split_images(self, *, everything: bool, seed: int) -> Split:

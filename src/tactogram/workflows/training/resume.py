@@ -10,10 +10,10 @@ from tactogram import models
 from tactogram.datasets import Split, open_store
 from tactogram.errors import DataError, RunError
 from tactogram.training.run import Run
-from tactogram.workflows.progress import Progress, silent
-from tactogram.workflows.training.plan import Plan
-from tactogram.workflows.training.rated_examples import RatedData
-from tactogram.workflows.training.train import Stop, carry_out, never
+from tactogram.workflows.progress import ProgressCallback, silent
+from tactogram.workflows.training.plan import TrainingPlan
+from tactogram.workflows.training.rated_examples import RatingData
+from tactogram.workflows.training.train import Stop, never, train_plan
 
 
 def resume(
@@ -23,7 +23,7 @@ def resume(
     accelerator: str = "auto",
     devices: int = 1,
     model_folders: Sequence[Path] = (),
-    progress: Progress = silent,
+    progress: ProgressCallback = silent,
     stop: Stop = never,
 ) -> Run:
     """Go on with the run in ``folder`` from its last checkpoint, and return it finished.
@@ -49,7 +49,7 @@ def resume(
     if run.finished:
         return run
     plan = plan_of(run, data=data, model_folders=model_folders)
-    return carry_out(
+    return train_plan(
         plan,
         run.folder,
         resume=True,
@@ -60,7 +60,7 @@ def resume(
     )
 
 
-def plan_of(run: Run, *, data: Path | str | None = None, model_folders: Sequence[Path] = ()) -> Plan:
+def plan_of(run: Run, *, data: Path | str | None = None, model_folders: Sequence[Path] = ()) -> TrainingPlan:
     """Return what the training of ``run`` is of, as its folder says.
 
     Parameters and errors as of `resume`.
@@ -78,8 +78,10 @@ def plan_of(run: Run, *, data: Path | str | None = None, model_folders: Sequence
         )
     folders = (*model_folders, *(Path(kept) for kept in begun.get("model_folders", ())))
     facts = models.find(recipe.model, folders)
-    rated = None if facts.learns_from == "recordings" else RatedData(store, facts.learns_from)
-    return Plan(store, facts, recipe, facts.config(recipe.config), parts, rated, begun["label"], folders)
+    rated = None if facts.learns_from == "recordings" else RatingData(store, facts.learns_from)
+    return TrainingPlan(
+        store, facts, recipe, facts.config(recipe.config), parts, rated, begun["label"], folders
+    )
 
 
 def _asked(run: Run) -> tuple[dict[str, Any], Split]:

@@ -8,14 +8,14 @@ from typing import Any
 
 from tactogram.errors import RunError
 from tactogram.training.run import Run
-from tactogram.workflows.training.plan import Plan
+from tactogram.workflows.training.plan import TrainingPlan
 from tactogram.workflows.training.run_lock import check_idle
 
 BEGUN = ("recipe.toml", "data.json", "environment.json", "split.json")
 """What a run has before its first step; the recipe, which makes it a run, first."""
 
 
-def found(folder: Path, identity: str, resume: bool) -> Run:
+def claim_run(folder: Path, identity: str, resume: bool) -> Run:
     """Return the run that may be made in ``folder``, or with ``resume`` the one there, if of the same making."""
     if not resume:
         run = Run(folder)
@@ -33,7 +33,7 @@ def found(folder: Path, identity: str, resume: bool) -> Run:
     return run
 
 
-def begin(run: Run, plan: Plan) -> None:
+def begin(run: Run, plan: TrainingPlan) -> None:
     """Make the folder of a new run, with all that `tactogram.workflows.training.resume.resume` goes by.
 
     Raises
@@ -67,7 +67,7 @@ def begin(run: Run, plan: Plan) -> None:
     Run.create(run.folder, recipe=recipe, data=data, identity=plan.identity)
 
 
-def take_back(run: Run) -> None:
+def discard_run(run: Run) -> None:
     """Remove what `begin` made of a run that was refused in its first step: there is nothing to go on with."""
     if (run.folder / "checkpoint.safetensors").exists() or run.metrics():
         return

@@ -19,7 +19,7 @@ TRIES, BETWEEN_S = 10, 0.02
 
 
 @contextmanager
-def at_work(folder: Path) -> Iterator[None]:
+def run_lock(folder: Path) -> Iterator[None]:
     """Hold a run's folder for this process; the system lets go of it however the process ends.
 
     Raises
@@ -38,18 +38,18 @@ def at_work(folder: Path) -> Iterator[None]:
 
 
 def check_idle(folder: Path) -> None:
-    """Refuse a run's folder in which another process trains, as `at_work` does, before anything is prepared.
+    """Refuse a run's folder in which another process trains, as `run_lock` does, before anything is prepared.
 
     Raises
     ------
     RunError
         If another process trains there.
     """
-    if is_at_work(folder):
+    if is_training(folder):
         raise _taken(folder)
 
 
-def is_at_work(folder: Path) -> bool:
+def is_training(folder: Path) -> bool:
     """Say whether a process trains in a run's folder; no where there is no run."""
     try:
         with (folder / HELD).open("rb") as file:

@@ -21,17 +21,17 @@ from tactogram.datasets import (
 from tactogram.datasets.splits.split import By
 from tactogram.errors import ParameterError, RunError, StoppedError
 from tactogram.model import Classifier, Example, Kind, Learner, SignalKind
-from tactogram.recipe import Prepare, Recipe
+from tactogram.recipe import Preparation, Recipe
 from tactogram.signal import Signal
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.writable import check_writable
 from tactogram.training.device import make_fabric
-from tactogram.training.loop import BEGINNING, Position, fit
+from tactogram.training.loop import BEGINNING, TrainingPosition, fit
 from tactogram.training.run import Run
-from tactogram.workflows.progress import Progress, silent
-from tactogram.workflows.training.plan import Asked, Plan, planned
-from tactogram.workflows.training.run_folder import begin, found, take_back
-from tactogram.workflows.training.run_lock import at_work
+from tactogram.workflows.progress import ProgressCallback, silent
+from tactogram.workflows.training.plan import TrainingPlan, TrainingRequest, planned
+from tactogram.workflows.training.run_folder import begin, claim_run, discard_run
+from tactogram.workflows.training.run_lock import run_lock
 
 Stop = Callable[[], bool]
 """Says whether a training should end where it is; asked after each step."""
@@ -50,7 +50,7 @@ class LoadedRun:
     """
 
     run: Run
-    facts: models.ModelFacts
+    facts: models.ModelInfo
     recipe: Recipe
     any_kind: Kind
     model: Any
@@ -74,7 +74,7 @@ class LoadedRun:
         return prepared
 
     @property
-    def as_trained(self) -> Prepare:
+    def as_trained(self) -> Preparation:
         """The recipe's preparation, to the rate of the training signals whatever a recording's own is."""
         return self.recipe.prepare.model_copy(update={"rate": float(self.kind.rate)})
 
@@ -117,7 +117,7 @@ def train(
     accelerator: str = "auto",
     devices: int = 1,
     model_folders: Sequence[Path] = (),
-    progress: Progress = silent,
+    progress: ProgressCallback = silent,
     stop: Stop = never,
 ) -> Run:
     """Train ``model`` on the training part of ``data`` and return the finished run.
@@ -157,7 +157,7 @@ def train(
     StoppedError
         If ``stop`` said so; the message says how much is kept.
     """
-    asked = Asked(
+    asked = TrainingRequest(
         model,
         data,
         recipe=recipe,
@@ -170,7 +170,7 @@ def train(
     )
     plan = planned(asked)
     folder = Path(out) if out else Path("runs") / f"{model}-{Path(recipe).stem}-{plan.identity}"
-    return carry_out(
+    return train_plan(
         plan,
         folder,
         resume=resume,
@@ -181,14 +181,14 @@ def train(
     )
 
 
-def carry_out(
-    plan: Plan,
+def train_plan(
+    plan: TrainingPlan,
     folder: Path,
     *,
     resume: bool = False,
     accelerator: str = "auto",
     devices: int = 1,
-    progress: Progress = silent,
+    progress: ProgressCallback = silent,
     stop: Stop = never,
 ) -> Run:
     """Train what is planned in ``folder``, or go on with it there, and return the finished run.
@@ -198,7 +198,7 @@ def carry_out(
     facts, chosen = plan.facts, plan.recipe
     fabric = make_fabric(chosen.training, accelerator=accelerator, devices=devices)
     first = fabric.is_global_zero
-    run = found(folder, plan.identity, resume) if first else Run(folder)
+    run = claim_run(folder, plan.identity, resume) if first else Run(folder)
     if first and run.finished:
         return run
     check_writable(folder, folder=True)
@@ -211,8 +211,8 @@ def carry_out(
     if first and not resume:
         begin(run, plan)
     fabric.barrier()
-    with at_work(folder) if first else nullcontext():
-        start = run.restore(learner) if resume else Position()
+    with run_lock(folder) if first else nullcontext():
+        start = run.restore(learner) if resume else TrainingPosition()
         try:
             run_training(
                 learner,
@@ -226,7 +226,7 @@ def carry_out(
             )
         except ParameterError:
             if first and not resume:
-                take_back(run)
+                discard_run(run)
             raise
         if first:
             _finish(run, learner, kind, plan, examples, validation)
@@ -234,7 +234,9 @@ def carry_out(
     return run
 
 
-def _material(plan: Plan, progress: Progress, stop: Stop) -> tuple[Kind, Sequence[Any], Sequence[Any]]:
+def _material(
+    plan: TrainingPlan, progress: ProgressCallback, stop: Stop
+) -> tuple[Kind, Sequence[Any], Sequence[Any]]:
     """Return what all examples have in common, those that are learned from, and those that validate."""
     parts, prepare, rated = plan.parts, plan.recipe.prepare, plan.rated
     if rated is not None:
@@ -249,7 +251,12 @@ def _material(plan: Plan, progress: Progress, stop: Stop) -> tuple[Kind, Sequenc
 
 
 def _finish(
-    run: Run, learner: Learner, kind: Kind, plan: Plan, examples: Sequence[Any], validation: Sequence[Any]
+    run: Run,
+    learner: Learner,
+    kind: Kind,
+    plan: TrainingPlan,
+    examples: Sequence[Any],
+    validation: Sequence[Any],
 ) -> None:
     """Write what a learner leaves behind."""
     if isinstance(learner, Classifier) and hasattr(learner, "embed"):
@@ -274,10 +281,10 @@ def run_training(
     recipe: Recipe,
     *,
     run: Run | None = None,
-    start: Position = BEGINNING,
+    start: TrainingPosition = BEGINNING,
     rank: int = 0,
     task: str = "",
-    progress: Progress = silent,
+    progress: ProgressCallback = silent,
     stop: Stop = never,
 ) -> None:
     """Fit ``learner``; log and save to ``run`` where there is one, and show progress.
@@ -289,7 +296,7 @@ def run_training(
     """
     every = recipe.training
 
-    def on_step(position: Position, stage: Any, losses: dict[str, float]) -> None:
+    def on_step(position: TrainingPosition, stage: Any, losses: dict[str, float]) -> None:
         last = position.step == stage.steps
         if run is not None and rank == 0:
             if position.step % every.log_every == 0 or last:
@@ -309,13 +316,13 @@ def run_training(
     fit(learner, examples, seed=recipe.seed, start=start, rank=rank, on_step=on_step)
 
 
-def part_examples(store: Store, split: Split, part: str, prepare: Prepare, *, label: Label) -> Examples:
+def part_examples(store: Store, split: Split, part: str, prepare: Preparation, *, label: Label) -> Examples:
     """Return one part of ``split``, with the photographs it may use where they were split too."""
     photographs = split.photographs.get(part, ()) if split.photographs else None
     return Examples(store, split.parts[part], prepare, label=label, photographs=photographs)
 
 
-def _preparing(progress: Progress, stop: Stop) -> Callable[[int, int], None]:
+def _preparing(progress: ProgressCallback, stop: Stop) -> Callable[[int, int], None]:
     """Return what shows how far the preparation is, and ends it where ``stop`` says so."""
 
     def show(done: int, total: int) -> None:

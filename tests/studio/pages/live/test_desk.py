@@ -4,19 +4,19 @@ import numpy as np
 import pytest
 
 import tactogram.workflows.capture.live
-from tactogram.capture.live.recognition import Guess, Heard
-from tactogram.capture.session.console import Status
+from tactogram.capture.live.recognition import Classification, WindowClassification
+from tactogram.capture.session.console import CaptureStatus
 from tactogram.errors import DataError, ParameterError
 from tactogram.studio.pages.live.choices import (
     classifiers,
     confined,
+    needs_material,
     plan_choices,
     session_state,
     source_choices,
-    to_be_told,
 )
 from tactogram.studio.pages.live.console import PageConsole, PageMetronome
-from tactogram.studio.pages.live.desk import Desk, Order
+from tactogram.studio.pages.live.desk import LiveRequest, LiveRunner
 from tactogram.studio.pages.live.traces import Traces
 from tactogram.studio.workspace.folder import Workspace
 from tactogram.workflows.capture.session import capture
@@ -91,7 +91,7 @@ def test_an_answer_counts_once_and_only_for_its_question():
 
 def test_an_ended_console_answers_with_a_stop():
     console = PageConsole()
-    console.show(Status("take 1", "countdown", ""))
+    console.show(CaptureStatus("take 1", "countdown", ""))
     console.end()
     assert console.ask("Begin?", {"b": "begin", "q": "stop"}, default="b", idle=lambda: None) == "q"
 
@@ -108,31 +108,31 @@ def test_the_metronome_says_where_its_beat_is():
 
 
 def test_a_desk_listens_draws_and_lets_the_device_go(tmp_path):
-    desk = Desk(tmp_path)
-    desk.start(Order(SIMULATED))
+    desk = LiveRunner(tmp_path)
+    desk.start(LiveRequest(SIMULATED))
     until(lambda: desk.now()["traces"]["next"] > 40)
     now = desk.now()
     assert (now["state"], now["axes"], now["simulated"]) == ("watching", ["x", "y", "z"], True)
     assert now["levels"]["rms"] > 0
     with pytest.raises(ParameterError, match="stop it first"):
-        desk.start(Order(SIMULATED))
+        desk.start(LiveRequest(SIMULATED))
     desk.stop()
     assert not desk.running
     assert desk.result["simulated"]
-    assert desk.last_order() == Order(SIMULATED)
+    assert desk.last_order() == LiveRequest(SIMULATED)
 
 
 @pytest.mark.parametrize("address", ["nothing:", "simulated:twelite?rate=fast"])
 def test_what_is_no_address_begins_nothing(tmp_path, address):
-    desk = Desk(tmp_path)
+    desk = LiveRunner(tmp_path)
     with pytest.raises(ParameterError):
-        desk.start(Order(address))
+        desk.start(LiveRequest(address))
     assert (desk.state, desk.last_order()) == ("idle", None)
 
 
 def test_a_device_that_does_not_open_is_told(tmp_path):
-    desk = Desk(tmp_path)
-    desk.start(Order("serial:/dev/no-such-port"))
+    desk = LiveRunner(tmp_path)
+    desk.start(LiveRequest("serial:/dev/no-such-port"))
     until(lambda: not desk.running)
     assert "no-such-port" in desk.error
     assert desk.state == "idle"
@@ -151,8 +151,8 @@ def plan_fixture(tmp_path):
 
 def test_a_session_is_the_terminals_and_says_how_far_it_is(tmp_path, plan):
     workspace = Workspace.at(tmp_path)
-    desk = Desk(workspace.own)
-    order = Order(SIMULATED, plan=str(plan), data=str(tmp_path / "rec"), changes={"subject": "K7"})
+    desk = LiveRunner(workspace.own)
+    order = LiveRequest(SIMULATED, plan=str(plan), data=str(tmp_path / "rec"), changes={"subject": "K7"})
     desk.start(order)
     for key in ("b", "a"):
         until(lambda k=key: desk.console.question is not None and k in desk.console.question.keys)
@@ -167,11 +167,11 @@ def test_a_session_is_the_terminals_and_says_how_far_it_is(tmp_path, plan):
 
 
 def test_a_session_needs_a_plan_that_is_one_and_a_store(tmp_path, plan):
-    desk = Desk(tmp_path / "own")
+    desk = LiveRunner(tmp_path / "own")
     with pytest.raises(ParameterError, match="needs a store"):
-        desk.start(Order(SIMULATED, plan=str(plan)))
+        desk.start(LiveRequest(SIMULATED, plan=str(plan)))
     with pytest.raises(ParameterError, match="no such session plan"):
-        desk.start(Order(SIMULATED, plan="none such", data=str(tmp_path / "rec")))
+        desk.start(LiveRequest(SIMULATED, plan="none such", data=str(tmp_path / "rec")))
 
 
 def test_simulated_sources_are_always_there(surfaces):
@@ -187,7 +187,7 @@ def test_simulated_sources_are_always_there(surfaces):
     addresses = [choice.address for choice in found if choice.simulated]
     assert "played:studio/first/surfaces?rate=330&loss=0.01&materials=all" in addresses
     assert any(address.startswith("simulated:twelite") for address in addresses)
-    assert to_be_told(addresses[0]) == "played:studio/first/surfaces?rate=330&loss=0.01"
+    assert needs_material(addresses[0]) == "played:studio/first/surfaces?rate=330&loss=0.01"
 
 
 @pytest.mark.parametrize(
@@ -229,15 +229,17 @@ def test_a_session_that_is_none_has_no_state(tmp_path):
 
 
 def test_what_a_classifier_makes_of_it_is_shown(tmp_path, monkeypatch):
-    guess = Guess(100, 0.3, Heard({"cork": 0.2, "tile": 0.8}, none_of_these=True), 0.0, 1.5, 0.02, 0)
+    guess = WindowClassification(
+        100, 0.3, Classification({"cork": 0.2, "tile": 0.8}, none_of_these=True), 0.0, 1.5, 0.02, 0
+    )
 
     def live(run, address, *, show, **rest):
         show(guess)
         return {"windows": 1, "judged": 1}
 
     monkeypatch.setattr(tactogram.workflows.capture.live, "live", live)
-    desk = Desk(tmp_path)
-    desk.start(Order(SIMULATED, run="runs/nine"))
+    desk = LiveRunner(tmp_path)
+    desk.start(LiveRequest(SIMULATED, run="runs/nine"))
     until(lambda: desk.result is not None)
     shown = desk.now()["guess"]
     assert (shown["material"], shown["none_of_these"], shown["latency_s"]) == ("tile", True, 0.02)

@@ -9,13 +9,13 @@ from tactogram import models
 from tactogram.datasets.ratings.words import WORDS
 from tactogram.errors import ParameterError
 from tactogram.model import ImageKind, SignalKind
-from tactogram.models import Facts
+from tactogram.models import ModelDescription
 from tactogram.studio.pages.make.form import (
     DRAWN,
     FIELDS,
-    Asked,
-    Form,
-    History,
+    FormHistory,
+    GenerationForm,
+    GenerationRequest,
     check,
     command,
     form_of,
@@ -55,7 +55,7 @@ def test_what_makes_nothing_has_no_form(name):
 
 @pytest.mark.parametrize("name", [n for n, f in MODELS.items() if f.task == "generation"])
 def test_any_other_form_can_be_gone_over_to(name):
-    everything = Asked(
+    everything = GenerationRequest(
         "runs/a",
         weights={"cork": 0.5, "gone": 0.5},
         words={"rough": 6.0, "gone": 1.0},
@@ -79,29 +79,29 @@ def test_any_other_form_can_be_gone_over_to(name):
 
 
 def test_weights_are_divided_by_their_sum_or_left_free():
-    asked = Asked(weights={"cork": 0.6, "felt": 0.0, "tile": 0.6})
+    asked = GenerationRequest(weights={"cork": 0.6, "felt": 0.0, "tile": 0.6})
 
     assert asked.mix == {"cork": 0.5, "tile": 0.5}
-    assert asked.having(to_one=False).mix == {"cork": 0.6, "tile": 0.6}
+    assert asked.with_changes(to_one=False).mix == {"cork": 0.6, "tile": 0.6}
 
 
-MIX = Form(("materials",), ("speed", "force"), MATERIALS)
-PHOTO = Form(("photo",), ("materials",), MATERIALS)
-BY_WORDS = Form(("words",), ("vibration",), words=WORDS)
+MIX = GenerationForm(("materials",), ("speed", "force"), MATERIALS)
+PHOTO = GenerationForm(("photo",), ("materials",), MATERIALS)
+BY_WORDS = GenerationForm(("words",), ("vibration",), words=WORDS)
 
 
 @pytest.mark.parametrize(
     ("form", "asked", "said"),
     [
-        (MIX, Asked(weights={"cork": 0.0}), "at least one"),
-        (PHOTO, Asked(), "photograph"),
-        (MIX, Asked(weights={"cork": 1}, speed_mm_s=-1.0), "Speed"),
-        (MIX, Asked(weights={"cork": 1}, force_n=float("nan")), "Force"),
-        (MIX, Asked(weights={"cork": 1}, seconds=61.0), "at most 60 s"),
-        (MIX, Asked(weights={"cork": 1}, seed=-1), "Seed"),
-        (MIX, Asked(weights={"cork": 1}, count=9), "1 to 8"),
-        (BY_WORDS, Asked(words={"rough": 7.5}), "rough must be 1 to 7"),
-        (PHOTO, Asked(photo="a.png", crop=(0.5, 0, 0.5, 1)), "width and a height"),
+        (MIX, GenerationRequest(weights={"cork": 0.0}), "at least one"),
+        (PHOTO, GenerationRequest(), "photograph"),
+        (MIX, GenerationRequest(weights={"cork": 1}, speed_mm_s=-1.0), "Speed"),
+        (MIX, GenerationRequest(weights={"cork": 1}, force_n=float("nan")), "Force"),
+        (MIX, GenerationRequest(weights={"cork": 1}, seconds=61.0), "at most 60 s"),
+        (MIX, GenerationRequest(weights={"cork": 1}, seed=-1), "Seed"),
+        (MIX, GenerationRequest(weights={"cork": 1}, count=9), "1 to 8"),
+        (BY_WORDS, GenerationRequest(words={"rough": 7.5}), "rough must be 1 to 7"),
+        (PHOTO, GenerationRequest(photo="a.png", crop=(0.5, 0, 0.5, 1)), "width and a height"),
     ],
 )
 def test_what_cannot_be_made_is_said_in_a_sentence(form, asked, said):
@@ -110,20 +110,20 @@ def test_what_cannot_be_made_is_said_in_a_sentence(form, asked, said):
 
 
 def test_a_form_survives_json():
-    asked = Asked(
+    asked = GenerationRequest(
         "r", {"cork": 0.3}, False, {"dry": 2.5}, "p.png", (0.1, 0.2, 0.9, 1.0), "v.npz", 80.0, None, 1.5, 7, 2
     )
 
-    assert Asked.of(json.loads(json.dumps(asked.as_dict()))) == asked
+    assert GenerationRequest.of(json.loads(json.dumps(asked.as_dict()))) == asked
 
 
 @pytest.mark.parametrize("held", [{"crop": "no", "weights": 3}, {"unknown": 1}, {}])
 def test_what_is_not_understood_is_left_at_its_default(held):
-    assert Asked.of(held) == Asked()
+    assert GenerationRequest.of(held) == GenerationRequest()
 
 
 def test_the_command_line_says_all_of_a_mix():
-    asked = Asked(
+    asked = GenerationRequest(
         "runs/a b", {"cork": 1.0, "tile": 2.0}, speed_mm_s=80.0, force_n=0.5, seconds=1.5, seed=3, count=2
     )
 
@@ -149,8 +149,8 @@ def test_the_command_line_says_all_of_a_mix():
 
 
 def test_the_command_line_fills_words_only_where_some_are_open():
-    some = Asked("r", words={"rough": 6.0})
-    every = Asked("r", words=dict.fromkeys(WORDS, 4.0), vibration="v.npz")
+    some = GenerationRequest("r", words={"rough": 6.0})
+    every = GenerationRequest("r", words=dict.fromkeys(WORDS, 4.0), vibration="v.npz")
 
     assert shlex.split(command(some, BY_WORDS))[3:7] == ["--words", "rough=6", "--rest", "mean"]
     assert "--rest" not in command(every, BY_WORDS)
@@ -158,7 +158,7 @@ def test_the_command_line_fills_words_only_where_some_are_open():
 
 
 def test_the_command_line_names_the_part_of_the_photograph():
-    asked = Asked("r", {"cork": 1.0}, photo="whole.png", crop=(0, 0, 0.5, 0.5))
+    asked = GenerationRequest("r", {"cork": 1.0}, photo="whole.png", crop=(0, 0, 0.5, 0.5))
 
     assert "--material cork --image part.png" in command(asked, PHOTO, photo="part.png")
 
@@ -169,7 +169,7 @@ def test_words_are_in_both_languages():
 
 
 def test_history_goes_back_and_forth():
-    history = History().after({"a": 1}).after({"a": 2})
+    history = FormHistory().after({"a": 1}).after({"a": 2})
 
     history, state = history.undone({"a": 3})
     assert state == {"a": 2}
@@ -180,20 +180,22 @@ def test_history_goes_back_and_forth():
     with pytest.raises(ParameterError, match="Nothing to redo"):
         history.after({"a": 2}).redone({"a": 9})
     with pytest.raises(ParameterError, match="Nothing to undo"):
-        History().undone({})
+        FormHistory().undone({})
 
 
 def test_history_is_bounded():
-    history = History()
+    history = FormHistory()
     for number in range(200):
         history = history.after({"n": number})
 
-    assert len(history.past) == History.MOST
+    assert len(history.past) == FormHistory.MOST
     assert history.past[-1] == {"n": 199}
 
 
 def test_an_unknown_condition_is_not_passed_over():
-    facts = Facts(title="t", authors=("a",), year=2020, task="generation", gives="signal", needs=("image",))
+    facts = ModelDescription(
+        title="t", authors=("a",), year=2020, task="generation", gives="signal", needs=("image",)
+    )
     unknown = facts.model_copy(update={"needs": ("material",), "takes": ("latent",)})
 
     assert form_of(unknown, SIGNALS).own_seed == ("latent",)

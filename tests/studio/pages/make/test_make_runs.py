@@ -11,11 +11,11 @@ from tactogram.cli.command import main
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image
 from tactogram.signal.io import read_signal, write_image
-from tactogram.studio.pages.make.desk import MOST_BESIDE, Desk
-from tactogram.studio.pages.make.form import Asked
-from tactogram.studio.pages.make.runs import Runs, cropped
+from tactogram.studio.pages.make.desk import MOST_BESIDE, MakePageState
+from tactogram.studio.pages.make.form import GenerationRequest
+from tactogram.studio.pages.make.runs import RunCatalogue, cropped
 from tactogram.studio.workspace.folder import Workspace
-from tactogram.studio.workspace.shelf import Shelf
+from tactogram.studio.workspace.shelf import ResultArchive
 
 VOICES = "studio/first/voices"
 
@@ -23,7 +23,7 @@ VOICES = "studio/first/voices"
 @pytest.fixture
 def desk(workspace):
     place = Workspace.at(workspace)
-    return Desk(place, Shelf(place.own / "kept"), Runs(place), {})
+    return MakePageState(place, ResultArchive(place.own / "kept"), RunCatalogue(place), {})
 
 
 @pytest.fixture
@@ -61,7 +61,7 @@ def test_the_command_line_makes_the_same_samples(desk, tmp_path, monkeypatch, ca
 
 
 def test_making_ends_between_pieces_when_asked_to(desk):
-    asked = desk.asked.having(count=5, seconds=0.1)
+    asked = desk.asked.with_changes(count=5, seconds=0.1)
 
     assert [number for number, _ in desk.runs.make(asked, go_on=lambda number: number < 3)] == [1, 2]
 
@@ -72,9 +72,9 @@ def test_a_run_is_loaded_once(desk):
 
 def test_the_map_is_worked_out_once_and_kept(desk, monkeypatch):
     places = desk.runs.places(desk.choice)
-    monkeypatch.setattr(Runs, "make", lambda *_, **__: pytest.fail("made again"))
+    monkeypatch.setattr(RunCatalogue, "make", lambda *_, **__: pytest.fail("made again"))
 
-    again = Runs(desk.workspace).places(desk.choice)
+    again = RunCatalogue(desk.workspace).places(desk.choice)
 
     assert again == pytest.approx(places, abs=1e-4)
     assert places.shape == (9, 2)
@@ -82,7 +82,7 @@ def test_the_map_is_worked_out_once_and_kept(desk, monkeypatch):
 
 def test_the_nearest_recordings_by_spectrum_are_of_the_material(desk):
     material = desk.form.materials[0]
-    made = next(made for _, made in desk.runs.make(desk.asked.having(weights={material: 1.0})))
+    made = next(made for _, made in desk.runs.make(desk.asked.with_changes(weights={material: 1.0})))
 
     how, found = desk.runs.nearest(desk.choice, made)
 
@@ -121,7 +121,7 @@ def test_a_form_comes_back_with_its_history(desk):
     desk.set(seed=6)
     desk.commit()
 
-    again = Desk(desk.workspace, desk.shelf, desk.runs, json.loads(json.dumps(desk.held)))
+    again = MakePageState(desk.workspace, desk.shelf, desk.runs, json.loads(json.dumps(desk.held)))
 
     assert again.asked.seed == 6
     again.undo()
@@ -131,7 +131,7 @@ def test_a_form_comes_back_with_its_history(desk):
     again.redo()
     assert again.asked.seed == 5
     with pytest.raises(ParameterError, match="Nothing to undo"):
-        Desk(desk.workspace, desk.shelf, desk.runs, {}).undo()
+        MakePageState(desk.workspace, desk.shelf, desk.runs, {}).undo()
 
 
 def test_results_are_held_shown_kept_and_still_there_after_a_reload(desk):
@@ -139,37 +139,37 @@ def test_results_are_held_shown_kept_and_still_there_after_a_reload(desk):
     first, second = (desk.put(desk.asked, desk.choice, 1, made) for _ in range(2))
     desk.show([first])
     desk.show([second])
-    desk.put_beside(f"made:{first.id}")
+    desk.add_comparison(f"made:{first.id}")
     kept = desk.shelf.keep_copy(second)
-    desk.note_kept(f"made:{second.id}", kept)
+    desk.record_kept(f"made:{second.id}", kept)
 
-    again = Desk(desk.workspace, desk.shelf, desk.runs, json.loads(json.dumps(desk.held)))
+    again = MakePageState(desk.workspace, desk.shelf, desk.runs, json.loads(json.dumps(desk.held)))
 
-    assert again.present().id == second.id
-    assert [held.id for held in again.listed()] == [second.id, first.id]
-    assert [held.id for _, held in again.beside()] == [first.id]
-    assert again.kept_as(f"made:{second.id}") == kept.id
+    assert again.current_result().id == second.id
+    assert [held.id for held in again.results()] == [second.id, first.id]
+    assert [held.id for _, held in again.compared()] == [first.id]
+    assert again.kept_id(f"made:{second.id}") == kept.id
     assert kept.facts["run"] == VOICES
     assert kept.facts["simulated"] is True
     assert kept.facts["condition"]["weights"] == desk.asked.weights
     assert np.array_equal(kept.signal().samples, made.samples)
     again.rename(f"made:{second.id}", "my cork")  # here, and where it is kept
-    assert [again.present().title, again.shelf.get(kept.id).title] == ["my cork"] * 2
+    assert [again.current_result().title, again.shelf.get(kept.id).title] == ["my cork"] * 2
     desk.shelf.remove(kept.id)
-    assert again.kept_as(f"made:{second.id}") == ""
+    assert again.kept_id(f"made:{second.id}") == ""
 
 
 def test_only_so_many_stand_beside(desk):
-    made = next(made for _, made in desk.runs.make(desk.asked.having(seconds=0.1)))
+    made = next(made for _, made in desk.runs.make(desk.asked.with_changes(seconds=0.1)))
     names = [f"made:{desk.put(desk.asked, desk.choice, 1, made).id}" for _ in range(MOST_BESIDE + 1)]
     for name in names[:-1]:
-        desk.put_beside(name)
+        desk.add_comparison(name)
 
     with pytest.raises(ParameterError, match="take one away"):
-        desk.put_beside(names[-1])
-    desk.take_away(names[0])
-    desk.put_beside(names[-1])
-    assert len(desk.beside()) == MOST_BESIDE
+        desk.add_comparison(names[-1])
+    desk.remove_comparison(names[0])
+    desk.add_comparison(names[-1])
+    assert len(desk.compared()) == MOST_BESIDE
 
 
 @pytest.mark.parametrize("name", ["", "made:", "made:../../x", "other:1", "kept:20200101-000000-000000"])
@@ -180,14 +180,14 @@ def test_a_result_that_is_gone_is_none(desk, name):
 def test_a_part_of_a_photograph_is_a_file_for_the_command_line(desk):
     pixels = np.arange(40 * 60 * 3, dtype=np.uint8).reshape(40, 60, 3)
     write_image(desk.photographs() / "stone-1.png", Image(pixels))
-    asked = Asked(photo="studio/photos/stone-1.png", crop=(0.5, 0.25, 1.0, 0.75))
+    asked = GenerationRequest(photo="studio/photos/stone-1.png", crop=(0.5, 0.25, 1.0, 0.75))
 
     name = desk.photo_file(asked)
 
-    part = desk.runs.photograph(Asked(photo=name))
+    part = desk.runs.photograph(GenerationRequest(photo=name))
     assert np.array_equal(part.pixels, pixels[10:30, 30:60])
     assert desk.photo_file(asked) == name
-    assert desk.photo_file(asked.having(crop=None)) == asked.photo
+    assert desk.photo_file(asked.with_changes(crop=None)) == asked.photo
 
 
 def test_the_least_part_is_a_pixel():
@@ -200,7 +200,7 @@ def test_the_least_part_is_a_pixel():
 
 def test_what_was_cancelled_ends_although_something_else_is_made_since(desk, studio_page):
     first, before = threading.Event(), len(desk.made.all())
-    pieces = desk.runs.make(desk.asked.having(count=3, seconds=0.1))
+    pieces = desk.runs.make(desk.asked.with_changes(count=3, seconds=0.1))
 
     def make(asked, *, go_on):
         assert go_on(1)

@@ -7,18 +7,18 @@ from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal
 from tactogram.studio.pages.materials.drop import fitting_stream, keep_signal, mixing
 from tactogram.studio.pages.materials.recordings import (
-    Filter,
-    Stores,
+    RecordingFilter,
+    StoreCache,
     choices,
+    describe_recording,
     filtered,
-    known_of,
     page_of,
     thumbnail,
     trace_svg,
 )
 from tactogram.studio.workspace.folder import Workspace
 from tactogram.workflows.data.stores import add_signal
-from tactogram.workflows.recognition.spectral_search import bands, like, spectrum
+from tactogram.workflows.recognition.spectral_search import band_centres, find_similar, spectrum
 
 SET = "studio/first/surfaces"
 
@@ -44,22 +44,22 @@ def tones(tmp_path):
 
 
 def test_near_is_what_has_the_same_spectrum_whatever_its_level_and_rate(tones, tmp_path):
-    found = like(tones, tone(100, level=0.1), count=2, cache=tmp_path / "spectra")
+    found = find_similar(tones, tone(100, level=0.1), count=2, cache=tmp_path / "spectra")
     assert [each["material"] for each in found["nearest"]] == ["tone-100", "tone-100"]
     assert found["nearest"][0]["distance"] < 2.0 < found["materials"][1]["distance"]
     assert "not a classifier" in found["measure"]
     assert len(list((tmp_path / "spectra").glob("*.npz"))) == 1
-    again = like(tones, tone(100, level=0.1), count=2, cache=tmp_path / "spectra")
+    again = find_similar(tones, tone(100, level=0.1), count=2, cache=tmp_path / "spectra")
     assert again == found
-    without = like(tones, tone(100), count=1, without=[each["id"] for each in found["nearest"]])
+    without = find_similar(tones, tone(100), count=1, without=[each["id"] for each in found["nearest"]])
     assert without["nearest"][0]["material"] != "tone-100"
     over_mm = Signal(np.ones(100), 10.0, "1", domain="displacement")
     with pytest.raises(ParameterError, match="runs over time, the signal over displacement"):
-        like(tones, over_mm)
+        find_similar(tones, over_mm)
 
 
 def test_a_spectrum_peaks_in_the_band_of_a_tone():
-    levels, middles = spectrum(tone(100)), bands(1000.0, "time")
+    levels, middles = spectrum(tone(100)), band_centres(1000.0, "time")
     assert middles[levels.argmax()] == pytest.approx(100, rel=0.12)
     assert levels.mean() == pytest.approx(0, abs=1e-4)
     assert spectrum(Signal(np.zeros(500), 1000.0, "m/s^2")).max() == 0
@@ -67,14 +67,16 @@ def test_a_spectrum_peaks_in_the_band_of_a_tone():
 
 def test_recordings_are_filtered_and_paged(tones):
     index = tones.index
-    assert len(filtered(index, Filter(text="TONES tone-100"))) == 2
-    assert len(filtered(index, Filter(material="tone-50"))) == 1
-    assert len(filtered(index, Filter(fields={"speed_mm_s": "100", "session": "day 1"}))) == 2
+    assert len(filtered(index, RecordingFilter(text="TONES tone-100"))) == 2
+    assert len(filtered(index, RecordingFilter(material="tone-50"))) == 1
+    assert len(filtered(index, RecordingFilter(fields={"speed_mm_s": "100", "session": "day 1"}))) == 2
     assert choices(index) == {"session": ["day 0", "day 1"], "speed_mm_s": ["50", "100", "200"]}
     assert page_of(45, 3, 20) == (3, 40, 45)
     assert page_of(45, 99, 20) == (3, 40, 45)
     assert page_of(0, 1, 20) == (1, 0, 0)
-    known = dict(known_of(RecordingInfo(id="a", material="x", speed_mm_s=50.0, labels={"lab": "b"})))
+    known = dict(
+        describe_recording(RecordingInfo(id="a", material="x", speed_mm_s=50.0, labels={"lab": "b"}))
+    )
     assert (known["speed"], known["lab"], known["source"]) == ("50 mm/s", "b", "not said")
 
 
@@ -101,7 +103,7 @@ def test_small_pictures_are_of_what_they_show(tmp_path):
 
 
 def test_a_store_is_opened_anew_when_something_was_added(tones, tmp_path):
-    stores = Stores(Workspace.at(tmp_path))
+    stores = StoreCache(Workspace.at(tmp_path))
     first = stores.get("tones")
     assert stores.get("tones") is first
     write_signal(tmp_path / "a.wav", tone(70))

@@ -9,7 +9,7 @@ from tactogram.rendering.files.conversion import check_file
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
 from tactogram.studio.signals.pictures import card_height
-from tactogram.studio.workspace.shelf import Shelf
+from tactogram.studio.workspace.shelf import ResultArchive
 from tactogram.workflows.rendering.render import render
 
 
@@ -17,7 +17,7 @@ from tactogram.workflows.rendering.render import render
 def kept_fixture(workspace):
     """Give a kept, simulated result of 4 s."""
     noise = np.random.default_rng(0).standard_normal((3, 4000)).astype(np.float32)
-    shelf = Shelf(workspace / "studio" / "kept")
+    shelf = ResultArchive(workspace / "studio" / "kept")
     return shelf.keep(Signal(noise, 1000, "m/s^2", ("x", "y", "z")), title="Cork", facts={"simulated": True})
 
 

@@ -16,10 +16,10 @@ from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
 from tactogram.studio.pages.send.losses import losses_table
 from tactogram.studio.pages.send.played_log import log_played, played_lately
-from tactogram.studio.pages.send.sending import DriveOrder, FileOrder, Sending
+from tactogram.studio.pages.send.sending import DriveRequest, FileRequest, SendService
 from tactogram.studio.pages.send.wording import level_text, warnings_of
 from tactogram.studio.workspace.folder import Workspace
-from tactogram.studio.workspace.shelf import Shelf
+from tactogram.studio.workspace.shelf import ResultArchive
 from tactogram.workflows.rendering.actuators import calibrate
 from tactogram.workflows.rendering.render import render
 
@@ -33,14 +33,14 @@ def texture(seed=0, seconds=0.4):
 def sending_fixture(tmp_path):
     """Give a Sending on a workspace with one kept, simulated result; its ``of`` is ``kept:ID``."""
     workspace = Workspace.at(tmp_path)
-    sending = Sending(workspace, Shelf(workspace.own / "kept"))
+    sending = SendService(workspace, ResultArchive(workspace.own / "kept"))
     made = sending.shelf.keep(texture(), title="Cork, at 100 mm/s", facts={"simulated": True})
     sending.of = f"kept:{made.id}"
     return sending
 
 
 def test_a_drive_is_what_the_command_makes(sending, monkeypatch):
-    sent = sending.drive(DriveOrder(sending.of, "voice-coil", "peak=0.5", changes=("linear.cap_db=10",)))
+    sent = sending.drive(DriveRequest(sending.of, "voice-coil", "peak=0.5", changes=("linear.cap_db=10",)))
     words = shlex.split(sent.found["commands"][0])
     monkeypatch.chdir(sending.workspace.folder)
     assert main(words[1:]) == 0
@@ -50,7 +50,7 @@ def test_a_drive_is_what_the_command_makes(sending, monkeypatch):
 
 
 def test_a_drive_is_had_as_wav_csv_and_npz_with_its_report(sending):
-    sent = sending.drive(DriveOrder(sending.of, "audio", "gain=0.1"))
+    sent = sending.drive(DriveRequest(sending.of, "audio", "gain=0.1"))
     drives = [read_signal(sending.drive_file(sent, suffix)) for suffix in (".wav", ".npz", ".csv")]
     assert all(np.allclose(d.samples, drives[0].samples, atol=1e-6) for d in drives)
     report = json.loads((sent.folder / "drive.report.json").read_text())
@@ -62,15 +62,15 @@ def test_a_drive_is_had_as_wav_csv_and_npz_with_its_report(sending):
 
 def test_what_is_refused_leaves_nothing(sending):
     with pytest.raises(ParameterError):
-        sending.drive(DriveOrder(sending.of, "voice-coil", "loud"))
+        sending.drive(DriveRequest(sending.of, "voice-coil", "loud"))
     assert [path for path in sending.folder.iterdir() if not path.name.startswith(".")] == []
     assert list(sending.folder.glob(".*.part")) == []
 
 
 def test_a_result_is_found_again_after_a_restart(sending):
-    order = DriveOrder(sending.of, "audio", "peak=0.2", how="x")
+    order = DriveRequest(sending.of, "audio", "peak=0.2", how="x")
     sent = sending.drive(order)
-    again = Sending(sending.workspace, sending.shelf).get(sent.id)
+    again = SendService(sending.workspace, sending.shelf).get(sent.id)
     assert again == sent
     assert again.order == order
 
@@ -89,11 +89,11 @@ def test_nothing_outside_of_the_workspace_is_sent(sending, of):
 
 def test_a_display_outside_of_the_workspace_is_not_opened(sending):
     with pytest.raises(ParameterError, match="outside"):
-        sending.drive(DriveOrder(sending.of, "../mine.toml", "peak=0.5"))
+        sending.drive(DriveRequest(sending.of, "../mine.toml", "peak=0.5"))
 
 
 def test_all_formats_come_checked_with_what_they_lose(sending):
-    sent = sending.file(FileOrder(sending.of))
+    sent = sending.file(FileRequest(sending.of))
     assert set(sent.found["files"]) == set(FORMATS)
     assert all(facts["problems"] == [] for facts in sent.found["files"].values())
     with zipfile.ZipFile(sent.folder / sent.found["zip"]) as archive:
@@ -107,7 +107,7 @@ def test_all_formats_come_checked_with_what_they_lose(sending):
 
 
 def test_one_format_is_the_file_of_the_command(sending, monkeypatch):
-    sent = sending.file(FileOrder(sending.of, "ahap", axis="y"))
+    sent = sending.file(FileRequest(sending.of, "ahap", axis="y"))
     monkeypatch.chdir(sending.workspace.folder)
     words = shlex.split(sent.found["commands"][0])
     assert main(words[1:]) == 0
@@ -117,7 +117,7 @@ def test_one_format_is_the_file_of_the_command(sending, monkeypatch):
 
 def test_a_format_that_cannot_hold_it_is_named_among_all(sending):
     silent = sending.shelf.keep(Signal(np.zeros(400, np.float32), 1000, "1"), title="Silence", facts={})
-    files = sending.file(FileOrder(f"kept:{silent.id}")).found["files"]
+    files = sending.file(FileRequest(f"kept:{silent.id}")).found["files"]
     assert "refused" in files["vibration"]
     assert "file" in files["hjif"]
     assert any("refused" in row for row in losses_table(files))
@@ -125,7 +125,7 @@ def test_a_format_that_cannot_hold_it_is_named_among_all(sending):
 
 def test_a_recording_is_sent_as_a_file(surfaces):
     workspace = Workspace.at(surfaces)
-    sending = Sending(workspace, Shelf(workspace.own / "kept"))
+    sending = SendService(workspace, ResultArchive(workspace.own / "kept"))
     store = "studio/first/surfaces"
     of, told = next(iter(sending.recordings(store).items()))
     chosen = sending.chosen(of)
@@ -170,13 +170,13 @@ def test_a_signal_over_displacement_needs_a_speed(sending):
     along = Signal(texture().samples[:1], 40, "1", ("x",), "displacement")
     of = f"kept:{sending.shelf.keep(along, title='Felt', facts={}).id}"
     with pytest.raises(ParameterError, match="speed"):
-        sending.drive(DriveOrder(of, "audio", "peak=0.5"))
-    sent = sending.drive(DriveOrder(of, "audio", "peak=0.5", speed_mm_s=50.0))
+        sending.drive(DriveRequest(of, "audio", "peak=0.5"))
+    sent = sending.drive(DriveRequest(of, "audio", "peak=0.5", speed_mm_s=50.0))
     assert "met at 50 mm/s" in sent.found["report"]["scaled"][0]
     assert "--speed 50" in sent.found["commands"][0]
     with pytest.raises(ParameterError, match="speed|moves"):
-        sending.file(FileOrder(of, "ahap"))
-    assert "--play-at 50" in sending.file(FileOrder(of, "ahap", play_at=50.0)).found["commands"][0]
+        sending.file(FileRequest(of, "ahap"))
+    assert "--play-at 50" in sending.file(FileRequest(of, "ahap", play_at=50.0)).found["commands"][0]
 
 
 def test_a_persons_calibration_is_taken(sending):
@@ -195,7 +195,7 @@ def test_a_persons_calibration_is_taken(sending):
     assert list(sending.calibrations()) == ["people.toml"]
     peaks = []
     for person in ("anna", "ben"):
-        order = DriveOrder(of, "electrovibration", "physical", calibration="people.toml", person=person)
+        order = DriveRequest(of, "electrovibration", "physical", calibration="people.toml", person=person)
         peaks.append(sending.drive(order).found["report"]["drive"]["peak"])
     # Twice the force per volt squared needs the root of half of it.
     assert peaks[0] / peaks[1] == pytest.approx(2**0.5, rel=0.02)

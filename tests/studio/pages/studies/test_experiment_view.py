@@ -12,10 +12,10 @@ from tactogram.studio.pages.studies.catalogue import (
     begun,
     copy_study,
     counts_of,
-    listed,
     pairs_of,
     power_rows,
     session_folder,
+    workspace_studies,
 )
 from tactogram.studio.pages.studies.experiment_view import (
     address_of,
@@ -29,7 +29,7 @@ from tactogram.studio.pages.studies.experiment_view import (
 )
 from tactogram.studio.pages.studies.joining import reached_at
 from tactogram.studio.participants.prepared import PreparedStimuli
-from tactogram.studio.server.application import Answering
+from tactogram.studio.server.application import ServerAnnouncement
 from tactogram.studio.workspace.folder import Workspace
 from tactogram.study.session.store import SessionStore
 from tactogram.study.study_file import shipped_studies
@@ -156,9 +156,9 @@ def test_the_shelf_lists_every_design_and_what_is_wrong_with_a_file(session, tmp
     copied.with_name("broken.toml").write_text("[design]\nkind = 'abx'\n")
     bare = re.sub(r"\[analysis.margins\].*?(?=\n\[)", "", copied.read_text(encoding="utf-8"), flags=re.S)
     copied.with_name("bare.toml").write_text(bare, encoding="utf-8")
-    found = {study.name: study for study in listed(workspace)}
+    found = {study.name: study for study in workspace_studies(workspace)}
     assert set(shipped_studies()) < set(found)
-    assert found["studies/threshold.toml"].asks.startswith("How weak")
+    assert found["studies/threshold.toml"].question_text.startswith("How weak")
     assert "margins: staircase ±3 dB" in found["threshold"].line
     assert "margins: none, so that nothing can be shown to be equivalent" in found["studies/bare.toml"].line
     assert found["studies/broken.toml"].wrong
@@ -223,7 +223,7 @@ def test_a_session_goes_on_as_it_was_begun_under_the_addresses_that_others_are_g
     assert (listening, options["path"]) == ("port", "/experiment/pilot")
     assert [one.code for one in session.participants()] == ["P1", "P2", "P3"]
     roots = ("https://192.0.2.7:1", "https://192.0.2.8:1")
-    options["ready"](Answering(f"{roots[0]}/experiment/pilot?token=x", roots, "AA:BB"))
+    options["ready"](ServerAnnouncement(f"{roots[0]}/experiment/pilot?token=x", roots, "AA:BB"))
     [facts] = told
     join = studio.sessions.all()[0].join_path
     assert (facts["join"], facts["addresses"]) == (f"{roots[0]}{join}", [f"{roots[1]}{join}"])

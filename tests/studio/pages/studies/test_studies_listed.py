@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from tactogram.studio.pages.studies.catalogue import listed
+from tactogram.studio.pages.studies.catalogue import workspace_studies
 from tactogram.studio.pages.studies.panels import _may_be_answers
 from tactogram.studio.workspace.folder import Workspace
 from tactogram.study.study_file import shipped_studies
@@ -13,7 +13,7 @@ def test_each_design_is_listed_once_where_the_workspace_holds_the_package():
     workspace = Workspace(folder.parent.resolve())
     assert len(workspace.studies()) >= len(shipped_studies())
 
-    assert [(one.name, one.shipped) for one in listed(workspace)] == [
+    assert [(one.name, one.shipped) for one in workspace_studies(workspace)] == [
         (name, True) for name in shipped_studies()
     ]
 

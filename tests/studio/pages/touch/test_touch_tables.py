@@ -21,7 +21,7 @@ from tactogram.signal.synthesis import synthesise
 from tactogram.signal.texture_map import TextureMap
 from tactogram.studio.context import Studio
 from tactogram.studio.pages.touch.pictures import drawn_surface, picture_of
-from tactogram.studio.pages.touch.sources import Asked, TouchSources
+from tactogram.studio.pages.touch.sources import TextureRequest, TouchSources
 from tactogram.studio.pages.touch.tables import table_of_map, table_of_signal
 
 RATE = 48_000.0
@@ -200,9 +200,9 @@ def test_materials_kept_signals_and_files_are_offered(sources):
 
 
 def test_models_of_one_speed_are_laid_along_the_way_unless_asked_otherwise(sources):
-    laid = sources.table(Asked("run", VOICES, "tile"))
+    laid = sources.table(TextureRequest("run", VOICES, "tile"))
     assert (laid.head["kind"], laid.head["along"], laid.head["recorded_mm_s"]) == ("surface", "path", 100.0)
-    tabled = sources.table(Asked("run", VOICES, "tile", lay="table"))
+    tabled = sources.table(TextureRequest("run", VOICES, "tile", lay="table"))
     assert tabled.head["kind"] == "autoregressive"
     assert laid.head["level"] == pytest.approx(tabled.head["level"], rel=0.15)
     assert laid.head["simulated"]
@@ -210,7 +210,7 @@ def test_models_of_one_speed_are_laid_along_the_way_unless_asked_otherwise(sourc
 
 
 def test_a_table_is_made_once_and_anew_when_its_file_changes(sources, workspace):
-    asked = Asked("file", "recordings/stroke.wav")
+    asked = TextureRequest("file", "recordings/stroke.wav")
     first = sources.table(asked)
     assert sources.table(asked) is first
     louder = Signal(3 * np.sin(np.arange(6000) / 4)[None].astype(np.float32), 2000.0, "m/s^2")
@@ -223,7 +223,7 @@ def test_a_table_is_made_once_and_anew_when_its_file_changes(sources, workspace)
 
 def test_a_kept_result_is_felt_as_it_was_kept(sources, studio):
     made = next(made for made in studio.shelf.all() if not made.is_image)
-    table = sources.table(Asked("kept", made.id, lay="x"))
+    table = sources.table(TextureRequest("kept", made.id, lay="x"))
     assert (table.head["name"], table.head["along"], table.head["simulated"]) == ("Kept ridges", "x", True)
 
 
@@ -241,7 +241,7 @@ def test_a_kept_result_is_felt_as_it_was_kept(sources, studio):
 )
 def test_what_is_not_there_is_refused_with_a_sentence(sources, asked, error, words):
     with pytest.raises(error, match=words):
-        sources.table(Asked(*asked))
+        sources.table(TextureRequest(*asked))
 
 
 @pytest.mark.parametrize(
@@ -257,21 +257,21 @@ def test_what_is_not_there_is_refused_with_a_sentence(sources, asked, error, wor
 )
 def test_what_makes_no_sense_is_refused_before_anything_is_read(values, words):
     with pytest.raises(ParameterError, match=words):
-        Asked(**{"where": "run", "of": "x", **values})
+        TextureRequest(**{"where": "run", "of": "x", **values})
 
 
 # -- pictures ----------------------------------------------------------------------------------------------
 
 
 def test_the_pad_shows_the_materials_picture_where_the_data_has_one(sources):
-    picture = picture_of(sources, Asked("run", VOICES, "tile"))
+    picture = picture_of(sources, TextureRequest("run", VOICES, "tile"))
     assert (picture.kind, picture.png[:4]) == ("rendered", b"\x89PNG")
     assert picture.mm_per_pixel == pytest.approx(0.15)
     assert picture.words == "tile: rendered picture of the simulated surface"
 
 
 def test_without_a_picture_the_signal_is_drawn_and_that_is_said(sources):
-    picture = picture_of(sources, Asked("file", "recordings/ridges.npz"))
+    picture = picture_of(sources, TextureRequest("file", "recordings/ridges.npz"))
     assert picture.kind == "drawn"
     assert picture.words == "recordings/ridges.npz: drawn from the signal, no photograph"
 

@@ -11,9 +11,9 @@ from tactogram.models import available, find
 from tactogram.recipe import parse_changes
 from tactogram.studio.pages.train.compare import differences, flat, overlaid, rows_of_figures
 from tactogram.studio.pages.train.log import checkpoint_step, metrics
-from tactogram.studio.pages.train.request import Order, told
-from tactogram.studio.pages.train.run_facts import RunFacts
-from tactogram.studio.pages.train.trainings import Trainings
+from tactogram.studio.pages.train.request import RunRequest, describe_model
+from tactogram.studio.pages.train.run_facts import RunSummary
+from tactogram.studio.pages.train.trainings import TaskQueue
 from tactogram.studio.pages.train.widgets import loss_options
 from tactogram.studio.workspace.folder import Workspace
 
@@ -21,7 +21,7 @@ SET = "studio/first/surfaces"
 
 
 def test_a_form_says_what_the_command_line_says():
-    plain = Order("stroke_cnn", "data/x", "quick", "one")
+    plain = RunRequest("stroke_cnn", "data/x", "quick", "one")
     assert plain.arguments == [
         "train",
         "stroke_cnn",
@@ -32,7 +32,7 @@ def test_a_form_says_what_the_command_line_says():
         "--out",
         "runs/one",
     ]
-    order = Order(
+    order = RunRequest(
         "stroke_cnn", "d", "quick", "one", "last", 3, "session", "material+contactor", "contactor=pen session=a|b",
         ("config.steps=5",),
     )  # fmt: skip
@@ -46,15 +46,15 @@ def test_a_form_says_what_the_command_line_says():
 @pytest.mark.parametrize("name", ["", "../x", "a/b", ".hidden", "-x", "x" * 90])
 def test_a_name_that_is_none_for_a_folder_is_refused(name):
     with pytest.raises(ParameterError, match="the run's name must be letters"):
-        _ = Order("m", "d", "quick", name).arguments
+        _ = RunRequest("m", "d", "quick", name).arguments
 
 
 def test_every_model_is_told_in_two_sentences():
-    texts = {name: told(facts) for name, facts in available().items()}
+    texts = {name: describe_model(facts) for name, facts in available().items()}
     assert texts["texture_gan"].startswith(
         "Generates signals, going by material, speed (if given) and force (if given); learns from recordings"
     )
-    assert "with photographs" in told(find("pix2pix"))
+    assert "with photographs" in describe_model(find("pix2pix"))
     assert all(len(text) < 400 for text in texts.values())
 
 
@@ -63,7 +63,10 @@ def test_runs_are_compared_by_what_differs():
     assert differences({"r1": flat(one), "r2": flat(two)}) == {"a.c": {"r1": "[2]", "r2": "[3]"}}
     held = {"r1": {"loss": [(1, 2.0)]}, "r2": {"other": [(1, 1.0)]}}
     assert overlaid(held, "loss") == {"r1": [(1, 2.0)]}
-    facts = {"r1": RunFacts(None, "m", True, validation={"acc": 0.51234}), "r2": RunFacts(None, "m", False)}
+    facts = {
+        "r1": RunSummary(None, "m", True, validation={"acc": 0.51234}),
+        "r2": RunSummary(None, "m", False),
+    }
     assert rows_of_figures(facts) == {"acc (validation)": {"r1": "0.5123"}}
 
 
@@ -76,7 +79,7 @@ def test_a_chart_is_logarithmic_only_where_it_can_be():
 def left_behind(workspace):
     """End the trainings that a test leaves behind: they survive it, as they should."""
     yield
-    for task in Trainings(Workspace.at(workspace)).all():
+    for task in TaskQueue(Workspace.at(workspace)).all():
         if task.process is not None:
             task.process.end()
 
@@ -107,7 +110,7 @@ def state(tab, name):
 
 def hurried(workspace):
     """Give trainings their full share of the processor where that is allowed: nothing else is to stay quick here."""
-    for task in Trainings(Workspace.at(workspace)).all():
+    for task in TaskQueue(Workspace.at(workspace)).all():
         if task.process is not None:
             with contextlib.suppress(psutil.Error):
                 psutil.Process(task.process.pid).nice(0)
@@ -144,7 +147,7 @@ def test_a_training_is_watched_stopped_resumed_and_survives_the_server(browser, 
             sample = tab.locator(".signal", has_text=f"carpet at step {kept}")
             sample.wait_for()
             sample.get_by_text("simulated", exact=True).wait_for()  # made by what learned from simulated data
-            trainings = Trainings(Workspace.at(workspace))
+            trainings = TaskQueue(Workspace.at(workspace))
             for task in trainings.of("runs/stroke_gan-tiny"):
                 trainings.forget(task.id)  # as if it had been begun at the command line
             state(tab, "unfinished")

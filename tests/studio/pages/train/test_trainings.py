@@ -10,9 +10,9 @@ from tactogram.models import find
 from tactogram.recipe import parse_changes
 from tactogram.studio.pages.train import detached
 from tactogram.studio.pages.train.config_form import assignments, settings_of
-from tactogram.studio.pages.train.detached import Process, start
+from tactogram.studio.pages.train.detached import DetachedProcess, start
 from tactogram.studio.pages.train.log import (
-    Step,
+    TaskProgress,
     checkpoint_step,
     complaint,
     curves,
@@ -24,13 +24,13 @@ from tactogram.studio.pages.train.log import (
     time_left,
 )
 from tactogram.studio.pages.train.run_facts import figures, run_facts
-from tactogram.studio.pages.train.trainings import Task, Trainings, command_line, free_name
+from tactogram.studio.pages.train.trainings import StudioTask, TaskQueue, command_line, free_name
 from tactogram.studio.pages.train.widgets import state_of
 from tactogram.studio.workspace.folder import Workspace
 from tactogram.workflows.training.compatibility import check_training
-from tactogram.workflows.training.plan import Asked
-from tactogram.workflows.training.preview import offered, sample
-from tactogram.workflows.training.run_lock import at_work
+from tactogram.workflows.training.plan import TrainingRequest
+from tactogram.workflows.training.preview import sample, sample_choices
+from tactogram.workflows.training.run_lock import run_lock
 from tactogram.workflows.training.train import train
 
 STORE = "studio/first/surfaces"
@@ -66,7 +66,7 @@ def wait(until, seconds=180.0):
 @pytest.fixture(scope="module")
 def trainings(workspace):
     nice, detached.NICE = detached.NICE, 0  # nothing else is to stay quick here
-    made = Trainings(Workspace.at(workspace), most=1)
+    made = TaskQueue(Workspace.at(workspace), most=1)
     yield made
     detached.NICE = nice
     for task in made.all():
@@ -86,7 +86,7 @@ def test_a_training_is_stopped_found_by_another_server_and_resumed_to_the_same_w
     assert trainings.status(first).state == "running"
     with pytest.raises(ParameterError, match="stop it before the run is deleted"):
         trainings.delete_run(run)
-    other = Trainings(Workspace.at(workspace), most=1)  # as after a restart: nothing but what is on the disk
+    other = TaskQueue(Workspace.at(workspace), most=1)  # as after a restart: nothing but what is on the disk
     status = other.status(other.get(first.id))
     assert (status.state, status.step.name, status.step.total) == ("running", "classify", STEPS)
     other.stop(second.id)
@@ -131,11 +131,11 @@ def test_a_training_that_fails_says_why_and_one_that_is_killed_too(trainings, wo
 
 def test_a_process_of_the_same_number_is_another_one(trainings, tmp_path):
     process = start(["devices"], folder=tmp_path, log=tmp_path / "log")
-    later = Process(os.getpid(), process.created - 1000)  # the number was given again
-    assert Process(os.getpid(), time.time() + 5).alive() is False
+    later = DetachedProcess(os.getpid(), process.created - 1000)  # the number was given again
+    assert DetachedProcess(os.getpid(), time.time() + 5).alive() is False
     assert not later.alive()
     assert not later.ask_to_end()
-    task = Task(
+    task = StudioTask(
         "20260101-000000-abcdef", "train", ("train",), "runs/gone", "2026-01-01T00:00:00+00:00", later
     )
     assert trainings.status(task).state == "failed"
@@ -149,13 +149,13 @@ def test_a_run_that_another_process_trains_is_left_alone(trainings, workspace):
     run.mkdir(parents=True)
     (run / "recipe.toml").write_text('model = "stroke_cnn"\n')
     assert state_of(run_facts(run), None) == "unfinished"
-    with at_work(run):
+    with run_lock(run):
         assert state_of(run_facts(run), None) == "running"
         with pytest.raises(ParameterError, match="begun elsewhere trains it at present"):
             trainings.resume_run(run)
         with pytest.raises(ParameterError, match="a process trains it; stop it before"):
             trainings.delete_run(run)
-        stopped = Task(
+        stopped = StudioTask(
             "20260101-000000-abcdef",
             "train",
             ("train",),
@@ -180,7 +180,7 @@ def test_a_sample_is_asked_for_by_name(workspace, tmp_path):
     shutil.copytree(workspace / "studio/first/voices", run)
     names = [f"luncheon-mat-0{number}" for number in (1, 2, 3)]
     names = ["artificial-grass", "carpet", "cloth", "cork-sheet", *names, "punched-plastic-sheet", "tile"]
-    assert offered(run) == names
+    assert sample_choices(run) == names
     assert sample(run, of="tile")["of"] == "tile"
     assert (run / "samples/end-tile.wav").is_file()
     with pytest.raises(ParameterError, match="must be of one of artificial-grass, .* got 'foam'"):
@@ -188,12 +188,17 @@ def test_a_sample_is_asked_for_by_name(workspace, tmp_path):
     (run / "model.json").unlink()  # while it trains, its data says it
     data = json.loads((run / "data.json").read_text())
     (run / "data.json").write_text(json.dumps({**data, "path": str(workspace / STORE)}))
-    assert offered(run) == names
+    assert sample_choices(run) == names
 
 
 def test_what_went_on_elsewhere_is_not_where_this_studio_left_it(trainings, workspace):
-    task = Task(
-        "20260102-000000-abcdef", "train", ("train",), "runs/on", "2026-01-02T00:00:00+00:00", Process(1, 0.0)
+    task = StudioTask(
+        "20260102-000000-abcdef",
+        "train",
+        ("train",),
+        "runs/on",
+        "2026-01-02T00:00:00+00:00",
+        DetachedProcess(1, 0.0),
     )
     (workspace / "runs/on").mkdir(parents=True)
     checkpoint, log = workspace / "runs/on/checkpoint.safetensors", trainings.folder / f"{task.id}.log"
@@ -207,7 +212,7 @@ def test_what_went_on_elsewhere_is_not_where_this_studio_left_it(trainings, work
 
 
 def test_a_broken_record_is_left_out(trainings, tmp_path):
-    other = Trainings(Workspace.at(tmp_path))
+    other = TaskQueue(Workspace.at(tmp_path))
     other.folder.mkdir(parents=True)
     (other.folder / "20260101-000000-abcdef.json").write_text("{")
     (other.folder / "other.json").write_text("{}")
@@ -219,13 +224,15 @@ def test_a_broken_record_is_left_out(trainings, tmp_path):
 
 
 def test_data_and_model_that_do_not_fit_are_refused_before_anything_is_made(workspace):
-    facts = check_training(Asked("stroke_cnn", workspace / STORE, recipe="tiny", split="all"))
+    facts = check_training(TrainingRequest("stroke_cnn", workspace / STORE, recipe="tiny", split="all"))
     assert (facts["train"], facts["test"], len(facts["materials"]), facts["rate"]) == (18, 0, 9, 1000.0)
     assert facts["simulated"] is True
     with pytest.raises(ParameterError, match="no ratings to learn from"):
-        check_training(Asked("rater", workspace / STORE, recipe="tiny"))
+        check_training(TrainingRequest("rater", workspace / STORE, recipe="tiny"))
     with pytest.raises(ParameterError, match="axis must be one of x, y, z"):
-        check_training(Asked("stroke_cnn", workspace / STORE, split="all", changes={"prepare.axes": ["w"]}))
+        check_training(
+            TrainingRequest("stroke_cnn", workspace / STORE, split="all", changes={"prepare.axes": ["w"]})
+        )
 
 
 LOG = """prepare: 1/18
@@ -238,12 +245,12 @@ classify: 50/500 loss 2
 
 def test_how_far_it_is_comes_from_the_log_and_the_metrics(tmp_path):
     assert step_of("") is None
-    assert step_of(LOG) == Step("classify", 50, 500)
+    assert step_of(LOG) == TaskProgress("classify", 50, 500)
     lines = [{"stage": 1, "step": step, "loss": 1.0} for step in (10, 70)]
     (tmp_path / "metrics.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines) + '{"sta')
-    assert step_of(LOG, tmp_path) == Step("classify", 70, 500)
+    assert step_of(LOG, tmp_path) == TaskProgress("classify", 70, 500)
     (tmp_path / "metrics.jsonl").write_text('{"stage": 0, "step": 400}\n')  # of the stage before
-    assert step_of(LOG, tmp_path) == Step("classify", 50, 500)
+    assert step_of(LOG, tmp_path) == TaskProgress("classify", 50, 500)
     assert step_of(LOG).share == pytest.approx(0.1)
 
 
@@ -276,9 +283,13 @@ def test_curves_are_of_stages_with_more_than_one_step():
 
 
 def test_time_left_follows_from_what_was_seen_of_the_stage():
-    seen = [(0.0, Step("fit", 1, 1)), (1.0, Step("train", 10, 100)), (3.0, Step("train", 30, 100))]
-    assert time_left(Step("train", 30, 100), seen) == (10.0, 7.0)
-    assert time_left(Step("train", 30, 100), seen[:2]) is None
+    seen = [
+        (0.0, TaskProgress("fit", 1, 1)),
+        (1.0, TaskProgress("train", 10, 100)),
+        (3.0, TaskProgress("train", 30, 100)),
+    ]
+    assert time_left(TaskProgress("train", 30, 100), seen) == (10.0, 7.0)
+    assert time_left(TaskProgress("train", 30, 100), seen[:2]) is None
     assert [duration(s) for s in (0.2, 61, 600, 7200)] == ["1 s", "61 s", "10 min", "2.0 h"]
 
 

@@ -3,7 +3,7 @@
 No model, feature or evaluation may import this (an import contract says so): what is judged must not know the judge.
 """
 
-from tactogram.datasets.simulate.raters.people import Person as Person
+from tactogram.datasets.simulate.raters.people import SimulatedRater as SimulatedRater
 from tactogram.datasets.simulate.raters.people import draw_people as draw_people
 from tactogram.datasets.simulate.raters.scoring import score_images as score_images
 from tactogram.datasets.simulate.raters.scoring import score_plates as score_plates

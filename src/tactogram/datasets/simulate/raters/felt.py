@@ -13,7 +13,7 @@ from scipy import signal as dsp
 from scipy.stats import kurtosis
 
 from tactogram.datasets.ratings.words import WORDS
-from tactogram.datasets.simulate.touch import RATE, Touched
+from tactogram.datasets.simulate.touch import RATE, FingerSlide
 from tactogram.signal.perception import weighted
 
 PACINIAN_HZ = (40.0, 1000.0)
@@ -58,7 +58,7 @@ class TouchCues:
     catching: float
 
 
-def touch_cues(touched: Touched) -> TouchCues:
+def touch_cues(touched: FingerSlide) -> TouchCues:
     """Return what counts of a touch."""
     felt = weighted(touched.skin, band=PACINIAN_HZ).samples.astype(np.float64)
     frequency, power = dsp.periodogram(felt, RATE)

@@ -20,7 +20,7 @@ SIGHT_LEAN, SIGHT_WORD, SIGHT_TASTE = 0.5, 0.5, 0.8
 
 
 @dataclass(frozen=True, eq=False)
-class Person:
+class SimulatedRater:
     """A simulated rater.
 
     Parameters
@@ -50,7 +50,7 @@ class Person:
         return np.random.default_rng(np.random.SeedSequence([self.seed, *keys]))
 
 
-def draw_people(count: int, *, seed: int, prefix: str = "rater") -> tuple[Person, ...]:
+def draw_people(count: int, *, seed: int, prefix: str = "rater") -> tuple[SimulatedRater, ...]:
     """Return ``count`` simulated people, ``rater01`` and so on; another prefix or seed gives other people.
 
     Raises
@@ -65,10 +65,10 @@ def draw_people(count: int, *, seed: int, prefix: str = "rater") -> tuple[Person
     return tuple(_person(f"{prefix}{number:02d}", seed) for number in range(1, count + 1))
 
 
-def _person(name: str, seed: int) -> Person:
+def _person(name: str, seed: int) -> SimulatedRater:
     rng = np.random.default_rng(np.random.SeedSequence([seed, zlib.crc32(name.encode())]))
     draw = rng.standard_normal
-    return Person(
+    return SimulatedRater(
         name,
         seed,
         LEAN * draw() + LEAN_WORD * draw(len(WORDS)),

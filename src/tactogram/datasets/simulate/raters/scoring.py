@@ -12,7 +12,7 @@ from tactogram.datasets.ratings.ratings import EVOKED, SEVEN_POINT, Ratings, Sca
 from tactogram.datasets.ratings.words import WORDS
 from tactogram.datasets.simulate.metal_plates import Plate
 from tactogram.datasets.simulate.raters.felt import TouchCues, touch_cues, touch_words
-from tactogram.datasets.simulate.raters.people import OWN_TASTE, SIGHT_TASTE, Person
+from tactogram.datasets.simulate.raters.people import OWN_TASTE, SIGHT_TASTE, SimulatedRater
 from tactogram.datasets.simulate.raters.seen import sight_cues, sight_words
 from tactogram.datasets.simulate.touch import display_touched, plate_touched
 from tactogram.errors import ParameterError
@@ -45,14 +45,16 @@ Array = NDArray[np.float64]
 Met = TypeVar("Met")
 
 
-def score_plates(plates: Sequence[Plate], people: Sequence[Person], *, seed: int) -> Ratings:
+def score_plates(plates: Sequence[Plate], people: Sequence[SimulatedRater], *, seed: int) -> Ratings:
     """Return the simulated scores of metal plates that are touched unseen, 1 to 7; order random for each person."""
     return _scored(
         {plate.name: touch_cues(plate_touched(plate)) for plate in plates}, _by_touch, people, seed, "plates"
     )
 
 
-def score_vibrations(signals: Mapping[str, Signal], people: Sequence[Person], *, seed: int) -> Ratings:
+def score_vibrations(
+    signals: Mapping[str, Signal], people: Sequence[SimulatedRater], *, seed: int
+) -> Ratings:
     """Return the simulated scores of drive signals that are touched on the simulated ultrasonic display, 1 to 7.
 
     Parameters
@@ -74,7 +76,7 @@ def score_vibrations(signals: Mapping[str, Signal], people: Sequence[Person], *,
 
 
 def score_images(
-    images: Mapping[str, Image], people: Sequence[Person], *, seed: int, session: str = "images"
+    images: Mapping[str, Image], people: Sequence[SimulatedRater], *, seed: int, session: str = "images"
 ) -> Ratings:
     """Return whether simulated people say that each word is evoked by looking at each image, 0 or 1."""
     seen = {item: sight_words(sight_cues(image)) for item, image in images.items()}
@@ -82,7 +84,7 @@ def score_images(
 
 
 def score_together(
-    pairs: Mapping[str, tuple[Signal, Image]], people: Sequence[Person], *, seed: int
+    pairs: Mapping[str, tuple[Signal, Image]], people: Sequence[SimulatedRater], *, seed: int
 ) -> Ratings:
     """Return the simulated scores, 1 to 7, of vibrations touched while an image is seen.
 
@@ -103,19 +105,19 @@ def sight_weight() -> Array:
     return np.asarray(sight / (sight + touch))
 
 
-def _by_touch(person: Person, item: str, cues: TouchCues) -> Array:
+def _by_touch(person: SimulatedRater, item: str, cues: TouchCues) -> Array:
     """Return a person's scores before the scale's steps and ends, points of 7."""
     words = touch_words(cues, sensitivity_db=person.sensitivity_db)
     own = OWN_TASTE * person.rng("touch", item).standard_normal(len(WORDS))
     return 1 + 6 * words + own
 
 
-def _by_sight(person: Person, item: str, logits: Array) -> Array:
+def _by_sight(person: SimulatedRater, item: str, logits: Array) -> Array:
     """Return a person's readiness to call each word evoked, logits."""
     return logits + person.yes + SIGHT_TASTE * person.rng("sight", item).standard_normal(len(WORDS))
 
 
-def _by_both(person: Person, item: str, met: tuple[TouchCues, Array]) -> Array:
+def _by_both(person: SimulatedRater, item: str, met: tuple[TouchCues, Array]) -> Array:
     seen = 1 + 6 / (1 + np.exp(-_by_sight(person, item, met[1])))
     weight = sight_weight()
     return weight * seen + (1 - weight) * _by_touch(person, item, met[0])
@@ -123,8 +125,8 @@ def _by_both(person: Person, item: str, met: tuple[TouchCues, Array]) -> Array:
 
 def _scored(
     items: Mapping[str, Met],
-    judge: Callable[[Person, str, Met], Array],
-    people: Sequence[Person],
+    judge: Callable[[SimulatedRater, str, Met], Array],
+    people: Sequence[SimulatedRater],
     seed: int,
     session: str,
     scale: Scale = SEVEN_POINT,

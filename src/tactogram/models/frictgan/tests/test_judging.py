@@ -1,7 +1,7 @@
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.models.frictgan.judging import judge, summary
+from tactogram.models.frictgan.judging import evaluate_fabrics, summary
 from tactogram.models.frictgan.tests.test_learner import EXAMPLES, learner
 
 PUBLISHED = {"mse": (0.006, 0.005, 0.014, 0.005, 0.005)}
@@ -23,7 +23,7 @@ class Perfect:
 
 
 def test_the_right_spectrum_is_as_far_as_phase_recovery_leaves_it():
-    for figures in judge(Perfect(learner()), EXAMPLES, part=None).values():
+    for figures in evaluate_fabrics(Perfect(learner()), EXAMPLES, part=None).values():
         assert figures.mse == 0
         assert figures.distance_db == figures.inversion_db
         assert figures.mse_recording < 3 * figures.mse_flat  # twice it where phases are independent
@@ -34,7 +34,7 @@ def test_the_right_spectrum_is_as_far_as_phase_recovery_leaves_it():
 
 def test_a_flat_line_has_the_ripples_variance():
     """Ribs of 0.2 of the level: 0.02 of its square, at levels of 0.6 and 0.3."""
-    figures = judge(Perfect(learner()), EXAMPLES, part=None)
+    figures = evaluate_fabrics(Perfect(learner()), EXAMPLES, part=None)
     assert figures["coarse"].mse_flat == pytest.approx(0.02 * 0.6**2, rel=0.05)
     assert figures["fine"].mse_flat == pytest.approx(0.02 * 0.3**2, rel=0.05)
 
@@ -42,7 +42,7 @@ def test_a_flat_line_has_the_ripples_variance():
 def test_the_papers_average_is_a_sum():
     assert sum(PUBLISHED["mse"]) == pytest.approx(0.035)
     assert sum(PUBLISHED["mse"]) / 5 == pytest.approx(0.007)
-    figures = judge(Perfect(learner()), EXAMPLES, part=None)
+    figures = evaluate_fabrics(Perfect(learner()), EXAMPLES, part=None)
     whole = summary(figures)
     assert whole["mse_sum"] == pytest.approx(sum(f.mse for f in figures.values()))
     assert whole["mse_flat"] == pytest.approx(sum(f.mse_flat for f in figures.values()) / 2)
@@ -50,4 +50,4 @@ def test_the_papers_average_is_a_sum():
 
 def test_one_fabric_has_nothing_to_stand_beside():
     with pytest.raises(ParameterError, match="at least two fabrics"):
-        judge(Perfect(learner()), EXAMPLES[:2], part=None)
+        evaluate_fabrics(Perfect(learner()), EXAMPLES[:2], part=None)

@@ -10,7 +10,7 @@ from tactogram.models.frictgan.learner import FrictGANLearner
 from tactogram.models.frictgan.networks import Critic
 from tactogram.signal import Image, Signal
 from tactogram.training.checkpoint import load_state, save_state
-from tactogram.training.loop import Position, fit
+from tactogram.training.loop import TrainingPosition, fit
 from tactogram.training.seeds import torch_seeded
 
 MM_PER_PIXEL = 0.1
@@ -218,7 +218,7 @@ def test_judges_other_windows_where_no_recording_is_kept_apart(model):
 def test_a_resumed_training_judges_the_same_windows(model):
     resumed = learner(seed=3)
     resumed.load_state(model.state())
-    fit(resumed, EXAMPLES, seed=0, start=Position(1, 3))
+    fit(resumed, EXAMPLES, seed=0, start=TrainingPosition(1, 3))
     assert resumed.validate(()) == model.validate(())
 
 

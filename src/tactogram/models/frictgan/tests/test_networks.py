@@ -6,7 +6,7 @@ from torch import nn
 
 from tactogram.models.frictgan import Config
 from tactogram.models.frictgan.journey import journey, spliced
-from tactogram.models.frictgan.networks import Critic, Generator, SameConv, match
+from tactogram.models.frictgan.networks import Critic, Generator, SamePaddedConv, match
 from tactogram.models.frictgan.sizes import critic_size, decoder_sizes, encoder_sizes
 
 PAPER = Config()
@@ -67,7 +67,7 @@ def test_sizes_are_those_in_the_docstrings():
 
 def test_same_padding_is_tensorflows():
     """Of 5 samples with kernel 4 and stride 2 three outputs: one zero before, two after."""
-    layer = SameConv(1, 1, 4, (2, 2), bias=False)
+    layer = SamePaddedConv(1, 1, 4, (2, 2), bias=False)
     nn.init.ones_(layer.weight)
     row = torch.zeros(1, 1, 5, 5)
     row[0, 0, 0] = torch.tensor([1.0, 10, 100, 1000, 10000])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.model import Example, ImageExample, ImageKind, Predictor, Rated, SignalKind
+from tactogram.model import Example, ImageExample, ImageKind, ItemRatings, Predictor, SignalKind
 from tactogram.models.rater import Config, build
 from tactogram.models.rater.learner import _of_raters
 from tactogram.models.rater.regression import fit_regression
@@ -25,7 +25,7 @@ def vibration(level, rate_hz, seed):
 
 def rated(means, seed, raters=4, noise=0.05):
     said = np.asarray(means) + np.random.default_rng(seed).normal(0, noise, (raters, len(means)))
-    return Rated(WORDS, tuple(f"r{n}" for n in range(raters)), np.clip(said, 0, 1))
+    return ItemRatings(WORDS, tuple(f"r{n}" for n in range(raters)), np.clip(said, 0, 1))
 
 
 def examples(count, first=0, **changes):

@@ -103,11 +103,11 @@ def test_adam_and_its_numbers_are_the_papers():
 
 
 def test_on_lightning_fabric_as_without_it():
-    from tactogram.recipe import Training
+    from tactogram.recipe import TrainingSettings
     from tactogram.training.device import make_fabric
 
     one, other = learner(), learner()
-    other.setup(make_fabric(Training(), accelerator="cpu"))
+    other.setup(make_fabric(TrainingSettings(), accelerator="cpu"))
     for made in (one, other):
         fit(made, examples(), seed=0)
     asked = {"material": {"cork": 0.5, "tile": 0.5}}

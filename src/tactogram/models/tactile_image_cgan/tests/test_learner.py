@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from tactogram.errors import ParameterError
-from tactogram.model import ImageExample, ImageKind, Rated
+from tactogram.model import ImageExample, ImageKind, ItemRatings
 from tactogram.models.tactile_image_cgan.config import Config
 from tactogram.models.tactile_image_cgan.images import LabelledImages, as_floats, as_pixels, square
 from tactogram.models.tactile_image_cgan.learner import TactileImageLearner
@@ -27,7 +27,7 @@ def examples(count=6, side=20):
             f"p{n}",
             (Image(rng.integers(0, 256, (side, side + 4, 3), np.uint8)),),
             f"image{n}",
-            Rated(WORDS, ("ann", "bob", "eve", "kim"), rng.integers(0, 2, (4, 2)).astype(float)),
+            ItemRatings(WORDS, ("ann", "bob", "eve", "kim"), rng.integers(0, 2, (4, 2)).astype(float)),
         )
         for n in range(count)
     ]
@@ -39,7 +39,7 @@ def learner(config=TINY, given=None):
 
 
 def test_a_label_is_the_share_of_raters_for_whom_a_word_was_evoked():
-    rated = Rated(WORDS, ("a", "b", "c"), np.array([[1, 0], [1, np.nan], [0, 0]]))
+    rated = ItemRatings(WORDS, ("a", "b", "c"), np.array([[1, 0], [1, np.nan], [0, 0]]))
     one = ImageExample("p", (Image(np.zeros((16, 16, 3), np.uint8)),), "image", rated)
     images = LabelledImages.of([one, one], WORDS, 16)
     np.testing.assert_allclose(images.labels[0], [2 / 3, 0])
@@ -71,7 +71,7 @@ def test_each_image_comes_as_often_as_any_other():
 def test_an_image_nobody_scored_in_a_word_is_refused_by_name():
     given = examples()
     given[2] = ImageExample(
-        "p2", given[2].photographs, "image2", Rated(WORDS, ("a",), np.array([[1, np.nan]]))
+        "p2", given[2].photographs, "image2", ItemRatings(WORDS, ("a",), np.array([[1, np.nan]]))
     )
     with pytest.raises(ParameterError, match="image2: nobody gave it a score in sleek"):
         learner().stages(given)

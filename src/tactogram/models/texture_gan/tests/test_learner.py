@@ -90,11 +90,11 @@ def test_the_average_generates():
 
 
 def test_on_lightning_fabric_as_without_it():
-    from tactogram.recipe import Training
+    from tactogram.recipe import TrainingSettings
     from tactogram.training.device import make_fabric
 
     one, other = learner(), learner()
-    other.setup(make_fabric(Training(), accelerator="cpu"))
+    other.setup(make_fabric(TrainingSettings(), accelerator="cpu"))
     for made in (one, other):
         fit(made, examples(), seed=0)
     asked = {"material": {"cork": 0.5, "tile": 0.5}}
@@ -102,11 +102,11 @@ def test_on_lightning_fabric_as_without_it():
 
 
 def test_half_precision_trains_to_finite_losses():
-    from tactogram.recipe import Training
+    from tactogram.recipe import TrainingSettings
     from tactogram.training.device import make_fabric
 
     made = learner(SMALL)
-    made.setup(make_fabric(Training(precision="bf16-mixed"), accelerator="cpu"))
+    made.setup(make_fabric(TrainingSettings(precision="bf16-mixed"), accelerator="cpu"))
     seen = []
     fit(made, examples(), seed=0, on_step=lambda place, stage, losses: seen.append(losses))
     assert len(seen) == 8

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tactogram.model import Example, Rated, SignalKind
+from tactogram.model import Example, ItemRatings, SignalKind
 from tactogram.models.ultrasonic_cgan import Config, build
 from tactogram.signal import Signal
 from tactogram.training.loop import fit
@@ -21,7 +21,7 @@ KIND = SignalKind(RATE, "1", ("drive",), PLATES, simulated=True, words=WORDS, sc
 def rated(rough, sticky, seed, raters=4):
     """Simulated."""
     scores = np.random.default_rng(seed).normal((rough, sticky), 0.05, (raters, 2))
-    return Rated(WORDS, tuple(f"r{n}" for n in range(raters)), scores.clip(0, 1))
+    return ItemRatings(WORDS, tuple(f"r{n}" for n in range(raters)), scores.clip(0, 1))
 
 
 def measurement(plate, seed, rough, sticky):

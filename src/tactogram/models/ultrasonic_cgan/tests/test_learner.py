@@ -7,7 +7,7 @@ from tactogram.errors import ParameterError
 from tactogram.models.ultrasonic_cgan import build
 from tactogram.models.ultrasonic_cgan.spectra import sensor_side
 from tactogram.training.checkpoint import load_state, save_state
-from tactogram.training.loop import Position, fit
+from tactogram.training.loop import TrainingPosition, fit
 
 STICKY = {"rough": 2.0, "sticky": 6.0}
 
@@ -134,12 +134,12 @@ def test_gone_on_with_in_any_cluster_every_curve_and_choice_is_the_same(
     stopped, resumed = build(tiny, kind, seed=0), build(tiny, kind, seed=0)
 
     def keep(position, stage_, losses):
-        if position == Position(stage, step):
+        if position == TrainingPosition(stage, step):
             save_state(tmp_path / "state.safetensors", stopped.state())
 
     fit(stopped, data(), seed=0, on_step=keep)
     resumed.load_state(load_state(tmp_path / "state.safetensors")[0])
-    fit(resumed, data(), seed=0, start=Position(stage, step))
+    fit(resumed, data(), seed=0, start=TrainingPosition(stage, step))
     for one, other in zip(learner.trained, resumed.trained, strict=True):
         np.testing.assert_array_equal(one.curves, other.curves)
         assert one.chosen == other.chosen

@@ -6,7 +6,7 @@ from torch import nn
 
 from tactogram.models.ultrasonic_cgan.config import Config
 from tactogram.models.ultrasonic_cgan.networks import Discriminator, Generator
-from tactogram.models.ultrasonic_cgan.pair import Pair
+from tactogram.models.ultrasonic_cgan.pair import ClusterNetworks
 
 TABLE_2 = [
     ("Linear", 1024), ("LeakyReLU", 1024), ("BatchNorm1d", 1024),
@@ -79,7 +79,7 @@ SMALL = Config(
 
 
 def pair():
-    return Pair(SMALL, words=2, seed=0, device=torch.device("cpu"))
+    return ClusterNetworks(SMALL, words=2, seed=0, device=torch.device("cpu"))
 
 
 def batch(seed):

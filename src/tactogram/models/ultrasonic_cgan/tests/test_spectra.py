@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.model import Rated
+from tactogram.model import ItemRatings
 from tactogram.models.ultrasonic_cgan import Config
 from tactogram.models.ultrasonic_cgan.spectra import display_spectra, filled, sensor_side, sensor_spectra
 from tactogram.signal import Signal
@@ -55,7 +55,7 @@ def test_windows_of_one_measurement_have_its_surface_and_its_raters(tiny, kind, 
 
 def test_gaps_of_raters_are_their_items_mean(kind):
     scores = np.array([[0.2, np.nan], [0.4, 0.6], [0.9, 0.8]])
-    got, gaps = filled(Rated(kind.words, ("a", "b", "c"), scores))
+    got, gaps = filled(ItemRatings(kind.words, ("a", "b", "c"), scores))
     assert gaps == 1
     np.testing.assert_allclose(got, [[0.2, 0.7], [0.4, 0.6], [0.9, 0.8]], rtol=1e-6)
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.files.documents import Decoded, Part, problems_of
+from tactogram.rendering.files.documents import DecodedDocument, DocumentPart, problems_of
 from tactogram.rendering.files.envelope import (
     PULSE_S,
     Envelope,
@@ -55,7 +55,7 @@ _OTHER_CONTROLS = (
 """Known to Core Haptics (CHHapticDynamicParameter.ID); not played here."""
 
 
-class EventParameter(Part):
+class EventParameter(DocumentPart):
     """A constant of an event."""
 
     name: str = Field(alias="ParameterID")
@@ -67,7 +67,7 @@ class EventParameter(Part):
         return self
 
 
-class Event(Part):
+class Event(DocumentPart):
     """A transient or a continuous vibration; audio is left alone."""
 
     time: Seconds = Field(alias="Time")
@@ -93,14 +93,14 @@ class Event(Part):
         return next((p.value for p in self.parameters if p.name == name), default)
 
 
-class Point(Part):
+class Point(DocumentPart):
     """A control point; its time counts from that of the curve."""
 
     time: Seconds = Field(alias="Time")
     value: float = Field(alias="ParameterValue")
 
 
-class Curve(Part):
+class Curve(DocumentPart):
     """A parameter of all events over time, straight between its points."""
 
     name: str = Field(alias="ParameterID")
@@ -123,7 +123,7 @@ class Curve(Part):
         return self
 
 
-class Dynamic(Part):
+class Dynamic(DocumentPart):
     """A parameter of all events from a time on."""
 
     name: str = Field(alias="ParameterID")
@@ -136,7 +136,7 @@ class Dynamic(Part):
         return self
 
 
-class Entry(Part):
+class Entry(DocumentPart):
     """An entry of the pattern."""
 
     event: Event | None = Field(None, alias="Event")
@@ -150,13 +150,13 @@ class Entry(Part):
         return self
 
 
-class Metadata(Part):
+class Metadata(DocumentPart):
     """Whose it is: Core Haptics does not look at it."""
 
     description: str = Field("", alias="Description")
 
 
-class Pattern(Part):
+class Pattern(DocumentPart):
     """A whole file."""
 
     version: float = Field(1.0, alias="Version")
@@ -199,7 +199,7 @@ def encode(signal: Signal, description: str) -> dict[str, Any]:
     }
 
 
-def decode(document: Any, rate: float) -> Decoded:
+def decode(document: Any, rate: float) -> DecodedDocument:
     """Return what a valid document plays, as a carrier of `SPAN`'s frequencies at ``rate``."""
     pattern = Pattern.model_validate(document)
     events = [entry.event for entry in pattern.entries if entry.event is not None]
@@ -235,7 +235,7 @@ def decode(document: Any, rate: float) -> Decoded:
     left_out += sorted(controls - _CONTROL.keys())
     if left_out:
         facts["left_out"] = ", ".join(left_out)
-    return Decoded(carrier(envelope, rate), pattern.metadata.description, facts)
+    return DecodedDocument(carrier(envelope, rate), pattern.metadata.description, facts)
 
 
 _GRID_S = 0.0005

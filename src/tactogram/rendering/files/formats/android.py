@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from tactogram.rendering.files.documents import Decoded, Part, problems_of
+from tactogram.rendering.files.documents import DecodedDocument, DocumentPart, problems_of
 from tactogram.rendering.files.envelope import Envelope, carrier, envelope_of, time_steps
 from tactogram.signal import Signal
 
@@ -21,7 +21,7 @@ CARRIER_HZ = 170.0
 STRONGEST = 255
 
 
-class Waveform(Part):
+class Waveform(DocumentPart):
     """A whole file."""
 
     format: Literal["android-waveform"] = "android-waveform"
@@ -69,7 +69,7 @@ def encode(signal: Signal, description: str) -> dict[str, Any]:
     }
 
 
-def decode(document: Any, rate: float) -> Decoded:
+def decode(document: Any, rate: float) -> DecodedDocument:
     """Return what a valid document plays once, as a carrier of `CARRIER_HZ` at ``rate``."""
     waveform = Waveform.model_validate(document)
     edges = np.concatenate([[0], np.cumsum(waveform.timings)]) / 1e3
@@ -81,7 +81,7 @@ def decode(document: Any, rate: float) -> Decoded:
     }
     if waveform.repeat >= 0:
         facts["left_out"] = f"repetition from entry {waveform.repeat}"
-    return Decoded(carrier(envelope, rate), waveform.description, facts)
+    return DecodedDocument(carrier(envelope, rate), waveform.description, facts)
 
 
 def steps(

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from tactogram.rendering.files.documents import Decoded, Part, problems_of
+from tactogram.rendering.files.documents import DecodedDocument, DocumentPart, problems_of
 from tactogram.rendering.files.envelope import HIGHEST_HZ, carrier, envelope_of, time_steps
 from tactogram.rendering.files.formats.android import steps
 from tactogram.signal import Signal
@@ -31,7 +31,7 @@ Milliseconds = Annotated[float, Field(ge=0)]
 Magnitude = Annotated[float, Field(ge=0, le=1)]
 
 
-class Effect(Part):
+class Effect(DocumentPart):
     """One call of playEffect."""
 
     delay: Milliseconds = Field(0.0, alias="startDelay")
@@ -49,7 +49,7 @@ class Effect(Part):
         return self
 
 
-class Sequence(Part):
+class Sequence(DocumentPart):
     """A whole file."""
 
     format: Literal["gamepad-effects"] = "gamepad-effects"
@@ -106,7 +106,7 @@ def encode(signal: Signal, description: str) -> dict[str, Any]:
     }
 
 
-def decode(document: Any, rate: float) -> Decoded:
+def decode(document: Any, rate: float) -> DecodedDocument:
     """Return what a valid document plays, as two carriers of `STRONG_HZ` and `WEAK_HZ` at ``rate``."""
     sequence = Sequence.model_validate(document)
     spans = [ms for effect in sequence.effects for ms in (effect.delay, effect.duration)]
@@ -116,4 +116,4 @@ def decode(document: Any, rate: float) -> Decoded:
     slow = carrier(steps(edges, strong, STRONG_HZ), rate)
     fast = carrier(steps(edges, weak, WEAK_HZ), rate)
     facts = {"carrier_hz": [STRONG_HZ, WEAK_HZ], "carrier_from": "nothing in the file: two motors' usual"}
-    return Decoded(slow.with_samples(slow.samples + fast.samples), sequence.description, facts)
+    return DecodedDocument(slow.with_samples(slow.samples + fast.samples), sequence.description, facts)

@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.files.documents import Decoded, Part, problems_of
+from tactogram.rendering.files.documents import DecodedDocument, DocumentPart, problems_of
 from tactogram.rendering.files.envelope import (
     Envelope,
     FrequencySpan,
@@ -30,14 +30,14 @@ SHORTEST_S = 1e-5
 _DIGITS = 6
 
 
-class Emphasis(Part):
+class Emphasis(DocumentPart):
     """A highlight of a breakpoint."""
 
     amplitude: float
     frequency: float
 
 
-class AmplitudePoint(Part):
+class AmplitudePoint(DocumentPart):
     """A breakpoint of the amplitude."""
 
     time: float
@@ -45,33 +45,33 @@ class AmplitudePoint(Part):
     emphasis: Emphasis | None = None
 
 
-class FrequencyPoint(Part):
+class FrequencyPoint(DocumentPart):
     """A breakpoint of the frequency."""
 
     time: float
     frequency: float
 
 
-class Envelopes(Part):
+class Envelopes(DocumentPart):
     """Both envelopes."""
 
     amplitude: tuple[AmplitudePoint, ...] = Field(strict=False)
     frequency: tuple[FrequencyPoint, ...] | None = Field(None, strict=False)
 
 
-class Continuous(Part):
+class Continuous(DocumentPart):
     """The only kind of signal there is."""
 
     envelopes: Envelopes
 
 
-class Signals(Part):
+class Signals(DocumentPart):
     """What is played."""
 
     continuous: Continuous
 
 
-class Version(Part):
+class Version(DocumentPart):
     """Of the format."""
 
     major: int = Field(ge=1, le=1)
@@ -79,7 +79,7 @@ class Version(Part):
     patch: int = Field(ge=0)
 
 
-class Metadata(Part):
+class Metadata(DocumentPart):
     """Whose it is."""
 
     editor: str = ""
@@ -90,7 +90,7 @@ class Metadata(Part):
     description: str = ""
 
 
-class Clip(Part):
+class Clip(DocumentPart):
     """A whole file."""
 
     version: Version
@@ -159,7 +159,7 @@ def encode(signal: Signal, description: str) -> dict[str, Any]:
     }
 
 
-def decode(document: Any, rate: float) -> Decoded:
+def decode(document: Any, rate: float) -> DecodedDocument:
     """Return what a valid document plays, as a carrier of `SPAN`'s frequencies at ``rate``.
 
     An emphasis adds what it has more than the envelope. Without frequencies the middle of the span is taken.
@@ -187,7 +187,7 @@ def decode(document: Any, rate: float) -> Decoded:
         "carrier_hz": [SPAN.low, SPAN.high],
         "carrier_from": "frequency" if given else "nothing in the file: the middle of the device's span",
     }
-    return Decoded(carrier(envelope, rate), clip.metadata.description, facts)
+    return DecodedDocument(carrier(envelope, rate), clip.metadata.description, facts)
 
 
 def _amplitude_problems(points: tuple[AmplitudePoint, ...]) -> list[str]:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering.files.documents import Decoded
+from tactogram.rendering.files.documents import DecodedDocument
 from tactogram.rendering.files.hjif_rules import MODALITIES, MOST_TICKS, Band, Channel, Effect, Haptics
 from tactogram.signal import Signal
 from tactogram.signal.resampling import resample
@@ -126,7 +126,7 @@ def encode(signal: Signal, description: str, *, modality: str | None = None) -> 
     }
 
 
-def decode(document: Any, rate: float | None = None, *, exact_rate: float | None = None) -> Decoded:
+def decode(document: Any, rate: float | None = None, *, exact_rate: float | None = None) -> DecodedDocument:
     """Return the channels of a valid document's first perception, one axis each.
 
     Parameters
@@ -164,7 +164,7 @@ def decode(document: Any, rate: float | None = None, *, exact_rate: float | None
     left_out = len(haptics.perceptions) - 1
     if left_out:
         facts["left_out"] = f"{left_out} further perceptions"
-    return Decoded(Signal(samples.astype(np.float32), rate, "1", names), haptics.description, facts)
+    return DecodedDocument(Signal(samples.astype(np.float32), rate, "1", names), haptics.description, facts)
 
 
 def _keyframes(samples: NDArray[np.float32], steps: int) -> list[dict[str, Any]]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.files.documents import Decoded, Part, problems_of
+from tactogram.rendering.files.documents import DecodedDocument, DocumentPart, problems_of
 from tactogram.rendering.files.envelope import carrier, envelope_of
 from tactogram.rendering.files.formats.android import CARRIER_HZ, steps
 from tactogram.signal import Signal
@@ -27,7 +27,7 @@ SHORTEST_MS = 10
 """Shorter pauses are filled and shorter pulses made as long: no motor starts faster. A choice."""
 
 
-class Vibration(Part):
+class Vibration(DocumentPart):
     """A whole file."""
 
     format: Literal["w3c-vibration"] = "w3c-vibration"
@@ -78,7 +78,7 @@ def encode(signal: Signal, description: str) -> dict[str, Any]:
     return {"format": "w3c-vibration", "pattern": pattern, "description": description}
 
 
-def decode(document: Any, rate: float) -> Decoded:
+def decode(document: Any, rate: float) -> DecodedDocument:
     """Return what a valid document plays, as a carrier of `CARRIER_HZ` at ``rate``."""
     vibration = Vibration.model_validate(_whole(document))
     # The last entry counts only if it vibrates (W3C: an even pattern loses its last entry).
@@ -86,7 +86,7 @@ def decode(document: Any, rate: float) -> Decoded:
     edges = np.concatenate([[0], np.cumsum(pattern)]) / 1e3
     strength = np.array([1.0, 0.0] * (len(pattern) // 2) + [1.0])
     facts = {"carrier_hz": [CARRIER_HZ], "carrier_from": "nothing in the file: a phone's usual"}
-    return Decoded(carrier(steps(edges, strength, CARRIER_HZ), rate), vibration.description, facts)
+    return DecodedDocument(carrier(steps(edges, strength, CARRIER_HZ), rate), vibration.description, facts)
 
 
 def _whole(document: Any) -> Any:

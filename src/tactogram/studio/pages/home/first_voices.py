@@ -18,7 +18,7 @@ SPEEDS_MM_S = (50.0, 100.0, 200.0)
 
 
 @dataclass
-class FirstVoices:
+class StarterData:
     """The run ``voices`` and the store ``surfaces`` in a folder, made by a process of its own.
 
     Parameters

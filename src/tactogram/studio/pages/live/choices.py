@@ -92,7 +92,7 @@ def confined(workspace: Workspace, address: str) -> str:
     return head + sign + "&".join(pairs)
 
 
-def to_be_told(address: str) -> str:
+def needs_material(address: str) -> str:
     """Return an address of recordings that are played without what is stroked: a session says that."""
     head, sign, query = address.partition("?")
     if not head.startswith("played:") or not sign:

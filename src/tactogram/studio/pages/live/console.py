@@ -9,14 +9,14 @@ from threading import Lock
 from time import monotonic
 from typing import Any
 
-from tactogram.capture.session.console import Status
+from tactogram.capture.session.console import CaptureStatus
 
 LINES = 40
 """That are kept of what a session says."""
 
 
 @dataclass(frozen=True)
-class Question:
+class ConsoleQuestion:
     """What a session wants to know.
 
     Parameters
@@ -49,15 +49,15 @@ class PageConsole:
     """Keeps what a session shows, and waits for answers of any number of pages; see `Console`."""
 
     def __init__(self) -> None:
-        self.status: Status | None = None
-        self.question: Question | None = None
+        self.status: CaptureStatus | None = None
+        self.question: ConsoleQuestion | None = None
         self.lines: deque[str] = deque(maxlen=LINES)
         self._asked = 0
         self._answer: str | None = None
         self._ended = False
         self._changed = Lock()
 
-    def show(self, status: Status) -> None:
+    def show(self, status: CaptureStatus) -> None:
         """Keep it for whoever looks."""
         self.status = status
 
@@ -70,7 +70,7 @@ class PageConsole:
         with self._changed:
             self._asked += 1
             self._answer = None
-            self.question = Question(self._asked, question, dict(keys), default)
+            self.question = ConsoleQuestion(self._asked, question, dict(keys), default)
         try:
             while True:
                 answered = self._answered()

@@ -17,10 +17,10 @@ from time import monotonic
 from typing import Any, Literal
 
 from tactogram.capture import Block, Source, SourceEnded, open_source
-from tactogram.capture.live.recognition import Guess
+from tactogram.capture.live.recognition import WindowClassification
 from tactogram.capture.session.plan import SessionPlan
 from tactogram.capture.stream.feed import Feed
-from tactogram.capture.stream.monitor import Tapped
+from tactogram.capture.stream.monitor import TappedSource
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal.io.atomic import write_text
 from tactogram.studio.pages.live.console import PageConsole, PageMetronome
@@ -35,7 +35,7 @@ STOP_S = 6.0
 
 
 @dataclass(frozen=True)
-class Order:
+class LiveRequest:
     """What is to be listened to.
 
     Parameters
@@ -69,7 +69,7 @@ class Order:
         )
 
 
-class _Handed:
+class _SharedSource:
     """A source whose blocks were read by somebody else, for a `Feed` of one's own."""
 
     def __init__(self, source: Source) -> None:
@@ -83,7 +83,7 @@ class _Handed:
         return None if self.blocks.empty() else self.blocks.get()
 
 
-class Desk:
+class LiveRunner:
     """Runs one order at a time.
 
     Parameters
@@ -100,7 +100,7 @@ class Desk:
         self.state: State = "idle"
         self.number = 0
         """Of what runs, or ran last; every start counts."""
-        self.order: Order | None = None
+        self.order: LiveRequest | None = None
         self.console, self.metronome = PageConsole(), PageMetronome()
         self.traces = Traces()
         self.result: dict[str, Any] | None = None
@@ -111,20 +111,20 @@ class Desk:
 
     def _clear(self) -> None:
         self._feed: Feed | None = None
-        self._handed: _Handed | None = None
+        self._handed: _SharedSource | None = None
         self._facts: dict[str, Any] = {}
         self._guess: dict[str, Any] | None = None
         self._looked = 0.0
         self._came = monotonic()
 
-    def last_order(self) -> Order | None:
+    def last_order(self) -> LiveRequest | None:
         """Return what was begun last, also before a restart; None if nothing was, or it cannot be read."""
         try:
-            return Order(**json.loads(self._file.read_text(encoding="utf-8")))
+            return LiveRequest(**json.loads(self._file.read_text(encoding="utf-8")))
         except (OSError, ValueError, TypeError):
             return None
 
-    def start(self, order: Order) -> None:
+    def start(self, order: LiveRequest) -> None:
         """Begin, in a thread.
 
         Raises
@@ -178,7 +178,7 @@ class Desk:
         finally:
             self.state = "idle"
 
-    def _work(self, order: Order) -> Callable[[], dict[str, Any]]:
+    def _work(self, order: LiveRequest) -> Callable[[], dict[str, Any]]:
         if order.plan:
             from tactogram.workflows.capture.session import capture
 
@@ -201,7 +201,7 @@ class Desk:
 
     def _watch(self, address: str) -> dict[str, Any]:
         why = "stopped"
-        with Tapped(open_source(address), self._hear) as source:
+        with TappedSource(open_source(address), self._hear) as source:
             try:
                 while True:
                     source.read(0.1)
@@ -218,7 +218,7 @@ class Desk:
         if self._stop.is_set() and self.console.question is None:
             raise KeyboardInterrupt  # in the middle of a take; where a question stands, it is answered with q
         if self._feed is None:
-            self._handed = _Handed(source)
+            self._handed = _SharedSource(source)
             self._feed = Feed(self._handed, silence_s=float("inf"))
             self.state = "recording" if self.order and self.order.plan else "watching"
         if block is not None and self._handed is not None:
@@ -243,7 +243,7 @@ class Desk:
         """Whether what is heard is simulated."""
         return bool(self._facts.get("simulated"))
 
-    def _guessed(self, guess: Guess) -> None:
+    def _guessed(self, guess: WindowClassification) -> None:
         self._guess = guess.facts()
 
     def now(self, after: int = 0, number: int = 0) -> dict[str, Any]:

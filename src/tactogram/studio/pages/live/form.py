@@ -10,17 +10,17 @@ from nicegui import app, ui
 from tactogram.capture.session.plan import SessionPlan, shipped_plans
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.studio.context import Studio
-from tactogram.studio.pages.layout import in_background, telling
+from tactogram.studio.pages.layout import in_background, report_errors
 from tactogram.studio.pages.live.choices import (
     SourceChoice,
     classifiers,
     confined,
+    needs_material,
     plan_choices,
     session_state,
     source_choices,
-    to_be_told,
 )
-from tactogram.studio.pages.live.desk import Desk, Order
+from tactogram.studio.pages.live.desk import LiveRequest, LiveRunner
 from tactogram.workflows.capture.logs import list_sources
 
 KEPT = "live"
@@ -41,7 +41,7 @@ class LiveForm:
     """
 
     def __init__(
-        self, studio: Studio, desk: Desk, begin: Callable[[], Awaitable[None]], *, data: str = ""
+        self, studio: Studio, desk: LiveRunner, begin: Callable[[], Awaitable[None]], *, data: str = ""
     ) -> None:
         self.studio, self.desk, self._begin_order = studio, desk, begin
         kept: dict[str, Any] = app.storage.user.setdefault(KEPT, {})
@@ -74,7 +74,9 @@ class LiveForm:
                     "small quiet"
                 )
             self._buttons.append(
-                ui.button("Listen", icon="hearing", on_click=telling(lambda: self._start(recording=False)))
+                ui.button(
+                    "Listen", icon="hearing", on_click=report_errors(lambda: self._start(recording=False))
+                )
             )
 
     def _record_card(self, data: str) -> None:
@@ -109,7 +111,7 @@ class LiveForm:
                 ui.button(
                     "Begin or go on",
                     icon="fiber_manual_record",
-                    on_click=telling(lambda: self._start(recording=True)),
+                    on_click=report_errors(lambda: self._start(recording=True)),
                 )
             )
         self._plan_chosen()
@@ -190,7 +192,7 @@ class LiveForm:
         self._recording = recording
         await self._begin_order()
 
-    def order(self) -> Order:
+    def order(self) -> LiveRequest:
         """Return what is asked for.
 
         Raises
@@ -205,13 +207,13 @@ class LiveForm:
         source = confined(workspace, address)
         run = str(workspace.inside(self._run.value)) if self._run.value else ""
         if not self._recording:
-            return Order(source, run)
+            return LiveRequest(source, run)
         data = str(self._data.value or "").strip()
         if not data:
             raise ParameterError("a session needs a store to record into: give it a folder's name")
         changes = self._changes()
-        order = Order(
-            to_be_told(source),
+        order = LiveRequest(
+            needs_material(source),
             run,
             self._plan_path(str(self._plan.value)),
             str(workspace.inside(data)),

@@ -10,9 +10,9 @@ from nicegui.events import KeyEventArguments
 
 from tactogram.errors import ParameterError
 from tactogram.studio.context import Studio
-from tactogram.studio.pages.layout import in_background, page, telling
+from tactogram.studio.pages.layout import in_background, page, report_errors
 from tactogram.studio.pages.live.choices import session_state
-from tactogram.studio.pages.live.desk import Desk
+from tactogram.studio.pages.live.desk import LiveRunner
 from tactogram.studio.pages.live.form import LiveForm
 
 LABELS = {"accept": "Accept", "redo": "Repeat", "skip": "Skip", "stop": "Break", "begin": "Begin"}
@@ -29,7 +29,7 @@ METER = (
 
 def add(studio: Studio) -> None:
     """Register the page and the route that its pictures are drawn from."""
-    desk = Desk(studio.workspace.own)
+    desk = LiveRunner(studio.workspace.own)
 
     @app.get("/live/now")
     def now(after: int = 0, number: int = 0) -> dict[str, Any]:
@@ -49,7 +49,7 @@ def add(studio: Studio) -> None:
 class LivePage:
     """One tab that looks at the desk, and may answer while no other tab holds it."""
 
-    def __init__(self, studio: Studio, desk: Desk, *, data: str = "") -> None:
+    def __init__(self, studio: Studio, desk: LiveRunner, *, data: str = "") -> None:
         self.studio, self.desk = studio, desk
         self.tab = ui.context.client.id
         ui.context.client.on_disconnect(self._gone)
@@ -84,13 +84,13 @@ class LivePage:
         self._refresh()
         ui.run_javascript("document.querySelector('.happening').scrollIntoView({block: 'start'})")
 
-    @telling
+    @report_errors
     async def _stop(self) -> None:
         self._take_part()
         await in_background(self.desk.stop)
         self._refresh()
 
-    @telling
+    @report_errors
     def _answer(self, number: int, key: str) -> None:
         self._take_part()
         self.desk.console.answer(number, key)
@@ -165,7 +165,7 @@ class LivePage:
                 f"{found['left']} are left."
             )
 
-            @telling
+            @report_errors
             async def go_on() -> None:
                 await in_background(self.desk.start, order)
                 self.desk.holder = self.tab

@@ -11,10 +11,10 @@ from typing import Any
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image
-from tactogram.studio.pages.make.form import Asked, Form, History, command, suited
-from tactogram.studio.pages.make.runs import Choice, Runs
+from tactogram.studio.pages.make.form import FormHistory, GenerationForm, GenerationRequest, command, suited
+from tactogram.studio.pages.make.runs import FinishedRun, RunCatalogue
 from tactogram.studio.workspace.folder import Workspace
-from tactogram.studio.workspace.shelf import Made, Shelf
+from tactogram.studio.workspace.shelf import KeptResult, ResultArchive
 
 MOST_BESIDE = 6
 MOST_LISTED = 12
@@ -24,7 +24,7 @@ MOST_HELD = 60
 
 
 @dataclass
-class Desk:
+class MakePageState:
     """The state of one browser's page, in a mapping that outlives the page.
 
     Parameters
@@ -38,24 +38,24 @@ class Desk:
     """
 
     workspace: Workspace
-    shelf: Shelf
-    runs: Runs
+    shelf: ResultArchive
+    runs: RunCatalogue
     held: MutableMapping[str, Any]
-    asked: Asked = field(default_factory=Asked)
-    committed: Asked = field(default_factory=Asked)
-    history: History = field(default_factory=History)
-    choice: Choice | None = None
+    asked: GenerationRequest = field(default_factory=GenerationRequest)
+    committed: GenerationRequest = field(default_factory=GenerationRequest)
+    history: FormHistory = field(default_factory=FormHistory)
+    choice: FinishedRun | None = None
 
     def __post_init__(self) -> None:
-        self.made = Shelf(self.workspace.own / "made")
-        self.asked = Asked.of(self.held.get("asked") or {})
+        self.made = ResultArchive(self.workspace.own / "made")
+        self.asked = GenerationRequest.of(self.held.get("asked") or {})
         past, future = self.held.get("past") or (), self.held.get("future") or ()
-        self.history = History(tuple(past), tuple(future))
+        self.history = FormHistory(tuple(past), tuple(future))
         self._find(self.asked.run)
         self.committed = self.asked
 
     @property
-    def form(self) -> Form | None:
+    def form(self) -> GenerationForm | None:
         """The form of the chosen run; None where there is no run at all."""
         return None if self.choice is None else self.choice.form
 
@@ -78,12 +78,12 @@ class Desk:
             choice = next(iter(self.runs.choices()), None)
         if choice is not None:
             form = choice.form
-            self.asked = suited(self.asked.having(run=choice.name), form)
+            self.asked = suited(self.asked.with_changes(run=choice.name), form)
         self.choice = choice
 
     def set(self, **changes: Any) -> None:
         """Change the form without making it a step that is undone, as while a slider is moved."""
-        self.asked = self.asked.having(**changes)
+        self.asked = self.asked.with_changes(**changes)
 
     def commit(self) -> bool:
         """Make what was changed a step that can be undone, and keep it; tell whether there was any."""
@@ -106,7 +106,7 @@ class Desk:
         self._go_to(state)
 
     def _go_to(self, state: Any) -> None:
-        self.asked = Asked.of(state)
+        self.asked = GenerationRequest.of(state)
         self._find(self.asked.run)
         self.committed = self.asked
         self._keep()
@@ -115,7 +115,7 @@ class Desk:
         self.held["asked"] = self.asked.as_dict()
         self.held["past"], self.held["future"] = list(self.history.past), list(self.history.future)
 
-    def photo_file(self, asked: Asked) -> str:
+    def photo_file(self, asked: GenerationRequest) -> str:
         """Return the file of the chosen part of the photograph, relative to the workspace; it is made."""
         if not asked.photo or asked.crop is None:
             return asked.photo
@@ -134,7 +134,9 @@ class Desk:
 
     # -- results -----------------------------------------------------------------------------------------
 
-    def put(self, asked: Asked, choice: Choice, number: int, made: Signal | Image) -> Made:
+    def put(
+        self, asked: GenerationRequest, choice: FinishedRun, number: int, made: Signal | Image
+    ) -> KeptResult:
         """Hold a result so that it outlives the page, and return it."""
         title = f"{asked.text}, seed {asked.seed}" + (f" ({number})" if asked.count > 1 else "")
         facts = {
@@ -153,32 +155,32 @@ class Desk:
             self.made.remove(old.id)
         return held
 
-    def show(self, results: list[Made]) -> None:
+    def show(self, results: list[KeptResult]) -> None:
         """Show new results: the first as the present one, all in the list of earlier ones."""
         ids = [made.id for made in results]
         self.held["listed"] = [*ids, *self.held.get("listed", [])][:MOST_LISTED]
         if ids:
             self.held["present"] = f"made:{ids[0]}"
 
-    def present(self) -> Made | None:
+    def current_result(self) -> KeptResult | None:
         """Return the result that is shown large; None where there is none."""
         return self.find(str(self.held.get("present") or ""))
 
-    def look_at(self, name: str) -> None:
+    def select_result(self, name: str) -> None:
         """Show an earlier result as the present one."""
         self.held["present"] = name
 
-    def listed(self) -> list[Made]:
+    def results(self) -> list[KeptResult]:
         """Return the results of this page, newest first."""
         found = (self.find(f"made:{id}") for id in self.held.get("listed", []))
         return [made for made in found if made is not None]
 
-    def beside(self) -> list[tuple[str, Made]]:
+    def compared(self) -> list[tuple[str, KeptResult]]:
         """Return what the present result is compared with, by name."""
         found = [(name, self.find(name)) for name in self.held.get("beside", [])]
         return [(name, made) for name, made in found if made is not None]
 
-    def put_beside(self, name: str) -> None:
+    def add_comparison(self, name: str) -> None:
         """Put a result beside the present one.
 
         Raises
@@ -186,18 +188,18 @@ class Desk:
         ParameterError
             If there are too many.
         """
-        held = [other for other, _ in self.beside()]
+        held = [other for other, _ in self.compared()]
         if name in held:
             return
         if len(held) >= MOST_BESIDE:
             raise ParameterError(f"At most {MOST_BESIDE} stand beside: take one away first.")
         self.held["beside"] = [*held, name]
 
-    def take_away(self, name: str) -> None:
+    def remove_comparison(self, name: str) -> None:
         """Take a result away from beside."""
         self.held["beside"] = [other for other in self.held.get("beside", []) if other != name]
 
-    def find(self, name: str) -> Made | None:
+    def find(self, name: str) -> KeptResult | None:
         """Return a result by its name: ``made:ID`` or ``kept:ID``; None if it is gone."""
         where, _, id = name.partition(":")
         try:
@@ -205,7 +207,7 @@ class Desk:
         except (KeyError, TactogramError):
             return None
 
-    def note_kept(self, name: str, kept: Made) -> None:
+    def record_kept(self, name: str, kept: KeptResult) -> None:
         """Note as what a result lies on the shelf."""
         self.held["kept"] = {**self.held.get("kept", {}), name: kept.id}
 
@@ -217,12 +219,12 @@ class Desk:
         ParameterError
             If the title is empty.
         """
-        for each in (name, f"kept:{self.kept_as(name)}"):
+        for each in (name, f"kept:{self.kept_id(name)}"):
             where, _, id = each.partition(":")
             if self.find(each) is not None:
                 (self.made if where == "made" else self.shelf).rename(id, title)
 
-    def kept_as(self, name: str) -> str:
+    def kept_id(self, name: str) -> str:
         """Return the id under which a result was kept; empty if it was not, or no longer is."""
         id = str(self.held.get("kept", {}).get(name, ""))
         return id if id and self.find(f"kept:{id}") is not None else ""

@@ -11,7 +11,7 @@ from nicegui import ui
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal
-from tactogram.studio.pages.layout import in_background, telling
+from tactogram.studio.pages.layout import in_background, report_errors
 from tactogram.studio.pages.make.form import Crop
 from tactogram.studio.workspace.uploads import read_uploaded_image, read_uploaded_signal, safe_name
 
@@ -34,8 +34,10 @@ def draw_photo(on: MakePage) -> None:
         on.desk.set(photo=on.desk.workspace.name_of(on.desk.photographs() / name), crop=None)
         on.committed(redraw=True)
 
-    upload = ui.upload(on_upload=telling(uploaded), auto_upload=True, max_files=None)
-    upload.on("rejected", telling(lambda: ui.notify("That is no picture this page takes.", type="negative")))
+    upload = ui.upload(on_upload=report_errors(uploaded), auto_upload=True, max_files=None)
+    upload.on(
+        "rejected", report_errors(lambda: ui.notify("That is no picture this page takes.", type="negative"))
+    )
     upload.classes("hidden").props('accept="image/*" data-photo-upload="1"')
     with (
         ui.element("div")
@@ -52,7 +54,7 @@ def draw_photo(on: MakePage) -> None:
             camera = ui.button("Camera").props("no-caps outline dense")
             camera.on("click", js_handler=f"() => window.tactogramMake.camera({upload.id})")
             if on.desk.asked.photo:
-                ui.button("Take away", on_click=telling(lambda: _without_photo(on))).props(
+                ui.button("Take away", on_click=report_errors(lambda: _without_photo(on))).props(
                     "no-caps flat dense"
                 )
         ui.element("div").props('data-camera role="status"').classes("camera")
@@ -79,7 +81,7 @@ def _chosen(on: MakePage) -> None:
         crop_to((round(box[0], 4), round(box[1], 4), round(box[2], 4), round(box[3], 4)))
 
     place = ui.element("div").classes("crop").props("data-crop")
-    place.on("make-crop", telling(dragged), js_handler="(event) => emit(event.detail)")
+    place.on("make-crop", report_errors(dragged), js_handler="(event) => emit(event.detail)")
     with place:
         ui.element("img").props(
             f'src="/make/photo/{name}" alt="The chosen photograph; drag over it to choose a part" draggable="false"'
@@ -96,7 +98,9 @@ def _chosen(on: MakePage) -> None:
             ui.label("Part of the photograph, in percent").classes("in-line small")
         _edges(on, [left, top, right, bottom], crop_to)
     if asked.crop is not None:
-        ui.button("The whole photograph", on_click=telling(lambda: crop_to(None))).props("no-caps flat dense")
+        ui.button("The whole photograph", on_click=report_errors(lambda: crop_to(None))).props(
+            "no-caps flat dense"
+        )
     else:
         ui.label("Drag over it to take a part.").classes("small quiet")
 
@@ -121,7 +125,7 @@ def _edges(on: MakePage, edges: list[float], crop_to: Any) -> None:
             field = ui.number(name, value=values[number], min=0, max=100)
             field.on_value_change(lambda event, number=number: changed(number, event.value))
             field.props("outlined dense").style("width: 5rem")
-        ui.button("Take this part", on_click=telling(take)).props("no-caps outline dense")
+        ui.button("Take this part", on_click=report_errors(take)).props("no-caps outline dense")
 
 
 def store_photo(folder: Path, name: str, data: bytes) -> str:
@@ -178,7 +182,9 @@ def draw_vibration(on: MakePage) -> None:
         desk.set(vibration=event.value or "")
         on.committed()
 
-    select = ui.select(options, value=desk.asked.vibration, label="Vibration", on_change=telling(choose))
+    select = ui.select(
+        options, value=desk.asked.vibration, label="Vibration", on_change=report_errors(choose)
+    )
     select.classes("w-full").props("outlined dense options-dense")
 
     async def uploaded(event: Any) -> None:
@@ -187,11 +193,13 @@ def draw_vibration(on: MakePage) -> None:
         signal = await in_background(read_uploaded_signal, event.file.name, data)
         _put(on, Path(safe_name(event.file.name)).stem, signal)
 
-    upload = ui.upload(on_upload=telling(uploaded), auto_upload=True).classes("hidden")
+    upload = ui.upload(on_upload=report_errors(uploaded), auto_upload=True).classes("hidden")
     with ui.row().classes("gap-2"):
         button = ui.button("Upload a recording").props("no-caps outline dense")
         button.on("click", js_handler=f"() => window.tactogramMake.choose({upload.id})")
-        ui.button("From a data set", on_click=telling(lambda: _from_store(on))).props("no-caps outline dense")
+        ui.button("From a data set", on_click=report_errors(lambda: _from_store(on))).props(
+            "no-caps outline dense"
+        )
 
 
 def _put(on: MakePage, name: str, signal: Signal) -> None:

@@ -12,7 +12,7 @@ from tactogram.datasets.ratings.ratings import SEVEN_POINT
 from tactogram.datasets.ratings.words import JAPANESE
 from tactogram.errors import ParameterError
 from tactogram.model import CONDITIONS, Kind, SignalKind
-from tactogram.models import Facts
+from tactogram.models import ModelDescription
 
 MOST_SEED = 2**31 - 1
 MOST_COUNT = 8
@@ -33,7 +33,7 @@ Crop = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
-class Form:
+class GenerationForm:
     """What can be asked of a run.
 
     Parameters
@@ -67,7 +67,7 @@ class Form:
         return "materials" in self.needs
 
 
-def form_of(facts: Facts, kind: Kind) -> Form:
+def form_of(facts: ModelDescription, kind: Kind) -> GenerationForm:
     """Return the form of a run.
 
     Parameters
@@ -87,7 +87,7 @@ def form_of(facts: Facts, kind: Kind) -> Form:
     for name in (*facts.needs, *facts.takes):
         if name not in FIELDS and name not in DRAWN:
             raise ParameterError(f"condition {name!r} has no field here: {CONDITIONS[name]}")
-    return Form(
+    return GenerationForm(
         needs=tuple(FIELDS[name] for name in facts.needs if name in FIELDS),
         takes=tuple(FIELDS[name] for name in facts.takes if name in FIELDS),
         materials=kind.materials if "material" in (*facts.needs, *facts.takes) else (),
@@ -99,7 +99,7 @@ def form_of(facts: Facts, kind: Kind) -> Form:
 
 
 @dataclass(frozen=True)
-class Asked:
+class GenerationRequest:
     """A form that is filled in; JSON types, so that it survives a reload.
 
     Parameters
@@ -150,7 +150,7 @@ class Asked:
         """Return it as JSON types."""
         return asdict(self)
 
-    def having(self, **changes: Any) -> Self:
+    def with_changes(self, **changes: Any) -> Self:
         """Return it with other values."""
         return replace(self, **changes)
 
@@ -182,14 +182,14 @@ class Asked:
         return ", ".join(parts) or "words at their means"
 
 
-def suited(asked: Asked, form: Form) -> Asked:
+def suited(asked: GenerationRequest, form: GenerationForm) -> GenerationRequest:
     """Return ``asked`` without what a form does not have: another run was chosen."""
     weights = {name: weight for name, weight in asked.weights.items() if name in form.materials}
     if not weights and form.mixes:
         weights = {form.materials[0]: 1.0}
     if form.has("materials") and not form.mixes and len(weights) > 1:
         weights = {}
-    return asked.having(
+    return asked.with_changes(
         weights=weights if form.has("materials") else {},
         words={word: score for word, score in asked.words.items() if word in form.words},
         photo=asked.photo if form.has("photo") else "",
@@ -201,7 +201,7 @@ def suited(asked: Asked, form: Form) -> Asked:
     )
 
 
-def check(asked: Asked, form: Form) -> None:
+def check(asked: GenerationRequest, form: GenerationForm) -> None:
     """Refuse a form that cannot be made of, in a sentence for the person who fills it in.
 
     Raises
@@ -241,7 +241,7 @@ def check(asked: Asked, form: Form) -> None:
         raise ParameterError("The part of the photograph must have a width and a height; drag again.")
 
 
-def command(asked: Asked, form: Form, *, photo: str = "", out: str = "") -> str:
+def command(asked: GenerationRequest, form: GenerationForm, *, photo: str = "", out: str = "") -> str:
     """Return the command line, run in the workspace, that makes the same.
 
     Parameters
@@ -296,13 +296,13 @@ def _exact(value: float) -> str:
 
 
 @dataclass(frozen=True)
-class History:
+class FormHistory:
     """States of a form to go back and forth between.
 
     Parameters
     ----------
     past, future : tuple of mapping
-        As of `Asked.as_dict`; the nearest last.
+        As of `GenerationRequest.as_dict`; the nearest last.
     """
 
     past: tuple[Mapping[str, Any], ...] = ()
@@ -310,11 +310,11 @@ class History:
 
     MOST = 50
 
-    def after(self, state: Mapping[str, Any]) -> History:
+    def after(self, state: Mapping[str, Any]) -> FormHistory:
         """Return the history after ``state`` was left for a new one: what was undone is gone."""
-        return History((*self.past, state)[-self.MOST :], ())
+        return FormHistory((*self.past, state)[-self.MOST :], ())
 
-    def undone(self, present: Mapping[str, Any]) -> tuple[History, Mapping[str, Any]]:
+    def undone(self, present: Mapping[str, Any]) -> tuple[FormHistory, Mapping[str, Any]]:
         """Return the history and the state before ``present``.
 
         Raises
@@ -324,9 +324,9 @@ class History:
         """
         if not self.past:
             raise ParameterError("Nothing to undo.")
-        return History(self.past[:-1], (*self.future, present)), self.past[-1]
+        return FormHistory(self.past[:-1], (*self.future, present)), self.past[-1]
 
-    def redone(self, present: Mapping[str, Any]) -> tuple[History, Mapping[str, Any]]:
+    def redone(self, present: Mapping[str, Any]) -> tuple[FormHistory, Mapping[str, Any]]:
         """Return the history and the state after ``present``.
 
         Raises
@@ -336,4 +336,4 @@ class History:
         """
         if not self.future:
             raise ParameterError("Nothing to redo.")
-        return History((*self.past, present), self.future[:-1]), self.future[-1]
+        return FormHistory((*self.past, present), self.future[:-1]), self.future[-1]

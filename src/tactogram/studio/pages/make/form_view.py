@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from tactogram.errors import TactogramError
-from tactogram.studio.pages.layout import in_background, telling
+from tactogram.studio.pages.layout import in_background, report_errors
 from tactogram.studio.pages.make.files import draw_photo, draw_vibration
 from tactogram.studio.pages.make.form import LONGEST_S, MOST_COUNT, MOST_SEED
 from tactogram.studio.pages.make.materials_view import draw_label, draw_mix
@@ -75,7 +75,7 @@ def _run(on: MakePage) -> None:
             on.committed(redraw=True)
 
     with ui.element("section").classes("card part"):
-        select = ui.select(titles, value=desk.asked.run or None, label="Run", on_change=telling(choose))
+        select = ui.select(titles, value=desk.asked.run or None, label="Run", on_change=report_errors(choose))
         select.classes("w-full").props('outlined dense options-dense data-run="1"')
         if desk.choice is not None:
             facts = desk.choice.facts
@@ -126,7 +126,7 @@ def _number(
         desk.set(**{name: None if value is None else int(value) if whole else float(value)})
 
     number = ui.number(
-        label, value=getattr(desk.asked, name), min=least, max=most, on_change=telling(changed)
+        label, value=getattr(desk.asked, name), min=least, max=most, on_change=report_errors(changed)
     )
     number.props(f'outlined dense data-number="{name}"' + (" clearable" if not whole else ""))
-    number.on("blur", telling(on.committed)).on("keydown.enter", telling(on.committed))
+    number.on("blur", report_errors(on.committed)).on("keydown.enter", report_errors(on.committed))

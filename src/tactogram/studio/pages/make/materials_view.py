@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from tactogram.errors import TactogramError
-from tactogram.studio.pages.layout import in_background, telling
+from tactogram.studio.pages.layout import in_background, report_errors
 from tactogram.studio.pages.make.map_picture import map_html
 from tactogram.studio.pages.make.material_map import point_of, weights_at
 
@@ -55,15 +55,15 @@ def draw_mix(on: MakePage) -> None:
         tell_shares()
         on.committed()
 
-    ui.switch("Weights sum to 1", value=desk.asked.to_one, on_change=telling(to_one)).props("dense")
+    ui.switch("Weights sum to 1", value=desk.asked.to_one, on_change=report_errors(to_one)).props("dense")
     shown = [name for name in materials if len(materials) <= FEW or desk.asked.weights.get(name, 0) > 0]
     with ui.element("div").classes("sliders"):
         for name in shown:
             ui.label(name).classes("name")
             slider = ui.slider(min=0, max=1, step=STEP, value=min(1.0, desk.asked.weights.get(name, 0.0)))
-            slider.on_value_change(telling(lambda event, name=name: moved(name, event.value)))
+            slider.on_value_change(report_errors(lambda event, name=name: moved(name, event.value)))
             slider.props(f'aria-label="Weight of {name}" data-material="{name}"').on(
-                "change", telling(finished)
+                "change", report_errors(finished)
             )
             sliders[name] = slider
             shares[name] = ui.label("").classes("share")
@@ -80,7 +80,10 @@ def _add_material(on: MakePage, names: list[str]) -> None:
             on.committed(redraw=True)
 
     select = ui.select(
-        names, label=f"Add one of {len(names)} further materials", with_input=True, on_change=telling(add)
+        names,
+        label=f"Add one of {len(names)} further materials",
+        with_input=True,
+        on_change=report_errors(add),
     )
     select.classes("w-full").props("outlined dense options-dense")
 
@@ -138,8 +141,8 @@ def _map(on: MakePage, materials: tuple[str, ...], put: Any, done: Any) -> Any:
                 "it is a mix of the three nearest."
             ).classes("small quiet")
 
-    place.on("make-map", telling(moved), js_handler="(event) => emit(event.detail)", throttle=0.05)
-    ui.timer(0.01, telling(draw), once=True)
+    place.on("make-map", report_errors(moved), js_handler="(event) => emit(event.detail)", throttle=0.05)
+    ui.timer(0.01, report_errors(draw), once=True)
     return handle_to
 
 
@@ -156,5 +159,5 @@ def draw_label(on: MakePage) -> None:
         **{name: name for name in (form.materials if form else ())},
     }
     value = next(iter(on.desk.asked.mix), "")
-    select = ui.select(names, value=value, label="Material", on_change=telling(choose))
+    select = ui.select(names, value=value, label="Material", on_change=report_errors(choose))
     select.classes("w-full").props("outlined dense options-dense")

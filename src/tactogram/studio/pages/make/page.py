@@ -11,28 +11,28 @@ from nicegui import app, ui
 
 from tactogram.errors import DataError, FailedTrainingError, TactogramError
 from tactogram.studio.context import Studio
-from tactogram.studio.pages.layout import page, telling, told
-from tactogram.studio.pages.make.desk import Desk
-from tactogram.studio.pages.make.form import Asked
+from tactogram.studio.pages.layout import page, report_errors, show_error
+from tactogram.studio.pages.make.desk import MakePageState
+from tactogram.studio.pages.make.form import GenerationRequest
 from tactogram.studio.pages.make.form_view import draw_form
 from tactogram.studio.pages.make.results_view import draw_results
-from tactogram.studio.pages.make.runs import Runs
+from tactogram.studio.pages.make.runs import RunCatalogue
 from tactogram.studio.signals import view as signal_view
-from tactogram.studio.workspace.shelf import Made, Shelf
+from tactogram.studio.workspace.shelf import KeptResult, ResultArchive
 
 HEAD = '<link rel="stylesheet" href="/static/make.css"><script type="module" src="/static/make.js"></script>'
 
 
 def add(studio: Studio) -> None:
     """Register the page, and where its pictures are fetched."""
-    runs = Runs(studio.workspace)
+    runs = RunCatalogue(studio.workspace)
     signal_view.add_routes()
     _add_routes(studio)
 
     @ui.page("/make")
     def show(run: str = "") -> None:
         held = app.storage.user.setdefault("make", {})
-        desk = Desk(studio.workspace, studio.shelf, runs, held)
+        desk = MakePageState(studio.workspace, studio.shelf, runs, held)
         if run and run != desk.asked.run:
             desk.choose(run)
         with page("Make", wide=True):
@@ -50,7 +50,7 @@ class MakePage:
     desk : Desk
     """
 
-    def __init__(self, studio: Studio, desk: Desk) -> None:
+    def __init__(self, studio: Studio, desk: MakePageState) -> None:
         self.studio, self.desk = studio, desk
         self.failed = ""
         self._cancelled, self._ended = threading.Event(), asyncio.Event()
@@ -136,14 +136,16 @@ class MakePage:
 
     def _buttons(self) -> None:
         with ui.row().classes("w-full items-center gap-2 make-buttons"):
-            self.make_button = ui.button("Make", on_click=telling(self.make)).props("no-caps unelevated")
-            another = ui.button("Another seed", on_click=telling(self.another)).props("no-caps outline")
+            self.make_button = ui.button("Make", on_click=report_errors(self.make)).props(
+                "no-caps unelevated"
+            )
+            another = ui.button("Another seed", on_click=report_errors(self.another)).props("no-caps outline")
             another.tooltip("Draw another seed and make")
-            self.undo_button = ui.button(icon="undo", on_click=telling(self.undo)).props("flat dense")
+            self.undo_button = ui.button(icon="undo", on_click=report_errors(self.undo)).props("flat dense")
             self.undo_button.props(
                 'aria-label="Undo the last change of the form" aria-keyshortcuts="Control+Z"'
             )
-            self.redo_button = ui.button(icon="redo", on_click=telling(self.redo)).props("flat dense")
+            self.redo_button = ui.button(icon="redo", on_click=report_errors(self.redo)).props("flat dense")
             self.redo_button.props('aria-label="Redo" aria-keyshortcuts="Control+Y"')
         self._undo_states()
         with ui.row().classes("w-full items-center gap-2") as self.progress:
@@ -201,7 +203,7 @@ class MakePage:
         self._cancelled.set()
         self._ended.set()
 
-    def _made(self, asked: Asked, cancelled: threading.Event) -> list[Made]:
+    def _made(self, asked: GenerationRequest, cancelled: threading.Event) -> list[KeptResult]:
         """Make, in a thread; nothing is held before all of it is there."""
         choice = self.desk.choice
         if choice is None:
@@ -219,7 +221,7 @@ class MakePage:
 
     def tell(self, error: BaseException) -> None:
         """Show an error as a sentence."""
-        told(error)
+        show_error(error)
 
     def _wait_for_first(self) -> None:
         """Say that there is nothing yet, and reload as soon as there is."""
@@ -250,7 +252,7 @@ def _add_routes(studio: Studio) -> None:
     from fastapi import Response
     from fastapi.responses import FileResponse
 
-    shelves = {"made": Shelf(studio.workspace.own / "made"), "kept": studio.shelf}
+    shelves = {"made": ResultArchive(studio.workspace.own / "made"), "kept": studio.shelf}
 
     @app.get("/make/image/{where}/{id}")
     def image(where: str, id: str) -> Response:

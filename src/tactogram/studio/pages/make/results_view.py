@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from tactogram.errors import DataError, TactogramError
-from tactogram.studio.pages.layout import in_background, telling
-from tactogram.studio.signals.view import Entry, signal_cards
-from tactogram.studio.workspace.shelf import Made
+from tactogram.studio.pages.layout import in_background, report_errors
+from tactogram.studio.signals.view import SignalEntry, signal_cards
+from tactogram.studio.workspace.shelf import KeptResult
 from tactogram.studio.workspace.shelf_view import ask_title
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def draw_results(on: MakePage) -> None:
             ui.label("Nothing was made").classes("h2")
             ui.label(f"{on.failed[:1].upper()}{on.failed[1:].rstrip('.')}.")
     desk = on.desk
-    present = desk.present()
+    present = desk.current_result()
     if present is None:
         if not on.failed:
             with ui.element("section").classes("card"):
@@ -34,7 +34,9 @@ def draw_results(on: MakePage) -> None:
         return
     name = str(desk.held.get("present"))
     beside = [
-        (other, made) for other, made in desk.beside() if other != name and made.is_image == present.is_image
+        (other, made)
+        for other, made in desk.compared()
+        if other != name and made.is_image == present.is_image
     ]
     shown = [(name, present), *beside]
     _compare_bar(on, name, present, beside)
@@ -49,7 +51,7 @@ def draw_results(on: MakePage) -> None:
             ]
         else:
             entries = [
-                Entry(made.file, title, bool(made.facts.get("simulated")), str(number))
+                SignalEntry(made.file, title, bool(made.facts.get("simulated")), str(number))
                 for number, ((_, made), title) in enumerate(zip(shown, titles, strict=True), start=1)
             ]
             tops = signal_cards(entries, same_gain=bool(desk.held.get("true_levels")) and len(shown) > 1)
@@ -59,17 +61,17 @@ def draw_results(on: MakePage) -> None:
     _earlier(on, name)
 
 
-def _compare_bar(on: MakePage, name: str, present: Made, beside: list[tuple[str, Made]]) -> None:
+def _compare_bar(on: MakePage, name: str, present: KeptResult, beside: list[tuple[str, KeptResult]]) -> None:
     """Draw what is put beside the present result, and how they are played."""
     desk = on.desk
     taken = {name, *(other for other, _ in beside)}
-    offers = {f"made:{made.id}": f"made: {made.title}" for made in desk.listed()}
+    offers = {f"made:{made.id}": f"made: {made.title}" for made in desk.results()}
     offers |= {f"kept:{made.id}": f"kept: {made.title}" for made in desk.shelf.all()}
     offers = {key: title for key, title in offers.items() if key not in taken}
 
     def put(event: Any) -> None:
         if event.value:
-            desk.put_beside(event.value)
+            desk.add_comparison(event.value)
             on.results.refresh()
 
     def levels(event: Any) -> None:
@@ -78,11 +80,11 @@ def _compare_bar(on: MakePage, name: str, present: Made, beside: list[tuple[str,
 
     with ui.element("section").classes("card bar-compare").props('aria-label="Compare"'):
         if offers:
-            select = ui.select(offers, label="Compare with", on_change=telling(put))
+            select = ui.select(offers, label="Compare with", on_change=report_errors(put))
             select.props("outlined dense options-dense").classes("grow")
         if not present.is_image and present.facts.get("what") == "made":
             nearest = ui.button("Nearest recordings").props("no-caps outline dense")
-            nearest.on_click(telling(lambda: _nearest(on, present, nearest)))
+            nearest.on_click(report_errors(lambda: _nearest(on, present, nearest)))
         if not present.is_image:
             with ui.element("div").props("data-player-loop"):
                 loop = ui.checkbox("Loop").props("dense")
@@ -90,11 +92,11 @@ def _compare_bar(on: MakePage, name: str, present: Made, beside: list[tuple[str,
                 loop.bind_value(desk.held, "loop")
         if beside and not present.is_image:
             switch = ui.switch("At their true strengths", value=bool(desk.held.get("true_levels")))
-            switch.props("dense").on_value_change(telling(levels))
+            switch.props("dense").on_value_change(report_errors(levels))
             ui.label("Keys 1 to 9 change between them while they play; Escape stops.").classes("small quiet")
 
 
-async def _nearest(on: MakePage, present: Made, button: ui.button) -> None:
+async def _nearest(on: MakePage, present: KeptResult, button: ui.button) -> None:
     """Put the real recordings that are most like the present result beside it."""
     button.disable()
     button.text = "Searching"
@@ -111,7 +113,7 @@ async def _nearest(on: MakePage, present: Made, button: ui.button) -> None:
                 "found": how,
             }
             held = await in_background(on.desk.made.keep, signal, title=title, facts=facts)
-            on.desk.put_beside(f"made:{held.id}")
+            on.desk.add_comparison(f"made:{held.id}")
         ui.notify(f"Found {how}.")
     finally:
         button.enable()
@@ -119,13 +121,13 @@ async def _nearest(on: MakePage, present: Made, button: ui.button) -> None:
         on.results.refresh()
 
 
-def _actions(on: MakePage, name: str, made: Made, *, first: bool) -> None:
+def _actions(on: MakePage, name: str, made: KeptResult, *, first: bool) -> None:
     """Draw what can be done with a result, in the row at its top."""
     desk = on.desk
 
     async def keep() -> None:
         kept = await in_background(desk.shelf.keep_copy, made)
-        desk.note_kept(name, kept)
+        desk.record_kept(name, kept)
         ui.notify(f"Kept: {kept.title}.", type="positive")
         on.results.refresh()
 
@@ -136,44 +138,44 @@ def _actions(on: MakePage, name: str, made: Made, *, first: bool) -> None:
             on.results.refresh()
 
     def away() -> None:
-        desk.take_away(name)
+        desk.remove_comparison(name)
         on.results.refresh()
 
     def promote() -> None:
         before = str(desk.held.get("present"))
-        desk.take_away(name)
-        desk.look_at(name)
-        desk.put_beside(before)
+        desk.remove_comparison(name)
+        desk.select_result(name)
+        desk.add_comparison(before)
         on.results.refresh()
 
-    kept = name.removeprefix("kept:") if name.startswith("kept:") else desk.kept_as(name)
+    kept = name.removeprefix("kept:") if name.startswith("kept:") else desk.kept_id(name)
     if first and made.facts.get("what") == "made" and not made.is_image:
         _taken_for(on, made)
     with ui.element("div").classes("done"):
         if kept:
             ui.label("Kept").classes("small quiet")
             ui.link("Send", f"/send?of=kept:{kept}").classes("small")
-            ui.button("Rename", on_click=telling(rename)).props(
+            ui.button("Rename", on_click=report_errors(rename)).props(
                 f'no-caps dense flat aria-label="Rename {_plain(made)}"'
             )
         else:
-            ui.button("Keep", on_click=telling(keep)).props(
+            ui.button("Keep", on_click=report_errors(keep)).props(
                 f'no-caps dense outline aria-label="Keep {_plain(made)}"'
             )
         if not first:
-            ui.button("Put first", on_click=telling(promote)).props(
+            ui.button("Put first", on_click=report_errors(promote)).props(
                 f'no-caps dense flat aria-label="Put first: {_plain(made)}"'
             )
-            ui.button(icon="close", on_click=telling(away)).props(
+            ui.button(icon="close", on_click=report_errors(away)).props(
                 f'dense flat aria-label="Take away {_plain(made)}"'
             )
 
 
-def _plain(made: Made) -> str:
+def _plain(made: KeptResult) -> str:
     return made.title.replace('"', "'").replace("\\", "/")
 
 
-def _taken_for(on: MakePage, made: Made) -> None:
+def _taken_for(on: MakePage, made: KeptResult) -> None:
     """Say, as soon as it is known, what a classifier takes a result for; nothing where there is no classifier."""
     said = ui.label("").classes("small quiet taken")
 
@@ -183,7 +185,7 @@ def _taken_for(on: MakePage, made: Made) -> None:
             classifier = on.desk.runs.classifier_for(choice)
             if classifier is None:
                 return
-            found = await in_background(lambda: on.desk.runs.taken_for(classifier, made.signal()))
+            found = await in_background(lambda: on.desk.runs.classify(classifier, made.signal()))
             unlike = ", but unlike all it knows" if found["none_of_these"] else ""
             text = f"Taken for {found['material']} ({found['probability']:.0%}{unlike}) by {classifier.name}"
         except TactogramError as error:
@@ -191,10 +193,10 @@ def _taken_for(on: MakePage, made: Made) -> None:
         if not said.is_deleted:
             said.text = text
 
-    ui.timer(0.05, telling(fill), once=True)
+    ui.timer(0.05, report_errors(fill), once=True)
 
 
-def _image_card(made: Made, name: str, title: str) -> Any:
+def _image_card(made: KeptResult, name: str, title: str) -> Any:
     """Draw an image, and return the row at its top."""
     rows, columns = made.image().size
     with ui.element("section").classes("card signal").props(f'role="group" aria-label="{_plain(made)}"'):
@@ -212,13 +214,13 @@ def _image_card(made: Made, name: str, title: str) -> Any:
 
 def _earlier(on: MakePage, name: str) -> None:
     """List the earlier results of this page."""
-    earlier = [made for made in on.desk.listed() if f"made:{made.id}" != name]
+    earlier = [made for made in on.desk.results() if f"made:{made.id}" != name]
     if not earlier:
         return
 
-    def look(made: Made) -> None:
-        on.desk.take_away(f"made:{made.id}")
-        on.desk.look_at(f"made:{made.id}")
+    def look(made: KeptResult) -> None:
+        on.desk.remove_comparison(f"made:{made.id}")
+        on.desk.select_result(f"made:{made.id}")
         on.results.refresh()
 
     with ui.element("section").classes("card"):
@@ -226,6 +228,6 @@ def _earlier(on: MakePage, name: str) -> None:
         with ui.element("ul").classes("earlier"):
             for made in earlier:
                 with ui.element("li"):
-                    button = ui.button(made.title, on_click=telling(lambda made=made: look(made)))
+                    button = ui.button(made.title, on_click=report_errors(lambda made=made: look(made)))
                     button.props("no-caps flat dense align=left")
                     ui.label(str(made.facts.get("model", ""))).classes("small quiet")

@@ -20,7 +20,7 @@ from tactogram.model import ImageKind, Kind, SignalKind
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_image, read_signal
 from tactogram.signal.io.atomic import write_text
-from tactogram.studio.pages.make.form import Asked, Form, check, form_of
+from tactogram.studio.pages.make.form import GenerationForm, GenerationRequest, check, form_of
 from tactogram.studio.pages.make.material_map import levels_db, positions
 from tactogram.studio.workspace.folder import Workspace
 
@@ -35,7 +35,7 @@ MOST_COMPARED = 400
 
 
 @dataclass(frozen=True)
-class Choice:
+class FinishedRun:
     """A finished run, as far as it is known without loading it.
 
     Parameters
@@ -51,12 +51,12 @@ class Choice:
 
     folder: Path
     name: str
-    facts: models.ModelFacts
+    facts: models.ModelInfo
     kind: Kind
     data: dict[str, Any] = field(default_factory=dict)
 
     @property
-    def form(self) -> Form:
+    def form(self) -> GenerationForm:
         """What can be asked of it."""
         return form_of(self.facts, self.kind)
 
@@ -68,7 +68,7 @@ class Choice:
 
 
 @dataclass
-class Runs:
+class RunCatalogue:
     """The runs of a workspace.
 
     Parameters
@@ -79,12 +79,12 @@ class Runs:
     workspace: Workspace
     _loaded: OrderedDict[tuple[Path, int], LoadedRun] = field(default_factory=OrderedDict)
     _lock: threading.RLock = field(default_factory=threading.RLock)
-    _known: dict[tuple[Path, int], Choice] = field(default_factory=dict)
+    _known: dict[tuple[Path, int], FinishedRun] = field(default_factory=dict)
     _prepared_of: dict[tuple[Path, str], tuple[list[RecordingInfo], list[Signal]]] = field(
         default_factory=dict
     )
 
-    def choices(self, task: str = "generation") -> list[Choice]:
+    def choices(self, task: str = "generation") -> list[FinishedRun]:
         """Return the finished runs of a task, newest first; what cannot be read is left out."""
         found = []
         for folder in self.workspace.finished_runs():
@@ -99,7 +99,7 @@ class Runs:
                 found.append(choice)
         return found
 
-    def choice(self, name: str) -> Choice:
+    def choice(self, name: str) -> FinishedRun:
         """Return a finished run by its folder, relative to the workspace.
 
         Raises
@@ -121,9 +121,11 @@ class Runs:
             kind: Kind = SignalKind(**values) if "rate" in values else ImageKind(**values)
         except TypeError as error:
             raise DataError(f"{name}: model.json is broken: {error}") from None
-        return Choice(folder, name, models.find(str(facts.get("model"))), kind, _read(folder / "data.json"))
+        return FinishedRun(
+            folder, name, models.find(str(facts.get("model"))), kind, _read(folder / "data.json")
+        )
 
-    def load(self, choice: Choice) -> LoadedRun:
+    def load(self, choice: FinishedRun) -> LoadedRun:
         """Return a run, ready for use; loaded once while it stays as it is."""
         key = (choice.folder, (choice.folder / "model.json").stat().st_mtime_ns)
         with self._lock:
@@ -139,7 +141,7 @@ class Runs:
     # -- making ------------------------------------------------------------------------------------------
 
     def make(
-        self, asked: Asked, *, go_on: Callable[[int], bool] = lambda number: True
+        self, asked: GenerationRequest, *, go_on: Callable[[int], bool] = lambda number: True
     ) -> list[tuple[int, Signal | Image]]:
         """Return what is asked for, each piece with its own number from 1.
 
@@ -169,7 +171,7 @@ class Runs:
                 made.append((number, next(pieces)))
             return made  # all at once: whoever stopped taking pieces would keep the lock
 
-    def condition(self, asked: Asked, run: LoadedRun, form: Form) -> dict[str, Any]:
+    def condition(self, asked: GenerationRequest, run: LoadedRun, form: GenerationForm) -> dict[str, Any]:
         """Return a form's answers as a condition, with its files read and the words that were left open filled in."""
         condition: dict[str, Any] = {}
         if asked.mix and form.has("materials"):
@@ -189,7 +191,7 @@ class Runs:
             condition["force_n"] = asked.force_n
         return condition
 
-    def photograph(self, asked: Asked) -> Image:
+    def photograph(self, asked: GenerationRequest) -> Image:
         """Return the chosen part of the photograph."""
         path = self.workspace.inside(asked.photo)
         if not path.is_file():
@@ -198,7 +200,7 @@ class Runs:
 
     # -- the map -----------------------------------------------------------------------------------------
 
-    def places(self, choice: Choice) -> NDArray[np.float64]:
+    def places(self, choice: FinishedRun) -> NDArray[np.float64]:
         """Return where each material of a run stands on its map, float64, shape (material, 2).
 
         By the spectra of what the run makes of each alone (seed 0, one second); worked out once and kept.
@@ -216,14 +218,14 @@ class Runs:
         write_text(file, json.dumps({"materials": materials, "places": places.round(4).tolist()}))
         return places
 
-    def _alone(self, choice: Choice, material: str) -> Signal | Image:
+    def _alone(self, choice: FinishedRun, material: str) -> Signal | Image:
         seconds = MAP_S if choice.form.over == "time" else None
-        asked = Asked(choice.name, {material: 1.0}, seconds=seconds)
+        asked = GenerationRequest(choice.name, {material: 1.0}, seconds=seconds)
         return next(made for _, made in self.make(asked))
 
     # -- what it is like ---------------------------------------------------------------------------------
 
-    def classifier_for(self, choice: Choice) -> Choice | None:
+    def classifier_for(self, choice: FinishedRun) -> FinishedRun | None:
         """Return the classifier of the same data, else the newest of signals of the same unit and axes."""
         known = [
             found
@@ -236,14 +238,14 @@ class Runs:
         same = [found for found in known if found.data.get("sha256") == choice.data.get("sha256")]
         return next(iter((*same, *known)), None)
 
-    def taken_for(self, classifier: Choice, signal: Signal) -> dict[str, Any]:
+    def classify(self, classifier: FinishedRun, signal: Signal) -> dict[str, Any]:
         """Return what a classifier takes a signal for, see `tactogram.workflows.recognition.classify`."""
         from tactogram.workflows.recognition.classify import classify
 
         with self._lock:
             return classify(self.load(classifier), signal)
 
-    def store_of(self, choice: Choice) -> Store | None:
+    def store_of(self, choice: FinishedRun) -> Store | None:
         """Return the data that a run learned from, if it lies in the workspace, there or elsewhere."""
         there = (self.workspace.folder / str(choice.data.get("path", ""))).resolve()
         if there.is_relative_to(self.workspace.folder) and (there / "dataset.json").is_file():
@@ -255,7 +257,7 @@ class Runs:
         return None
 
     def nearest(
-        self, choice: Choice, signal: Signal, *, count: int = 3
+        self, choice: FinishedRun, signal: Signal, *, count: int = 3
     ) -> tuple[str, list[tuple[str, Signal, bool]]]:
         """Return by what recordings were found, and those most like a signal: title, signal, whether simulated.
 
@@ -302,7 +304,7 @@ class Runs:
         ]
 
     def _prepared(
-        self, run: LoadedRun, choice: Choice, store: Store
+        self, run: LoadedRun, choice: FinishedRun, store: Store
     ) -> tuple[list[RecordingInfo], list[Signal]]:
         """Return the recordings that are of the run's kind, with their signals."""
         key = (choice.folder, store.sha256)

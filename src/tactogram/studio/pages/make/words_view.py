@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from tactogram.datasets.ratings.ratings import SEVEN_POINT
-from tactogram.studio.pages.layout import telling
+from tactogram.studio.pages.layout import report_errors
 from tactogram.studio.pages.make.form import word_label
 
 if TYPE_CHECKING:
@@ -70,8 +70,8 @@ def _word(on: MakePage, word: str) -> None:
         tell()
         on.committed()
 
-    slider.on_value_change(telling(moved)).on("change", telling(on.committed))
-    given.on_value_change(telling(ticked))
+    slider.on_value_change(report_errors(moved)).on("change", report_errors(on.committed))
+    given.on_value_change(report_errors(ticked))
     tell()
 
 

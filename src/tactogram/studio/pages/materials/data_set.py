@@ -11,13 +11,13 @@ from nicegui import ui
 
 from tactogram.datasets import RecordingInfo, Store
 from tactogram.errors import TactogramError
-from tactogram.studio.pages.layout import in_background, page, telling
-from tactogram.studio.pages.materials.media import HEAD, MaterialsDesk, address, draw_recording, picture
+from tactogram.studio.pages.layout import in_background, page, report_errors
+from tactogram.studio.pages.materials.media import HEAD, MaterialsContext, address, draw_recording, picture
 from tactogram.studio.pages.materials.recordings import (
     FIELDS,
     NAMES,
     UNITS,
-    Filter,
+    RecordingFilter,
     choices,
     filtered,
     page_of,
@@ -27,7 +27,7 @@ PER_PAGE = 20
 SHOWN_MATERIALS = 60
 
 
-def add(desk: MaterialsDesk) -> None:
+def add(desk: MaterialsContext) -> None:
     """Register ``/materials/set``."""
 
     @ui.page("/materials/set")
@@ -44,7 +44,9 @@ def add(desk: MaterialsDesk) -> None:
                 ui.label(str(error)).props('role="alert"')
                 return
             fields = dict(part.split("=", 1) for part in more.split("|") if "=" in part)
-            asked = Filter(q, material, {name: value for name, value in fields.items() if name in FIELDS})
+            asked = RecordingFilter(
+                q, material, {name: value for name, value in fields.items() if name in FIELDS}
+            )
             found, fields_of = await in_background(
                 lambda: (filtered(store.index, asked), choices(store.index))
             )
@@ -112,7 +114,7 @@ def _materials(name: str, store: Store) -> None:
 def _recordings(
     name: str,
     store: Store,
-    asked: Filter,
+    asked: RecordingFilter,
     number: int,
     found: Sequence[RecordingInfo],
     fields_of: Mapping[str, list[str]],
@@ -173,4 +175,4 @@ def _recordings(
             with ui.row().classes("items-center"):
                 turn = ui.pagination(1, pages, direction_links=True, value=number)
                 turn.props('max-pages="7" boundary-numbers aria-label="Pages of recordings"')
-                turn.on_value_change(telling(lambda e: go(number=int(e.value))))
+                turn.on_value_change(report_errors(lambda e: go(number=int(e.value))))

@@ -14,8 +14,8 @@ from tactogram.signal import Signal
 from tactogram.signal.io import READABLE, SignalFile, read_file
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.files import SOUND
-from tactogram.studio.pages.layout import Number, busy, in_background, page, telling, upload
-from tactogram.studio.pages.materials.media import HEAD, MaterialsDesk, address
+from tactogram.studio.pages.layout import NumberField, busy, in_background, page, report_errors, upload
+from tactogram.studio.pages.materials.media import HEAD, MaterialsContext, address
 from tactogram.studio.pages.materials.neighbours import draw_near
 from tactogram.studio.pages.train.trainings import free_name
 from tactogram.studio.signals.view import add_routes, signal_card
@@ -26,7 +26,7 @@ UNITS = ("", "m/s^2", "g", "m/s", "mm/s", "m", "mm", "N", "V", "1")
 PICTURES = ".png,.jpg,.jpeg,.webp,.tif,.tiff,.bmp"
 
 
-def add(desk: MaterialsDesk) -> None:
+def add(desk: MaterialsContext) -> None:
     """Register ``/materials/drop``."""
     add_routes()
 
@@ -35,17 +35,17 @@ def add(desk: MaterialsDesk) -> None:
         ui.add_head_html(HEAD)
         with page("Materials"):
             ui.link("All data sets", "/materials").classes("small")
-            drop = _Drop(desk, file, set, unit, rate, axes)
+            drop = _DroppedFile(desk, file, set, unit, rate, axes)
             drop.draw_upload()
             if file:
                 await drop.draw_file()
 
 
-class _Drop:
+class _DroppedFile:
     """A dropped file, kept in the workspace until it is added or removed, and what is said of it in the address."""
 
     def __init__(
-        self, desk: MaterialsDesk, file: str, set_name: str, unit: str, rate: str, axes: str
+        self, desk: MaterialsContext, file: str, set_name: str, unit: str, rate: str, axes: str
     ) -> None:
         self.desk, self.file = desk, file
         self.unit, self.rate, self.axes = unit, _number(rate), axes
@@ -78,7 +78,7 @@ class _Drop:
         with ui.element("section").classes("card w-full"):
             ui.label("Drop a new recording").classes("h2").props('role="heading" aria-level="2"')
             ui.label(f"One of {', '.join(READABLE)}. It stays on this machine.").classes("small quiet")
-            given = upload("Drop a file here, or choose one", on_upload=telling(take))
+            given = upload("Drop a file here, or choose one", on_upload=report_errors(take))
             given.props(f'accept="{",".join(READABLE)}"').classes("w-full")
             given.on(
                 "rejected", lambda: ui.notify(f"It must be one of {', '.join(READABLE)}.", type="negative")
@@ -146,7 +146,7 @@ class _Drop:
                 label="Unit",
                 value=self.unit if self.unit in UNITS else "",
             ).classes("w-40")
-            rate = Number("Rate, Hz", value=float(self.rate) if self.rate else None).classes("w-36")
+            rate = NumberField("Rate, Hz", value=float(self.rate) if self.rate else None).classes("w-36")
             axes = ui.input("Axes", value=self.axes, placeholder="x,y,z").classes("w-36")
             ui.button(
                 "Read it so",
@@ -156,7 +156,7 @@ class _Drop:
                     axes=axes.value or "",
                 ),
             ).props("outline")
-            ui.button("Remove it", on_click=telling(self._remove)).props("flat color=negative")
+            ui.button("Remove it", on_click=report_errors(self._remove)).props("flat color=negative")
 
     def _remove(self) -> None:
         self.path.unlink(missing_ok=True)
@@ -182,12 +182,12 @@ class _Drop:
                     ui.select(list(store.streams), label="Stream").bind_value(values, "stream").classes(
                         "w-40"
                     )
-                Number("Speed, mm/s").bind_value(values, "speed_mm_s").classes("w-32")
-                Number("Force, N").bind_value(values, "force_n").classes("w-32")
+                NumberField("Speed, mm/s").bind_value(values, "speed_mm_s").classes("w-32")
+                NumberField("Force, N").bind_value(values, "force_n").classes("w-32")
                 for name in ("contactor", "session", "subject"):
                     ui.input(name.capitalize()).bind_value(values, name).classes("w-32")
             ui.label("A subject is a code, never a name.").classes("small quiet")
-            upload("A photograph of it, if there is one", on_upload=telling(self._photograph)).props(
+            upload("A photograph of it, if there is one", on_upload=report_errors(self._photograph)).props(
                 f'accept="{PICTURES}"'
             ).classes("w-full max-w-lg")
             self.pictured = ui.label(
@@ -200,7 +200,7 @@ class _Drop:
             self.agreed = ui.checkbox("Mix them all the same").bind_value(values, "agreed")
             self.refused = ui.label().classes("text-negative").props('role="alert"')
             button = ui.button("Add it")
-            button.on_click(telling(lambda: self._add(button, values)))
+            button.on_click(report_errors(lambda: self._add(button, values)))
             self.done = ui.column().classes("gap-1").props('role="status"')
 
         def look() -> None:

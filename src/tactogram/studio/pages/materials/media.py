@@ -14,15 +14,15 @@ from tactogram.datasets import RecordingInfo, Store
 from tactogram.errors import TactogramError
 from tactogram.studio.context import Studio
 from tactogram.studio.pages.materials.recordings import (
-    Stores,
-    glance,
+    StoreCache,
     picture_of,
+    recording_excerpt,
     shown_value,
     stream_of,
     thumbnail,
     trace_svg,
 )
-from tactogram.studio.pages.train.trainings import Trainings
+from tactogram.studio.pages.train.trainings import TaskQueue
 from tactogram.studio.signals.byte_ranges import answer_of
 from tactogram.studio.signals.pictures import spectrogram_png
 from tactogram.studio.signals.sound import sound_bytes
@@ -34,12 +34,12 @@ KEPT = {"cache-control": "private, max-age=86400"}
 
 
 @dataclass
-class MaterialsDesk:
+class MaterialsContext:
     """What the pages of materials work with."""
 
     studio: Studio
-    trainings: Trainings
-    stores: Stores
+    trainings: TaskQueue
+    stores: StoreCache
 
 
 def address(page: str, **query: Any) -> str:
@@ -48,7 +48,7 @@ def address(page: str, **query: Any) -> str:
     return f"/materials/{page}?{urlencode(kept)}"
 
 
-def add_routes(desk: MaterialsDesk) -> None:
+def add_routes(desk: MaterialsContext) -> None:
     """Register small pictures and sounds of recordings."""
 
     def answered(make: Callable[[], bytes], kind: str, asked: str | None = None) -> Response:
@@ -63,12 +63,14 @@ def add_routes(desk: MaterialsDesk) -> None:
 
     @app.get("/materials/trace")
     def trace(set: str, id: str, stream: str = "") -> Response:
-        return answered(lambda: trace_svg(glance(desk.stores.get(set), id, stream)), "image/svg+xml")
+        return answered(
+            lambda: trace_svg(recording_excerpt(desk.stores.get(set), id, stream)), "image/svg+xml"
+        )
 
     @app.get("/materials/spectrogram")
     def spectrogram(set: str, id: str, stream: str = "") -> Response:
         def make() -> bytes:
-            traits = traits_of(glance(desk.stores.get(set), id, stream))
+            traits = traits_of(recording_excerpt(desk.stores.get(set), id, stream))
             return spectrogram_png(traits, width=240, height=56)
 
         return answered(make, "image/png")

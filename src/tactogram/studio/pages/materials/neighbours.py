@@ -10,17 +10,17 @@ from nicegui import app, ui
 from tactogram.errors import TactogramError
 from tactogram.models import available
 from tactogram.signal import Signal
-from tactogram.studio.pages.layout import busy, in_background, telling
-from tactogram.studio.pages.materials.media import MaterialsDesk, draw_recording
+from tactogram.studio.pages.layout import busy, in_background, report_errors
+from tactogram.studio.pages.materials.media import MaterialsContext, draw_recording
 from tactogram.studio.pages.train.run_facts import run_facts
-from tactogram.workflows.recognition.spectral_search import like
+from tactogram.workflows.recognition.spectral_search import find_similar
 
 SPECTRAL = ""
 COUNT = 8
 SHOWN_NAMES = 8
 
 
-def classifiers(desk: MaterialsDesk) -> list[str]:
+def classifiers(desk: MaterialsContext) -> list[str]:
     """Return the finished runs of classifiers, newest first."""
     models = available()
     workspace = desk.studio.workspace
@@ -33,7 +33,7 @@ def classifiers(desk: MaterialsDesk) -> list[str]:
 
 
 def draw_near(
-    desk: MaterialsDesk, signal: Signal, *, set_name: str, stream: str = "", without: Sequence[str] = ()
+    desk: MaterialsContext, signal: Signal, *, set_name: str, stream: str = "", without: Sequence[str] = ()
 ) -> None:
     """Draw the choice of a measure, and below it what is near and how it is called.
 
@@ -80,20 +80,20 @@ def draw_near(
                 with place:
                     ui.label(str(error)).props('role="alert"')
 
-        measure.on_value_change(telling(look))
-        ui.timer(0.05, telling(look), once=True)
+        measure.on_value_change(report_errors(look))
+        ui.timer(0.05, report_errors(look), once=True)
 
 
 def _found(
-    desk: MaterialsDesk, run: str, signal: Signal, set_name: str, stream: str, without: tuple[str, ...]
+    desk: MaterialsContext, run: str, signal: Signal, set_name: str, stream: str, without: tuple[str, ...]
 ) -> dict[str, Any]:
     workspace = desk.studio.workspace
     store = desk.stores.get(set_name)
     if run == SPECTRAL:
         cache = workspace.own / "spectra"
-        return like(store, signal, stream=stream or None, count=COUNT, without=without, cache=cache) | {
-            "unit": "dB"
-        }
+        return find_similar(
+            store, signal, stream=stream or None, count=COUNT, without=without, cache=cache
+        ) | {"unit": "dB"}
     # Brings torch.
     from tactogram.workflows.recognition.search import calibration_text, search
 
@@ -106,7 +106,7 @@ def _found(
     return {"nearest": nearest, "measure": measure, "unit": ""}
 
 
-def _named(desk: MaterialsDesk, run: str, signal: Signal) -> dict[str, Any]:
+def _named(desk: MaterialsContext, run: str, signal: Signal) -> dict[str, Any]:
     from tactogram.workflows.recognition.classify import classify  # brings torch
 
     return classify(desk.studio.workspace.inside(run), signal)
@@ -131,7 +131,7 @@ def _draw_names(found: dict[str, Any]) -> None:
             ui.label(f"{100 * share:.1f} %")
 
 
-def _draw_nearest(desk: MaterialsDesk, found: dict[str, Any], set_name: str) -> None:
+def _draw_nearest(desk: MaterialsContext, found: dict[str, Any], set_name: str) -> None:
     ui.label(found["measure"]).classes("small quiet")
     store = desk.stores.get(set_name)
     with ui.element("div").classes("w-full"):

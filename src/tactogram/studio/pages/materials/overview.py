@@ -8,16 +8,16 @@ from nicegui import ui
 
 from tactogram.datasets import Store
 from tactogram.errors import TactogramError
-from tactogram.studio.pages.layout import in_background, telling
-from tactogram.studio.pages.materials.media import MaterialsDesk, address
-from tactogram.studio.pages.train.trainings import Status, Task
-from tactogram.studio.pages.train.widgets import TrainDesk, badge, set_progress
+from tactogram.studio.pages.layout import in_background, report_errors
+from tactogram.studio.pages.materials.media import MaterialsContext, address
+from tactogram.studio.pages.train.trainings import StudioTask, TaskStatus
+from tactogram.studio.pages.train.widgets import TrainContext, badge, set_progress
 
 WORDS = {"simulate": "Simulating", "import": "Importing"}
 AGAIN_S = 1.5
 
 
-class DataSets:
+class DataSetsPage:
     """Both lists on one page.
 
     Parameters
@@ -25,11 +25,11 @@ class DataSets:
     desk : MaterialsDesk
     """
 
-    def __init__(self, desk: MaterialsDesk) -> None:
+    def __init__(self, desk: MaterialsContext) -> None:
         self.desk = desk
-        self._pace = TrainDesk(desk.studio, desk.trainings)
+        self._pace = TrainContext(desk.studio, desk.trainings)
         self._held: list[tuple[str, Store | str]] = []
-        self._tasks: list[tuple[Task, Status]] = []
+        self._tasks: list[tuple[StudioTask, TaskStatus]] = []
         self._progress: dict[str, tuple[ui.linear_progress, ui.label]] = {}
 
     async def show(self) -> None:
@@ -38,7 +38,7 @@ class DataSets:
         self._errands()
         self._set_progress()
         self._tiles()
-        ui.timer(AGAIN_S, telling(self._look))
+        ui.timer(AGAIN_S, report_errors(self._look))
 
     async def _look(self) -> None:
         """Draw anew what has changed; progress moves on in place, so that a button is never taken from a finger."""
@@ -52,7 +52,7 @@ class DataSets:
             self._errands.refresh()
         self._set_progress()
 
-    def _gathered(self) -> tuple[list[tuple[str, Store | str]], list[tuple[Task, Status]]]:
+    def _gathered(self) -> tuple[list[tuple[str, Store | str]], list[tuple[StudioTask, TaskStatus]]]:
         """Return the data sets, or why one cannot be opened, and the errands that are not done. Reads files."""
         desk = self.desk
         names = [desk.studio.workspace.name_of(path) for path in desk.studio.workspace.stores()]
@@ -82,17 +82,19 @@ class DataSets:
             with ui.element("section").classes("card w-full").props('aria-live="polite"'):
                 self._errand(task, status)
 
-    def _errand(self, task: Task, status: Status) -> None:
+    def _errand(self, task: StudioTask, status: TaskStatus) -> None:
         trainings = self.desk.trainings
         with ui.row().classes("items-center w-full gap-2"):
             ui.label(f"{WORDS[task.kind]} {task.about}")
             badge(status.state)
             ui.space()
             if status.active:
-                stop = telling(lambda: trainings.stop(task.id, at_once=True))
+                stop = report_errors(lambda: trainings.stop(task.id, at_once=True))
                 ui.button("Stop", on_click=stop).props("outline dense")
             else:
-                ui.button("Dismiss", on_click=telling(lambda: trainings.forget(task.id))).props("flat dense")
+                ui.button("Dismiss", on_click=report_errors(lambda: trainings.forget(task.id))).props(
+                    "flat dense"
+                )
         if not status.active:
             ui.label(status.line).classes("small text-negative")
             return
@@ -100,7 +102,7 @@ class DataSets:
         self._progress[task.id] = (bar, ui.label().classes("small"))
 
 
-def _opened(desk: MaterialsDesk, name: str) -> Store | str:
+def _opened(desk: MaterialsContext, name: str) -> Store | str:
     try:
         return desk.stores.get(name)
     except (TactogramError, OSError) as error:

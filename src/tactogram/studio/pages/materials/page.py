@@ -10,11 +10,11 @@ from nicegui import ui
 
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.studio.context import Studio
-from tactogram.studio.pages.layout import Number, in_background, page, telling
+from tactogram.studio.pages.layout import NumberField, in_background, page, report_errors
 from tactogram.studio.pages.materials import data_set, drop, recording
-from tactogram.studio.pages.materials.media import HEAD, MaterialsDesk, add_routes
-from tactogram.studio.pages.materials.overview import DataSets
-from tactogram.studio.pages.materials.recordings import Stores
+from tactogram.studio.pages.materials.media import HEAD, MaterialsContext, add_routes
+from tactogram.studio.pages.materials.overview import DataSetsPage
+from tactogram.studio.pages.materials.recordings import StoreCache
 from tactogram.studio.pages.train.request import NAME
 from tactogram.studio.pages.train.trainings import command_line, free_name, trainings_of
 from tactogram.workflows.data.stores import list_sets
@@ -22,7 +22,7 @@ from tactogram.workflows.data.stores import list_sets
 
 def add(studio: Studio) -> None:
     """Register ``/materials`` and what belongs to it."""
-    desk = MaterialsDesk(studio, trainings_of(studio.workspace), Stores(studio.workspace))
+    desk = MaterialsContext(studio, trainings_of(studio.workspace), StoreCache(studio.workspace))
     desk.trainings.keep_advancing()
     add_routes(desk)
     data_set.add(desk)
@@ -39,7 +39,7 @@ def add(studio: Studio) -> None:
             ):
                 ui.label("What is this recording like? What is it called?")
                 ui.button("Drop a new recording", on_click=lambda: ui.navigate.to("/materials/drop"))
-            await DataSets(desk).show()
+            await DataSetsPage(desk).show()
             with (
                 ui.element("div")
                 .classes("grid-2")
@@ -50,7 +50,7 @@ def add(studio: Studio) -> None:
                 _import(desk, sets["import"])
 
 
-def _simulate(desk: MaterialsDesk, sets: dict[str, str]) -> None:
+def _simulate(desk: MaterialsContext, sets: dict[str, str]) -> None:
     with ui.element("section").classes("card").props('aria-label="Simulate a data set"'):
         ui.label("Simulate a data set").classes("h2").props('role="heading" aria-level="2"')
         ui.label("Surfaces from formulas: what comes of them says simulated for good.").classes("small quiet")
@@ -59,11 +59,11 @@ def _simulate(desk: MaterialsDesk, sets: dict[str, str]) -> None:
         )
         which.classes("w-full")
         with ui.row().classes("w-full no-wrap"):
-            per_class = Number("Recordings per class", placeholder="usual").classes("col")
-            seconds = Number("Seconds", placeholder="usual").classes("col")
+            per_class = NumberField("Recordings per class", placeholder="usual").classes("col")
+            seconds = NumberField("Seconds", placeholder="usual").classes("col")
         with ui.row().classes("w-full no-wrap"):
-            photographs = Number("Photographs per surface", placeholder="one").classes("col")
-            seed = Number("Seed", value=0).classes("col")
+            photographs = NumberField("Photographs per surface", placeholder="one").classes("col")
+            seed = NumberField("Seed", value=0).classes("col")
         name = ui.input("Name", value="").classes("w-full")
 
         def arguments() -> list[str]:
@@ -81,7 +81,7 @@ def _simulate(desk: MaterialsDesk, sets: dict[str, str]) -> None:
         _begin(desk, "simulate", arguments, name, which, lambda: f"{which.value}")
 
 
-def _import(desk: MaterialsDesk, sets: dict[str, Any]) -> None:
+def _import(desk: MaterialsContext, sets: dict[str, Any]) -> None:
     with ui.element("section").classes("card").props('aria-label="Import a data set"'):
         ui.label("Import a data set").classes("h2").props('role="heading" aria-level="2"')
         ui.label(
@@ -125,7 +125,7 @@ def _import(desk: MaterialsDesk, sets: dict[str, Any]) -> None:
 
 
 def _begin(
-    desk: MaterialsDesk, kind: Any, arguments: Any, name: ui.input, which: ui.select, usual: Any
+    desk: MaterialsContext, kind: Any, arguments: Any, name: ui.input, which: ui.select, usual: Any
 ) -> None:
     """Draw the equal command and the button that begins an errand."""
     command = (
@@ -163,7 +163,7 @@ def _begin(
     suggest()
     show()
     ui.timer(1.0, show)
-    ui.button("Begin", on_click=telling(begin)).props(f'aria-label="Begin to {kind}"')
+    ui.button("Begin", on_click=report_errors(begin)).props(f'aria-label="Begin to {kind}"')
 
 
 def _place(name: str | None) -> str:

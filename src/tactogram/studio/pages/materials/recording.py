@@ -8,13 +8,13 @@ from PIL import Image as Pillow
 from tactogram.datasets import Store
 from tactogram.errors import TactogramError
 from tactogram.studio.pages.layout import in_background, page
-from tactogram.studio.pages.materials.media import HEAD, MaterialsDesk, address, facts_list
+from tactogram.studio.pages.materials.media import HEAD, MaterialsContext, address, facts_list
 from tactogram.studio.pages.materials.neighbours import draw_near
-from tactogram.studio.pages.materials.recordings import known_of, picture_of, stream_of
+from tactogram.studio.pages.materials.recordings import describe_recording, picture_of, stream_of
 from tactogram.studio.signals.view import add_routes, signal_card
 
 
-def add(desk: MaterialsDesk) -> None:
+def add(desk: MaterialsContext) -> None:
     """Register ``/materials/recording``."""
     add_routes()
 
@@ -41,7 +41,7 @@ def add(desk: MaterialsDesk) -> None:
                 with ui.row().classes("gap-6 items-start w-full"):
                     _photograph(store, id, info.material)
                     with ui.element("div").style("flex: 1 1 18rem"):
-                        facts_list(dict(known_of(info)))
+                        facts_list(dict(describe_recording(info)))
                 streams = store.streams_of(id)
                 if len(streams) > 1:
                     ui.select(

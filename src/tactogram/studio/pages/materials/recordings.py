@@ -14,7 +14,7 @@ from PIL import Image as Pillow
 
 from tactogram.datasets import RecordingInfo, Store, open_store
 from tactogram.errors import ParameterError
-from tactogram.recipe import Prepare
+from tactogram.recipe import Preparation
 from tactogram.signal import Signal
 from tactogram.studio.workspace.folder import Workspace
 
@@ -32,7 +32,7 @@ GLANCE_S = 4.0
 
 
 @dataclass
-class Stores:
+class StoreCache:
     """Open data sets of a workspace: one is opened anew when its ``dataset.json`` was replaced.
 
     Parameters
@@ -70,7 +70,7 @@ class Stores:
 
 
 @dataclass(frozen=True)
-class Filter:
+class RecordingFilter:
     """What is asked for: all of it has to hold.
 
     Parameters
@@ -99,7 +99,7 @@ class Filter:
         return all(word in held.lower() for word in self.text.lower().split())
 
 
-def filtered(index: Sequence[RecordingInfo], asked: Filter) -> list[RecordingInfo]:
+def filtered(index: Sequence[RecordingInfo], asked: RecordingFilter) -> list[RecordingInfo]:
     """Return the recordings that are asked for, in the order of the data set."""
     return [info for info in index if asked(info)]
 
@@ -122,7 +122,7 @@ def shown_value(info: RecordingInfo, name: str) -> str:
     return f"{value:g}" if isinstance(value, float | int) else str(value)
 
 
-def known_of(info: RecordingInfo) -> list[tuple[str, str]]:
+def describe_recording(info: RecordingInfo) -> list[tuple[str, str]]:
     """Return all that is known of a recording, as names and texts with units."""
     found = [("material", info.material or "not said")]
     conditions = ("speed_mm_s", "force_n", "direction_deg", "contactor", "session", "subject")
@@ -148,10 +148,10 @@ def page_of(count: int, page: int, size: int) -> tuple[int, int, int]:
 
 def stream_of(store: Store, id: str, stream: str = "") -> str:
     """Return the stream of a recording that is shown: the one asked for, else as in training."""
-    return Prepare(stream=stream or None).stream_of(store.streams_of(id))
+    return Preparation(stream=stream or None).stream_of(store.streams_of(id))
 
 
-def glance(store: Store, id: str, stream: str = "") -> Signal:
+def recording_excerpt(store: Store, id: str, stream: str = "") -> Signal:
     """Return the beginning of a recording, for a small picture."""
     name = stream_of(store, id, stream)
     most = max(2, round(GLANCE_S * store.rate(id, name)))

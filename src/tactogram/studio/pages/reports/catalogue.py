@@ -44,7 +44,7 @@ COMMANDS = {PUBLISHED: "tactogram reproduce", BENCHMARKS / "experiments": "pytho
 
 
 @dataclass(frozen=True)
-class Readable:
+class ReportFile:
     """A file to be read.
 
     Parameters
@@ -72,10 +72,10 @@ class Readable:
         return self.path.rsplit("/", 1)[-1]
 
 
-def readables(workspace: Workspace) -> list[Readable]:
+def readables(workspace: Workspace) -> list[ReportFile]:
     """Return what can be read, newest folder first; reports before numbers before figures."""
     hidden = [workspace.own / name for name in ("kept", "sent", "state", "uploads")]
-    found: list[Readable] = []
+    found: list[ReportFile] = []
     simulated: dict[Path, bool] = {}
     of_something: dict[Path, bool] = {}
     for path in workspace.files(*KINDS):
@@ -95,7 +95,7 @@ def readables(workspace: Workspace) -> list[Readable]:
         except OSError:  # just deleted
             continue
         name = workspace.name_of(folder) if folder != workspace.folder else "."
-        found.append(Readable(workspace.name_of(path), kind, name, simulated[folder], changed))
+        found.append(ReportFile(workspace.name_of(path), kind, name, simulated[folder], changed))
     newest = {item.folder: 0.0 for item in found}
     for item in found:
         newest[item.folder] = max(newest[item.folder], item.changed)
@@ -250,7 +250,7 @@ def _plain(value: Any) -> str:
 
 
 @dataclass(frozen=True)
-class Experiment:
+class ExperimentEntry:
     """An experiment, and its results that lie at hand.
 
     Parameters
@@ -266,7 +266,7 @@ class Experiment:
     results: tuple[Path, ...]
 
 
-def experiments_with_results(workspace: Workspace) -> list[Experiment]:
+def experiments_with_results(workspace: Workspace) -> list[ExperimentEntry]:
     """Return the experiments behind published tables and, beside the source, our own, with the results at hand."""
     found = []
     for folder, command in COMMANDS.items():
@@ -276,7 +276,7 @@ def experiments_with_results(workspace: Workspace) -> list[Experiment]:
                 workspace.folder / "runs" / name / "result.json",
             )
             results = tuple(path for path in places if path.is_file())
-            found.append(Experiment(name, title, f"{command} {name}", results))
+            found.append(ExperimentEntry(name, title, f"{command} {name}", results))
     return found
 
 

@@ -12,9 +12,9 @@ from nicegui import app, ui
 
 from tactogram.errors import TactogramError
 from tactogram.studio.context import Studio
-from tactogram.studio.pages.layout import page, telling
+from tactogram.studio.pages.layout import page, report_errors
 from tactogram.studio.pages.reports.catalogue import (
-    Readable,
+    ReportFile,
     experiments_with_results,
     matching,
     numbers_html,
@@ -104,13 +104,13 @@ class ReportsPanel:
                         if item == self.read:
                             button.props('aria-current="true"').classes("reading")
 
-    def _open(self, item: Readable) -> None:
+    def _open(self, item: ReportFile) -> None:
         self.read = item
         self._list.refresh()
         self._reader.refresh("")
 
     @ui.refreshable_method
-    @telling
+    @report_errors
     def _reader(self, of: str) -> None:
         item = self.read
         if item is None:
@@ -139,7 +139,7 @@ class ReportsPanel:
                 ui.html(numbers_html(result_of(path)), sanitize=False).classes("w-full scrolled")
 
 
-def _marks(item: Readable) -> str:
+def _marks(item: ReportFile) -> str:
     return f"{item.kind} {'simulated' if item.simulated else ''}"
 
 

@@ -9,10 +9,10 @@ from nicegui import ui
 
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal import Signal
-from tactogram.studio.pages.send.sending import Chosen, Sending, Sent
+from tactogram.studio.pages.send.sending import SelectedSignal, SendResult, SendService
 
 
-def last_sent(sending: Sending, kept: dict[str, Any], name: str, kind: type) -> Sent | None:
+def last_sent(sending: SendService, kept: dict[str, Any], name: str, kind: type) -> SendResult | None:
     """Return the result that stands under ``name`` in what a browser keeps, if it is one of such an order."""
     if not kept.get(name):
         return None
@@ -33,7 +33,7 @@ def form_beside_result(form: Callable[[], None], result: Callable[[], None]) -> 
             result()
 
 
-def there(chosen: Chosen | None) -> Chosen:
+def there(chosen: SelectedSignal | None) -> SelectedSignal:
     """Return what is to be sent.
 
     Raises

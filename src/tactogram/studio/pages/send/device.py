@@ -9,10 +9,10 @@ from nicegui import ui
 
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.signal.io import read_signal
-from tactogram.studio.pages.layout import in_background, telling
+from tactogram.studio.pages.layout import in_background, report_errors
 from tactogram.studio.pages.send.cards import command_line
 from tactogram.studio.pages.send.played_log import played_lately
-from tactogram.studio.pages.send.sending import DriveOrder, Sending, Sent
+from tactogram.studio.pages.send.sending import DriveRequest, SendResult, SendService
 from tactogram.studio.pages.send.speaker import Speaker
 from tactogram.workflows.rendering.playback import CAREFUL, NULL, outputs
 
@@ -28,12 +28,12 @@ class DeviceCard:
         Of the browser: the output that was chosen.
     """
 
-    def __init__(self, sending: Sending, speaker: Speaker, kept: dict[str, Any]) -> None:
+    def __init__(self, sending: SendService, speaker: Speaker, kept: dict[str, Any]) -> None:
         self.sending, self.speaker, self.kept = sending, speaker, kept
-        self.sent: Sent | None = None
+        self.sent: SendResult | None = None
         self._outputs: list[dict[str, Any]] = []
 
-    def draw(self, sent: Sent, unit: str) -> None:
+    def draw(self, sent: SendResult, unit: str) -> None:
         """Draw the card for a result whose drive is in ``unit``."""
         self.sent = sent
         with ui.element("section").classes("card w-full").props('aria-label="Play on a device"'):
@@ -90,8 +90,8 @@ class DeviceCard:
             command_line(self._play_commands(self.sent))
         self._log()
 
-    def _play_commands(self, sent: Sent) -> list[str]:
-        display = sent.order.display if isinstance(sent.order, DriveOrder) else ""
+    def _play_commands(self, sent: SendResult) -> list[str]:
+        display = sent.order.display if isinstance(sent.order, DriveRequest) else ""
         devices = [o["device"] for o in self._outputs if o["missing"] is None]
         return [
             shlex.join(
@@ -105,10 +105,10 @@ class DeviceCard:
         self._outputs = await in_background(outputs)
         self._devices.refresh()
 
-    @telling
+    @report_errors
     async def _play(self) -> None:
         sent = self.sent
-        if sent is None or not isinstance(sent.order, DriveOrder):
+        if sent is None or not isinstance(sent.order, DriveRequest):
             return
         device = str(self._output.value)
         drive = await in_background(read_signal, sent.folder / "drive.npz")
@@ -125,7 +125,7 @@ class DeviceCard:
         self.kept["output"] = device
         self._tell()
 
-    @telling
+    @report_errors
     async def _stop(self) -> None:
         await in_background(self.speaker.stop)
         self._tell()

@@ -12,10 +12,10 @@ from tactogram.errors import TactogramError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.friction_calibration import read_calibrations
 from tactogram.signal import Signal
-from tactogram.studio.pages.layout import busy, in_background, telling
+from tactogram.studio.pages.layout import busy, in_background, report_errors
 from tactogram.studio.pages.send.cards import SignalFields, command_line, form_beside_result, last_sent, there
 from tactogram.studio.pages.send.device import DeviceCard
-from tactogram.studio.pages.send.sending import Chosen, DriveOrder, Sending
+from tactogram.studio.pages.send.sending import DriveRequest, SelectedSignal, SendService
 from tactogram.studio.pages.send.speaker import Speaker
 from tactogram.studio.pages.send.wording import LEVELS, NEEDS, level_text, warnings_of
 from tactogram.workflows.rendering.render import levels_of, list_displays
@@ -52,13 +52,13 @@ class DisplayCards:
 
     def __init__(
         self,
-        sending: Sending,
+        sending: SendService,
         speaker: Speaker,
         kept: dict[str, Any],
-        chosen: Callable[[], Chosen | None],
+        chosen: Callable[[], SelectedSignal | None],
     ) -> None:
         self.sending, self.kept, self.chosen = sending, kept, chosen
-        self.sent = last_sent(sending, kept, "drive", DriveOrder)
+        self.sent = last_sent(sending, kept, "drive", DriveRequest)
         self._device = DeviceCard(sending, speaker, kept)
         form_beside_result(self._form, self._result)
 
@@ -147,11 +147,11 @@ class DisplayCards:
             people = [found.person for found in read_calibrations(path)]
             self._person = ui.select(people, label="Whose", value=people[0]).classes("w-full")
 
-    def _order(self) -> DriveOrder:
+    def _order(self) -> DriveRequest:
         chosen = there(self.chosen())
         kind, value = str(self._level.value), self._value.value if self._value is not None else None
         calibrated = self._person is not None
-        return DriveOrder(
+        return DriveRequest(
             chosen.of,
             str(self._display.value),
             level_text(kind, value),
@@ -162,7 +162,7 @@ class DisplayCards:
             tuple(line.strip() for line in (self._changes.value or "").splitlines() if line.strip()),
         )
 
-    @telling
+    @report_errors
     async def _fit(self) -> None:
         order = self._order()
         with busy("fitting the signal to the display", button=self._button):
@@ -186,7 +186,7 @@ class DisplayCards:
     def _result(self) -> None:
         sent = self.sent
         with ui.element("section").classes("card w-full").props('aria-label="Fit report"'):
-            if sent is None or not isinstance(sent.order, DriveOrder):
+            if sent is None or not isinstance(sent.order, DriveRequest):
                 ui.label("The report of the fit comes here.").classes("quiet")
                 return
             display = open_display(self.sending.display_file(sent.order.display))

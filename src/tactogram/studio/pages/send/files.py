@@ -16,10 +16,10 @@ from tactogram.rendering.files.envelope import envelope_of
 from tactogram.rendering.files.reduction import to_one_axis
 from tactogram.signal import Signal
 from tactogram.signal.displacement import played
-from tactogram.studio.pages.layout import busy, in_background, telling
+from tactogram.studio.pages.layout import busy, in_background, report_errors
 from tactogram.studio.pages.send.cards import SignalFields, command_line, form_beside_result, last_sent, there
 from tactogram.studio.pages.send.losses import losses_table
-from tactogram.studio.pages.send.sending import Chosen, FileOrder, Sending, Sent
+from tactogram.studio.pages.send.sending import FileRequest, SelectedSignal, SendResult, SendService
 from tactogram.studio.pages.send.wording import HOLDS, LOSSES
 
 POINTS = 500
@@ -35,9 +35,11 @@ def _ways(axes: tuple[str, ...]) -> dict[str, str]:
 class FileCards:
     """The cards of the tab; parameters as of `DisplayCards`."""
 
-    def __init__(self, sending: Sending, kept: dict[str, Any], chosen: Callable[[], Chosen | None]) -> None:
+    def __init__(
+        self, sending: SendService, kept: dict[str, Any], chosen: Callable[[], SelectedSignal | None]
+    ) -> None:
         self.sending, self.kept, self.chosen = sending, kept, chosen
-        self.sent = last_sent(sending, kept, "files", FileOrder)
+        self.sent = last_sent(sending, kept, "files", FileRequest)
         self._curves: dict[str, tuple[list[float], list[float]]] = {}
         form_beside_result(self._form, self._result)
 
@@ -67,9 +69,9 @@ class FileCards:
         kind = FORMATS.get(str(self._format.value))
         self._holds.text = "" if kind is None else f"It {HOLDS[kind.holds]}."
 
-    @telling
+    @report_errors
     async def _write(self) -> None:
-        order = FileOrder(
+        order = FileRequest(
             there(self.chosen()).of,
             str(self._format.value or ""),
             self._signal.how,
@@ -86,7 +88,7 @@ class FileCards:
     def _result(self) -> None:
         sent = self.sent
         with ui.element("section").classes("card w-full").props('aria-label="Files"'):
-            if sent is None or not isinstance(sent.order, FileOrder):
+            if sent is None or not isinstance(sent.order, FileRequest):
                 ui.label("The files, and what each of them loses, come here.").classes("quiet")
                 return
             files = sent.found["files"]
@@ -103,7 +105,7 @@ class FileCards:
             command_line(sent.found["commands"])
             ui.timer(0.05, self._draw, once=True)
 
-    @telling
+    @report_errors
     async def _draw(self) -> None:
         if self.sent is not None:
             self._curves = await in_background(envelopes, self.sending, self.sent)
@@ -116,7 +118,7 @@ class FileCards:
         else:
             ui.spinner()
 
-    def _downloads(self, sent: Sent, files: Mapping[str, Any]) -> None:
+    def _downloads(self, sent: SendResult, files: Mapping[str, Any]) -> None:
         for name, facts in files.items():
             kind = FORMATS[name]
             with ui.row().classes("items-center gap-2 w-full"):
@@ -144,13 +146,13 @@ class FileCards:
             ).props("download")
 
 
-def envelopes(sending: Sending, sent: Sent) -> dict[str, tuple[list[float], list[float]]]:
+def envelopes(sending: SendService, sent: SendResult) -> dict[str, tuple[list[float], list[float]]]:
     """Return times in s and strength of the signal and of what each file gives back, by name, for a picture.
 
     The strength is the signal's own, in its unit: the file's level is read back with it.
     """
     order = sent.order
-    if not isinstance(order, FileOrder):
+    if not isinstance(order, FileRequest):
         raise ParameterError("this result is a drive, not a file")
     signal = sending.chosen(order.of).signal()
     if signal.domain != "time":

@@ -12,10 +12,10 @@ from nicegui.events import UploadEventArguments
 from tactogram.errors import TactogramError
 from tactogram.signal.io import write_signal
 from tactogram.studio.context import Studio
-from tactogram.studio.pages.layout import in_background, page, telling, upload
+from tactogram.studio.pages.layout import in_background, page, report_errors, upload
 from tactogram.studio.pages.send.display import DisplayCards
 from tactogram.studio.pages.send.files import FileCards
-from tactogram.studio.pages.send.sending import Chosen, Sending
+from tactogram.studio.pages.send.sending import SelectedSignal, SendService
 from tactogram.studio.pages.send.speaker import Speaker
 from tactogram.studio.signals.view import add_routes, signal_card, waiting
 from tactogram.studio.workspace.shelf_view import ask_removal, ask_title
@@ -28,7 +28,7 @@ MOST_BYTES = 256 * 2**20
 
 def add(studio: Studio) -> None:
     """Register the page, and where its results are fetched."""
-    sending, speaker = Sending(studio.workspace, studio.shelf), Speaker(studio.workspace.own)
+    sending, speaker = SendService(studio.workspace, studio.shelf), Speaker(studio.workspace.own)
     add_routes()
     app.on_shutdown(speaker.stop)
 
@@ -46,7 +46,7 @@ def add(studio: Studio) -> None:
             SendPage(studio, sending, speaker, of=of)
 
 
-def _file_of(sending: Sending, identifier: str, name: str) -> Path:
+def _file_of(sending: SendService, identifier: str, name: str) -> Path:
     """Return a file of a result; only what the result itself names."""
     sent = sending.get(identifier)
     files = sent.found.get("files", {})
@@ -65,10 +65,10 @@ def _told_name(name: str) -> str | None:
 class SendPage:
     """One tab."""
 
-    def __init__(self, studio: Studio, sending: Sending, speaker: Speaker, *, of: str) -> None:
+    def __init__(self, studio: Studio, sending: SendService, speaker: Speaker, *, of: str) -> None:
         self.studio, self.sending = studio, sending
         self.kept: dict[str, Any] = app.storage.user.setdefault(KEPT, {})
-        self.chosen: Chosen | None = None
+        self.chosen: SelectedSignal | None = None
         self._reading = bool(of or self.kept.get("of"))
         of = of or str(self.kept.get("of", ""))
         self.kept["of"] = of
@@ -96,7 +96,7 @@ class SendPage:
     def _turned(self, event: Any) -> None:
         self.kept["tab"] = event.value
 
-    def _chosen_now(self) -> Chosen | None:
+    def _chosen_now(self) -> SelectedSignal | None:
         return self.chosen
 
     def _choose_card(self, of: str) -> None:
@@ -162,7 +162,7 @@ class SendPage:
         ).classes("w-full")
         picked.on_value_change(lambda: self._take(str(picked.value)) if picked.value else None)
 
-    @telling
+    @report_errors
     async def _uploaded(self, event: UploadEventArguments) -> None:
         options = {"unit": (self._unit.value or "").strip() or None, "rate": self._rate.value or None}
         data = await event.file.read()
@@ -185,7 +185,7 @@ class SendPage:
         self._listed.refresh()
         await self._take(of)
 
-    @telling
+    @report_errors
     async def _take(self, of: str) -> None:
         try:
             chosen = await in_background(self.sending.chosen, of)
@@ -215,7 +215,7 @@ class SendPage:
                     ui.button("Rename", on_click=self._rename).props("flat dense")
                     ui.button("Delete", on_click=self._remove).props("flat dense color=negative")
 
-    @telling
+    @report_errors
     async def _rename(self) -> None:
         chosen = self.chosen
         title = None if chosen is None else await ask_title(chosen.title)
@@ -224,7 +224,7 @@ class SendPage:
             self._listed.refresh()
             await self._take(chosen.of)
 
-    @telling
+    @report_errors
     async def _remove(self) -> None:
         chosen = self.chosen
         if chosen is not None and await ask_removal(chosen.title):

@@ -25,7 +25,7 @@ from tactogram.signal.io import READABLE, read_metadata, read_signal, write_sign
 from tactogram.studio.pages.send.losses import file_name, zip_files
 from tactogram.studio.workspace.dated_folders import DatedFolders
 from tactogram.studio.workspace.folder import Workspace
-from tactogram.studio.workspace.shelf import Shelf
+from tactogram.studio.workspace.shelf import ResultArchive
 from tactogram.workflows.data.convert import check, convert
 from tactogram.workflows.rendering.render import render
 
@@ -37,7 +37,7 @@ ORDER, FOUND, ZIP = "order.json", "found.json", "all-formats.zip"
 
 
 @dataclass(frozen=True)
-class Chosen:
+class SelectedSignal:
     """What is to be sent, as a file.
 
     Parameters
@@ -66,7 +66,7 @@ class Chosen:
 
 
 @dataclass(frozen=True)
-class DriveOrder:
+class DriveRequest:
     """A signal for a display; see `tactogram.workflows.rendering.render.render`."""
 
     of: str
@@ -80,7 +80,7 @@ class DriveOrder:
 
 
 @dataclass(frozen=True)
-class FileOrder:
+class FileRequest:
     """A signal for a haptic file; see `tactogram.workflows.data.convert.convert`. No format means all of them."""
 
     of: str
@@ -91,7 +91,7 @@ class FileOrder:
 
 
 @dataclass(frozen=True)
-class Sent:
+class SendResult:
     """A result.
 
     Parameters
@@ -108,12 +108,12 @@ class Sent:
 
     id: str
     folder: Path
-    order: DriveOrder | FileOrder
+    order: DriveRequest | FileRequest
     title: str
     found: Mapping[str, Any]
 
 
-class Sending:
+class SendService:
     """The results in a folder.
 
     Parameters
@@ -122,7 +122,7 @@ class Sending:
     shelf : Shelf
     """
 
-    def __init__(self, workspace: Workspace, shelf: Shelf) -> None:
+    def __init__(self, workspace: Workspace, shelf: ResultArchive) -> None:
         self.workspace, self.shelf = workspace, shelf
         self.folder = workspace.own / "sent"
         self._folders = DatedFolders(self.folder)
@@ -163,7 +163,7 @@ class Sending:
             for info in list(opened.index)[:MOST_LISTED]
         }
 
-    def chosen(self, of: str) -> Chosen:
+    def chosen(self, of: str) -> SelectedSignal:
         """Return what ``of`` names; a recording is written as a file first.
 
         Raises
@@ -176,18 +176,18 @@ class Sending:
             made = self.shelf.get(name)
             made_file = made.file
             made.signal()
-            return Chosen(of, made.title, made_file, bool(made.facts.get("simulated")))
+            return SelectedSignal(of, made.title, made_file, bool(made.facts.get("simulated")))
         if kind == "file":
             path = self.workspace.inside(name)
             if not path.is_file():
                 raise DataError(f"{name[:200]}: there is no such file in the workspace")
-            return Chosen(of, name, path, bool(read_metadata(path).get("simulated")))
+            return SelectedSignal(of, name, path, bool(read_metadata(path).get("simulated")))
         if kind == "recording":
             store_name, _, identifier = name.partition("#")
             return self._recording(of, store_name, identifier)
         raise ParameterError(f"choose what to send: a kept result, a file or a recording; got {of[:60]!r}")
 
-    def _recording(self, of: str, store_name: str, identifier: str) -> Chosen:
+    def _recording(self, of: str, store_name: str, identifier: str) -> SelectedSignal:
         store = open_store(self.workspace.inside(store_name))
         if identifier not in store:
             raise DataError(f"{store_name} holds no recording {identifier[:60]!r}")
@@ -200,7 +200,7 @@ class Sending:
         facts = {"store": store_name, "recording": identifier, "simulated": store.simulated}
         write_signal(path, signal, metadata=facts)
         title = f"{info.material or 'recording'} {identifier[:12]}, {store_name}"
-        return Chosen(of, title, path, store.simulated)
+        return SelectedSignal(of, title, path, store.simulated)
 
     def calibrations(self) -> dict[str, str]:
         """Return files that `tactogram calibrate` wrote: names by path relative to the workspace."""
@@ -233,7 +233,7 @@ class Sending:
 
     # -- what is made of it ------------------------------------------------------------------------------
 
-    def drive(self, order: DriveOrder) -> Sent:
+    def drive(self, order: DriveRequest) -> SendResult:
         """Render a signal for a display; drive, report and its picture lie in the result's folder.
 
         Raises
@@ -251,7 +251,7 @@ class Sending:
 
         return self._made(order, chosen, make, [self._render_command(order, chosen)])
 
-    def _rendering(self, order: DriveOrder) -> dict[str, Any]:
+    def _rendering(self, order: DriveRequest) -> dict[str, Any]:
         return {
             "display": self.display_file(order.display),
             "level": order.level,
@@ -262,16 +262,16 @@ class Sending:
             "person": order.person or None,
         }
 
-    def drive_file(self, sent: Sent, suffix: str) -> Path:
+    def drive_file(self, sent: SendResult, suffix: str) -> Path:
         """Return the drive in another format, made by the same job on first asking."""
-        if suffix not in DRIVES or not isinstance(sent.order, DriveOrder):
+        if suffix not in DRIVES or not isinstance(sent.order, DriveRequest):
             raise ParameterError(f"a drive is given as {', '.join(DRIVES)}, got {suffix[:20]!r}")
         path = sent.folder / f"drive{suffix}"
         if not path.is_file():
             render(self.chosen(sent.order.of).file, out=path, **self._rendering(sent.order))
         return path
 
-    def file(self, order: FileOrder) -> Sent:
+    def file(self, order: FileRequest) -> SendResult:
         """Write a signal as one haptic file, or as all that can hold it, checked, with what each loses.
 
         Raises
@@ -303,7 +303,7 @@ class Sending:
         commands = [self._convert_command(order, chosen, name, file_name(stem, name)) for name in names]
         return self._made(order, chosen, make, commands)
 
-    def _converted(self, order: FileOrder, chosen: Chosen, name: str, path: Path) -> dict[str, Any]:
+    def _converted(self, order: FileRequest, chosen: SelectedSignal, name: str, path: Path) -> dict[str, Any]:
         options: dict[str, Any] = {
             "format": name,
             "axis": order.axis or None,
@@ -314,7 +314,7 @@ class Sending:
         checked = check(path, format=name)
         return {"file": path.name, "written": facts["written"], "problems": checked["problems"]}
 
-    def get(self, identifier: str) -> Sent:
+    def get(self, identifier: str) -> SendResult:
         """Return a result by its id.
 
         Raises
@@ -332,21 +332,21 @@ class Sending:
         except (OSError, ValueError):
             raise gone from None
         title, kind = values.pop("title"), values.pop("kind")
-        order: DriveOrder | FileOrder
+        order: DriveRequest | FileRequest
         if kind == "drive":
-            order = DriveOrder(**{**values, "changes": tuple(values["changes"])})
+            order = DriveRequest(**{**values, "changes": tuple(values["changes"])})
         else:
-            order = FileOrder(**values)
-        return Sent(identifier, folder, order, title, found)
+            order = FileRequest(**values)
+        return SendResult(identifier, folder, order, title, found)
 
     def _made(
         self,
-        order: DriveOrder | FileOrder,
-        chosen: Chosen,
+        order: DriveRequest | FileRequest,
+        chosen: SelectedSignal,
         make: Callable[[Path], dict[str, Any]],
         commands: list[str],
-    ) -> Sent:
-        kind = "drive" if isinstance(order, DriveOrder) else "file"
+    ) -> SendResult:
+        kind = "drive" if isinstance(order, DriveRequest) else "file"
         values = {"kind": kind, "title": chosen.title, **asdict(order)}
 
         def write(part: Path) -> None:
@@ -361,7 +361,7 @@ class Sending:
 
     # -- the same on the command line --------------------------------------------------------------------
 
-    def _render_command(self, order: DriveOrder, chosen: Chosen) -> str:
+    def _render_command(self, order: DriveRequest, chosen: SelectedSignal) -> str:
         words = ["tactogram", "render", self._named(chosen.file), "--display", order.display]
         words += ["--level", order.level]
         words += ["--as", order.how] if order.how else []
@@ -372,7 +372,7 @@ class Sending:
             words += ["--set", change]
         return shlex.join([*words, "--out", "drive.wav", "--figure"])
 
-    def _convert_command(self, order: FileOrder, chosen: Chosen, name: str, target: str) -> str:
+    def _convert_command(self, order: FileRequest, chosen: SelectedSignal, name: str, target: str) -> str:
         words = ["tactogram", "convert", self._named(chosen.file), target, "--format", name]
         words += ["--axis", order.axis] if order.axis else []
         words += ["--full-scale", f"{order.full_scale:g}"] if order.full_scale is not None else []

@@ -35,7 +35,7 @@ ASKS: Mapping[str, str] = {
 
 
 @dataclass(frozen=True)
-class Listed:
+class StudyEntry:
     """A study that can be begun.
 
     Parameters
@@ -62,7 +62,7 @@ class Listed:
         return str(self.facts.get("title") or self.name)
 
     @property
-    def asks(self) -> str:
+    def question_text(self) -> str:
         """What is asked, in a sentence."""
         return ASKS.get(str(self.facts.get("design")), "")
 
@@ -82,7 +82,7 @@ class Listed:
 
 
 @dataclass(frozen=True)
-class Begun:
+class SessionEntry:
     """A session of the workspace.
 
     Parameters
@@ -105,7 +105,7 @@ class Begun:
     wrong: str = ""
 
 
-def listed(workspace: Workspace) -> list[Listed]:
+def workspace_studies(workspace: Workspace) -> list[StudyEntry]:
     """Return the shipped studies and those of the workspace, each checked; once, also where it holds the package."""
     shipped = shipped_studies()
     own = sorted(
@@ -115,7 +115,7 @@ def listed(workspace: Workspace) -> list[Listed]:
     return found + [_listed(workspace.name_of(path), path, shipped=False) for path in own]
 
 
-def begun(workspace: Workspace) -> list[Begun]:
+def begun(workspace: Workspace) -> list[SessionEntry]:
     """Return the sessions of the workspace, newest first."""
     return [_begun(workspace, folder) for folder in workspace.sessions()]
 
@@ -215,14 +215,14 @@ HEADINGS: Mapping[str, str] = {
 }
 
 
-def _listed(name: str, source: Path | str, *, shipped: bool) -> Listed:
+def _listed(name: str, source: Path | str, *, shipped: bool) -> StudyEntry:
     try:
-        return Listed(name, source, shipped, check_study(source))
+        return StudyEntry(name, source, shipped, check_study(source))
     except TactogramError as error:
-        return Listed(name, source, shipped, wrong=str(error))
+        return StudyEntry(name, source, shipped, wrong=str(error))
 
 
-def _begun(workspace: Workspace, folder: Path) -> Begun:
+def _begun(workspace: Workspace, folder: Path) -> SessionEntry:
     name = workspace.name_of(folder)
     try:
         with SessionStore(folder) as store:
@@ -235,9 +235,9 @@ def _begun(workspace: Workspace, folder: Path) -> Begun:
                 f"{store.study.name}: {who}{f', {stand}' if stand else ''}{', ended' if store.ended else ''}"
             )
     except TactogramError as error:
-        return Begun(name, wrong=str(error))
+        return SessionEntry(name, wrong=str(error))
     report = report_of(folder)
-    return Begun(name, title, line, simulated, report if report.is_file() else None)
+    return SessionEntry(name, title, line, simulated, report if report.is_file() else None)
 
 
 def _name(text: str) -> str:

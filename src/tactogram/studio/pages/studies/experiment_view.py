@@ -28,7 +28,7 @@ DEVICE = (
 
 
 @dataclass(frozen=True)
-class Row:
+class ParticipantRow:
     """One participant, as the page shows them.
 
     Parameters
@@ -55,7 +55,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class View:
+class SessionView:
     """A session at one moment.
 
     Parameters
@@ -68,7 +68,7 @@ class View:
     withdrawn, answers : int
     """
 
-    rows: tuple[Row, ...]
+    rows: tuple[ParticipantRow, ...]
     notes: tuple[Mapping[str, Any], ...]
     latest: tuple[Answer, ...]
     ended: str | None
@@ -104,22 +104,24 @@ class View:
         return f"{', '.join(parts)}; {self.answers} answers"
 
 
-def view_of(store: SessionStore, *, now: datetime | None = None) -> View:
+def view_of(store: SessionStore, *, now: datetime | None = None) -> SessionView:
     """Return what the page shows of a session."""
     moment = now or datetime.now(UTC)
     rows = tuple(_row(one, store.device(one["participant"]), moment) for one in store.progress())
     latest = [row for row in store.latest(3 * LATEST) if row.design != "questions"]
-    return View(rows, tuple(store.notes()), tuple(latest[:LATEST]), store.ended, store.withdrawn, store.count)
+    return SessionView(
+        rows, tuple(store.notes()), tuple(latest[:LATEST]), store.ended, store.withdrawn, store.count
+    )
 
 
-def _row(known: Mapping[str, Any], device: Mapping[str, Any], now: datetime) -> Row:
+def _row(known: Mapping[str, Any], device: Mapping[str, Any], now: datetime) -> ParticipantRow:
     status = str(known["status"])
     silent = (
         None
         if known["last"] is None
         else max(0.0, (now - datetime.fromisoformat(known["last"])).total_seconds())
     )
-    return Row(
+    return ParticipantRow(
         known["participant"],
         known["simulated"],
         status,
@@ -171,7 +173,7 @@ def device_text(facts: Mapping[str, Any]) -> str:
     return ", ".join(said)
 
 
-def peeking_text(view: View) -> str:
+def peeking_text(view: SessionView) -> str:
     """Return what is said before results are looked at while people still take part; "" where nobody does."""
     if not view.unfinished or view.ended:
         return ""

@@ -14,10 +14,10 @@ from starlette.responses import FileResponse, PlainTextResponse, Response
 from tactogram.errors import TactogramError
 from tactogram.recipe import parse_changes
 from tactogram.studio.context import Studio
-from tactogram.studio.pages.layout import busy, in_background, page, telling
+from tactogram.studio.pages.layout import busy, in_background, page, report_errors
 from tactogram.studio.pages.studies.experiment_view import (
-    Row,
-    View,
+    ParticipantRow,
+    SessionView,
     address_of,
     answers_rows,
     folder_of,
@@ -25,7 +25,7 @@ from tactogram.studio.pages.studies.experiment_view import (
     report_of,
     view_of,
 )
-from tactogram.studio.pages.studies.joining import Joining
+from tactogram.studio.pages.studies.joining import JoinCard
 from tactogram.studio.server.guard import REPORT
 from tactogram.study.session.states import NOT_BEGUN, called
 from tactogram.workflows.study.export import export_zip
@@ -55,7 +55,7 @@ def add(studio: Studio) -> None:
             if opened is None:
                 ui.label(wrong).classes("text-negative").props('role="alert"')
                 return
-            await Experiment(studio, opened, session, str(request.base_url).rstrip("/")).draw()
+            await ExperimenterPage(studio, opened, session, str(request.base_url).rstrip("/")).draw()
 
     @app.get("/experiment/{session}/report.html")
     def report(session: str) -> Response:
@@ -68,7 +68,7 @@ def add(studio: Studio) -> None:
         return FileResponse(path, headers={"Content-Security-Policy": REPORT})
 
 
-class Experiment:
+class ExperimenterPage:
     """One page on a session; several may be open at once.
 
     Parameters
@@ -84,8 +84,8 @@ class Experiment:
     def __init__(self, studio: Studio, opened: OpenSession, name: str, server: str) -> None:
         self.studio, self.opened, self.store = studio, opened, opened.store
         self.name, self.server = name, server
-        self.view: View | None = None
-        self.shown: dict[str, _Shown] = {}
+        self.view: SessionView | None = None
+        self.shown: dict[str, _ParticipantRowView] = {}
         self.looking = asyncio.Lock()
 
     async def draw(self) -> None:
@@ -96,7 +96,7 @@ class Experiment:
                 self._people()
                 self._latest()
             with ui.column().classes("w-full gap-4"):
-                self.joining = Joining(self.opened, self.server, self.studio.roots, self.look)
+                self.joining = JoinCard(self.opened, self.server, self.studio.roots, self.look)
                 self._notes()
         self._results()
         await self.look()
@@ -107,7 +107,7 @@ class Experiment:
         async with self.looking:
             self._show(await in_background(view_of, self.store))
 
-    def _show(self, view: View) -> None:
+    def _show(self, view: SessionView) -> None:
         before, self.view = self.view, view
         self.summary.text = view.summary()
         self.joining.card.set_visibility(
@@ -136,7 +136,7 @@ class Experiment:
         with ui.element("section").classes("card w-full stack"):
             with ui.row().classes("items-center justify-between w-full"):
                 self.summary = ui.label("").classes("h2").props('aria-live="polite"')
-                self.end = ui.button("End the study", on_click=telling(self._end)).props("outline")
+                self.end = ui.button("End the study", on_click=report_errors(self._end)).props("outline")
             ui.label(
                 f"{kind}, up to {study.trials} trials{practice}; {study.display}, level {study.level}; "
                 f"folder {self.studio.workspace.name_of(self.store.path.parent)}"
@@ -176,8 +176,8 @@ class Experiment:
                 ui.select({"": "the whole study"}, value="", label="About").props("dense").classes("w-full")
             )
             self.text = ui.textarea("Note").props("dense autogrow maxlength=4000").classes("w-full")
-            ui.button("Write down", on_click=telling(self._note)).props("outline")
-            self.listed = ui.column().classes("w-full gap-1")
+            ui.button("Write down", on_click=report_errors(self._note)).props("outline")
+            self.results = ui.column().classes("w-full gap-1")
 
     def _results(self) -> None:
         with ui.element("section").classes("card w-full stack"):
@@ -207,21 +207,21 @@ class Experiment:
                         "outline"
                     )
 
-    def _rows(self, view: View) -> None:
+    def _rows(self, view: SessionView) -> None:
         """Take out who withdrew, put in who came, leave the other rows where they are: a hand may be on one."""
         for code in self.shown.keys() - {row.code for row in view.rows}:
             self.shown.pop(code).row.delete()
         for place, row in enumerate(view.rows):
             if row.code not in self.shown:
                 with self.body:
-                    self.shown[row.code] = _Shown(row, self)
+                    self.shown[row.code] = _ParticipantRowView(row, self)
                 self.shown[row.code].row.move(target_index=place)
             self.shown[row.code].update(row)
         self.nobody.set_visibility(not view.rows)
 
-    def _list_notes(self, view: View) -> None:
-        self.listed.clear()
-        with self.listed:
+    def _list_notes(self, view: SessionView) -> None:
+        self.results.clear()
+        with self.results:
             for note in reversed(view.notes):
                 ui.label(
                     f"{note['at'][:16].replace('T', ' ')} UTC, {note['participant'] or 'the study'}: {note['text']}"
@@ -245,13 +245,13 @@ class Experiment:
             await in_background(self.store.end)
         await self.look()
 
-    @telling
+    @report_errors
     async def _download(self, kind: Any, button: ui.button) -> None:
         with busy("packing the answers", button=button):
             name, packed = await in_background(export_zip, self.store.path.parent, kind=kind)
         ui.download.content(packed, name, "application/zip")
 
-    @telling
+    @report_errors
     async def _analyse(self, button: ui.button) -> None:
         view = await in_background(view_of, self.store)
         warning = peeking_text(view)
@@ -273,7 +273,7 @@ class Experiment:
         with self.report:
             ui.link(f"{said}: open it", f"/experiment/{self.name}/report.html", new_tab=True)
 
-    @telling
+    @report_errors
     async def _simulate(self, button: ui.button) -> None:
         effect = parse_changes(
             [part.strip() for part in (self.effect.value or "").split(",") if part.strip()]
@@ -291,10 +291,10 @@ class Experiment:
 ANSWERS = ("participant", "trial", "question", "answer", "at (UTC)")
 
 
-class _Shown:
+class _ParticipantRowView:
     """One participant's row, whose cells are changed in place: nothing under a finger or a screen reader is redrawn."""
 
-    def __init__(self, row: Row, experiment: Experiment) -> None:
+    def __init__(self, row: ParticipantRow, experiment: ExperimenterPage) -> None:
         self.code, self.of = row.code, experiment
         with ui.element("tr") as self.row:
             with ui.element("th").props('scope="row"'):
@@ -317,7 +317,7 @@ class _Shown:
                 self.stop = self._button("Abort", self._abort)
                 self._button("Withdraw", self._withdraw)
 
-    def update(self, row: Row) -> None:
+    def update(self, row: ParticipantRow) -> None:
         """Show what is so now."""
         self.status.text = called(row.status)
         self.where.text = row.where
@@ -331,7 +331,7 @@ class _Shown:
         self.stop.set_visibility(row.status in ("aborted", "active", NOT_BEGUN))
 
     def _button(self, text: str, handler: Callable[[], Any]) -> ui.button:
-        button = ui.button(text, on_click=telling(handler)).props("flat dense no-caps")
+        button = ui.button(text, on_click=report_errors(handler)).props("flat dense no-caps")
         # What has the same name in every row is named by its code; the third changes its name.
         return button if text == "Abort" else button.props(f'aria-label="{text} {self.code}"')
 

@@ -8,7 +8,7 @@ from urllib.parse import urlsplit
 
 from nicegui import ui
 
-from tactogram.studio.pages.layout import in_background, telling
+from tactogram.studio.pages.layout import in_background, report_errors
 from tactogram.studio.server.listening import is_loopback
 from tactogram.studio.server.qr_code import svg_qr_code
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 LANGUAGES = {"ja": "Japanese", "en": "English"}
 
 
-class Joining:
+class JoinCard:
     """The card "Take part".
 
     Parameters
@@ -102,7 +102,7 @@ class Joining:
             .props("dense")
             .classes("w-full")
         )
-        ui.button("Enrol", on_click=telling(self._enrol))
+        ui.button("Enrol", on_click=report_errors(self._enrol))
         self.enrolled = ui.column().classes("w-full gap-1")
 
     async def _enrol(self) -> None:

@@ -9,15 +9,15 @@ from nicegui import events, ui
 
 from tactogram.recipe import parse_changes
 from tactogram.studio.context import Studio
-from tactogram.studio.pages.layout import busy, in_background, page, telling, upload
+from tactogram.studio.pages.layout import busy, in_background, page, report_errors, upload
 from tactogram.studio.pages.studies.catalogue import (
     STUDIES,
-    Begun,
-    Listed,
+    SessionEntry,
+    StudyEntry,
     begun,
     copy_study,
-    listed,
     session_folder,
+    workspace_studies,
 )
 from tactogram.studio.pages.studies.experiment_view import address_of
 from tactogram.studio.pages.studies.panels import analysis, power
@@ -36,10 +36,10 @@ def add(studio: Studio) -> None:
                 "A study is a file: what is felt, in which order, what is asked. Begin a session of one, and people "
                 "take it on this machine or on tablets. As they come, the designs play simulated recordings."
             ).classes("quiet")
-            await Studies(studio).draw()
+            await StudiesPage(studio).draw()
 
 
-class Studies:
+class StudiesPage:
     """One such page.
 
     Parameters
@@ -52,14 +52,14 @@ class Studies:
 
     async def draw(self) -> None:
         """Draw everything."""
-        studies = await in_background(listed, self.workspace)
+        studies = await in_background(workspace_studies, self.workspace)
         sessions = await in_background(begun, self.workspace)
         self._sessions(sessions)
         own = [study for study in studies if not study.shipped]
         with ui.element("section").classes("w-full stack"):
             with ui.row().classes("items-center justify-between w-full"):
                 ui.label("Study files of this workspace").classes("h2")
-                given = upload("Add a study file (TOML)", on_upload=telling(self._upload))
+                given = upload("Add a study file (TOML)", on_upload=report_errors(self._upload))
                 given.props('accept=".toml"').classes("listless")
             if own:
                 self._cards(own)
@@ -70,19 +70,19 @@ class Studies:
         power()
         analysis(self.workspace, [one for one in sessions if not one.wrong])
 
-    def _cards(self, studies: list[Listed]) -> None:
+    def _cards(self, studies: list[StudyEntry]) -> None:
         with ui.element("div").classes("studies w-full"):
             for study in studies:
                 with ui.element("section").classes("card stack").props(f'data-study="{study.name}"'):
                     self._card(study)
 
-    def _card(self, study: Listed) -> None:
+    def _card(self, study: StudyEntry) -> None:
         ui.label(study.title).classes("h2")
         ui.label(study.name).classes("quiet small")
         if study.wrong:
             ui.label(study.wrong).classes("text-negative").props('role="alert"')
             return
-        ui.label(study.asks)
+        ui.label(study.question_text)
         ui.label(study.line).classes("quiet small")
         if study.facts["source"]:
             ui.label(f"Reproduces: {study.facts['source']}").classes("quiet small")
@@ -94,10 +94,10 @@ class Studies:
             check = ui.button("Check", on_click=lambda e: self._check(study, e.sender)).props("outline")
             check.props(f'aria-label="Check {study.name}: make and render every stimulus"')
             if study.shipped:
-                copied = ui.button("Copy", on_click=telling(lambda: self._copy(study))).props("outline")
+                copied = ui.button("Copy", on_click=report_errors(lambda: self._copy(study))).props("outline")
                 copied.props(f'aria-label="Copy {study.name} into the workspace"')
 
-    def _sessions(self, sessions: list[Begun]) -> None:
+    def _sessions(self, sessions: list[SessionEntry]) -> None:
         if not sessions:
             return
         with ui.element("section").classes("card w-full stack overflow-x-auto"):
@@ -110,7 +110,7 @@ class Studies:
                     for one in sessions:
                         self._session(one)
 
-    def _session(self, one: Begun) -> None:
+    def _session(self, one: SessionEntry) -> None:
         with ui.element("tr"):
             with ui.element("th").props('scope="row"'):
                 if one.wrong:
@@ -128,7 +128,7 @@ class Studies:
                         f'aria-label="Report of {one.name}"'
                     )
 
-    def _begin(self, study: Listed) -> None:
+    def _begin(self, study: StudyEntry) -> None:
         with (
             ui.dialog().props('aria-label="Begin a session"') as dialog,
             ui.card().classes("w-96 max-w-full"),
@@ -155,11 +155,11 @@ class Studies:
 
             with ui.row().classes("justify-end w-full"):
                 ui.button("Not now", on_click=dialog.close).props("flat")
-                ui.button("Begin", on_click=telling(go))
+                ui.button("Begin", on_click=report_errors(go))
         dialog.open()
 
-    @telling
-    async def _check(self, study: Listed, button: ui.button) -> None:
+    @report_errors
+    async def _check(self, study: StudyEntry, button: ui.button) -> None:
         with busy(f"making and rendering the stimuli of {study.name}", button=button):
             facts = await in_background(check_study, study.source, stimuli=True)
         count = len(facts["rendered"] or {})
@@ -167,7 +167,7 @@ class Studies:
             f"{study.name}: nothing is wrong; {count} signals were made and rendered on {facts['display']}"
         )
 
-    def _copy(self, study: Listed) -> None:
+    def _copy(self, study: StudyEntry) -> None:
         path = copy_study(self.workspace, study.name)
         ui.notify(f"copied to {self.workspace.name_of(path)}; change it with any editor")
         ui.navigate.reload()

@@ -8,8 +8,14 @@ from urllib.parse import quote
 from nicegui import ui
 
 from tactogram.errors import ParameterError
-from tactogram.studio.pages.layout import busy, in_background, telling
-from tactogram.studio.pages.studies.catalogue import Begun, analysis_folder, counts_of, pairs_of, power_rows
+from tactogram.studio.pages.layout import busy, in_background, report_errors
+from tactogram.studio.pages.studies.catalogue import (
+    SessionEntry,
+    analysis_folder,
+    counts_of,
+    pairs_of,
+    power_rows,
+)
 from tactogram.studio.workspace.folder import RUN, STORE, Workspace
 from tactogram.study.answers import SUFFIXES
 
@@ -35,7 +41,7 @@ def power() -> None:
             button = ui.button("Reckon")
         shown = ui.column().classes("w-full gap-2").props('aria-live="polite"')
 
-        @telling
+        @report_errors
         async def reckon() -> None:
             from tactogram.workflows.study.power import study_power
 
@@ -64,7 +70,7 @@ def power() -> None:
         button.on_click(reckon)
 
 
-def analysis(workspace: Workspace, sessions: list[Begun]) -> None:
+def analysis(workspace: Workspace, sessions: list[SessionEntry]) -> None:
     """Draw the form that analyses a session or a table of answers."""
     with ui.element("section").classes("card w-full stack"):
         ui.label("After a study: what answers show").classes("h2")
@@ -98,7 +104,7 @@ def analysis(workspace: Workspace, sessions: list[Begun]) -> None:
         button = ui.button("Analyse")
         shown = ui.column().classes("w-full gap-1").props('aria-live="polite"')
 
-        @telling
+        @report_errors
         async def analyse() -> None:
             from tactogram.workflows.study.analysis import analyse_study, margins_of
 
@@ -106,7 +112,7 @@ def analysis(workspace: Workspace, sessions: list[Begun]) -> None:
                 raise ParameterError("choose the answers first: a session or a table")
             chosen = workspace.inside(source.value)
             out = analysis_folder(workspace, chosen)
-            with busy("analysing the answers", button=button), workspace.telling_names():
+            with busy("analysing the answers", button=button), workspace.readable_errors():
                 result = await in_background(
                     analyse_study,
                     chosen,

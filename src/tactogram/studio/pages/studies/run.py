@@ -11,9 +11,9 @@ from tactogram.errors import ParameterError
 from tactogram.studio.context import Studio
 from tactogram.studio.pages.studies.experiment_view import address_of
 from tactogram.studio.participants.playing import ServerDisplay
-from tactogram.studio.participants.sessions import Sessions
-from tactogram.studio.server.application import Answering, serve
-from tactogram.studio.server.listening import Listening
+from tactogram.studio.participants.sessions import SessionRegistry
+from tactogram.studio.server.application import ServerAnnouncement, serve
+from tactogram.studio.server.listening import ListeningPort
 from tactogram.study.session.participants import checked_code
 from tactogram.study.session.store import SessionStore
 
@@ -21,7 +21,7 @@ from tactogram.study.session.store import SessionStore
 def run_study(
     study: Path | str,
     out: Path | str | None,
-    listening: Listening,
+    listening: ListeningPort,
     *,
     changes: Mapping[str, Any] | None = None,
     codes: Sequence[str] = (),
@@ -76,7 +76,7 @@ def run_study(
         if code.casefold() not in known:
             opened.store.enrol(code)
 
-    def answers(answering: Answering) -> None:
+    def answers(answering: ServerAnnouncement) -> None:
         best, *others = answering.roots
         ready(
             {
@@ -112,6 +112,6 @@ def _begun(
     folder = Path(out).resolve()
     if folder.parent == folder:
         raise ParameterError(f"{out}: is no folder for a session")
-    with closing(Sessions(device=display.device, full_scale=display.full_scale)) as anywhere:
+    with closing(SessionRegistry(device=display.device, full_scale=display.full_scale)) as anywhere:
         anywhere.begin(study, folder, changes=changes)
     return folder

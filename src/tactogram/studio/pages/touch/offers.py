@@ -14,9 +14,9 @@ from tactogram import models
 from tactogram.errors import TactogramError
 from tactogram.signal.io.files import READABLE
 from tactogram.studio.workspace.folder import MOST_FOLDERS, Workspace
-from tactogram.studio.workspace.shelf import Shelf
+from tactogram.studio.workspace.shelf import ResultArchive
 
-Where = Literal["run", "kept", "file"]
+TextureOrigin = Literal["run", "kept", "file"]
 
 MOST_FILES = 300
 """That are offered; a further one is named by its path."""
@@ -25,12 +25,12 @@ CAN_BE_GIVEN = {"material", "speed_mm_s", "force_n"}
 
 
 @dataclass(frozen=True)
-class Offer:
+class TextureChoice:
     """A texture that can be chosen.
 
     Parameters
     ----------
-    where, of, material : see `tactogram.studio.pages.touch.sources.Asked`
+    where, of, material : see `tactogram.studio.pages.touch.sources.TextureRequest`
     title : str
         What people read.
     group : str
@@ -39,7 +39,7 @@ class Offer:
         Whether it was learned or recorded from a simulation, as far as is known.
     """
 
-    where: Where
+    where: TextureOrigin
     of: str
     material: str
     title: str
@@ -47,12 +47,12 @@ class Offer:
     simulated: bool = False
 
 
-def offers_of(workspace: Workspace, shelf: Shelf) -> list[Offer]:
+def offers_of(workspace: Workspace, shelf: ResultArchive) -> list[TextureChoice]:
     """Return what can be felt: runs' materials (newest run first), kept signals, files; nothing is loaded."""
     return [*_of_runs(workspace), *_of_shelf(shelf), *_of_files(workspace)]
 
 
-def _of_runs(workspace: Workspace) -> Iterator[Offer]:
+def _of_runs(workspace: Workspace) -> Iterator[TextureChoice]:
     for folder in workspace.finished_runs():
         try:
             facts = json.loads((folder / "model.json").read_text(encoding="utf-8"))
@@ -65,18 +65,18 @@ def _of_runs(workspace: Workspace) -> Iterator[Offer]:
         if found.task == "generation" and found.gives == "signal" and set(found.needs) <= CAN_BE_GIVEN:
             name = workspace.name_of(folder)
             for material in materials:
-                yield Offer("run", name, str(material), str(material), f"{name} ({model})", simulated)
+                yield TextureChoice("run", name, str(material), str(material), f"{name} ({model})", simulated)
 
 
-def _of_shelf(shelf: Shelf) -> Iterator[Offer]:
+def _of_shelf(shelf: ResultArchive) -> Iterator[TextureChoice]:
     for made in shelf.all():
         if not made.is_image:
-            yield Offer(
+            yield TextureChoice(
                 "kept", made.id, "", made.title, "Kept results", bool(made.facts.get("simulated", False))
             )
 
 
-def _of_files(workspace: Workspace) -> Iterator[Offer]:
+def _of_files(workspace: Workspace) -> Iterator[TextureChoice]:
     """Yield signal files that lie neither in a run nor in what the studio keeps itself."""
     count = 0
     for seen, (text, folders, files) in enumerate(os.walk(workspace.folder)):
@@ -98,4 +98,4 @@ def _of_files(workspace: Workspace) -> Iterator[Offer]:
                 if count > MOST_FILES:
                     return
                 of = workspace.name_of(folder / name)
-                yield Offer("file", of, "", of, "Files")
+                yield TextureChoice("file", of, "", of, "Files")

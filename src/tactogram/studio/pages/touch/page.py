@@ -15,10 +15,10 @@ from nicegui import app, events, ui
 
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.studio.context import Studio
-from tactogram.studio.pages.layout import in_background, page, telling, upload
-from tactogram.studio.pages.touch.offers import Where
+from tactogram.studio.pages.layout import in_background, page, report_errors, upload
+from tactogram.studio.pages.touch.offers import TextureOrigin
 from tactogram.studio.pages.touch.pictures import picture_of
-from tactogram.studio.pages.touch.sources import Asked, Lay, TouchSources
+from tactogram.studio.pages.touch.sources import TextureLayout, TextureRequest, TouchSources
 from tactogram.studio.workspace.uploads import save_upload
 
 MARKUP = Path(__file__).parents[2] / "static" / "touch.html"
@@ -41,7 +41,7 @@ def add(studio: Studio) -> None:
         ui.add_body_html('<script type="module" src="/static/touch.js"></script>')
 
 
-def asked_of(query: Any) -> Asked:
+def parse_request(query: Any) -> TextureRequest:
     """Return what the parameters of an address ask for.
 
     Raises
@@ -49,12 +49,12 @@ def asked_of(query: Any) -> Asked:
     ParameterError
         If a number is none, or something is out of range.
     """
-    return Asked(
-        where=cast(Where, query.get("where", "")),
+    return TextureRequest(
+        where=cast(TextureOrigin, query.get("where", "")),
         of=query.get("of", ""),
         material=query.get("material", ""),
         speed_mm_s=_number(query, "speed") if "speed" in query else None,
-        lay=cast(Lay, query.get("lay", "auto")),
+        lay=cast(TextureLayout, query.get("lay", "auto")),
         axes=query.get("axes", "dft321"),
         seed=int(_number(query, "seed")) if "seed" in query else 0,
         rate=_number(query, "rate") if "rate" in query else 48_000.0,
@@ -80,7 +80,7 @@ def _add_routes(studio: Studio, sources: TouchSources) -> None:
     @app.get("/touch/table")
     async def table(request: Request) -> Response:
         def made() -> Response:
-            packed = sources.table(asked_of(request.query_params)).packed()
+            packed = sources.table(parse_request(request.query_params)).packed()
             return Response(packed, media_type="application/octet-stream")
 
         return await in_background(_answer, made)
@@ -88,7 +88,7 @@ def _add_routes(studio: Studio, sources: TouchSources) -> None:
     @app.get("/touch/picture")
     async def picture(request: Request) -> Response:
         def made() -> Response:
-            found = picture_of(sources, asked_of(request.query_params))
+            found = picture_of(sources, parse_request(request.query_params))
             headers = {"X-Picture": found.kind, "X-Words": quote(found.words)}
             if found.mm_per_pixel is not None:
                 headers["X-Mm-Per-Pixel"] = f"{found.mm_per_pixel:.6g}"
@@ -134,5 +134,5 @@ def _dropping(studio: Studio) -> None:
         upload(
             "Drop a WAV, FLAC, CSV, NPZ or XLSX file",
             max_file_size=LARGEST_UPLOAD,
-            on_upload=telling(received),
+            on_upload=report_errors(received),
         ).props('accept=".wav,.flac,.csv,.tsv,.npz,.xlsx"').classes("w-full")

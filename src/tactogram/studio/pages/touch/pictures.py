@@ -14,7 +14,7 @@ from tactogram.rendering.drive.axes import combined
 from tactogram.rendering.streaming.surface import looped
 from tactogram.signal import Image, Signal
 from tactogram.signal.displacement import over_displacement
-from tactogram.studio.pages.touch.sources import Asked, TouchSources
+from tactogram.studio.pages.touch.sources import TextureRequest, TouchSources
 from tactogram.studio.pages.touch.tables import ASSUMED_SPEED_MM_S
 
 Array = NDArray[np.float64]
@@ -31,7 +31,7 @@ LIGHT = np.array([196.0, 187.0, 174.0])
 
 
 @dataclass(frozen=True, eq=False)
-class Picture:
+class PadPicture:
     """A picture for the pad.
 
     Parameters
@@ -51,7 +51,7 @@ class Picture:
     words: str
 
 
-def picture_of(sources: TouchSources, asked: Asked) -> Picture:
+def picture_of(sources: TouchSources, asked: TextureRequest) -> PadPicture:
     """Return the photograph of what was asked for, or what its signal looks like as a surface.
 
     Raises
@@ -65,11 +65,13 @@ def picture_of(sources: TouchSources, asked: Asked) -> Picture:
         image, simulated = found
         kind: Kind = "rendered" if simulated else "photograph"
         words = f"{name}: rendered picture of the simulated surface" if simulated else f"Photograph of {name}"
-        return Picture(_png(image.pixels), kind, image.mm_per_pixel, words)
+        return PadPicture(_png(image.pixels), kind, image.mm_per_pixel, words)
     signal, speed = sources.signal(asked)
     drawn = drawn_surface(signal, speed or ASSUMED_SPEED_MM_S, registered=asked.lay in ("x", "y"))
     pixels = drawn.pixels.transpose(1, 0, 2) if asked.lay == "y" else drawn.pixels
-    return Picture(_png(pixels), "drawn", drawn.mm_per_pixel, f"{name}: drawn from the signal, no photograph")
+    return PadPicture(
+        _png(pixels), "drawn", drawn.mm_per_pixel, f"{name}: drawn from the signal, no photograph"
+    )
 
 
 def drawn_surface(signal: Signal, speed_mm_s: float, *, registered: bool = False) -> Image:

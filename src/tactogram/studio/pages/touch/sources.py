@@ -20,16 +20,21 @@ from tactogram.signal.io import read_metadata, read_signal
 from tactogram.signal.io.files import READABLE
 from tactogram.signal.synthesis import synthesise
 from tactogram.signal.texture_map import TextureMap
-from tactogram.studio.pages.touch.offers import CAN_BE_GIVEN, Offer, Where, offers_of
-from tactogram.studio.pages.touch.tables import ASSUMED_SPEED_MM_S, Table, table_of_map, table_of_signal
+from tactogram.studio.pages.touch.offers import CAN_BE_GIVEN, TextureChoice, TextureOrigin, offers_of
+from tactogram.studio.pages.touch.tables import (
+    ASSUMED_SPEED_MM_S,
+    TouchTexture,
+    table_of_map,
+    table_of_signal,
+)
 from tactogram.studio.workspace.folder import Workspace
-from tactogram.studio.workspace.shelf import Shelf
+from tactogram.studio.workspace.shelf import ResultArchive
 
 if TYPE_CHECKING:
     from tactogram.workflows.training.train import LoadedRun
 
 T = TypeVar("T")
-Lay = Literal["auto", "table", "path", "x", "y"]
+TextureLayout = Literal["auto", "table", "path", "x", "y"]
 
 LAID_S = 6.0
 """How much of a texture is laid out along the way, s; longer than the ear remembers a loop of noise."""
@@ -40,7 +45,7 @@ RATES = (8000.0, 192_000.0)
 
 
 @dataclass(frozen=True)
-class Asked:
+class TextureRequest:
     """One texture that the page asks for.
 
     Parameters
@@ -65,22 +70,24 @@ class Asked:
         If a value is out of range.
     """
 
-    where: Where
+    where: TextureOrigin
     of: str
     material: str = ""
     speed_mm_s: float | None = None
-    lay: Lay = "auto"
+    lay: TextureLayout = "auto"
     axes: str = "dft321"
     seed: int = 0
     rate: float = 48_000.0
 
     def __post_init__(self) -> None:
-        if self.where not in get_args(Where):
+        if self.where not in get_args(TextureOrigin):
             raise ParameterError(
-                f"where must be one of {', '.join(get_args(Where))}, got {self.where[:40]!r}"
+                f"where must be one of {', '.join(get_args(TextureOrigin))}, got {self.where[:40]!r}"
             )
-        if self.lay not in get_args(Lay):
-            raise ParameterError(f"lay must be one of {', '.join(get_args(Lay))}, got {self.lay[:40]!r}")
+        if self.lay not in get_args(TextureLayout):
+            raise ParameterError(
+                f"lay must be one of {', '.join(get_args(TextureLayout))}, got {self.lay[:40]!r}"
+            )
         if not RATES[0] <= self.rate <= RATES[1]:
             raise ParameterError(f"rate must be {RATES[0]:g} to {RATES[1]:g} Hz, got {self.rate:g}")
         if self.speed_mm_s is not None and not 1 <= self.speed_mm_s <= 2000:
@@ -100,16 +107,16 @@ class TouchSources:
     shelf : Shelf
     """
 
-    def __init__(self, workspace: Workspace, shelf: Shelf) -> None:
+    def __init__(self, workspace: Workspace, shelf: ResultArchive) -> None:
         self._workspace, self._shelf = workspace, shelf
-        self._tables = _Remembered(MOST_TABLES)
-        self._runs = _Remembered(MOST_RUNS)
+        self._tables = _ValueCache(MOST_TABLES)
+        self._runs = _ValueCache(MOST_RUNS)
 
-    def offers(self) -> list[Offer]:
+    def offers(self) -> list[TextureChoice]:
         """Return what can be felt: runs' materials (newest run first), kept signals, files."""
         return offers_of(self._workspace, self._shelf)
 
-    def table(self, asked: Asked) -> Table:
+    def table(self, asked: TextureRequest) -> TouchTexture:
         """Return the table of what was asked for.
 
         Raises
@@ -120,7 +127,7 @@ class TouchSources:
         path = self._place(asked)
         return self._tables.get((asked, _stamp(path)), lambda: self._made(asked, path))
 
-    def signal(self, asked: Asked) -> tuple[Signal, float | None]:
+    def signal(self, asked: TextureRequest) -> tuple[Signal, float | None]:
         """Return some seconds of what was asked for, and the speed at which they were recorded or made.
 
         Raises
@@ -135,7 +142,7 @@ class TouchSources:
             return _generated(run, asked) if surface is None else self._laid(surface, asked)
         return self._recorded(asked, path)
 
-    def photograph(self, asked: Asked) -> tuple[Image, bool] | None:
+    def photograph(self, asked: TextureRequest) -> tuple[Image, bool] | None:
         """Return a picture of a run's material out of its data, and whether that was simulated; None without one."""
         if asked.where != "run":
             return None
@@ -154,7 +161,7 @@ class TouchSources:
 
     # -- loading -----------------------------------------------------------------------------------------
 
-    def _place(self, asked: Asked) -> Path:
+    def _place(self, asked: TextureRequest) -> Path:
         if asked.where == "kept":
             return self._shelf.get(asked.of).folder
         path = self._workspace.inside(asked.of)
@@ -178,7 +185,7 @@ class TouchSources:
         except (OSError, ValueError, KeyError, TypeError):
             return None
 
-    def _made(self, asked: Asked, path: Path) -> Table:
+    def _made(self, asked: TextureRequest, path: Path) -> TouchTexture:
         if asked.where == "run":
             run = self._loaded(path)
             surface = _map_of(run, asked.material)
@@ -209,7 +216,7 @@ class TouchSources:
 
         return self._runs.get((path, _stamp(path)), load)
 
-    def _laid(self, surface: TextureMap, asked: Asked) -> tuple[Signal, float | None]:
+    def _laid(self, surface: TextureMap, asked: TextureRequest) -> tuple[Signal, float | None]:
         """Return some seconds of an autoregressive texture at a speed, and that speed."""
         table = TextureTable.of(surface, axis=asked.axes)
         own = float(np.median(table.speeds)) if surface.known[0] else ASSUMED_SPEED_MM_S
@@ -217,7 +224,7 @@ class TouchSources:
         force = float(np.median(table.forces))
         return synthesise(table.at(speed, force), LAID_S, seed=asked.seed), speed
 
-    def _recorded(self, asked: Asked, path: Path) -> tuple[Signal, float | None]:
+    def _recorded(self, asked: TextureRequest, path: Path) -> tuple[Signal, float | None]:
         if asked.where == "kept":
             signal = self._shelf.get(asked.of).signal()
         elif path.suffix.lower() not in READABLE:
@@ -229,13 +236,13 @@ class TouchSources:
         said = _speed_in(self._facts(asked, path))
         return signal, said if asked.speed_mm_s is None else asked.speed_mm_s
 
-    def _facts(self, asked: Asked, path: Path) -> dict[str, Any]:
+    def _facts(self, asked: TextureRequest, path: Path) -> dict[str, Any]:
         if asked.where == "kept":
             return dict(self._shelf.get(asked.of).facts)
         return read_metadata(path) if path.suffix.lower() in READABLE else {}
 
 
-class _Remembered:
+class _ValueCache:
     """The last values that were made, each once however many ask for it at the same time."""
 
     def __init__(self, most: int) -> None:
@@ -270,7 +277,7 @@ def _map_of(run: LoadedRun, material: str) -> TextureMap | None:
     return None if maps is None else maps[run.kind.materials.index(material)]
 
 
-def _by_table(surface: TextureMap, asked: Asked) -> bool:
+def _by_table(surface: TextureMap, asked: TextureRequest) -> bool:
     """Tell whether models are played as a table: where they know more than one speed, unless asked otherwise."""
     if asked.lay != "auto":
         return asked.lay == "table"
@@ -278,7 +285,7 @@ def _by_table(surface: TextureMap, asked: Asked) -> bool:
     return len(np.unique(surface.conditions[:, 0])) > 1 if known else asked.speed_mm_s is None
 
 
-def _generated(run: LoadedRun, asked: Asked) -> tuple[Signal, float | None]:
+def _generated(run: LoadedRun, asked: TextureRequest) -> tuple[Signal, float | None]:
     """Return what a run makes of a material, and the speed it was asked for."""
     from tactogram.workflows.generation.generate import generate
 

@@ -49,7 +49,7 @@ FREQUENCIES = 400
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class TouchTexture:
     """A texture for the browser.
 
     Parameters
@@ -89,7 +89,7 @@ class Table:
 
 def table_of_map(
     name: str, surface: TextureMap, *, rate: float, axes: str = "dft321", simulated: bool = False
-) -> Table:
+) -> TouchTexture:
     """Return the table of autoregressive models over speed and force.
 
     Parameters
@@ -127,7 +127,7 @@ def table_of_map(
         "kernel": texture.kernel.ravel(),
         "vibration": _felt_amplitudes(table).ravel(),
     }
-    return Table(head, arrays)
+    return TouchTexture(head, arrays)
 
 
 def table_of_signal(
@@ -139,7 +139,7 @@ def table_of_signal(
     along: Along = "path",
     axes: str = "dft321",
     simulated: bool = False,
-) -> Table:
+) -> TouchTexture:
     """Return the table of a signal that is laid out over the surface.
 
     Its constant part (gravity, a sensor's zero) is taken out: a sound card has none. A friction coefficient's
@@ -201,7 +201,7 @@ def table_of_signal(
         ],
         "notes": notes,
     }
-    return Table(head, {"nodes": texture.nodes[:, 0].ravel(), "vibration": envelope})
+    return TouchTexture(head, {"nodes": texture.nodes[:, 0].ravel(), "vibration": envelope})
 
 
 def _head(name: str, texture: StreamingTexture, *, rate: float, simulated: bool) -> dict[str, Any]:

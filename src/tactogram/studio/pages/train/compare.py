@@ -13,14 +13,14 @@ from nicegui import ui
 from tactogram.errors import ParameterError
 from tactogram.studio.pages.layout import in_background, page
 from tactogram.studio.pages.train.log import curves, metrics
-from tactogram.studio.pages.train.run_facts import RunFacts, run_facts
-from tactogram.studio.pages.train.widgets import TrainDesk, loss_options
+from tactogram.studio.pages.train.run_facts import RunSummary, run_facts
+from tactogram.studio.pages.train.widgets import TrainContext, loss_options
 
 MOST = 8
 Curves = dict[str, list[tuple[int, float]]]
 
 
-def add(desk: TrainDesk) -> None:
+def add(desk: TrainContext) -> None:
     """Register ``/train/compare``."""
 
     @ui.page("/train/compare")
@@ -44,7 +44,7 @@ def add(desk: TrainDesk) -> None:
             )
 
 
-def _read(desk: TrainDesk, names: Sequence[str]) -> dict[str, tuple[RunFacts, Curves]]:
+def _read(desk: TrainContext, names: Sequence[str]) -> dict[str, tuple[RunSummary, Curves]]:
     names = list(dict.fromkeys(names))[:MOST]
     found = {}
     for name in names:
@@ -81,7 +81,7 @@ def overlaid(held: Mapping[str, Curves], loss: str) -> Curves:
     return {run: curve[loss] for run, curve in held.items() if loss in curve}
 
 
-def rows_of_figures(facts: Mapping[str, RunFacts]) -> dict[str, dict[str, str]]:
+def rows_of_figures(facts: Mapping[str, RunSummary]) -> dict[str, dict[str, str]]:
     """Return figures by name and run, as text; empty where a run has none."""
     rows: dict[str, dict[str, str]] = {}
     for run, each in facts.items():
@@ -98,7 +98,7 @@ def differences(values: Mapping[str, Mapping[str, str]]) -> dict[str, dict[str, 
     return {key: row for key, row in found.items() if len(set(row.values())) > 1}
 
 
-def _flat_facts(facts: RunFacts) -> dict[str, str]:
+def _flat_facts(facts: RunSummary) -> dict[str, str]:
     data = {name: facts.data.get(name) for name in ("name", "label", "split", "simulated")}
     data["sha256"] = str(facts.data.get("sha256", ""))[:12]
     return flat(

@@ -16,14 +16,14 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from tactogram.errors import ParameterError
-from tactogram.models import ModelFacts
-from tactogram.recipe import Prepare, Recipe, Training
+from tactogram.models import ModelInfo
+from tactogram.recipe import Preparation, Recipe, TrainingSettings
 
 Widget = Literal["switch", "choice", "integer", "number", "text"]
 
 
 @dataclass(frozen=True)
-class Setting:
+class RecipeField:
     """One value of a recipe.
 
     Parameters
@@ -66,23 +66,23 @@ class Setting:
         return given
 
 
-def settings_of(facts: ModelFacts, recipe: str) -> list[Setting]:
+def settings_of(facts: ModelInfo, recipe: str) -> list[RecipeField]:
     """Return what can be changed: the seed, the preparation, the loop, and the model's configuration.
 
     Imports the model, and torch with it.
     """
     chosen = Recipe.load(facts.recipe(recipe))
-    seed = Setting("seed", chosen.seed, 0, "The one seed of weights, batches and splits.", "integer")
+    seed = RecipeField("seed", chosen.seed, 0, "The one seed of weights, batches and splits.", "integer")
     config = facts.config_class()
     return [
         seed,
-        *_fields(Prepare, chosen.prepare.model_dump(mode="json"), "prepare"),
-        *_fields(Training, chosen.training.model_dump(mode="json"), "training"),
+        *_fields(Preparation, chosen.prepare.model_dump(mode="json"), "prepare"),
+        *_fields(TrainingSettings, chosen.training.model_dump(mode="json"), "training"),
         *_fields(config, facts.config(chosen.config).model_dump(mode="json"), "config"),
     ]
 
 
-def assignments(settings: list[Setting], given: Mapping[str, Any]) -> list[str]:
+def assignments(settings: list[RecipeField], given: Mapping[str, Any]) -> list[str]:
     """Return ``KEY=VALUE`` of each setting that was changed, as ``--set`` takes it.
 
     Parameters
@@ -122,9 +122,9 @@ def parsed(text: str | None) -> Any:
         return text
 
 
-def _fields(model: type[BaseModel], values: Mapping[str, Any], prefix: str) -> list[Setting]:
+def _fields(model: type[BaseModel], values: Mapping[str, Any], prefix: str) -> list[RecipeField]:
     texts = described(model)
-    found: list[Setting] = []
+    found: list[RecipeField] = []
     for name, field in model.model_fields.items():
         key, value = f"{prefix}.{name}", values[name]
         inner = field.annotation
@@ -135,7 +135,7 @@ def _fields(model: type[BaseModel], values: Mapping[str, Any], prefix: str) -> l
         if isinstance(default, tuple):
             default = list(default)
         widget, choices = _widget(field)
-        found.append(Setting(key, value, default, texts.get(name, ""), widget, choices))
+        found.append(RecipeField(key, value, default, texts.get(name, ""), widget, choices))
     return found
 
 

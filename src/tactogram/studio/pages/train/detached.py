@@ -21,7 +21,7 @@ NICE = 5
 
 
 @dataclass(frozen=True)
-class Process:
+class DetachedProcess:
     """A process, told from a later one of the same number by when it began.
 
     Parameters
@@ -63,7 +63,7 @@ class Process:
             return None
 
 
-def start(arguments: Sequence[str], *, folder: Path, log: Path) -> Process:
+def start(arguments: Sequence[str], *, folder: Path, log: Path) -> DetachedProcess:
     """Run ``tactogram`` with ``arguments`` in ``folder``, in a session of its own.
 
     Parameters
@@ -98,4 +98,4 @@ def start(arguments: Sequence[str], *, folder: Path, log: Path) -> Process:
         process.nice(NICE)
     except psutil.Error:  # over already
         created = 0.0
-    return Process(child.pid, created)
+    return DetachedProcess(child.pid, created)

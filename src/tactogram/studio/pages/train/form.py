@@ -9,19 +9,19 @@ from urllib.parse import quote
 from nicegui import app, ui
 
 from tactogram.errors import ParameterError, TactogramError
-from tactogram.models import ModelFacts, available
-from tactogram.studio.pages.layout import busy, in_background, telling
-from tactogram.studio.pages.train.config_form import Setting, assignments, settings_of, shown
-from tactogram.studio.pages.train.request import BYS, SPLIT_TEXTS, SPLITS, Order, told
+from tactogram.models import ModelInfo, available
+from tactogram.studio.pages.layout import busy, in_background, report_errors
+from tactogram.studio.pages.train.config_form import RecipeField, assignments, settings_of, shown
+from tactogram.studio.pages.train.request import BYS, SPLIT_TEXTS, SPLITS, RunRequest, describe_model
 from tactogram.studio.pages.train.trainings import command_line, free_name
-from tactogram.studio.pages.train.widgets import TrainDesk
+from tactogram.studio.pages.train.widgets import TrainContext
 
 KEPT = "train"
 """Under which the form's values survive a reload."""
 USUAL = {"split": "", "last": 2, "by": "recording", "label": "material", "where": "", "name": ""}
 
 
-def draw(desk: TrainDesk, *, model: str = "", data: str = "") -> None:
+def draw(desk: TrainContext, *, model: str = "", data: str = "") -> None:
     """Draw the form; ``model`` and ``data`` choose them beforehand."""
     workspace = desk.studio.workspace
     models = available()
@@ -37,7 +37,7 @@ def draw(desk: TrainDesk, *, model: str = "", data: str = "") -> None:
         ui.label("There is no data set in this workspace yet.")
         ui.link("Simulate or import one", "/materials")
         return
-    _Form(desk, models, stores, values).draw()
+    _TrainingForm(desk, models, stores, values).draw()
 
 
 def _kept(values: dict[str, Any], name: str, known: Any, usual: Any) -> Any:
@@ -45,17 +45,17 @@ def _kept(values: dict[str, Any], name: str, known: Any, usual: Any) -> Any:
     return kept if kept in known else usual
 
 
-class _Form:
+class _TrainingForm:
     """Widgets bound to values that a reload keeps."""
 
     def __init__(
-        self, desk: TrainDesk, models: dict[str, ModelFacts], stores: list[str], values: dict[str, Any]
+        self, desk: TrainContext, models: dict[str, ModelInfo], stores: list[str], values: dict[str, Any]
     ) -> None:
         self.desk, self.models, self.stores, self.values = desk, models, stores, values
-        self.settings: list[Setting] = []
+        self.settings: list[RecipeField] = []
 
     @property
-    def facts(self) -> ModelFacts:
+    def facts(self) -> ModelInfo:
         return self.models[self.values["model"]]
 
     def draw(self) -> None:
@@ -86,7 +86,7 @@ class _Form:
                 ui.input("Only recordings with", placeholder="contactor=finger").bind_value(
                     self.values, "where"
                 ).on_value_change(self._changed)
-            self.more = ui.button("Values of the recipe", on_click=telling(self._open)).props("outline")
+            self.more = ui.button("Values of the recipe", on_click=report_errors(self._open)).props("outline")
             self.dialog = ui.dialog().props('full-width aria-label="Values of the recipe"')
             self.name = (
                 ui.input("Name of the run").bind_value(self.values, "name").on_value_change(self._changed)
@@ -96,13 +96,13 @@ class _Form:
                 ui.element("code").classes("small").style("overflow-wrap: anywhere; display: block")
             )
             self.refused = ui.label().classes("text-negative").props('role="alert"')
-            self.start = ui.button("Start", on_click=telling(self._start)).classes("w-full")
+            self.start = ui.button("Start", on_click=report_errors(self._start)).classes("w-full")
         self._fill()
         self._changed()  # what a reload kept is set without a change
 
     def _fill(self) -> None:
         """Show what belongs to the chosen model."""
-        self.about.text = told(self.facts)
+        self.about.text = describe_model(self.facts)
         recipes = list(self.facts.recipes())
         chosen = _kept(self.values, "recipe", recipes, "quick" if "quick" in recipes else recipes[0])
         self.values["recipe"] = chosen
@@ -162,7 +162,7 @@ class _Form:
                 ui.button("Done", on_click=self.dialog.close)
         self.dialog.open()
 
-    def _setting(self, setting: Setting) -> None:
+    def _setting(self, setting: RecipeField) -> None:
         given = self.values["changes"].get(setting.key)
         value = setting.value if given is None else given
 
@@ -190,13 +190,13 @@ class _Form:
             )
             ui.label(usual + setting.text.replace("``", "")).classes("small quiet")
 
-    def _order(self) -> Order:
+    def _order(self) -> RunRequest:
         v = self.values
         if self.settings:
             v["set"] = assignments(self.settings, v["changes"])
         elif not v["changes"]:
             v["set"] = []
-        return Order(
+        return RunRequest(
             v["model"],
             v["data"],
             v["recipe"],
@@ -238,7 +238,7 @@ class _Form:
         ui.navigate.to(f"/train/watch?run={quote(order.run)}")
 
 
-def _check(order: Order, data: Path) -> None:
+def _check(order: RunRequest, data: Path) -> None:
     from tactogram.workflows.training.compatibility import check_training  # brings torch
 
     check_training(order.asked(data))

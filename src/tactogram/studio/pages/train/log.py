@@ -16,7 +16,7 @@ STOPPED = ("stopped ", "interrupted")
 
 
 @dataclass(frozen=True)
-class Step:
+class TaskProgress:
     """How far a task is.
 
     Parameters
@@ -36,7 +36,7 @@ class Step:
         return self.done / max(1, self.total)
 
 
-def step_of(log: str, run: Path | None = None) -> Step | None:
+def step_of(log: str, run: Path | None = None) -> TaskProgress | None:
     """Return the last progress that a log shows, made exact by the run's metrics; None where it shows none.
 
     The log has a line each tenth of a stage; ``metrics.jsonl`` one each few steps, with a number for the stage.
@@ -45,12 +45,12 @@ def step_of(log: str, run: Path | None = None) -> Step | None:
     if not found:
         return None
     last = found[-1]
-    step = Step(last["task"], int(last["done"]), int(last["total"]))
+    step = TaskProgress(last["task"], int(last["done"]), int(last["total"]))
     if run is not None and (line := last_metrics(run)) is not None:
         at = int(line.get("step", 0))
         # Of another stage it would as a rule be outside of the tenth that the log is in.
         if step.done <= at <= min(step.total, step.done + step.total // 10 + 1):
-            step = Step(step.name, at, step.total)
+            step = TaskProgress(step.name, at, step.total)
     return step
 
 
@@ -133,7 +133,7 @@ def checkpoint_step(run: Path) -> dict[str, int] | None:
         return None
 
 
-def time_left(step: Step, seen: Sequence[tuple[float, Step]]) -> tuple[float, float] | None:
+def time_left(step: TaskProgress, seen: Sequence[tuple[float, TaskProgress]]) -> tuple[float, float] | None:
     """Return steps per second and the seconds left of the stage, from what was seen; None where that is too little.
 
     Parameters

@@ -7,18 +7,18 @@ from urllib.parse import quote
 from nicegui import ui
 
 from tactogram.studio.context import Studio
-from tactogram.studio.pages.layout import in_background, page, telling
+from tactogram.studio.pages.layout import in_background, page, report_errors
 from tactogram.studio.pages.train import compare, form, watch
-from tactogram.studio.pages.train.run_facts import RunFacts, run_facts
-from tactogram.studio.pages.train.trainings import Status, Task, trainings_of
-from tactogram.studio.pages.train.widgets import TrainDesk, badge, seen_of, set_progress, state_of
+from tactogram.studio.pages.train.run_facts import RunSummary, run_facts
+from tactogram.studio.pages.train.trainings import StudioTask, TaskStatus, trainings_of
+from tactogram.studio.pages.train.widgets import TrainContext, badge, seen_of, set_progress, state_of
 
 ERRANDS = {"evaluate": "evaluating", "simulate": "simulating", "import": "importing"}
 
 
 def add(studio: Studio) -> None:
     """Register ``/train`` and what belongs to it."""
-    desk = TrainDesk(studio, trainings_of(studio.workspace))
+    desk = TrainContext(studio, trainings_of(studio.workspace))
     desk.trainings.keep_advancing()
     watch.add(desk)
     compare.add(desk)
@@ -32,11 +32,11 @@ def add(studio: Studio) -> None:
                 await _draw_runs(desk)
 
 
-async def _draw_runs(desk: TrainDesk) -> None:
+async def _draw_runs(desk: TrainContext) -> None:
     chosen: set[str] = set()
     moving: dict[str, tuple[ui.linear_progress, ui.label]] = {}
-    held: list[tuple[str, RunFacts | None, Task | None, Status | None]] = []
-    errands: list[tuple[Task, Status]] = []
+    held: list[tuple[str, RunSummary | None, StudioTask | None, TaskStatus | None]] = []
+    errands: list[tuple[StudioTask, TaskStatus]] = []
 
     @ui.refreshable
     def runs() -> None:
@@ -83,21 +83,24 @@ async def _draw_runs(desk: TrainDesk) -> None:
     with ui.column().classes("w-full gap-2 items-stretch"):
         others()
     await look()
-    ui.timer(1.5, telling(look))
+    ui.timer(1.5, report_errors(look))
 
 
 def _gathered(
-    desk: TrainDesk,
-) -> tuple[list[tuple[str, RunFacts | None, Task | None, Status | None]], list[tuple[Task, Status]]]:
+    desk: TrainContext,
+) -> tuple[
+    list[tuple[str, RunSummary | None, StudioTask | None, TaskStatus | None]],
+    list[tuple[StudioTask, TaskStatus]],
+]:
     """Return runs, newest first, with the training that made each, and the other errands."""
     tasks = desk.trainings.all()
-    latest: dict[str, Task] = {}
+    latest: dict[str, StudioTask] = {}
     for task in tasks:
         if task.kind == "train":
             latest.setdefault(task.about, task)
     runs = {desk.studio.workspace.name_of(run): run for run in desk.studio.workspace.runs()}
     names = [name for name in latest if name not in runs] + list(runs)
-    found: list[tuple[str, RunFacts | None, Task | None, Status | None]] = []
+    found: list[tuple[str, RunSummary | None, StudioTask | None, TaskStatus | None]] = []
     for name in names:
         made = latest.get(name)
         facts = run_facts(runs[name]) if name in runs else None
@@ -109,9 +112,9 @@ def _gathered(
 
 def _row(
     name: str,
-    facts: RunFacts | None,
-    task: Task | None,
-    status: Status | None,
+    facts: RunSummary | None,
+    task: StudioTask | None,
+    status: TaskStatus | None,
     chosen: set[str],
     comparing: ui.button,
     moving: dict[str, tuple[ui.linear_progress, ui.label]],
@@ -143,7 +146,10 @@ def _row(
 
 
 def _errand(
-    desk: TrainDesk, task: Task, status: Status, moving: dict[str, tuple[ui.linear_progress, ui.label]]
+    desk: TrainContext,
+    task: StudioTask,
+    status: TaskStatus,
+    moving: dict[str, tuple[ui.linear_progress, ui.label]],
 ) -> None:
     with ui.element("section").classes("card w-full"):
         with ui.row().classes("items-center gap-2 w-full"):
@@ -154,9 +160,13 @@ def _errand(
             ui.label(status.line).classes("small text-negative")
         if status.active:
             moving[task.id] = (_bar(), ui.label().classes("small"))
-            ui.button("Stop", on_click=telling(lambda: desk.trainings.stop(task.id))).props("outline dense")
+            ui.button("Stop", on_click=report_errors(lambda: desk.trainings.stop(task.id))).props(
+                "outline dense"
+            )
         else:
-            ui.button("Dismiss", on_click=telling(lambda: desk.trainings.forget(task.id))).props("flat dense")
+            ui.button("Dismiss", on_click=report_errors(lambda: desk.trainings.forget(task.id))).props(
+                "flat dense"
+            )
 
 
 def _bar() -> ui.linear_progress:
@@ -164,9 +174,9 @@ def _bar() -> ui.linear_progress:
 
 
 def _move(
-    desk: TrainDesk,
-    task: Task | None,
-    status: Status | None,
+    desk: TrainContext,
+    task: StudioTask | None,
+    status: TaskStatus | None,
     moving: dict[str, tuple[ui.linear_progress, ui.label]],
 ) -> None:
     if task is not None and status is not None and task.id in moving:

@@ -11,9 +11,9 @@ from typing import cast
 from tactogram.datasets import Label
 from tactogram.datasets.splits.split import By
 from tactogram.errors import ParameterError
-from tactogram.models import ModelFacts
+from tactogram.models import ModelInfo
 from tactogram.recipe import parse_changes
-from tactogram.workflows.training.plan import Asked
+from tactogram.workflows.training.plan import TrainingRequest
 
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,79}")
 SPLITS = {
@@ -41,7 +41,7 @@ BYS = {
 
 
 @dataclass(frozen=True)
-class Order:
+class RunRequest:
     """A training that somebody wants.
 
     Parameters
@@ -103,9 +103,9 @@ class Order:
             found += ["--set", change]
         return [*found, "--out", self.run]
 
-    def asked(self, data: Path) -> Asked:
+    def asked(self, data: Path) -> TrainingRequest:
         """Return what the jobs are asked for, of the data set in ``data``."""
-        return Asked(
+        return TrainingRequest(
             self.model,
             data,
             recipe=self.recipe,
@@ -131,7 +131,7 @@ class Order:
         return found
 
 
-def told(facts: ModelFacts) -> str:
+def describe_model(facts: ModelInfo) -> str:
     """Return what a model is, as two sentences."""
     authors = facts.authors[0] + (" et al." if len(facts.authors) > 1 else "")
     does = {

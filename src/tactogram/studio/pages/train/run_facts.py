@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from tactogram.workflows.training.run_lock import is_at_work
+from tactogram.workflows.training.run_lock import is_training
 
 
 @dataclass(frozen=True)
-class RunFacts:
+class RunSummary:
     """A run as a list shows it.
 
     Parameters
@@ -53,17 +53,17 @@ class RunFacts:
         return (self.folder / "report.html").is_file()
 
 
-def run_facts(folder: Path) -> RunFacts:
+def run_facts(folder: Path) -> RunSummary:
     """Return what a run folder says; what cannot be read is left empty."""
     recipe: Mapping[str, Any] = {}
     with suppress(OSError, ValueError):
         recipe = tomllib.loads((folder / "recipe.toml").read_text(encoding="utf-8"))
     done = _json(folder / "model.json")
-    return RunFacts(
+    return RunSummary(
         folder,
         str(recipe.get("model", "unknown")),
         (folder / "model.json").is_file(),
-        is_at_work(folder),
+        is_training(folder),
         _json(folder / "data.json"),
         recipe,
         _numbers(done.get("validation")),

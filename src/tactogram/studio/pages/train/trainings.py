@@ -22,10 +22,10 @@ from typing import Any, Literal
 from tactogram.datasets.store.pending import clear_stale_parts
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import write_text
-from tactogram.studio.pages.train.detached import Process, start
-from tactogram.studio.pages.train.log import Step, complaint, is_stopped, step_of
+from tactogram.studio.pages.train.detached import DetachedProcess, start
+from tactogram.studio.pages.train.log import TaskProgress, complaint, is_stopped, step_of
 from tactogram.studio.workspace.folder import Workspace
-from tactogram.workflows.training.run_lock import is_at_work
+from tactogram.workflows.training.run_lock import is_training
 
 Kind = Literal["train", "evaluate", "simulate", "import"]
 State = Literal["waiting", "running", "stopping", "stopped", "finished", "failed"]
@@ -45,7 +45,7 @@ GONE_ON = "a process that was begun elsewhere went on with it, and ended before 
 
 
 @dataclass(frozen=True)
-class Task:
+class StudioTask:
     """One errand: what was asked, and the process that does it.
 
     Parameters
@@ -71,7 +71,7 @@ class Task:
     arguments: tuple[str, ...]
     about: str
     asked_at: str
-    process: Process | None = None
+    process: DetachedProcess | None = None
     stop_asked: bool = False
     began_at: float = 0.0
 
@@ -82,7 +82,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Status:
+class TaskStatus:
     """How it stands with a task.
 
     Parameters
@@ -96,7 +96,7 @@ class Status:
 
     state: State
     line: str = ""
-    step: Step | None = None
+    step: TaskProgress | None = None
 
     @property
     def active(self) -> bool:
@@ -105,7 +105,7 @@ class Status:
 
 
 @dataclass
-class Trainings:
+class TaskQueue:
     """The errands of a workspace.
 
     Parameters
@@ -127,7 +127,7 @@ class Trainings:
 
     # -- asking ------------------------------------------------------------------------------------------
 
-    def begin(self, kind: Kind, arguments: Sequence[str], about: Path | str) -> Task:
+    def begin(self, kind: Kind, arguments: Sequence[str], about: Path | str) -> StudioTask:
         """Start an errand, or let it wait for one that runs.
 
         Raises
@@ -141,11 +141,11 @@ class Trainings:
                 raise ParameterError(f"{name}: {other.kind} is at it already; wait for it, or stop it")
             identifier = f"{datetime.now(UTC):%Y%m%d-%H%M%S}-{secrets.token_hex(3)}"
             now = datetime.now(UTC).isoformat(timespec="seconds")
-            self._write(Task(identifier, kind, tuple(arguments), name, now))
+            self._write(StudioTask(identifier, kind, tuple(arguments), name, now))
             self.advance()
             return self.get(identifier)
 
-    def resume(self, identifier: str) -> Task:
+    def resume(self, identifier: str) -> StudioTask:
         """Go on with what was stopped or failed: from the start, or where there is a run already from where it is.
 
         Raises
@@ -160,7 +160,7 @@ class Trainings:
                 raise ParameterError(f"{task.about}: {state}; only what was stopped or failed can go on")
             if (other := self.active_at(task.about)) is not None:
                 raise ParameterError(f"{task.about}: {other.kind} is at it already; wait for it, or stop it")
-            if is_at_work(self.place(task)):
+            if is_training(self.place(task)):
                 raise ParameterError(f"{task.about}: a process that was begun elsewhere trains it at present")
             arguments = task.arguments
             if task.kind == "train" and (self.place(task) / "recipe.toml").is_file():
@@ -169,7 +169,7 @@ class Trainings:
             self.advance()
             return self.get(identifier)
 
-    def resume_run(self, run: Path | str) -> Task:
+    def resume_run(self, run: Path | str) -> StudioTask:
         """Go on with an unfinished run, whoever began it, as it was asked for.
 
         Raises
@@ -182,7 +182,7 @@ class Trainings:
         made = next((task for task in self.of(name) if task.kind == "train"), None)
         if made is not None:
             return self.resume(made.id)
-        if is_at_work(folder):
+        if is_training(folder):
             raise ParameterError(f"{name}: a process that was begun elsewhere trains it at present")
         return self.begin("train", resuming(name), name)
 
@@ -227,7 +227,7 @@ class Trainings:
             name = self.workspace.name_of(folder)
             if (other := self.active_at(name)) is not None:
                 raise ParameterError(f"{name}: {other.kind} is at it; stop it before the run is deleted")
-            if is_at_work(folder):
+            if is_training(folder):
                 raise ParameterError(f"{name}: a process trains it; stop it before the run is deleted")
             folder.rename(folder.with_name(f".{folder.name}-{secrets.token_hex(3)}.gone"))
             for gone in folder.parent.glob(f".*-{'[0-9a-f]' * 6}.gone"):  # a server that was killed left some
@@ -238,7 +238,7 @@ class Trainings:
 
     # -- looking -----------------------------------------------------------------------------------------
 
-    def all(self) -> list[Task]:
+    def all(self) -> list[StudioTask]:
         """Return every task, newest first; a record that cannot be read is left out."""
         found = []
         for path in sorted(self.folder.glob("*.json"), reverse=True) if self.folder.is_dir() else []:
@@ -248,7 +248,7 @@ class Trainings:
                 continue
         return found
 
-    def get(self, identifier: str) -> Task:
+    def get(self, identifier: str) -> StudioTask:
         """Return one task.
 
         Raises
@@ -262,31 +262,31 @@ class Trainings:
         try:
             values: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
             values["arguments"] = tuple(values["arguments"])
-            values["process"] = Process(**values["process"]) if values["process"] else None
-            return Task(**values)
+            values["process"] = DetachedProcess(**values["process"]) if values["process"] else None
+            return StudioTask(**values)
         except (OSError, ValueError, TypeError, KeyError) as error:
             raise DataError(f"{path}: not readable: {error}") from error
 
-    def status(self, task: Task) -> Status:
+    def status(self, task: StudioTask) -> TaskStatus:
         """Return how it stands with a task, from its process, its log and its folder."""
         text = self.log(task)
         step = step_of(text, self.place(task) if task.kind == "train" else None)
         if task.process is None:
-            return Status("stopped", "it had not begun") if task.stop_asked else Status("waiting")
+            return TaskStatus("stopped", "it had not begun") if task.stop_asked else TaskStatus("waiting")
         if task.process.alive():
-            return Status("stopping" if task.stop_asked else "running", step=step)
+            return TaskStatus("stopping" if task.stop_asked else "running", step=step)
         why = complaint(text)
         if self._made(task) and why is None:
-            return Status("finished", step=step)
+            return TaskStatus("finished", step=step)
         if why is not None and self._gone_on(task):
-            return Status("stopped", GONE_ON)
+            return TaskStatus("stopped", GONE_ON)
         if why is not None and not is_stopped(why):
-            return Status("failed", why, step)
+            return TaskStatus("failed", why, step)
         if task.stop_asked or why is not None or (self.place(task) / "checkpoint.safetensors").is_file():
-            return Status("stopped", why or (ENDED if task.stop_asked else KILLED), step)
-        return Status("failed", KILLED, step)
+            return TaskStatus("stopped", why or (ENDED if task.stop_asked else KILLED), step)
+        return TaskStatus("failed", KILLED, step)
 
-    def log(self, task: Task) -> str:
+    def log(self, task: StudioTask) -> str:
         """Return the end of what its process said."""
         path = self.folder / f"{task.id}.log"
         if task.process is None or not path.is_file():
@@ -295,16 +295,16 @@ class Trainings:
             file.seek(max(0, path.stat().st_size - LOG_BYTES))
             return file.read().decode("utf-8", "replace")
 
-    def place(self, task: Task) -> Path:
+    def place(self, task: StudioTask) -> Path:
         """Return the folder that it makes or writes into."""
         return self.workspace.folder / task.about
 
-    def active_at(self, about: str) -> Task | None:
+    def active_at(self, about: str) -> StudioTask | None:
         """Return the task that is at a folder, given relative to the workspace, or will be."""
         held = (task for task in self.all() if task.about == about)
         return next((task for task in held if self.status(task).active), None)
 
-    def of(self, about: str) -> list[Task]:
+    def of(self, about: str) -> list[StudioTask]:
         """Return the tasks about a folder, newest first."""
         return [task for task in self.all() if task.about == about]
 
@@ -336,12 +336,12 @@ class Trainings:
 
         threading.Thread(target=move, name="trainings", daemon=True).start()
 
-    def _made(self, task: Task) -> bool:
+    def _made(self, task: StudioTask) -> bool:
         """Say whether what it makes is there, and of this start."""
         file = self.place(task) / MADE[task.kind]
         return file.is_file() and (task.kind != "evaluate" or file.stat().st_mtime >= task.began_at - 1)
 
-    def _gone_on(self, task: Task) -> bool:
+    def _gone_on(self, task: StudioTask) -> bool:
         """Say whether a run got a checkpoint after the last word of the training that this studio began."""
         try:
             checkpoint = (self.place(task) / "checkpoint.safetensors").stat().st_mtime
@@ -349,16 +349,16 @@ class Trainings:
         except OSError:
             return False
 
-    def _write(self, task: Task) -> None:
+    def _write(self, task: StudioTask) -> None:
         write_text(self.folder / f"{task.id}.json", json.dumps(asdict(task), ensure_ascii=False, indent=1))
 
 
-_open: dict[Path, Trainings] = {}
+_open: dict[Path, TaskQueue] = {}
 
 
-def trainings_of(workspace: Workspace) -> Trainings:
+def trainings_of(workspace: Workspace) -> TaskQueue:
     """Return the errands of a workspace, the same for all pages of a server."""
-    return _open.setdefault(workspace.folder, Trainings(workspace))
+    return _open.setdefault(workspace.folder, TaskQueue(workspace))
 
 
 def resuming(run: str) -> tuple[str, ...]:

@@ -13,12 +13,12 @@ from PIL import Image as Pillow
 from tactogram.errors import ParameterError
 from tactogram.models import available
 from tactogram.signal.io import read_image, read_image_metadata, read_metadata
-from tactogram.studio.pages.layout import busy, in_background, page, telling
+from tactogram.studio.pages.layout import busy, in_background, page, report_errors
 from tactogram.studio.pages.train.log import checkpoint_step, curves, metrics, thinned
 from tactogram.studio.pages.train.run_facts import run_facts
-from tactogram.studio.pages.train.trainings import Status, Task
+from tactogram.studio.pages.train.trainings import StudioTask, TaskStatus
 from tactogram.studio.pages.train.widgets import (
-    TrainDesk,
+    TrainContext,
     badge,
     loss_options,
     seen_of,
@@ -30,7 +30,7 @@ from tactogram.studio.signals.view import add_routes, signal_card
 SHOWN_SAMPLES = 6
 
 
-def add(desk: TrainDesk) -> None:
+def add(desk: TrainContext) -> None:
     """Register ``/train/watch``."""
     add_routes()
 
@@ -39,26 +39,26 @@ def add(desk: TrainDesk) -> None:
         with page("Train"):
             ui.link("All runs", "/train").classes("small")
             try:
-                view = _Watch(desk, run)
+                view = _RunView(desk, run)
             except ParameterError as error:
                 ui.label(str(error)).props('role="alert"')
                 return
             await view.draw()
 
 
-class _Watch:
+class _RunView:
     """A run on a page, drawn anew where its state changes and moved on where it does not."""
 
-    def __init__(self, desk: TrainDesk, name: str) -> None:
+    def __init__(self, desk: TrainContext, name: str) -> None:
         folder = desk.studio.workspace.inside(name)
         self.desk, self.folder = desk, folder
         self.name = desk.studio.workspace.name_of(folder)
         tasks = desk.trainings.of(self.name)
         if not (folder / "recipe.toml").is_file() and not tasks:
             raise ParameterError(f"{name[:200]}: no run of this workspace; it was deleted, or never there")
-        self.task: Task | None = None
-        self.status: Status | None = None
-        self.evaluating: tuple[Task, Status] | None = None
+        self.task: StudioTask | None = None
+        self.status: TaskStatus | None = None
+        self.evaluating: tuple[StudioTask, TaskStatus] | None = None
         self.facts = run_facts(folder)
         self.position: dict[str, int] | None = None
         self.gone = False
@@ -87,7 +87,7 @@ class _Watch:
         self.more()
         self._curves(anew=True)
         self.drawn = self._signature()
-        ui.timer(1.0, telling(self._tick))
+        ui.timer(1.0, report_errors(self._tick))
 
     # -- what it looks at ----------------------------------------------------------------------------------
 
@@ -200,16 +200,18 @@ class _Watch:
     def _buttons(self) -> None:
         with ui.row().classes("gap-2"):
             if self.status is not None and self.status.active:
-                ui.button("Stop", on_click=telling(self._stop)).props("outline").set_enabled(
+                ui.button("Stop", on_click=report_errors(self._stop)).props("outline").set_enabled(
                     self.state != "stopping"
                 )
                 if self.state == "stopping":
-                    ui.button("Stop at once", on_click=telling(self._kill)).props("outline color=negative")
+                    ui.button("Stop at once", on_click=report_errors(self._kill)).props(
+                        "outline color=negative"
+                    )
                 return
             if self.elsewhere:
                 return
             if self.state in ("stopped", "failed", "unfinished"):
-                ui.button("Go on", on_click=telling(self._resume))
+                ui.button("Go on", on_click=report_errors(self._resume))
             if self.facts.finished:
                 facts = available().get(self.facts.model)
                 if facts is not None and facts.task == "generation":
@@ -217,10 +219,10 @@ class _Watch:
                         "Open in Make", on_click=lambda: ui.navigate.to(f"/make?run={quote(self.name)}")
                     )
                 judging = self.evaluating is not None and self.evaluating[1].active
-                ui.button("Evaluate", on_click=telling(self._evaluate)).props("outline").set_enabled(
+                ui.button("Evaluate", on_click=report_errors(self._evaluate)).props("outline").set_enabled(
                     not judging
                 )
-            ui.button("Delete", on_click=telling(self._ask_delete)).props("flat color=negative")
+            ui.button("Delete", on_click=report_errors(self._ask_delete)).props("flat color=negative")
 
     @ui.refreshable_method
     def made(self) -> None:
@@ -235,10 +237,10 @@ class _Watch:
                 button = ui.button("Make a sample").props("outline")
                 of = ui.select(self.offered, label="of", value=self.of).props("dense options-dense")
                 of.classes("w-64").bind_value(self, "of")
-                button.on_click(telling(lambda: self._sample(button)))
+                button.on_click(report_errors(lambda: self._sample(button)))
             self._samples()
         if not self.offered:
-            ui.timer(0.05, telling(partial(self._offer, of)), once=True)
+            ui.timer(0.05, report_errors(partial(self._offer, of)), once=True)
 
     async def _offer(self, of: ui.select) -> None:
         """Offer what a sample can be of, by name."""
@@ -289,9 +291,9 @@ class _Watch:
                     )
                     self.judging = (bar, ui.label())
                     set_progress(self.desk, task, status, *self.judging)
-                    ui.button("Stop", on_click=telling(lambda: self.desk.trainings.stop(task.id))).props(
-                        "outline dense"
-                    )
+                    ui.button(
+                        "Stop", on_click=report_errors(lambda: self.desk.trainings.stop(task.id))
+                    ).props("outline dense")
                 else:
                     ui.label(status.line).classes("text-negative")
         if self.facts.validation or self.facts.evaluation:
@@ -365,9 +367,9 @@ class _Watch:
 
 
 def _offered(run: Path) -> list[str]:
-    from tactogram.workflows.training.preview import offered  # brings torch
+    from tactogram.workflows.training.preview import sample_choices  # brings torch
 
-    return offered(run)
+    return sample_choices(run)
 
 
 def _sample(run: Path, of: str | None) -> None:

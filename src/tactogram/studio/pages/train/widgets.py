@@ -11,9 +11,9 @@ from typing import Any
 from nicegui import ui
 
 from tactogram.studio.context import Studio
-from tactogram.studio.pages.train.log import Step, duration, thinned, time_left
-from tactogram.studio.pages.train.run_facts import RunFacts
-from tactogram.studio.pages.train.trainings import Status, Task, Trainings
+from tactogram.studio.pages.train.log import TaskProgress, duration, thinned, time_left
+from tactogram.studio.pages.train.run_facts import RunSummary
+from tactogram.studio.pages.train.trainings import StudioTask, TaskQueue, TaskStatus
 
 COLOURS = {
     "waiting": "grey-8",
@@ -31,7 +31,7 @@ REMEMBERED = 40
 
 
 @dataclass
-class TrainDesk:
+class TrainContext:
     """What the pages of trainings work with.
 
     Parameters
@@ -41,8 +41,8 @@ class TrainDesk:
     """
 
     studio: Studio
-    trainings: Trainings
-    seen: dict[str, deque[tuple[float, Step]]] = field(default_factory=dict)
+    trainings: TaskQueue
+    seen: dict[str, deque[tuple[float, TaskProgress]]] = field(default_factory=dict)
     """Readings of each training's step with their times, s: gone after a restart, and made anew."""
 
 
@@ -55,7 +55,7 @@ def badge(state: str) -> ui.badge:
     )
 
 
-def state_of(facts: RunFacts | None, status: Status | None) -> str:
+def state_of(facts: RunSummary | None, status: TaskStatus | None) -> str:
     """Return the state of a run: of its training where that is known, else what its folder says."""
     if status is not None and status.active:
         return status.state
@@ -66,7 +66,7 @@ def state_of(facts: RunFacts | None, status: Status | None) -> str:
     return status.state if status is not None else "unfinished"
 
 
-def seen_of(desk: TrainDesk, task: Task, status: Status) -> None:
+def seen_of(desk: TrainContext, task: StudioTask, status: TaskStatus) -> None:
     """Remember how far a training is now."""
     if status.step is not None:
         held = desk.seen.setdefault(task.id, deque(maxlen=REMEMBERED))
@@ -74,7 +74,7 @@ def seen_of(desk: TrainDesk, task: Task, status: Status) -> None:
             held.append((time.monotonic(), status.step))
 
 
-def progress_text(desk: TrainDesk, task: Task, status: Status) -> str:
+def progress_text(desk: TrainContext, task: StudioTask, status: TaskStatus) -> str:
     """Return how far a task is, how fast, and how long its stage still takes."""
     if status.state == "waiting":
         return f"waits: {desk.trainings.most} at a time on this machine"
@@ -89,7 +89,7 @@ def progress_text(desk: TrainDesk, task: Task, status: Status) -> str:
 
 
 def set_progress(
-    desk: TrainDesk, task: Task, status: Status, bar: ui.linear_progress, label: ui.label
+    desk: TrainContext, task: StudioTask, status: TaskStatus, bar: ui.linear_progress, label: ui.label
 ) -> None:
     """Show how far a task is."""
     bar.value = status.step.share if status.step else 0.0

@@ -10,16 +10,16 @@ from tactogram.statistics.clustered import pooled_share
 from tactogram.statistics.comparison import friedman_wilcoxon
 from tactogram.statistics.multiplicity import holm
 from tactogram.statistics.reliability import krippendorff_alpha
-from tactogram.statistics.shares import Share, share_of
-from tactogram.study.analysis.findings import Finding, Section, answered, verdict_of
-from tactogram.study.analysis.item_contrasts import standing_out
+from tactogram.statistics.shares import ShareEstimate, share_of
+from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, verdict_of
+from tactogram.study.analysis.item_contrasts import item_contrasts
 from tactogram.study.analysis.paired import paired_findings
 from tactogram.study.answers import Answers
 
 EVOKED = "share of participants in whom it was evoked"
 
 
-def analyse_evoked(answers: Answers, *, margin: float | None = None) -> Section:
+def analyse_evoked(answers: Answers, *, margin: float | None = None) -> AnalysisSection:
     """Return the share of participants in whom each image evoked each word, with intervals.
 
     The publication took the share as the label of an image, without an interval. Confirmatory is the exact binomial of
@@ -75,7 +75,7 @@ def analyse_evoked(answers: Answers, *, margin: float | None = None) -> Section:
         f"with {smallest} participants an interval at one half is ±{_half_width(smallest):.2f}: "
         "labels are that far from certain",
     )
-    return Section(
+    return AnalysisSection(
         "Evoked or not",
         kept.rows[0].design,
         "evoked",
@@ -86,7 +86,7 @@ def analyse_evoked(answers: Answers, *, margin: float | None = None) -> Section:
             *findings,
             *words,
             *_conditions(kept),
-            *standing_out(kept, "difference of the share evoked", margin=margin),
+            *item_contrasts(kept, "difference of the share evoked", margin=margin),
         ),
         {"per word": per_word, "per image and word": rows},
         notes,
@@ -103,7 +103,7 @@ def _half_width(n: int) -> float:
     return (high - low) / 2
 
 
-def _row(image: str, word: str, share: Share, p: float) -> dict[str, Any]:
+def _row(image: str, word: str, share: ShareEstimate, p: float) -> dict[str, Any]:
     return {
         "image": image,
         "word": word,

@@ -13,9 +13,9 @@ from pydantic import Field
 from tactogram.errors import ParameterError
 from tactogram.study.designs.word_scales import WordScales
 from tactogram.study.orders import generator
-from tactogram.study.questions import Option, Question
+from tactogram.study.questions import AnswerOption, Question
 from tactogram.study.stimuli import Stimulus
-from tactogram.study.trials import Asked, Participant, Setting
+from tactogram.study.trials import DesignContext, PageQuestion, Participant
 from tactogram.study.wording import Wording
 
 
@@ -35,7 +35,7 @@ class Evoked(WordScales):
     evoked: Wording = Wording(ja="喚起される", en="evoked")
     not_evoked: Wording = Wording(ja="喚起されない", en="not evoked")
 
-    def check(self, setting: Setting) -> None:
+    def check(self, setting: DesignContext) -> None:
         """Refuse stimuli without an image, and more sets than there are."""
         for stimulus in setting.stimuli:
             if not stimulus.is_seen:
@@ -51,10 +51,10 @@ class Evoked(WordScales):
         """Return it with one set: there are few images to practise on."""
         return self.model_copy(update={"sets": 1})
 
-    def _set_count(self, setting: Setting) -> int:
+    def _set_count(self, setting: DesignContext) -> int:
         return -(-len(setting.stimuli) // self.set_size)
 
-    def _stimuli(self, setting: Setting, participant: Participant) -> Sequence[Stimulus]:
+    def _stimuli(self, setting: DesignContext, participant: Participant) -> Sequence[Stimulus]:
         # Which images make a set is drawn once for the study; which sets come, follows the participant's number.
         count = self._set_count(setting)
         drawn = generator(setting.seed, 0, "sets").permutation(len(setting.stimuli))
@@ -62,17 +62,17 @@ class Evoked(WordScales):
         own = [(first + i) % count for i in range(self.sets)]
         return [setting.stimuli[i] for s in own for i in drawn[s * self.set_size : (s + 1) * self.set_size]]
 
-    def _asked(self, word: str, stimulus: Stimulus) -> Asked:
+    def _asked(self, word: str, stimulus: Stimulus) -> PageQuestion:
         question = Question(
             id=word,
             text=self._word_text(word),
             kind="choice",
             options=(
-                Option(value="evoked", text=self.evoked),
-                Option(value="not evoked", text=self.not_evoked),
+                AnswerOption(value="evoked", text=self.evoked),
+                AnswerOption(value="not evoked", text=self.not_evoked),
             ),
         )
-        return Asked(
+        return PageQuestion(
             question,
             stimulus=stimulus.item,
             condition=stimulus.condition,

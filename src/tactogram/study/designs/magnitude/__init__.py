@@ -1,3 +1,3 @@
 """Magnitude estimation: a number for how strong something feels."""
 
-from tactogram.study.designs.magnitude.design import Magnitude as Magnitude
+from tactogram.study.designs.magnitude.design import MagnitudeEstimation as MagnitudeEstimation

@@ -15,12 +15,12 @@ from scipy import stats
 from tactogram.errors import DataError, ParameterError
 from tactogram.statistics.equivalence import paired_equivalence
 from tactogram.statistics.summary import summary
-from tactogram.study.analysis.findings import Finding, Section, answered, verdict_of
+from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, verdict_of
 from tactogram.study.analysis.paired import paired_findings
 from tactogram.study.answers import Answer, Answers
 
 
-def analyse_magnitude(answers: Answers, *, margin: float | None = None) -> Section:
+def analyse_magnitude(answers: Answers, *, margin: float | None = None) -> AnalysisSection:
     """Return geometric means of estimates per stimulus, and where intensities are known the exponent.
 
     Confirmatory is the mean over participants of the slopes of log estimate over log intensity, with Student's t
@@ -56,7 +56,7 @@ def analyse_magnitude(answers: Answers, *, margin: float | None = None) -> Secti
     findings, slopes = _exponents(above, logs, margin)
     if not findings:
         notes += ("intensities are not known: no exponent; give a column intensity",)
-    return Section(
+    return AnalysisSection(
         "Magnitude estimation",
         above.rows[0].design,
         above.rows[0].question,

@@ -15,14 +15,22 @@ from tactogram.study.designs.design import Design
 from tactogram.study.orders import ordered
 from tactogram.study.questions import Question
 from tactogram.study.stimuli import Stimulus
-from tactogram.study.trials import Asked, Given, Page, Participant, Presented, Setting, Slot
+from tactogram.study.trials import (
+    DesignContext,
+    Page,
+    PageAnswers,
+    PageQuestion,
+    Participant,
+    PresentedStimulus,
+    Slot,
+)
 from tactogram.study.wording import Wording
 
 SMALLEST = 1e-9
 """Smallest number that is taken: magnitudes are ratios, so 0 is none."""
 
 
-class Magnitude(Design):
+class MagnitudeEstimation(Design):
     """Values of a magnitude estimation."""
 
     kind: Literal["magnitude"] = "magnitude"
@@ -40,7 +48,7 @@ class Magnitude(Design):
     )
     magnitude: Wording = Wording(ja="強さ", en="How strong is it?")
 
-    def check(self, setting: Setting) -> None:
+    def check(self, setting: DesignContext) -> None:
         """Refuse a standard that is not there."""
         names = [stimulus.name for stimulus in setting.stimuli]
         if self.standard and self.standard not in names:
@@ -48,11 +56,13 @@ class Magnitude(Design):
         if not self._judged(setting):
             raise ParameterError("magnitude needs a stimulus besides its standard, got none")
 
-    def total(self, setting: Setting) -> int:
+    def total(self, setting: DesignContext) -> int:
         """Return repeats times stimuli."""
         return self.repeats * len(self._judged(setting))
 
-    def next_page(self, setting: Setting, participant: Participant, given: Sequence[Given]) -> Page | None:
+    def next_page(
+        self, setting: DesignContext, participant: Participant, given: Sequence[PageAnswers]
+    ) -> Page | None:
         """Return the page of the next stimulus."""
         judged = self._judged(setting)
         if len(given) == self.repeats * len(judged):
@@ -64,7 +74,7 @@ class Magnitude(Design):
         stimulus = judged[which]
         standard = next((s for s in setting.stimuli if s.name == self.standard), None)
         slot: Slot = "B" if standard else ""
-        shown = Presented(slot, stimulus)
+        shown = PresentedStimulus(slot, stimulus)
         question = Question(id="magnitude", text=self.magnitude, kind="number", low=SMALLEST)
         return Page(
             token=f"trial-{trial}.1",
@@ -73,10 +83,10 @@ class Magnitude(Design):
             block=block,
             repeat=repeat,
             total=len(order),
-            presented=(Presented("A", standard), shown) if standard else (shown,),
+            presented=(PresentedStimulus("A", standard), shown) if standard else (shown,),
             text=self.with_standard.filled(modulus=f"{self.modulus:g}") if standard else self.instructions,
             asked=(
-                Asked(
+                PageQuestion(
                     question,
                     stimulus=stimulus.item,
                     condition=stimulus.condition,
@@ -87,5 +97,5 @@ class Magnitude(Design):
             more={"modulus": f"{self.modulus:g}"} if standard else {},
         )
 
-    def _judged(self, setting: Setting) -> list[Stimulus]:
+    def _judged(self, setting: DesignContext) -> list[Stimulus]:
         return [stimulus for stimulus in setting.stimuli if stimulus.name != self.standard]

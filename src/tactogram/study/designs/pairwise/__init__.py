@@ -1,3 +1,3 @@
 """Pairwise preference, with pairs chosen by what their answers tell."""
 
-from tactogram.study.designs.pairwise.design import Pairwise as Pairwise
+from tactogram.study.designs.pairwise.design import PairwiseComparison as PairwiseComparison

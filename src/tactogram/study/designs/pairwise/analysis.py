@@ -21,7 +21,7 @@ from tactogram.study.analysis.bradley_terry import (
     gap_errors,
     strengths_by_participant,
 )
-from tactogram.study.analysis.findings import Finding, Section, answered, verdict_of
+from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, verdict_of
 from tactogram.study.answers import Answer, Answers
 
 Numbers = NDArray[np.float64]
@@ -30,7 +30,7 @@ APART = "never compared, not even through others: not tested"
 ALIKE = "all participants say the same of the two: error as of independent answers"
 
 
-def analyse_preference(answers: Answers, *, margin: float | None = None) -> Section:
+def analyse_preference(answers: Answers, *, margin: float | None = None) -> AnalysisSection:
     """Return the strength of each item, and of every two whether one is preferred.
 
     Confirmatory are the differences of strengths by participant (`strengths_by_participant`), Student's t with
@@ -83,7 +83,7 @@ def analyse_preference(answers: Answers, *, margin: float | None = None) -> Sect
         f"strengths have a weak prior (SD {PRIOR_SD:g}), so that what always wins stays finite",
         f"{transitive} circular triads in participants' own choices: what no order of strengths explains",
     )
-    return Section(
+    return AnalysisSection(
         "Preference",
         kept.rows[0].design,
         kept.rows[0].question,

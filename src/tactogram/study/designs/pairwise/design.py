@@ -19,7 +19,14 @@ from pydantic import Field
 from tactogram.errors import ParameterError
 from tactogram.study.designs.design import Design, ab_question
 from tactogram.study.orders import generator, ordered
-from tactogram.study.trials import Asked, Given, Page, Participant, Presented, Setting
+from tactogram.study.trials import (
+    DesignContext,
+    Page,
+    PageAnswers,
+    PageQuestion,
+    Participant,
+    PresentedStimulus,
+)
 from tactogram.study.wording import Wording
 
 NODES, WEIGHTS = np.polynomial.hermite_e.hermegauss(61)
@@ -27,7 +34,7 @@ NODES, WEIGHTS = np.polynomial.hermite_e.hermegauss(61)
 Comparison = tuple[int, int]
 
 
-class Pairwise(Design):
+class PairwiseComparison(Design):
     """Values of a test by pairs."""
 
     kind: Literal["pairwise"] = "pairwise"
@@ -41,19 +48,21 @@ class Pairwise(Design):
     instructions: Wording = Wording(ja="AとBに触れてください。", en="Touch A and B.")
     preferred: Wording = Wording(ja="どちらが良いですか。", en="Which one do you prefer?")
 
-    def check(self, setting: Setting) -> None:
+    def check(self, setting: DesignContext) -> None:
         """Refuse fewer than two stimuli."""
         if len(setting.stimuli) < 2:
             raise ParameterError(f"pairwise needs at least two stimuli, got {len(setting.stimuli)}")
 
-    def total(self, setting: Setting) -> int:
+    def total(self, setting: DesignContext) -> int:
         """Return the number of comparisons."""
         count = len(setting.stimuli)
         if self.choice == "listed":
             return self.repeats * count * (count - 1) // 2
         return self.comparisons or 3 * count
 
-    def next_page(self, setting: Setting, participant: Participant, given: Sequence[Given]) -> Page | None:
+    def next_page(
+        self, setting: DesignContext, participant: Participant, given: Sequence[PageAnswers]
+    ) -> Page | None:
         """Return the next comparison."""
         total = self.total(setting)
         if len(given) == total:
@@ -62,7 +71,7 @@ class Pairwise(Design):
         block, repeat, first, second, information = self._pair(setting, participant, given)
         one, two = setting.stimuli[first], setting.stimuli[second]
         side = self._sides(setting, participant)[trial - 1]
-        asked = Asked(
+        asked = PageQuestion(
             ab_question("preferred", self.preferred),
             side=side,
             stimulus=one.item,
@@ -79,20 +88,20 @@ class Pairwise(Design):
             block=block,
             repeat=repeat,
             total=total,
-            presented=(Presented("A", a), Presented("B", b)),
+            presented=(PresentedStimulus("A", a), PresentedStimulus("B", b)),
             text=self.instructions,
             asked=(asked,),
             more={"first": str(first), "second": str(second)}
             | ({} if information is None else {"expected_bits": f"{information:.4f}"}),
         )
 
-    def _sides(self, setting: Setting, participant: Participant) -> list[str]:
+    def _sides(self, setting: DesignContext, participant: Participant) -> list[str]:
         """Return where the first of the pair of each trial is: drawn, whatever was answered."""
         drawn = generator(setting.seed, participant.number, "sides").integers(2, size=self.total(setting))
         return ["AB"[i] for i in drawn]
 
     def _pair(
-        self, setting: Setting, participant: Participant, given: Sequence[Given]
+        self, setting: DesignContext, participant: Participant, given: Sequence[PageAnswers]
     ) -> tuple[int, int, int, int, float | None]:
         """Return block, repeat, the pair and its expected information."""
         count, rule, seed = len(setting.stimuli), setting.order, setting.seed

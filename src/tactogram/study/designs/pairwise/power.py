@@ -28,7 +28,7 @@ SOLVED = 1e-6
 
 
 @dataclass(frozen=True)
-class Compared:
+class ComparisonCounts:
     """Answers of the participants of many studies, without the pairs that were not asked about.
 
     Parameters
@@ -103,13 +103,13 @@ def simulated_preferences(
         one, other = first[place], second[place]
         gap = np.take_along_axis(strengths, one, -1) - np.take_along_axis(strengths, other, -1)
         won = rng.binomial(asked, special.expit(gap))
-        answers = Compared(one, other, asked, won, items)
+        answers = ComparisonCounts(one, other, asked, won, items)
         found, covariance = jackknifed(answers)
         errors, _ = gap_errors(covariance, curvature(answers.tables(), found), first, second)
         yield found[:, first] - found[:, second], errors
 
 
-def jackknifed(answers: Compared) -> tuple[Numbers, Numbers]:
+def jackknifed(answers: ComparisonCounts) -> tuple[Numbers, Numbers]:
     """Return log strengths and their covariance by participant: those of `strengths_by_participant`.
 
     Parameters

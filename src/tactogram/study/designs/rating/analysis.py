@@ -29,8 +29,8 @@ from tactogram.statistics.comparison import (
     student_t,
 )
 from tactogram.statistics.multiplicity import holm
-from tactogram.study.analysis.findings import Finding, Section, answered, verdict_of
-from tactogram.study.analysis.item_contrasts import standing_out
+from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, verdict_of
+from tactogram.study.analysis.item_contrasts import item_contrasts
 from tactogram.study.analysis.ordinal import ordinal_findings
 from tactogram.study.analysis.paired import holm_paired
 from tactogram.study.answers import Answers
@@ -41,7 +41,7 @@ Targets = Mapping[str, Mapping[str, float]]
 
 
 @dataclass(frozen=True)
-class Errors:
+class AnswerErrors:
     """Errors of answers, or the scores where there is no target.
 
     Parameters
@@ -74,7 +74,7 @@ def analyse_words(
     reference: str | None = None,
     margin: float | None = None,
     draws: int = 2000,
-) -> Section:
+) -> AnalysisSection:
     """Return what is said of scores of words under conditions.
 
     Confirmatory is Friedman's test over the conditions, of two Wilcoxon's signed ranks, on each participant's mean over
@@ -113,10 +113,10 @@ def analyse_words(
     else:
         notes += ("one condition: items are held against each other, and nothing is confirmatory",)
         if targets is None:
-            findings += standing_out(kept, f"difference of {errors.measure}", margin=margin, per_word=True)
+            findings += item_contrasts(kept, f"difference of {errors.measure}", margin=margin, per_word=True)
     if targets is None:
         notes += ("no target scores were given: scores are compared, not their errors",)
-    return Section(
+    return AnalysisSection(
         "Words" + (": mean absolute error" if targets else ": scores"),
         kept.rows[0].design,
         "words",
@@ -129,7 +129,7 @@ def analyse_words(
     )
 
 
-def errors_of(answers: Answers, targets: Targets | None) -> Errors:
+def errors_of(answers: Answers, targets: Targets | None) -> AnswerErrors:
     """Return the absolute errors of scores to their targets; the scores, without targets.
 
     Raises
@@ -153,7 +153,9 @@ def errors_of(answers: Answers, targets: Targets | None) -> Errors:
     for (person, condition, word), values in cells.items():
         means[person, conditions.index(condition), words.index(word)] = np.mean(values)
     measure = "score, points" if targets is None else "mean absolute error, points"
-    return Errors(conditions, words, people, {key: np.array(v) for key, v in held.items()}, means, measure)
+    return AnswerErrors(
+        conditions, words, people, {key: np.array(v) for key, v in held.items()}, means, measure
+    )
 
 
 def _by_size(name: str) -> tuple[float, str]:
@@ -194,7 +196,7 @@ def _against(answers: Answers, reference: str) -> tuple[Answers, Targets]:
     return rest, targets
 
 
-def _by_participant(errors: Errors, margin: float | None) -> list[Finding]:
+def _by_participant(errors: AnswerErrors, margin: float | None) -> list[Finding]:
     """Return the tests between conditions on each participant's mean over words."""
     if len(errors.conditions) < 2 or len(errors.participants) < 2:
         return []
@@ -210,7 +212,9 @@ def _by_participant(errors: Errors, margin: float | None) -> list[Finding]:
     return findings + holm_paired(gaps, measure, margin, ("check", "confirmatory"))
 
 
-def _friedman(found: Comparison, of: str, role: Any, errors: Errors, p: float | None = None) -> list[Finding]:
+def _friedman(
+    found: Comparison, of: str, role: Any, errors: AnswerErrors, p: float | None = None
+) -> list[Finding]:
     statistic, raw = found.overall or (0.0, 1.0)
     means = [group.mean for group in found.groups.values()]
     p = raw if p is None else p
@@ -231,7 +235,7 @@ def _friedman(found: Comparison, of: str, role: Any, errors: Errors, p: float | 
     ]
 
 
-def _printed(errors: Errors) -> list[Finding]:
+def _printed(errors: AnswerErrors) -> list[Finding]:
     """Return Student's t and Steel-Dwass on every score, over all words and per word."""
     if len(errors.conditions) < 2:
         return []
@@ -267,7 +271,7 @@ def _printed(errors: Errors) -> list[Finding]:
     return findings
 
 
-def _per_word(errors: Errors, margin: float | None) -> list[Finding]:
+def _per_word(errors: AnswerErrors, margin: float | None) -> list[Finding]:
     """Return Friedman and paired tests per word; p by Holm over words, and over words and pairs."""
     if len(errors.conditions) < 2:
         return []
@@ -294,7 +298,7 @@ def _per_word(errors: Errors, margin: float | None) -> list[Finding]:
 
 
 def _table(
-    kept: Answers, errors: Errors, rng: np.random.Generator, draws: int
+    kept: Answers, errors: AnswerErrors, rng: np.random.Generator, draws: int
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """Return rows per condition and word, and per condition, with intervals by participant."""
     words = bootstrap_by_participant(errors.people, lambda t: _nanmean(t, 0), rng=rng, draws=draws)

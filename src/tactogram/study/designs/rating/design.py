@@ -13,7 +13,7 @@ from tactogram.errors import ParameterError
 from tactogram.study.designs.word_scales import WordScales
 from tactogram.study.questions import Question
 from tactogram.study.stimuli import Stimulus
-from tactogram.study.trials import Asked, Setting
+from tactogram.study.trials import DesignContext, PageQuestion
 from tactogram.study.wording import Wording
 
 
@@ -33,7 +33,7 @@ class Rating(WordScales):
         en="Touch it, and say how well each word fits.",
     )
 
-    def check(self, setting: Setting) -> None:
+    def check(self, setting: DesignContext) -> None:
         """Refuse a scale without length."""
         if self.low >= self.high:
             raise ParameterError(f"rating needs low < high, got {self.low} and {self.high}")
@@ -41,7 +41,7 @@ class Rating(WordScales):
     def _layout(self) -> dict[str, Any]:
         return {"image_mm": self.image_mm}
 
-    def _asked(self, word: str, stimulus: Stimulus) -> Asked:
+    def _asked(self, word: str, stimulus: Stimulus) -> PageQuestion:
         question = Question(
             id=word,
             text=self._word_text(word),
@@ -51,4 +51,4 @@ class Rating(WordScales):
             low_text=self.low_text,
             high_text=self.high_text,
         )
-        return Asked(question, stimulus=stimulus.item, condition=stimulus.condition)
+        return PageQuestion(question, stimulus=stimulus.item, condition=stimulus.condition)

@@ -1,4 +1,4 @@
 """Staircases: an intensity that follows the answers to two alternatives."""
 
 from tactogram.study.designs.staircase.design import Staircase as Staircase
-from tactogram.study.designs.staircase.design import Track as Track
+from tactogram.study.designs.staircase.design import StaircaseTrack as StaircaseTrack

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import DataError
 from tactogram.statistics.summary import summary
-from tactogram.study.analysis.findings import Finding, Section, answered
+from tactogram.study.analysis.findings import AnalysisSection, Finding, answered
 from tactogram.study.analysis.paired import paired_findings
 from tactogram.study.analysis.psychometric import PsychometricFit, fit_psychometric, reversal_threshold
 from tactogram.study.analysis.threshold import SETTLED_3_DOWN, Threshold, estimate_threshold, settled_share
@@ -31,7 +31,7 @@ def analyse_staircases(
     share: float | None = None,
     draws: int = 200,
     unit: str = "dB",
-) -> Section:
+) -> AnalysisSection:
     """Return thresholds of two-alternative staircases, by participant and over all.
 
     Confirmatory is the mean over participants of the thresholds that `estimate_threshold` finds, with an interval by
@@ -86,7 +86,7 @@ def analyse_staircases(
                 findings.append(_mean(values, name, role, how, measure, kept))
         findings += _between(held, names, role, unit, margin, len(kept))
     findings += [_pooled(name, kept, guess, share, rng, draws, at) for name in names if _fits(kept, name)]
-    return Section(
+    return AnalysisSection(
         "Staircases",
         kept.rows[0].design,
         kept.rows[0].question,

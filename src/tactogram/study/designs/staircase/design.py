@@ -17,12 +17,19 @@ from tactogram.errors import ParameterError
 from tactogram.study.designs.design import Design, ab_question
 from tactogram.study.orders import generator
 from tactogram.study.stimuli import Stimulus
-from tactogram.study.trials import Asked, Given, Page, Participant, Presented, Setting
+from tactogram.study.trials import (
+    DesignContext,
+    Page,
+    PageAnswers,
+    PageQuestion,
+    Participant,
+    PresentedStimulus,
+)
 from tactogram.study.wording import Wording
 
 
 @dataclass(frozen=True)
-class Track:
+class StaircaseTrack:
     """Where one staircase stands.
 
     Parameters
@@ -78,7 +85,7 @@ class Staircase(Design):
             raise ValueError("steps_db must be > 0 dB, and there must be one at least")
         return self
 
-    def check(self, setting: Setting) -> None:
+    def check(self, setting: DesignContext) -> None:
         """Refuse a standard that is not there, and targets that are not played."""
         names = [stimulus.name for stimulus in setting.stimuli]
         if self.standard and self.standard not in names:
@@ -91,14 +98,16 @@ class Staircase(Design):
         if not self._targets(setting):
             raise ParameterError("a staircase needs a stimulus besides its standard, got none")
 
-    def total(self, setting: Setting) -> int:
+    def total(self, setting: DesignContext) -> int:
         """Return the trials after which all have ended anyway."""
         return self.most_trials * len(self._targets(setting))
 
-    def next_page(self, setting: Setting, participant: Participant, given: Sequence[Given]) -> Page | None:
+    def next_page(
+        self, setting: DesignContext, participant: Participant, given: Sequence[PageAnswers]
+    ) -> Page | None:
         """Return the next trial of one of the staircases that have not ended."""
         targets = self._targets(setting)
-        tracks = {target.name: Track(self.start_db) for target in targets}
+        tracks = {target.name: StaircaseTrack(self.start_db) for target in targets}
         # Drawn at once: the draws of a trial depend on its number alone.
         draws = generator(setting.seed, participant.number, "staircase").random((self.total(setting), 2))
         going = [target for target in targets if not self.ended(tracks[target.name])]
@@ -113,33 +122,35 @@ class Staircase(Design):
         target, side = _drawn(going, draws[len(given)])
         return self._page(setting, target, side, tracks[target.name], len(given) + 1)
 
-    def ended(self, track: Track) -> bool:
+    def ended(self, track: StaircaseTrack) -> bool:
         """Return whether a staircase is at its end."""
         return len(track.reversals) >= self.reversals or track.trials >= self.most_trials
 
-    def after(self, track: Track, *, correct: bool) -> Track:
+    def after(self, track: StaircaseTrack, *, correct: bool) -> StaircaseTrack:
         """Return where a staircase stands after one more answer."""
         run = max(track.run, 0) + 1 if correct else min(track.run, 0) - 1
         heading = -1 if run >= self.down else 1 if -run >= self.up else 0
         if heading == 0:
-            return Track(track.intensity, track.trials + 1, track.reversals, run, track.heading)
+            return StaircaseTrack(track.intensity, track.trials + 1, track.reversals, run, track.heading)
         reversals = track.reversals
         if track.heading and heading != track.heading:
             reversals = (*reversals, track.intensity)
         step = self.steps_db[min(len(reversals), len(self.steps_db) - 1)]
         intensity = min(max(track.intensity + heading * step, self.lowest_db), self.highest_db)
-        return Track(intensity, track.trials + 1, reversals, 0, heading)
+        return StaircaseTrack(intensity, track.trials + 1, reversals, 0, heading)
 
-    def _targets(self, setting: Setting) -> list[Stimulus]:
+    def _targets(self, setting: DesignContext) -> list[Stimulus]:
         return [stimulus for stimulus in setting.stimuli if stimulus.name != self.standard]
 
-    def _page(self, setting: Setting, target: Stimulus, side: str, track: Track, trial: int) -> Page:
+    def _page(
+        self, setting: DesignContext, target: Stimulus, side: str, track: StaircaseTrack, trial: int
+    ) -> Page:
         standard = next((s for s in setting.stimuli if s.name == self.standard), None)
         found, beside = (
-            Presented("A" if side == "A" else "B", target, track.intensity),
-            Presented("B" if side == "A" else "A", standard),
+            PresentedStimulus("A" if side == "A" else "B", target, track.intensity),
+            PresentedStimulus("B" if side == "A" else "A", standard),
         )
-        asked = Asked(
+        asked = PageQuestion(
             ab_question("which", self.which),
             side=side,
             right=side,

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from tactogram.study.designs.staircase import Staircase, Track
+from tactogram.study.designs.staircase import Staircase, StaircaseTrack
 
 Numbers = NDArray[np.float64]
 STEPS_DB = (8.0, 4.0, 2.0)
@@ -78,7 +78,7 @@ def typical_trials(design: Staircase, *, slope: float = 0.5, observers: int = 20
     rng = np.random.default_rng(seed)
     middle, trials = design.start_db - BELOW_START_DB, []
     for _ in range(observers):
-        track = Track(design.start_db)
+        track = StaircaseTrack(design.start_db)
         while not design.ended(track):
             right = rng.random() < 0.5 + 0.5 * special.expit(slope * (track.intensity - middle))
             track = design.after(track, correct=bool(right))

@@ -14,11 +14,11 @@ def reversals_of(own: Answers) -> NDArray[np.bool_]:
     From the column ``reversal`` (true), else from ``reversals`` (how many there were before the trial), else from the
     steps of the intensity. Of these two the last trial's follows from what made the staircase turn before.
     """
-    if "reversal" in own.further:
+    if "reversal" in own.extra_columns:
         return np.array([text.casefold() in ("true", "1") for text in own.column("reversal")])
     values = own.numbers("value")
     last = _ends_turning(values, own.numbers("correct"))
-    if "reversals" in own.further and all(own.column("reversals")):
+    if "reversals" in own.extra_columns and all(own.column("reversals")):
         before = np.array([int(text) for text in own.column("reversals")])
         return np.append(np.diff(before) > 0, last)
     turned = np.zeros(len(values), bool)

@@ -18,7 +18,15 @@ from tactogram.study.designs.design import Design, ab_question, pairs_by_item
 from tactogram.study.orders import balanced_sides, generator, ordered
 from tactogram.study.questions import Question
 from tactogram.study.stimuli import Stimulus
-from tactogram.study.trials import Asked, Given, Page, Participant, Presented, Setting, Slot
+from tactogram.study.trials import (
+    DesignContext,
+    Page,
+    PageAnswers,
+    PageQuestion,
+    Participant,
+    PresentedStimulus,
+    Slot,
+)
 from tactogram.study.wording import Wording
 
 
@@ -59,7 +67,7 @@ class TwoArea(Design):
     least: Wording = Wording(ja="まったく本物らしくない", en="not at all real")
     most: Wording = Wording(ja="本物そのもの", en="just like the real one")
 
-    def check(self, setting: Setting) -> None:
+    def check(self, setting: DesignContext) -> None:
         """Refuse a texture that lacks one of the two conditions."""
         pairs = pairs_by_item(setting.stimuli, self.asked_for, self.against)
         paired = {stimulus.item for pair in pairs for stimulus in pair}
@@ -70,11 +78,13 @@ class TwoArea(Design):
                     f"with condition {stimulus.condition!r}"
                 )
 
-    def total(self, setting: Setting) -> int:
+    def total(self, setting: DesignContext) -> int:
         """Return repeats times textures."""
         return self.repeats * len(pairs_by_item(setting.stimuli, self.asked_for, self.against))
 
-    def next_page(self, setting: Setting, participant: Participant, given: Sequence[Given]) -> Page | None:
+    def next_page(
+        self, setting: DesignContext, participant: Participant, given: Sequence[PageAnswers]
+    ) -> Page | None:
         """Return the next of the two pages of each trial."""
         trials = self._trials(setting, participant.number)
         done, step = divmod(len(given), 2 if self.realism else 1)
@@ -91,7 +101,7 @@ class TwoArea(Design):
             block=block,
             repeat=repeat,
             total=len(trials),
-            presented=(Presented("A", a), Presented("B", b)),
+            presented=(PresentedStimulus("A", a), PresentedStimulus("B", b)),
             text=self.instructions
             if step == 0
             else self.reference.filled(item=setting.names.get(a.item, a.item)),
@@ -105,7 +115,9 @@ class TwoArea(Design):
             },
         )
 
-    def _trials(self, setting: Setting, number: int) -> list[tuple[int, int, tuple[Stimulus, Stimulus], str]]:
+    def _trials(
+        self, setting: DesignContext, number: int
+    ) -> list[tuple[int, int, tuple[Stimulus, Stimulus], str]]:
         """Return (block, repeat, pair, side of what is asked for) of each trial."""
         pairs = pairs_by_item(setting.stimuli, self.asked_for, self.against)
         order = ordered(
@@ -120,9 +132,9 @@ class TwoArea(Design):
         sides = [balanced_sides(self.repeats, rng) for _ in pairs]
         return [(block, repeat, pairs[i], sides[i][repeat - 1]) for block, repeat, i in order]
 
-    def _which(self, asked_for: Stimulus, against: Stimulus, side: str) -> Asked:
+    def _which(self, asked_for: Stimulus, against: Stimulus, side: str) -> PageQuestion:
         other = "B" if side == "A" else "A"
-        return Asked(
+        return PageQuestion(
             ab_question("which", self.which),
             side=side,
             right=side,
@@ -133,7 +145,7 @@ class TwoArea(Design):
             values={side: 1.0, other: 0.0},
         )
 
-    def _real(self, slot: Slot, judged: Stimulus, beside: Stimulus) -> Asked:
+    def _real(self, slot: Slot, judged: Stimulus, beside: Stimulus) -> PageQuestion:
         question = Question(
             id="realism",
             text=self.real,
@@ -143,7 +155,7 @@ class TwoArea(Design):
             low_text=self.least,
             high_text=self.most,
         )
-        return Asked(
+        return PageQuestion(
             question,
             slot=slot,
             side=slot,

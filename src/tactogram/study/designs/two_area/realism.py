@@ -15,12 +15,12 @@ from tactogram.errors import DataError
 from tactogram.statistics.clustered import mixed_difference
 from tactogram.statistics.comparison import student_t
 from tactogram.statistics.summary import summary
-from tactogram.study.analysis.findings import Finding, Section, answered, verdict_of
+from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, verdict_of
 from tactogram.study.analysis.paired import holm_paired, paired_findings
 from tactogram.study.answers import Answers
 
 
-def analyse_realism(answers: Answers, *, margin: float | None = None, unit: str = "mm") -> Section:
+def analyse_realism(answers: Answers, *, margin: float | None = None, unit: str = "mm") -> AnalysisSection:
     """Return what is said of marks in two conditions.
 
     Confirmatory is the paired t-test of the participants' means over all textures.
@@ -62,7 +62,7 @@ def analyse_realism(answers: Answers, *, margin: float | None = None, unit: str 
     notes += (
         "Student's t as printed takes every mark as independent, which repeated marks of one person are not",
     )
-    return Section(
+    return AnalysisSection(
         f"Realism: {names[0]} and {names[1]}",
         kept.rows[0].design,
         kept.rows[0].question,
