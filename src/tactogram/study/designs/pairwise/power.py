@@ -1,14 +1,13 @@
 """Many studies of pairwise preference at once: how often strengths are shown to differ, or to be as good as equal.
 
 What is said is what `strengths_by_participant` and Holm's correction say. But no table is made of each participant, who
-answers about few of the many pairs: the jackknife's equations are solved by conjugate gradients with the inverse for
-all participants before them, which leaving one out changes little (M. R. Hestenes, E. Stiefel, J. Res. Natl. Bur.
-Stand. 49, 1952).
+answers about few of the many pairs: the jackknife's equations are solved by conjugate gradients, preconditioned with
+the inverse for all participants, which leaving one out changes little.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations
@@ -16,6 +15,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special, stats
+from scipy.sparse.linalg import LinearOperator, cg
 
 from tactogram.study.analysis.bradley_terry import bradley_terry, curvature, gap_errors
 
@@ -23,7 +23,7 @@ Numbers = NDArray[np.float64]
 Counts = NDArray[np.int64]
 AT_ONCE = 400_000
 """Numbers that are held at the same time, of participants and of tables of items: what a processor's cache takes."""
-SOLVED = 1e-6
+SOLVED = 1e-7
 """Residual of the jackknife's equations, as a share of what it began with."""
 
 
@@ -126,57 +126,33 @@ def jackknifed(answers: ComparisonCounts) -> tuple[Numbers, Numbers]:
     n, size = answers.items, studies * people * answers.items
     tables = answers.tables()
     strengths = bradley_terry(tables)
-    all_of_them = np.asarray(np.linalg.inv(curvature(tables, strengths)), np.float64)
+    curved = curvature(tables, strengths)
+    inverse = np.asarray(np.linalg.inv(curved), np.float64)
     begin = np.arange(studies * people).reshape(studies, people, 1) * n
-    one, other = begin + answers.first, begin + answers.second
+    one, other = (begin + answers.first).ravel(), (begin + answers.second).ravel()
     theirs = np.repeat(strengths, people, axis=0).ravel()
     p = special.expit(theirs[one] - theirs[other])
-    weight = answers.count * p * (1 - p)
+    count, won = answers.count.ravel(), answers.won.ravel()
+    weight = count * p * (1 - p)
 
     def scattered(values: Numbers) -> Numbers:
-        flat = values.ravel()
-        found = np.bincount(one.ravel(), flat, size) - np.bincount(other.ravel(), flat, size)
-        return np.asarray(found.reshape(studies, people, n), np.float64)
+        return np.asarray(np.bincount(one, values, size) - np.bincount(other, values, size), np.float64)
 
-    def bent(x: Numbers) -> Numbers:
-        """Return each participant's own curvature times x."""
-        flat = x.ravel()
-        return scattered(weight * (flat[one] - flat[other]))
+    def times(matrices: Numbers, x: Numbers) -> Numbers:
+        return np.asarray((x.reshape(studies, people, n) @ matrices).ravel())
 
-    left_out = _solved(bent, scattered(answers.won - answers.count * p), all_of_them)
-    return strengths, np.swapaxes(left_out, 1, 2) @ left_out * ((people - 1) / people)
+    def without_own(x: Numbers) -> Numbers:
+        """Return the curvature of all but each participant's own times x."""
+        return times(curved, x) - scattered(weight * (x[one] - x[other]))
 
-
-def _solved(bent: Callable[[Numbers], Numbers], pulls: Numbers, inverse: Numbers) -> Numbers:
-    """Return x of (all - own) x = pulls for every participant, by conjugate gradients.
-
-    Parameters
-    ----------
-    bent : callable
-        From x to own x.
-    pulls : float64 array, shape (study, participant, item)
-    inverse : float64 array, shape (study, item, item)
-        Of all.
-    """
-    x, rest = np.zeros_like(pulls), pulls
-    along = step = pulls @ inverse
-    whole = rest  # all times step, so that it need not be multiplied again
-    size = (rest * along).sum(-1, keepdims=True)
-    enough = SOLVED**2 * size
-    for _ in range(4 * pulls.shape[-1]):
-        if (size <= enough).all():
-            break
-        image = whole - bent(step)
-        far = np.divide(
-            size, (step * image).sum(-1, keepdims=True), out=np.zeros_like(size), where=size > enough
-        )
-        x = x + far * step
-        rest = rest - far * image
-        along = rest @ inverse
-        before, size = size, (rest * along).sum(-1, keepdims=True)
-        turn = np.divide(size, before, out=np.zeros_like(size), where=before > enough)
-        step, whole = along + turn * step, rest + turn * whole
-    return x
+    left_out, _ = cg(
+        LinearOperator((size, size), without_own, dtype=np.float64),
+        scattered(won - count * p),
+        M=LinearOperator((size, size), lambda x: times(inverse, x), dtype=np.float64),
+        rtol=SOLVED,
+    )
+    by_person = left_out.reshape(studies, people, n)
+    return strengths, np.swapaxes(by_person, 1, 2) @ by_person * ((people - 1) / people)
 
 
 def shown_and_equal(
