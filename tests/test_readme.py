@@ -31,10 +31,9 @@ def test_an_example_runs(file, tmp_path):
 
 
 def test_every_command_of_the_readme_is_one():
-    text = (ROOT / "README.md").read_text(encoding="utf-8") + (ROOT / "docs/command-line.md").read_text(
-        encoding="utf-8"
-    )
-    verbs = set(re.findall(r"tactogram ([a-z]+)(?= |`|\n)", text)) - {"takes", "learns"}
+    files = ("README.md", "docs/command-line.md", "docs/guide.md")
+    text = "".join((ROOT / file).read_text(encoding="utf-8") for file in files)
+    verbs = set(re.findall(r"tactogram ([a-z]+)(?= |`|\n)", text))
     assert verbs
     for verb in sorted(verbs):
         done = subprocess.run(
