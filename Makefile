@@ -8,7 +8,7 @@ EXTRAS := dev,docs,vision,devices,lsl,daq,dwf,studio
 # torch's spinning threads collapse when a core is busy; passive waiting costs nothing.
 export OMP_WAIT_POLICY ?= PASSIVE
 
-.PHONY: help demo test install check wheel bench docs clean
+.PHONY: help demo test install check mutants wheel bench docs clean
 .DEFAULT_GOAL := help
 
 help: ## show this list
@@ -36,6 +36,9 @@ check: install ## style, types, layers
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+mutants: install ## check that the tests notice known defects of adversarial training (minutes: nightly)
+	$(BIN)/python tests/mutation/run.py
 
 wheel: install ## build the wheel and test it in a clean environment of its own
 	rm -rf build/wheel && mkdir -p build/wheel
