@@ -1,11 +1,14 @@
 """What holds for the project as a whole."""
 
+import ast
 import subprocess
 import sys
 import tomllib
 from pathlib import Path
 
 import pytest
+
+import tactogram
 
 ROOT = Path(__file__).parents[1]
 LIGHT = [
@@ -45,11 +48,12 @@ def test_imports_point_one_way():
     assert done.returncode == 0, done.stdout
 
 
-def test_the_public_interface_is_there():
-    import tactogram
-
+def test_the_public_interface_is_what_type_checkers_see():
+    module = ast.parse((ROOT / "src" / "tactogram" / "__init__.py").read_text())
+    checked = next(part for part in module.body if isinstance(part, ast.If)).body
+    assert {alias.asname: part.module for part in checked for alias in part.names} == tactogram._PLACES
     for name in tactogram.__all__:
-        assert getattr(tactogram, name).__doc__
+        assert getattr(tactogram, name).__name__ == name
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         _ = tactogram.nothing
 

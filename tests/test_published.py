@@ -119,7 +119,5 @@ def test_tables_3_and_4_of_neshov_et_al(rows):
 
 
 def test_frictgans_average_is_a_sum(rows):
-    assert sum(FABRICS) == pytest.approx(0.035)
-    assert set(published(rows, "frictgan", "sum over fabrics")) == {0.035}
-    assert set(published(rows, "frictgan", "mean over fabrics")) == {0.007}
-    assert sum(FABRICS) / len(FABRICS) == pytest.approx(0.007)
+    assert set(published(rows, "frictgan", "sum over fabrics")) == {round(sum(FABRICS), 6)}
+    assert set(published(rows, "frictgan", "mean over fabrics")) == {round(sum(FABRICS) / 5, 6)}

@@ -99,7 +99,9 @@ def test_what_does_not_fit_together_is_refused():
         spectrograms_figure({"a": {"one": tone(50), "other": tone(50, axes=1)}})
 
 
-def test_silence_can_be_drawn():
+@pytest.mark.parametrize(("scale", "lowest"), [("0-1", 0), ("dB", -240)])
+def test_silence_is_drawn_as_the_lowest_level_on_a_scale_of_its_own(scale, lowest):
     silent = Signal(np.zeros((1, 600)), 1000, "N")
-    for scale in ("0-1", "dB"):
-        spectrograms_figure({"nothing": {"recorded": silent}}, scale=scale).savefig("/dev/null", format="png")
+    picture = pictures(spectrograms_figure({"nothing": {"recorded": silent}}, scale=scale))[0]
+    assert np.asarray(picture.get_array()) == pytest.approx(lowest)
+    assert picture.get_clim() == {"0-1": (0, 1), "dB": (-60, 0)}[scale]

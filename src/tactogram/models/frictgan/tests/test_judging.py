@@ -1,10 +1,13 @@
+from dataclasses import replace
+
 import pytest
 
 from tactogram.errors import ParameterError
 from tactogram.models.frictgan.judging import evaluate_fabrics, summary
 from tactogram.models.frictgan.tests.test_learner import EXAMPLES, learner
 
-PUBLISHED = {"mse": (0.006, 0.005, 0.014, 0.005, 0.005)}
+FABRICS = (0.006, 0.005, 0.014, 0.005, 0.005)
+"""Sec. 4: mean squared error of five fabrics, "averagely 0.035"."""
 
 
 class Perfect:
@@ -39,13 +42,12 @@ def test_a_flat_line_has_the_ripples_variance():
     assert figures["fine"].mse_flat == pytest.approx(0.02 * 0.3**2, rel=0.05)
 
 
-def test_the_papers_average_is_a_sum():
-    assert sum(PUBLISHED["mse"]) == pytest.approx(0.035)
-    assert sum(PUBLISHED["mse"]) / 5 == pytest.approx(0.007)
-    figures = evaluate_fabrics(Perfect(learner()), EXAMPLES, part=None)
-    whole = summary(figures)
-    assert whole["mse_sum"] == pytest.approx(sum(f.mse for f in figures.values()))
-    assert whole["mse_flat"] == pytest.approx(sum(f.mse_flat for f in figures.values()) / 2)
+def test_what_the_paper_calls_the_average_is_the_sum_over_fabrics():
+    figures = evaluate_fabrics(Perfect(learner()), EXAMPLES, part=None)["coarse"]
+    whole = summary({str(place): replace(figures, mse=mse) for place, mse in enumerate(FABRICS)})
+    assert whole["mse_sum"] == pytest.approx(0.035)
+    assert whole["mse"] == pytest.approx(0.007)
+    assert whole["mse_flat"] == pytest.approx(figures.mse_flat)
 
 
 def test_one_fabric_has_nothing_to_stand_beside():
