@@ -6,7 +6,11 @@ import torch
 from torch import nn
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.pictures.attention_maps import attention_maps, last_transposed_convolution
+from tactogram.evaluation.pictures.attention_maps import (
+    attention_maps,
+    attention_note,
+    last_transposed_convolution,
+)
 
 pytestmark = pytest.mark.skipif(find_spec("captum") is None, reason="the extra vision is not installed")
 
@@ -64,6 +68,17 @@ def test_it_is_grad_cam_written_out(generator, activations):
         expected = min_max(expected)
     found = attention_maps(generator, PHOTO, LABEL, activations=activations)
     torch.testing.assert_close(found, expected, rtol=1e-4, atol=1e-5)
+
+
+def test_the_map_of_one_channel_is_the_picture_and_it_is_said(generator):
+    with torch.no_grad():
+        generator(PHOTO, LABEL)
+    found = attention_maps(generator, PHOTO, LABEL)
+    same, opposite = (min_max(sign * generator.result[:, 0]) for sign in (1, -1))
+    for map_, one, other in zip(found, same, opposite, strict=True):
+        assert torch.allclose(map_, one, atol=1e-5) or torch.allclose(map_, other, atol=1e-5)
+    assert "one channel" in attention_note(generator)
+    assert attention_note(nn.Sequential(nn.ConvTranspose2d(4, 6, 4), nn.Conv2d(6, 1, 3))) == ""
 
 
 def test_maps_are_in_0_to_1_and_of_the_pictures_size(generator):

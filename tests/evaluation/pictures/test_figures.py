@@ -38,6 +38,14 @@ def test_attention_is_laid_over_its_picture():
     assert figure.axes[3].get_title() == "attention, generated"
 
 
+def test_what_must_be_said_of_attention_stands_above_it():
+    notes = {"generated": "the layer gives one channel: this is the picture itself"}
+    shown = case(attention={"generated": torch.rand(16, 16)})
+    figure = pictures_figure([shown], PICTURE, attention_notes=notes)
+    assert figure.axes[3].get_title().replace("\n", " ") == f"attention, generated {notes['generated']}"
+    assert figure.axes[2].get_title() == "generated"
+
+
 def test_the_worst_cases_are_those_of_largest_error_one_per_material():
     errors = [0.1, 0.9, 0.8, 0.3, 0.2]
     assert worst_cases(errors, ["a", "a", "a", "b", "c"]) == [1, 3, 4]

@@ -20,7 +20,7 @@ from tactogram.nn.vision_import import vision_module
 Activations = Literal["output", "input"]
 
 
-def last_transposed_convolution(generator: nn.Module) -> nn.Module:
+def last_transposed_convolution(generator: nn.Module) -> nn.ConvTranspose2d:
     """Return the transposed convolution of ``generator`` that is nearest to its output.
 
     Raises
@@ -32,6 +32,18 @@ def last_transposed_convolution(generator: nn.Module) -> nn.Module:
     if not found:
         raise ParameterError(f"{type(generator).__name__} has no transposed convolution to look at")
     return found[-1]
+
+
+def attention_note(generator: nn.Module) -> str:
+    """Return what a figure must say of `attention_maps` as published; empty where the layer gives several maps.
+
+    Raises
+    ------
+    ParameterError
+        If ``generator`` has no transposed convolution.
+    """
+    only_one = last_transposed_convolution(generator).out_channels == 1
+    return "the layer gives one channel: this is the picture itself" if only_one else ""
 
 
 def attention_maps(
@@ -57,8 +69,8 @@ def attention_maps(
         By default `last_transposed_convolution`, as published.
     activations : {"output", "input"}
         Which maps of the layer. ``output`` is what is published; where the layer gives one channel, as in the
-        paper's generator, that map is the picture before its last nonlinearity, up to sign and scale.
-        ``input`` shows the many maps that it is made of.
+        paper's generator, that map is the picture before its last nonlinearity, up to sign and scale: `attention_note`
+        says so. ``input`` shows the many maps that it is made of.
 
     Returns
     -------

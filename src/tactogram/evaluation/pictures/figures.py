@@ -45,7 +45,13 @@ class PictureCase:
     note: str = ""
 
 
-def pictures_figure(cases: Sequence[PictureCase], picture: SpectrogramPicture, *, title: str = "") -> Figure:
+def pictures_figure(
+    cases: Sequence[PictureCase],
+    picture: SpectrogramPicture,
+    *,
+    title: str = "",
+    attention_notes: Mapping[str, str] | None = None,
+) -> Figure:
     """Draw a row per case: photo, then its pictures, then the attention maps, as in Figures 3 to 5 of the paper.
 
     One scale of levels for all, in dB re 1 unit: the level is seen too. Attention is laid over its picture in jet, as
@@ -57,6 +63,8 @@ def pictures_figure(cases: Sequence[PictureCase], picture: SpectrogramPicture, *
         With pictures of the same names.
     picture : SpectrogramPicture
     title : str
+    attention_notes : mapping from str to str, optional
+        Lines above the attention maps, by the names of their pictures; see `attention_maps.attention_note`.
 
     Raises
     ------
@@ -81,7 +89,9 @@ def pictures_figure(cases: Sequence[PictureCase], picture: SpectrogramPicture, *
         for place, name in zip(row[1 + len(names) :], maps, strict=True):
             _picture(place, case.pictures[name], picture, grey=True)
             _overlay(place, case.attention, name, picture)
-    for place, name in zip(grid[0], ["photo", *names, *(f"attention, {name}" for name in maps)], strict=True):
+    notes = attention_notes or {}
+    attention = (f"attention, {name}\n{fill(notes.get(name, ''), 26)}".strip() for name in maps)
+    for place, name in zip(grid[0], ["photo", *names, *attention], strict=True):
         place.set_title(name, fontsize=8)
     for place in grid[:-1].flat:
         place.set_xticklabels([])

@@ -14,7 +14,7 @@ from torch import Tensor
 
 from tactogram.datasets import Examples
 from tactogram.errors import ParameterError
-from tactogram.evaluation.pictures.attention_maps import attention_maps
+from tactogram.evaluation.pictures.attention_maps import attention_maps, attention_note
 from tactogram.evaluation.pictures.distances import MEASURES, PictureEvaluator, PictureWeights
 from tactogram.evaluation.pictures.figures import PictureCase, failures_figure, pictures_figure
 from tactogram.evaluation.pictures.inversion import InversionLoss, inversion_loss, mean_loss
@@ -223,6 +223,7 @@ def compare_pictures(
     """
     columns: dict[str, _PicturePairs] = {}
     maps: dict[str, Tensor] = {}
+    notes: dict[str, str] = {}
     picture = None
     for name, run in runs.items():
         loaded = load_run(run)
@@ -237,7 +238,11 @@ def compare_pictures(
         if name in attention:
             given = getattr(loaded.model, "given", lambda photo: ())
             photo = found.photo[[places[0] for places in found.by_material().values()][:MOST_SHOWN]]
-            maps[name] = attention_maps(loaded.model.gan.bare_generator.eval(), photo, *given(photo))
+            generator = loaded.model.gan.bare_generator.eval()
+            maps[name], notes[name] = (
+                attention_maps(generator, photo, *given(photo)),
+                attention_note(generator),
+            )
     if picture is None:
         raise ParameterError("at least one run is needed, got none")
     one = next(iter(columns.values()))
@@ -251,7 +256,7 @@ def compare_pictures(
         )
         for row, (material, places) in enumerate(list(one.by_material().items())[:MOST_SHOWN])
     ]
-    return save_figure(out, pictures_figure(cases, picture))
+    return save_figure(out, pictures_figure(cases, picture, attention_notes=notes))
 
 
 # -- the report -----------------------------------------------------------------------------------------------
@@ -270,9 +275,12 @@ def _sections(
     cases = _cases(loaded, pairs)
     picture = loaded.model.ends.picture
     first = [places[0] for places in pairs.by_material().values()][:MOST_SHOWN]
+    notes = {"made": attention_note(loaded.model.gan.bare_generator)}
     blocks.append(
         ReportFigure(
-            pictures_figure([cases(place, attention=True) for place in first], picture),
+            pictures_figure(
+                [cases(place, attention=True) for place in first], picture, attention_notes=notes
+            ),
             "A crop of a photograph of the test part, the picture of a recording of the same material (a weak pair: it "
             "is not of the same place), the picture made, and where the last layer was active (Grad-CAM).",
         )
