@@ -6,11 +6,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from tactogram import models
 from tactogram.datasets import Recording, create_store
+from tactogram.datasets.simulate.photo import photographs
+from tactogram.datasets.simulate.sets import SETS
 from tactogram.experiments import picture_cells, stores
 from tactogram.experiments import visual_tactile_gan_table3 as table3
 from tactogram.experiments import visual_tactile_gan_table4 as table4
 from tactogram.experiments.picture_cells import against
+from tactogram.model import Example, SignalKind
+from tactogram.nn.photo_translation import PhotoTranslation
+from tactogram.recipe import Recipe
 from tactogram.signal import Signal
 from tactogram.workflows.progress import silent
 
@@ -21,7 +27,8 @@ class MadeUpWorkflows:
     def __init__(self):
         self.trained = []
 
-    def simulate_to_store(self, name, out, *, seed, photographs, progress):
+    def simulate_to_store(self, name, out, *, seed, photographs, progress, **options):
+        self.simulated = {"name": name, "photographs": photographs, **options}
         strokes = (
             Recording(
                 streams={
@@ -75,6 +82,25 @@ def test_table_4_pairs_seeds_against_the_proposed(tmp_path):
     assert rows["pix2pix"]["published_fid"] == (52.23, 2.01)
     assert found["missing"] == {"lpips": "no weights"}
     assert "lpips: no weights" in found["text"]
+
+
+@pytest.mark.parametrize("table", [table3, table4])
+def test_what_is_simulated_for_paper_holds_published_pictures_and_crops(tmp_path, made_up, table):
+    table.run(tmp_path, paper=True, progress=silent, trainings=1)
+    simulated, rate = SETS[made_up.simulated["name"]], made_up.simulated["rate"]
+    surface, length = simulated.surfaces[0], round(simulated.seconds * rate)
+    signal = Signal(np.random.default_rng(0).standard_normal((1, length)), rate, "m/s^2", ("z",))
+    shown = tuple(photographs(surface, made_up.simulated["photographs"]))
+    examples = [Example("stroke", signal, surface.name, photographs=shown)]
+    kind = SignalKind(rate, "m/s^2", ("z",), (surface.name,), simulated=True)
+    for name in {model for model, _, _ in made_up.trained}:
+        changes = next(changes for model, _, changes in made_up.trained if model == name)
+        facts = models.find(name)
+        config = facts.config(Recipe.load(facts.recipe("paper"), changes=changes).config)
+        ends = PhotoTranslation(config.pairs, kind, seed=0)
+        ends.check(examples)
+        ends.fit(examples)
+        assert ends.pairs(examples).batch([0]).picture.shape == (1, 1, 256, 256)
 
 
 def test_finished_cells_are_not_trained_again(tmp_path, made_up):

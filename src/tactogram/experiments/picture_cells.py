@@ -11,6 +11,7 @@ from typing import Any
 from scipy.stats import ttest_rel
 
 from tactogram.datasets import Store
+from tactogram.datasets.importers.lmt108 import ACCELERATION_RATE
 from tactogram.experiments.stores import find_or_simulate
 from tactogram.recipe import Preparation
 from tactogram.signal.io.atomic import write_text
@@ -33,14 +34,21 @@ SIMULATED = "stroking9"
 JUDGED = 128
 """Pairs of the test part of each cell."""
 PHOTOGRAPHS = 9
-"""Of each simulated surface: non-overlapping places."""
+"""Of each simulated surface: non-overlapping places, of 224 x 224 pixels."""
+LARGE_PHOTOGRAPHS = 4
+"""Of each simulated surface, of 336 x 336 pixels; those of LMT-108 are of 320 x 480 (Sec. 4.1)."""
 
 
-def data_of(folder: Path, data: str, *, progress: ProgressCallback) -> Store:
-    """Return the store at ``data``, or simulated surfaces, made once."""
-    return find_or_simulate(
-        folder / "data", SIMULATED, given=data, photographs=PHOTOGRAPHS, progress=progress
-    )
+def data_of(folder: Path, data: str, *, paper: bool, progress: ProgressCallback) -> Store:
+    """Return the store at ``data``, or simulated surfaces, made once.
+
+    Those for ``paper`` have the rate of LMT-108, since a published picture is 32,640 samples long: 3.3 s at 10 kHz, and
+    the surfaces are stroked for 4 s. Their photographs are fewer and larger, since the published crop is 256 pixels.
+    """
+    name, options = "data", dict[str, Any](photographs=PHOTOGRAPHS)
+    if paper:
+        name, options = "data-paper", {"photographs": LARGE_PHOTOGRAPHS, "rate": ACCELERATION_RATE}
+    return find_or_simulate(folder / name, SIMULATED, given=data, progress=progress, **options)
 
 
 def axis_of(store: Store) -> dict[str, Any]:

@@ -49,7 +49,7 @@ def run(
     trainings : int
         Seeds of each cell; the paper has 10.
     """
-    store = data_of(folder, data, progress=progress)
+    store = data_of(folder, data, paper=paper, progress=progress)
     cells = {}
     for d, layers in PUBLISHED if paper else COARSE:
         cells[d, layers] = [

@@ -52,7 +52,7 @@ def run(
     trainings : int
         Seeds of each method; the paper has 10.
     """
-    store = data_of(folder, data, progress=progress)
+    store = data_of(folder, data, paper=paper, progress=progress)
     cells = {
         name: [
             cell(

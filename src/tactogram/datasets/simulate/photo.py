@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections.abc import Iterator
 from functools import cache
@@ -17,8 +18,8 @@ from tactogram.signal import Image
 PIXELS = 256
 POOL = 3
 """Cells of the height field per pixel and direction: a pixel is the mean of so many squared."""
-ACROSS, TILE_PIXELS = 3, 224
-"""A patch holds so many photographs each way that share no ground, of so many pixels a side."""
+MOST, SIDE = 9, 672
+"""A patch holds at most so many photographs that share no ground, and so many of their pixels each way."""
 AZIMUTH_DEG, ELEVATION_DEG = 225.0, 40.0
 """Where the lamp stands: upper left, low enough for relief to show."""
 AMBIENT = 0.3
@@ -52,22 +53,24 @@ def photographs(surface: Surface, count: int) -> Iterator[Image]:
     Yields
     ------
     Image
-        224 x 224 pixels of 0.15 mm. That of `photograph` overlaps some of them: use one or the other.
+        Pixels of 0.15 mm, 224 x 224 of them, or 336 x 336 where ``count`` is at most 4, 672 x 672 where it is 1. That
+        of `photograph` overlaps some of them: use one or the other.
 
     Raises
     ------
     ParameterError
         If the patch has no room for so many.
     """
-    if not 0 <= count <= ACROSS**2:
-        raise ParameterError(f"a simulated surface has room for 0 to {ACROSS**2} photographs, got {count}")
+    if not 0 <= count <= MOST:
+        raise ParameterError(f"a simulated surface has room for 0 to {MOST} photographs, got {count}")
     if count == 0:
         return
-    side = ACROSS * TILE_PIXELS
-    whole = render(surface, rows=side, columns=side, pool=POOL)
+    across = math.isqrt(count - 1) + 1
+    side = SIDE // across
+    whole = render(surface, rows=SIDE, columns=SIDE, pool=POOL)
     for place in range(count):
-        top, left = (TILE_PIXELS * n for n in divmod(place, ACROSS))
-        yield whole.cut(top, left, top + TILE_PIXELS, left + TILE_PIXELS)
+        top, left = (side * n for n in divmod(place, across))
+        yield whole.cut(top, left, top + side, left + side)
 
 
 def render(surface: Surface, *, rows: int, columns: int, pool: int) -> Image:
