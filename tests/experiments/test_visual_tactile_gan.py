@@ -52,7 +52,7 @@ class MadeUpWorkflows:
         (out / "found.json").write_text(json.dumps(figure))
         return SimpleNamespace(read_json=lambda name: {"validation": validation})
 
-    def judge_pictures(self, run, *, most, progress):
+    def evaluate_pictures(self, run, *, most, progress):
         figure = json.loads((run / "found.json").read_text())
         values = {"l1": figure, "log_spectral_distance_db": 10 * figure}
         return {"values": values, "missing": {"lpips": "no weights"}, "pictures": 8}
