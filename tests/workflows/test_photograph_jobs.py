@@ -5,14 +5,17 @@ from functools import partial
 
 import numpy as np
 import pytest
+import torch
 from scipy.ndimage import gaussian_filter
 from scipy.signal import lfilter
 
+from tactogram.cli import main
 from tactogram.datasets import Recording, Split, create_store
 from tactogram.datasets.store.photographs import encode
 from tactogram.errors import LeakError, ParameterError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_signal
+from tactogram.training.run import Run
 from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.evaluation.pictures import evaluate_pictures, evaluate_run_pictures
 from tactogram.workflows.evaluation.reference_models import EvaluationSettings
@@ -173,6 +176,19 @@ def test_pictures_are_judged_beside_signals_and_the_loss_is_divided(looks, tmp_p
     assert "From pictures back to vibration" in page
     with pytest.raises(ParameterError, match="nearest_photo makes no spectrogram pictures"):
         evaluate_pictures(trained(looks, tmp_path / "nearest").folder)
+
+
+def test_a_training_without_the_weights_of_lpips_says_what_it_chooses_by(
+    looks, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setattr(torch.hub, "get_dir", lambda: str(tmp_path))
+    asked = ["train", "pix2pix", "--data", str(looks), "--recipe", "tiny", "--out", str(tmp_path / "run")]
+    assert main([*asked, "--accelerator", "cpu", "--set", "config.choose_by=lpips"]) == 0
+    printed = capsys.readouterr()
+    (note,) = Run.open(tmp_path / "run").facts()["notes"]
+    assert note.startswith("weights are chosen by row_statistics in place of LPIPS")
+    assert f"note: {note}" in printed.out
+    assert f"choose weights: 1/1 {note}" in printed.err
 
 
 def test_crops_of_the_recordings_trained_on_have_no_floor(looks, tmp_path):

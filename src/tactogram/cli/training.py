@@ -77,9 +77,12 @@ def train(a: Arguments) -> None:
             more = {"out": a.out, "resume": a.resume is not None}
             run = train(a.model, a.data, **taken | machine | more, progress=progress, stop=stop)
     facts = run.facts()
-    result = {"run": str(run.folder), "run_id": run.data["run_id"], "validation": facts["validation"]}
-    shown_values = ", ".join(f"{name} {value:.3f}" for name, value in facts["validation"].items())
-    print_result(a, result, f"run: {run.folder}" + (f"\nvalidation: {shown_values}" if shown_values else ""))
+    validation, notes = facts["validation"], facts.get("notes", [])
+    result = {"run": str(run.folder), "run_id": run.data["run_id"], "validation": validation, "notes": notes}
+    lines = [f"run: {run.folder}"]
+    if validation:
+        lines.append("validation: " + ", ".join(f"{name} {value:.3f}" for name, value in validation.items()))
+    print_result(a, result, "\n".join([*lines, *(f"note: {note}" for note in notes)]))
 
 
 def _only_resumes(a: Arguments) -> None:

@@ -54,6 +54,8 @@ class Lpips:
         torchvision's AlexNet file; by default in torch's cache.
     random : bool
         Weights from seed 0 in place of the trained ones: for tests. **What comes out means nothing.**
+    option : str
+        What a file is given by, for errors.
 
     Raises
     ------
@@ -63,7 +65,7 @@ class Lpips:
         If the weights are not here or not of AlexNet; one line.
     """
 
-    def __init__(self, weights: Path | str = "", *, random: bool = False) -> None:
+    def __init__(self, weights: Path | str = "", *, random: bool = False, option: str = "alexnet") -> None:
         models = torchvision().models
         with torch.random.fork_rng(devices=()):
             torch.manual_seed(0)
@@ -72,7 +74,7 @@ class Lpips:
             )
         if not random:
             file = weight_file(
-                weights, models.AlexNet_Weights.DEFAULT.url, of="AlexNet (LPIPS)", option="alexnet"
+                weights, models.AlexNet_Weights.DEFAULT.url, of="AlexNet (LPIPS)", option=option
             )
             state = read_weights(file)
             # torchmetrics cuts AlexNet's features into five slices and keeps the number of each layer.

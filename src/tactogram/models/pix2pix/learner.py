@@ -60,9 +60,11 @@ class Pix2PixLearner:
     def setup(self, fabric: Any) -> None:
         self.training.setup(fabric)
 
-    def watch(self, examples: Sequence[Example]) -> None:
-        """Choose weights by ``examples``, which are not trained on."""
-        self.training.watch(examples, *picture_choice(self.config.choose_by, self.config.lpips_weights))
+    def watch(self, examples: Sequence[Example]) -> str:
+        """Choose weights by ``examples``, which are not trained on; return a note if not by the distance asked for."""
+        choice = picture_choice(self.config.choose_by, self.config.lpips_weights)
+        self.training.watch(examples, choice.name, choice.distance)
+        return choice.note
 
     # -- training ----------------------------------------------------------------------------------------
 

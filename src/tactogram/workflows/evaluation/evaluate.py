@@ -60,7 +60,7 @@ def evaluate(
         ``recording_accuracy`` and what `ClassificationResult.as_dict` gives, with ``none_of_these``; for a
         generator what `GenerationResult.as_dict` gives: ``measures`` and ``per_material`` with the columns
         ``model``, ``floor``, ``ceiling``, ``nearest_other``, ``ar_texture``, ``replay``, and what follows from them;
-        with photographs also ``nearest_photo`` and ``pictures`` (`judge_pictures`), ``as_published`` where the
+        with photographs also ``nearest_photo`` and ``pictures`` (`evaluate_pictures`), ``as_published`` where the
         publication's own figure is another; for a predictor of ratings ``per_word`` and ``mean`` as
         `tactogram.evaluation.ratings.prediction.PredictedRatings` gives them; for a generator by words what
         `workflows.evaluation.word_signals.judged_by_words` or

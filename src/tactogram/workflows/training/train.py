@@ -205,8 +205,10 @@ def train_plan(
     kind, examples, validation = _material(plan, progress, stop)
     learner = facts.build(plan.config, kind, seed=chosen.seed)
     learner.setup(fabric)
-    if hasattr(learner, "watch"):  # chooses its weights by what it is not trained on
-        learner.watch(validation)
+    # A learner that watches chooses its weights by what it is not trained on, and says if not as asked.
+    note = str(learner.watch(validation) or "") if hasattr(learner, "watch") else ""
+    if note and first:
+        progress("choose weights", 1, 1, note)
     learner.stages(examples)  # refuses what it cannot learn from, before anything is written
     if first and not resume:
         begin(run, plan)
@@ -229,7 +231,7 @@ def train_plan(
                 discard_run(run)
             raise
         if first:
-            _finish(run, learner, kind, plan, examples, validation)
+            _finish(run, learner, kind, plan, examples, validation, notes=[note] if note else [])
     fabric.barrier()
     return run
 
@@ -257,6 +259,8 @@ def _finish(
     plan: TrainingPlan,
     examples: Sequence[Any],
     validation: Sequence[Any],
+    *,
+    notes: Sequence[str],
 ) -> None:
     """Write what a learner leaves behind."""
     if isinstance(learner, Classifier) and hasattr(learner, "embed"):
@@ -270,6 +274,7 @@ def _finish(
         "label": plan.label,
         **outcome,
         "validation": learner.validate(validation),
+        "notes": list(notes),
     }
     # Last: the run counts as finished from here on.
     run.finish(learner, kind, facts)
