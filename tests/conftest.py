@@ -1,6 +1,7 @@
 """What every test may use."""
 
 import os
+import time
 from pathlib import Path
 
 import pytest
@@ -23,6 +24,20 @@ LONGEST = ("test_tour.py", "test_demo.py", "test_training_jobs.py", "test_simula
 def pytest_collection_modifyitems(items):
     """Begin with the files that take longest: of several processes none is left with one when the others are done."""
     items.sort(key=lambda item: item.path.name not in LONGEST)
+
+
+@pytest.fixture(scope="session")
+def until():
+    """Give a function that waits for what another process or thread does, and returns what it waited for."""
+
+    def wait(condition, seconds=180.0):
+        end = time.monotonic() + seconds
+        while not (found := condition()):
+            assert time.monotonic() < end, "it did not come to be"
+            time.sleep(0.01)
+        return found
+
+    return wait
 
 
 @pytest.fixture

@@ -4,7 +4,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
@@ -152,7 +151,7 @@ def test_select_by_fields_and_labels(store):
         select(index, {"material": "glass"})
 
 
-def test_a_killed_training_goes_on_to_the_same_weights(run, store, tmp_path, tiny, capsys):
+def test_a_killed_training_goes_on_to_the_same_weights(run, store, tmp_path, tiny, capsys, until):
     """Killed in a process of its own; to those of the one that ran through, in this process."""
     killed = tmp_path / "killed"
     changes = {**tiny, "training.checkpoint_every": 5}
@@ -165,8 +164,7 @@ def test_a_killed_training_goes_on_to_the_same_weights(run, store, tmp_path, tin
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )
-    while not (killed / "checkpoint.safetensors").exists() and child.poll() is None:
-        time.sleep(0.01)
+    until(lambda: (killed / "checkpoint.safetensors").exists() or child.poll() is not None)
     os.kill(child.pid, signal.SIGKILL)
     assert child.wait() == -signal.SIGKILL
     with pytest.raises(RunError, match="training is not finished"):

@@ -3,7 +3,6 @@
 import math
 import socket
 import struct
-import time
 
 import numpy as np
 import pytest
@@ -124,17 +123,7 @@ def port_fixture():
     motion.close()
 
 
-def heard(motion, count):
-    found = []
-    for _ in range(200):
-        found += motion.poll(0.0)
-        if len(found) >= count:
-            break
-        time.sleep(0.005)
-    return found
-
-
-def test_motion_is_heard_and_lost_and_garbled_packets_are_counted(port):
+def test_motion_is_heard_and_lost_and_garbled_packets_are_counted(port, until):
     motion, game, _ = port
     for packet in (
         packets.motion_packet(10, 0.0, x_mm=1, y_mm=0),
@@ -142,7 +131,8 @@ def test_motion_is_heard_and_lost_and_garbled_packets_are_counted(port):
         packets.motion_message(13, 0.01, x_mm=2, y_mm=0),
     ):
         game.sendto(packet, motion.address)
-    found = heard(motion, 2)
+    found = []
+    until(lambda: found.extend(motion.poll(0.0)) or len(found) == 2)
     assert [sample.x_mm for sample in found] == [1, 2]
     assert all(isinstance(sample, MotionSample) for sample in found)
     facts = motion.facts()

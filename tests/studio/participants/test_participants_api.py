@@ -5,7 +5,6 @@ import stat
 import subprocess
 import sys
 import threading
-import time
 from collections import Counter
 
 import httpx
@@ -337,24 +336,30 @@ def test_a_stimulus_that_fails_is_named_to_the_experimenter_only(tmp_path, opene
     assert session.store.played_log(one.code) == []
 
 
-def test_what_many_ask_for_at_once_is_made_once(tmp_path, opened, person, monkeypatch):
+def test_what_many_ask_for_at_once_is_made_once(tmp_path, opened, person, monkeypatch, until):
     _, session, client = opened(tmp_path)
-    made = Counter()
-    original = StudyStimuli._rendered
+    made, asked, all_asked = Counter(), [], threading.Event()
+    original, at = StudyStimuli._rendered, routes._at
 
     def counted(self, stimulus, gain_db):
         made[stimulus.name] += 1
-        time.sleep(0.02)
+        assert all_asked.wait(60)
         return original(self, stimulus, gain_db)
 
+    def noted(*args):
+        found = at(*args)
+        asked.append(args)
+        if len(asked) == 6:
+            all_asked.set()
+        return found
+
     monkeypatch.setattr(StudyStimuli, "_rendered", counted)
+    monkeypatch.setattr(routes, "_at", noted)
     one = person(client, session.join_path)
     page = one.go_to("abx")
     found = at_once(6, lambda n: one.get("sound", token=page["token"], slot="ABX"[n % 3]).status_code)
     assert found == [200] * 6
-    until = time.monotonic() + 10
-    while len(made) < 4 and time.monotonic() < until:
-        time.sleep(0.01)
+    until(lambda: len(made) == 4)
     assert made == dict.fromkeys(made, 1)
     assert len(made) == 4
 
@@ -463,7 +468,7 @@ def test_a_session_that_no_browser_plays_can_be_looked_at_and_sends_no_sound(
         assert any("voice-coil takes V" in why for why in session.troubles.values())
 
 
-def test_the_server_s_display_plays_to_one_at_a_time_and_stops(tmp_path, opened, person):
+def test_the_server_s_display_plays_to_one_at_a_time_and_stops(tmp_path, opened, person, until):
     sessions, session, client = opened(tmp_path, played_by="server")
     one, two = person(client, session.join_path), person(client, session.join_path)
     page, other = one.go_to("abx"), two.go_to("abx")
@@ -476,9 +481,7 @@ def test_the_server_s_display_plays_to_one_at_a_time_and_stops(tmp_path, opened,
     ended = []
     playing = threading.Thread(target=lambda: ended.append(sessions.display.play(one.ticket, long, display)))
     playing.start()
-    until = time.monotonic() + 5
-    while sessions.display._playing is None and time.monotonic() < until:
-        time.sleep(0.01)
+    until(lambda: sessions.display._playing is not None)
     busy = two.post("play", token=other["token"], slot="A")
     assert (busy.status_code, "another participant" in busy.json()["error"]) == (423, True)
     assert two.post("stop").json() == {"stopped": False}
@@ -541,7 +544,7 @@ def take_until_gone(one, acknowledged):
 
 
 def test_a_kill_at_any_instant_loses_no_acknowledged_answer_and_stores_none_twice(
-    tmp_path, write_study, process_over, person
+    tmp_path, write_study, process_over, person, until
 ):
     study = write_study(tmp_path, design={"kind": "abx", "repeats": 24}, played_by="browser")
     folder, acknowledged, people = tmp_path / "session", [], []
@@ -558,9 +561,8 @@ def test_a_kill_at_any_instant_loses_no_acknowledged_answer_and_stores_none_twic
                 for thread in threads:
                     thread.start()
                 wanted = len(acknowledged) + 25
-                while life < 2 and len(acknowledged) < wanted:
-                    time.sleep(0.001)
                 if life < 2:
+                    until(lambda n=wanted: len(acknowledged) >= n)
                     process.kill()
                 for thread in threads:
                     thread.join()

@@ -1,7 +1,6 @@
 import json
 import signal
 import sys
-import time
 import urllib.error
 import urllib.request
 
@@ -93,13 +92,10 @@ def test_an_unknown_page_is_told(server):
         urllib.request.urlopen(f"{server}/nothing", timeout=10)
 
 
-def test_what_pages_hold_lies_in_the_workspaces_own_folder(tab, empty):
+def test_what_pages_hold_lies_in_the_workspaces_own_folder(tab, empty, until):
     tab.goto("/train")  # it keeps what its form holds
     tab.get_by_role("heading", level=1, name="Train").wait_for()
-    end = time.monotonic() + 20
-    while not list((empty / "studio/state").glob("storage-user-*.json")):  # it is written a moment later
-        assert time.monotonic() < end
-        time.sleep(0.05)
+    until(lambda: list((empty / "studio/state").glob("storage-user-*.json")))  # it is written a moment later
     assert not list(empty.glob(".nicegui"))
 
 

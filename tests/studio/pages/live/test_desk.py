@@ -1,5 +1,3 @@
-import time
-
 import numpy as np
 import pytest
 
@@ -22,14 +20,6 @@ from tactogram.studio.workspace.folder import Workspace
 from tactogram.workflows.capture.session import capture
 
 SIMULATED = "simulated:twelite?rate=330&loss=0.02"
-
-
-def until(condition, seconds=8.0):
-    """Wait for something that another thread does."""
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "it did not come to be"
-        time.sleep(0.01)
 
 
 def test_traces_hold_the_extremes_of_each_bin():
@@ -107,7 +97,7 @@ def test_the_metronome_says_where_its_beat_is():
     assert metronome.facts() is None
 
 
-def test_a_desk_listens_draws_and_lets_the_device_go(tmp_path):
+def test_a_desk_listens_draws_and_lets_the_device_go(tmp_path, until):
     desk = LiveRunner(tmp_path)
     desk.start(LiveRequest(SIMULATED))
     until(lambda: desk.now()["traces"]["next"] > 40)
@@ -130,7 +120,7 @@ def test_what_is_no_address_begins_nothing(tmp_path, address):
     assert (desk.state, desk.last_order()) == ("idle", None)
 
 
-def test_a_device_that_does_not_open_is_told(tmp_path):
+def test_a_device_that_does_not_open_is_told(tmp_path, until):
     desk = LiveRunner(tmp_path)
     desk.start(LiveRequest("serial:/dev/no-such-port"))
     until(lambda: not desk.running)
@@ -149,7 +139,7 @@ def plan_fixture(tmp_path):
     return path
 
 
-def test_a_session_is_the_terminals_and_says_how_far_it_is(tmp_path, plan):
+def test_a_session_is_the_terminals_and_says_how_far_it_is(tmp_path, plan, until):
     workspace = Workspace.at(tmp_path)
     desk = LiveRunner(workspace.own)
     order = LiveRequest(SIMULATED, plan=str(plan), data=str(tmp_path / "rec"), changes={"subject": "K7"})
@@ -228,7 +218,7 @@ def test_a_session_that_is_none_has_no_state(tmp_path):
         session_state(workspace, "../rec", "none")
 
 
-def test_what_a_classifier_makes_of_it_is_shown(tmp_path, monkeypatch):
+def test_what_a_classifier_makes_of_it_is_shown(tmp_path, monkeypatch, until):
     guess = WindowClassification(
         100, 0.3, Classification({"cork": 0.2, "tile": 0.8}, none_of_these=True), 0.0, 1.5, 0.02, 0
     )

@@ -578,7 +578,7 @@ def test_what_was_chosen_last_is_felt_although_what_was_chosen_before_came_later
     (route,) = held
     with touch.expect_response(re.compile("/touch/picture.*material=tile")):
         route.continue_()
-    touch.wait_for_timeout(100)
+    touch.evaluate("new Promise((done) => requestAnimationFrame(() => setTimeout(done)))")
 
     assert "cloth" in touch.get_attribute("#touch-pad", "aria-label")
     assert [table["head"]["name"] for table in touch.evaluate(TABLES)] == ["cloth"]

@@ -55,16 +55,8 @@ def command(out, *more):
     ]
 
 
-def wait(until, seconds=180.0):
-    end = time.monotonic() + seconds
-    while not (found := until()):
-        assert time.monotonic() < end, "nothing happened"
-        time.sleep(0.02)
-    return found
-
-
 @pytest.fixture(scope="module")
-def trainings(workspace):
+def trainings(workspace, until):
     nice, detached.NICE = detached.NICE, 0  # nothing else is to stay quick here
     made = TaskQueue(Workspace.at(workspace), most=1)
     yield made
@@ -72,17 +64,19 @@ def trainings(workspace):
     for task in made.all():
         if task.process is not None:
             task.process.end()
-    wait(lambda: not any(task.process and task.process.alive() for task in made.all()))
+    until(lambda: not any(task.process and task.process.alive() for task in made.all()))
 
 
-def test_a_training_is_stopped_found_by_another_server_and_resumed_to_the_same_weights(trainings, workspace):
+def test_a_training_is_stopped_found_by_another_server_and_resumed_to_the_same_weights(
+    trainings, workspace, until
+):
     first = trainings.begin("train", command("runs/one"), "runs/one")
     second = trainings.begin("train", command("runs/two"), "runs/two")
     assert trainings.status(second).state == "waiting"  # one at a time
     with pytest.raises(ParameterError, match="runs/one: train is at it already"):
         trainings.begin("train", command("runs/one"), "runs/one")
     run = workspace / "runs/one"
-    wait(lambda: len(metrics(run)) > 4)
+    until(lambda: len(metrics(run)) > 4)
     assert trainings.status(first).state == "running"
     with pytest.raises(ParameterError, match="stop it before the run is deleted"):
         trainings.delete_run(run)
@@ -92,7 +86,7 @@ def test_a_training_is_stopped_found_by_another_server_and_resumed_to_the_same_w
     other.stop(second.id)
     assert other.status(other.get(second.id)).state == "stopped"
     other.stop(first.id)
-    wait(lambda: not other.get(first.id).process.alive())
+    until(lambda: not other.get(first.id).process.alive())
     stopped = other.status(other.get(first.id))
     kept = checkpoint_step(run)
     assert stopped.state == "stopped"
@@ -105,7 +99,7 @@ def test_a_training_is_stopped_found_by_another_server_and_resumed_to_the_same_w
         "stroke_cnn", workspace / STORE, recipe="tiny", split="all", accelerator="cpu", out=workspace / "runs/whole",
         changes={"config.steps": STEPS, "training.checkpoint_every": 100000},
     ).folder  # fmt: skip
-    wait(lambda: other.status(other.get(first.id)).state == "finished")
+    until(lambda: other.status(other.get(first.id)).state == "finished")
     for name in ("model.safetensors", "metrics.jsonl"):
         assert (run / name).read_bytes() == (whole / name).read_bytes()
     with pytest.raises(ParameterError, match="finished; only what was stopped or failed can go on"):
@@ -115,21 +109,25 @@ def test_a_training_is_stopped_found_by_another_server_and_resumed_to_the_same_w
     assert first.id not in [task.id for task in other.all()]
 
 
-def test_a_training_that_fails_says_why_and_one_that_is_killed_too(trainings, workspace):
+def test_a_training_that_fails_says_why_and_one_that_is_killed_too(trainings, workspace, until):
     failed = trainings.begin("train", ["train", "nosuch", *command("runs/bad")[2:]], "runs/bad")
-    wait(lambda: trainings.status(trainings.get(failed.id)).state == "failed")
+    until(lambda: trainings.status(trainings.get(failed.id)).state == "failed")
     assert trainings.status(trainings.get(failed.id)).line.startswith("model must be one of ar_texture")
     assert not (workspace / "runs/bad").exists()
     killed = trainings.begin("train", command("runs/killed"), "runs/killed")
     trainings.stop(killed.id, at_once=True)
-    wait(lambda: not trainings.get(killed.id).process.alive())
+    until(lambda: not trainings.get(killed.id).process.alive())
     assert trainings.status(trainings.get(killed.id)).state == "stopped"
     trainings.forget(killed.id)
     with pytest.raises(DataError, match="no training"):
         trainings.get(killed.id)
 
 
-def test_a_process_of_the_same_number_is_another_one(trainings, tmp_path):
+def test_a_process_of_the_same_number_is_another_one(trainings, tmp_path, until, monkeypatch):
+    lasting = tmp_path / "python"
+    lasting.write_text("#!/bin/sh\nexec sleep 600\n")
+    lasting.chmod(0o755)
+    monkeypatch.setattr(detached.sys, "executable", str(lasting))
     process = start(["devices"], folder=tmp_path, log=tmp_path / "log")
     later = DetachedProcess(os.getpid(), process.created - 1000)  # the number was given again
     assert DetachedProcess(os.getpid(), time.time() + 5).alive() is False
@@ -141,7 +139,7 @@ def test_a_process_of_the_same_number_is_another_one(trainings, tmp_path):
     assert trainings.status(task).state == "failed"
     assert "killed, or the machine was switched off" in trainings.status(task).line
     assert process.end()
-    wait(lambda: not process.alive())
+    until(lambda: not process.alive())
 
 
 def test_a_run_that_another_process_trains_is_left_alone(trainings, workspace):
