@@ -171,8 +171,8 @@ def pytest_runtest_makereport(item, call):
 def watched(context, address):
     """Give a page of ``context``; afterwards fail on its errors, and on requests to other hosts."""
     context.set_default_timeout(PATIENCE_MS)
-    context.add_init_script(f"({UNHEARD})()")
     page = context.new_page()
+    page.add_init_script(f"({UNHEARD})()")
     wrong = []
     page.on("pageerror", lambda error: wrong.append(f"error in the page: {error}"))
     page.on("console", lambda told: wrong.append(f"console: {told.text}") if told.type == "error" else None)
@@ -191,13 +191,23 @@ def watched(context, address):
     assert wrong == []
 
 
-@pytest.fixture
-def tab(browser, server):
-    """Give a page on the studio; what is expected to go wrong is cleared with ``tab.wrong.clear()``."""
+@pytest.fixture(scope="module")
+def window(browser, server):
+    """Give a browser's window on the studio, which keeps the pages' scripts: to compile them takes half of a visit."""
     context = browser.new_context(base_url=server, viewport={"width": 1440, "height": 900})
-    with watched(context, server) as page:
-        yield page
+    yield context
     context.close()
+
+
+@pytest.fixture
+def tab(window, server):
+    """Give a page on the studio to somebody new; what is expected to go wrong is cleared: ``tab.wrong.clear()``."""
+    with watched(window, server) as page:
+        yield page
+    page.goto("about:blank")
+    kept = {"origin": server, "storageTypes": "cookies,local_storage"}
+    window.new_cdp_session(page).send("Storage.clearDataForOrigin", kept)
+    page.close()
 
 
 @pytest.fixture(scope="session", name="served")
