@@ -580,8 +580,8 @@ def test_participants_pages_start_without_torch(tmp_path, write_study):
     script = (
         "import sys, pathlib\n"
         "from tactogram.studio.participants.routes import make_participant_app\n"
-        "from tactogram.studio.participants.sessions import Sessions\n"
-        "sessions = Sessions(pathlib.Path(sys.argv[1]))\n"
+        "from tactogram.studio.participants.sessions import SessionRegistry\n"
+        "sessions = SessionRegistry(pathlib.Path(sys.argv[1]))\n"
         "session = sessions.begin(sys.argv[2], pathlib.Path(sys.argv[1]) / 'session')\n"
         "make_participant_app(sessions)\n"
         "code = session.store.enrol().code\n"
