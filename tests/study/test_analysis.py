@@ -6,9 +6,9 @@ import pytest
 from tactogram.errors import DataError, ParameterError
 from tactogram.statistics.clustered import pooled_share
 from tactogram.statistics.shares import share_of
-from tactogram.study.analysis.figures import figures_of
 from tactogram.study.analysis.findings import EQUIVALENT, NOT_SHOWN, SHOWN, UNDECIDED, verdict_of
 from tactogram.study.answers import Answer, Answers
+from tactogram.study.designs import find_design
 from tactogram.study.designs.pairwise.analysis import bradley_terry
 from tactogram.study.designs.staircase.reversals import reversals_of
 from tactogram.study.study_analysis import AnalysisPlan, analyse
@@ -362,7 +362,7 @@ def test_an_analysis_is_json_text_and_figures_that_say_simulated(answers):
     assert plain["simulated"] is True
     assert "simulated participants" in found.text()
     for section in found.sections:
-        for figure in figures_of(section, answers).values():
+        for figure in find_design(section.design).figures(section, answers).values():
             figure.draw_without_rendering()
             said = [axes.get_title() for axes in figure.axes] + [figure.get_suptitle()]
             assert any("simulated participants" in title for title in said)

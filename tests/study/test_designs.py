@@ -288,10 +288,11 @@ def test_a_staircases_item_can_have_a_threshold_of_its_own_and_items_can_be_alik
     item = page.asked[0].stimulus
     same = SimulatedEffect(threshold_db=page.asked[0].values["A"], lapse=0.0)
     harder = same.model_copy(update={"shift": {item: 4.0}})
-    sure = [
-        SimulatedParticipant(effect.model_copy(update={"threshold_sd_db": 0.0}), (0, 1))._correct(page)
+    everybody = [
+        SimulatedParticipant(effect.model_copy(update={"threshold_sd_db": 0.0}), (0, 1))
         for effect in (same, harder)
     ]
+    sure = [Staircase.simulated_share(page, one) for one in everybody]
     assert sure == pytest.approx([0.75, 0.5 + 0.5 * norm.cdf(-1)])
     assert typical(SimulatedEffect(typical_sd=0), 1, "plate", "rough") == 0
     assert typical(SimulatedEffect(typical_sd=2), 1, "plate", "rough") == pytest.approx(

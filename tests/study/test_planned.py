@@ -11,7 +11,9 @@ from tactogram.study.analysis.findings import (
     with_verdicts,
 )
 from tactogram.study.answers import Answer, Answers
-from tactogram.study.planned import PlannedAnalysis, differing, margin_name, margin_text
+from tactogram.study.designs import find_design
+from tactogram.study.designs.catalogue import margin_text
+from tactogram.study.planned import PlannedAnalysis, differing
 from tactogram.study.study_analysis import AnalysisPlan, analyse
 from tactogram.study.study_file import Study, shipped_studies
 
@@ -141,24 +143,17 @@ def test_each_shipped_design_that_takes_a_margin_has_one_with_a_reason():
         compared = len({stimulus.condition for stimulus in study.all_stimuli}) > 1
         for margin in study.planned.margins.values():
             assert margin.because, name
-        if study.design.model_dump()["kind"] != "rating" or compared:
+        if study.design.kind != "rating" or compared:
             assert study.planned.margins, name
 
 
 def test_names_of_margins():
-    assert [
-        margin_name(*asked)
-        for asked in (
-            ("two_area", "which"),
-            ("rating", "words"),
-            ("pairwise", "preferred"),
-            ("else", "which"),
-        )
-    ] == [
-        "which",
-        "rating",
-        "preference",
-        "",
-    ]
+    asked = {
+        ("two_area", "which"): "which",
+        ("rating", "words"): "rating",
+        ("pairwise", "preferred"): "preference",
+    }
+    assert {key: find_design(key[0]).margin_for(key[1]) for key in asked} == asked
+    assert find_design("two_area").margin_for("else") == ""
     assert margin_text("realism", 5) == "realism ±5 mm"
     assert differing({"a": 0.1 + 0.2, "b": 1}, {"a": 0.3}) == {"b": 1}

@@ -39,7 +39,10 @@ def test_the_shipped_studies_have_the_numbers_of_the_papers():
             {"design": {"kind": "abx", "times": 3}},
             "study: design: unknown key 'times'; known here: instructions",
         ),
-        ({"design": {"kind": "guess"}}, "design.kind must be one of two_area, rating.*, got 'guess'"),
+        (
+            {"design": {"kind": "guess"}},
+            "design.kind must be one of abx, .* TACTOGRAM_DESIGNS names, got 'guess'",
+        ),
         ({"design": {"kind": "abx", "repeats": 0}}, "repeats: must be greater than or equal to 1, got 0"),
         ({"order": "any"}, "order: must be 'random', 'blocks'"),
         ({"name": "My study"}, "name: String should match"),

@@ -19,10 +19,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     Usage errors exit with 2, as argparse does; what was interrupted, or asked to stop, with 130.
     """
     arguments = make_parser().parse_args(argv)
-    if folders := getattr(arguments, "models", None):
-        # Whatever loads a run finds them: a run names its model, not where it lies.
-        known = os.environ.get("TACTOGRAM_MODELS")
-        os.environ["TACTOGRAM_MODELS"] = os.pathsep.join([*folders, *([known] if known else [])])
+    for option in ("models", "designs"):
+        if folders := getattr(arguments, option, None):
+            # Whatever loads a run or a session finds them: it names its model or design, not where that lies.
+            variable = f"TACTOGRAM_{option.upper()}"
+            known = os.environ.get(variable)
+            os.environ[variable] = os.pathsep.join([*folders, *([known] if known else [])])
     try:
         if out := getattr(arguments, "out", None):
             _check_out(out)

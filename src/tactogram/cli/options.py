@@ -21,11 +21,20 @@ class Verbs:
         What they are added to.
     metavar : str
         What stands for them in the usage line; by default their names.
+    shared : callable, optional
+        Adds what each of them takes.
     """
 
-    def __init__(self, parser: argparse.ArgumentParser, *, metavar: str | None = None) -> None:
+    def __init__(
+        self,
+        parser: argparse.ArgumentParser,
+        *,
+        metavar: str | None = None,
+        shared: Callable[[Add], None] | None = None,
+    ) -> None:
         self._subparsers = parser.add_subparsers(metavar=metavar, required=True)
         self._named_by_all = metavar is None
+        self._shared = shared
 
     def add(self, name: str, run: Verb) -> Add:
         """Add a verb that calls ``run``, whose docstring's first line is its help; return its ``add_argument``."""
@@ -34,13 +43,15 @@ class Verbs:
         sub = self._subparsers.add_parser(name, help=text, description=line)
         sub.set_defaults(run=run, usage_error=sub.error)
         sub.add_argument("--json", action="store_true", help="print one JSON object")
+        if self._shared is not None:
+            self._shared(cast(Add, sub.add_argument))
         if self._named_by_all:
             self._subparsers.metavar = "|".join(self._subparsers.choices)
         return cast(Add, sub.add_argument)
 
-    def group(self, name: str, text: str) -> Verbs:
-        """Add a verb with verbs of its own, such as ``data``."""
-        return Verbs(self._subparsers.add_parser(name, help=text))
+    def group(self, name: str, text: str, *, shared: Callable[[Add], None] | None = None) -> Verbs:
+        """Add a verb with verbs of its own, such as ``data``; ``shared`` adds what each of them takes."""
+        return Verbs(self._subparsers.add_parser(name, help=text), shared=shared)
 
     def parser(self, name: str) -> argparse.ArgumentParser:
         """Return the parser of a verb, for what ``add_argument`` cannot say."""
@@ -50,6 +61,13 @@ class Verbs:
 def models_option(add: Add) -> None:
     """Add ``--models``."""
     add("--models", action="append", default=[], metavar="DIR", help="a folder with further models")
+
+
+def designs_option(add: Add) -> None:
+    """Add ``--designs``."""
+    add(
+        "--designs", action="append", default=[], metavar="PATH", help="a file or folder with further designs"
+    )
 
 
 def training_options(add: Add, *, more_by: str = "", data_required: bool = True) -> None:

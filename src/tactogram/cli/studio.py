@@ -7,7 +7,7 @@ import sys
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING
 
-from tactogram.cli.options import Add, Verbs, models_option
+from tactogram.cli.options import Add, Verbs, designs_option, models_option
 from tactogram.cli.printing import Arguments, lines_of
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ def add_verbs(verbs: Verbs) -> None:
         help="the workspace: where runs, data and studies lie (default: here)",
     )
     models_option(add)
+    designs_option(add)
 
 
 def server_options(add: Add) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tactogram.cli.options import Add, Verbs
+from tactogram.cli.options import Add, Verbs, designs_option
 from tactogram.cli.printing import Arguments, columns, lines_of, print_result
 from tactogram.cli.studio import bound_port, server_options, shown_qr_code
 from tactogram.cli.study_sessions import add_session_verbs
@@ -12,8 +12,11 @@ from tactogram.cli.study_sessions import add_session_verbs
 
 def add_verbs(verbs: Verbs) -> None:
     """Add what each verb takes."""
-    study = verbs.group("study", "experiments with people: check, run, simulate, export, analyse")
+    study = verbs.group(
+        "study", "experiments with people: check, run, simulate, export, analyse", shared=designs_option
+    )
     study.add("list", studies)
+    study.add("designs", designs)
 
     add = study.add("check", check)
     add("study", metavar="FILE|NAME", help="a study: a TOML file, or one of `study list`")
@@ -82,6 +85,17 @@ def studies(a: Arguments) -> None:
     found = list_studies()
     rows = [(name, s["design"], f"{s['trials']} trials", s["title"]) for name, s in found.items()]
     print_result(a, found, columns([("name", "design", "each", ""), *rows]))
+
+
+def designs(a: Arguments) -> None:
+    """List the designs that a study can have, with their margins and power tables."""
+    from tactogram.workflows.study.studies import list_designs
+
+    found = list_designs()
+    rows = [
+        (kind, ", ".join(d["margins"]), ", ".join(d["power"]), d["question"]) for kind, d in found.items()
+    ]
+    print_result(a, found, columns([("kind", "margins", "power tables", ""), *rows]))
 
 
 def check(a: Arguments) -> None:
@@ -234,14 +248,14 @@ def _analyse_options(add: Add) -> None:
         metavar="DIR",
         help="folder for report.html, analysis.json, analysis.txt and the figures",
     )
-    add("--design", help="only these rows; of another's table what all its rows are, e.g. two_area")
+    add("--design", help="only these rows; of another's table what all its rows are: see `study designs`")
     add(
         "--margin",
         action="append",
         default=[],
         metavar="QUESTION=VALUE",
-        help="what counts as equal, instead of the study file's: which=0.1 (share), realism=5 (mm) …; what differs "
-        "is reported as given afterwards",
+        help="what counts as equal, instead of the study file's, as in which=0.1; what differs is reported as given "
+        "afterwards",
     )
     add("--alpha", type=float, help="instead of the study file's; likewise")
     add(
@@ -283,16 +297,16 @@ def _analyse_options(add: Add) -> None:
 def _power_options(add: Add) -> None:
     add(
         "design",
-        help="two_area, realism, rating, evoked, abx, staircase, magnitude or pairwise; or a study, by name or file, "
-        "whose margin, alpha and trials are taken",
+        metavar="TABLE|FILE|NAME",
+        help="a power table, see `study designs`; or a study, whose margin, alpha and trials are taken",
     )
     add("--participants", metavar="N,N,…", help="sizes of the study")
     add("--trials", metavar="N,N,…", help="trials of each participant")
     add("--effect", type=float, help="the truth that power is of")
     add("--person-sd", type=float, help="spread of people's own effects")
-    add("--trial-sd", type=float, help="spread of single answers; of staircases the slope per dB")
+    add("--trial-sd", type=float, help="spread of single answers")
     add("--margin", type=float, help="what counts as equal")
-    add("--items", type=int, help="that are compared in pairs")
+    add("--items", type=int, help="how many are compared with each other")
     add(
         "--simulations",
         type=int,

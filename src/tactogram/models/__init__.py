@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from importlib import import_module
 from importlib.machinery import PathFinder
-from importlib.metadata import entry_points
-from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Literal
@@ -17,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from tactogram.errors import ParameterError
 from tactogram.model import CONDITIONS, Kind, Learner
+from tactogram.plugins import entry_point_modules, further_folders, import_path
 from tactogram.text_files import read_toml
 from tactogram.validation import validated
 
@@ -131,7 +129,11 @@ class ModelInfo(ModelDescription):
     def _module(self) -> ModuleType:
         found = sys.modules.get(self.package)
         if found is None and "." not in self.package:
-            return _import_folder(self.package, self.folder)
+            if not (self.folder / "__init__.py").is_file():
+                raise ParameterError(
+                    f"{self.folder}: expected an __init__.py that gives Config and build, found none"
+                )
+            return import_path(self.folder)
         found = found or import_module(self.package)
         if Path(str(found.__file__)).parent.resolve() != self.folder.resolve():
             raise ParameterError(f"{self.folder}: rename it, {self.package!r} is the name of another module")
@@ -184,10 +186,9 @@ def find(name: str, folders: Iterable[Path | str] = ()) -> ModelInfo:
 def _places(folders: Iterable[Path | str]) -> Iterator[tuple[Path, str]]:
     for file in sorted(Path(__file__).parent.glob("*/model.toml")):
         yield file.parent, f"{__name__}.{file.parent.name}"
-    for point in sorted(entry_points(group=ENTRY_POINTS), key=lambda p: p.value):
-        yield _folder_of(point.value), point.value
-    more = [text for text in os.environ.get(FOLDERS_VARIABLE, "").split(os.pathsep) if text]
-    for given in (*map(Path, more), *map(Path, folders)):
+    for package in entry_point_modules(ENTRY_POINTS):
+        yield _folder_of(package), package
+    for given in further_folders(FOLDERS_VARIABLE, folders):
         files = (
             [given / "model.toml"] if (given / "model.toml").is_file() else sorted(given.glob("*/model.toml"))
         )
@@ -214,20 +215,3 @@ def _read(folder: Path, package: str) -> ModelInfo:
         raise ParameterError(f"{folder}: a model's folder must be named like a module, got {folder.name!r}")
     facts = validated(ModelDescription, read_toml(file), where=str(file))
     return ModelInfo(**facts.model_dump(), name=folder.name, folder=folder, package=package)
-
-
-def _import_folder(name: str, folder: Path) -> ModuleType:
-    """Import a folder outside every package as the package ``name``, without touching ``sys.path``."""
-    if PathFinder.find_spec(name) is not None or name in sys.stdlib_module_names:
-        raise ParameterError(f"{folder}: rename it, {name!r} is the name of another module")
-    spec = spec_from_file_location(name, folder / "__init__.py", submodule_search_locations=[str(folder)])
-    if spec is None or spec.loader is None or not (folder / "__init__.py").is_file():
-        raise ParameterError(f"{folder}: expected an __init__.py that gives Config and build, found none")
-    module = module_from_spec(spec)
-    sys.modules[name] = module
-    try:
-        spec.loader.exec_module(module)
-    except BaseException:
-        del sys.modules[name]
-        raise
-    return module

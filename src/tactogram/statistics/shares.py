@@ -11,7 +11,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize, stats
+from scipy import optimize, special, stats
 
 from tactogram.errors import ParameterError
 
@@ -123,7 +123,7 @@ def d_prime_abx(share: float) -> float:
 
 def abx_share(d_prime: float) -> float:
     """Return the share correct in ABX of an observer of that d'; the inverse of `d_prime_abx`."""
-    f = stats.norm.cdf
+    f = special.ndtr
     a, b = d_prime / np.sqrt(2), d_prime / 2
     return float(f(a) * f(b) + f(-a) * f(-b))
 

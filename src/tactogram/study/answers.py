@@ -1,23 +1,9 @@
-"""Answers of people to trials: a table with one row per answer, the same for every design.
+"""Answers: a table with one row per answer of a participant, the same for every design.
 
-What the columns mean where a design leaves it open. ``stimulus`` is the item (texture, plate, image), ``condition`` its
-version; ``other`` and the further column ``other_condition`` are the second one's.
-
-- *two_area*, question ``which``: the version asked for; ``other`` is the same texture in the other version; ``side``
-  and ``answer`` are A or B; ``value`` is 1 if correct, else 0.
-- *two_area*, question ``realism``: the version judged; ``value`` is the mark in mm, ``side`` where it was.
-- *rating*, a question per word: ``value`` is the step of the scale.
-- *evoked*, a question per word: ``answer`` is ``evoked`` or ``not evoked``, ``value`` 1 or 0.
-- *abx*, question ``which``: ``stimulus`` and ``condition`` are what X is, ``other`` what it is not; ``side`` and
-  ``answer`` are A or B; ``value`` is 1 if correct, else 0.
-- *staircase*, question ``which``: ``condition`` is the staircase; ``side`` and ``answer`` are A or B; ``value`` is the
-  intensity in dB above the level, ``correct`` the outcome; the further column ``reversals`` counts those
-  before it.
-- *magnitude*, question ``magnitude``: ``value`` is the number given.
-- *pairwise*, question ``preferred``: ``stimulus`` and ``other`` are the pair, ``side`` is where ``stimulus`` was;
-  ``answer`` is A or B, ``value`` 1 if ``stimulus`` was chosen, else 0.
-- the questions before and after the trials: ``design`` is ``questions``; ``stimulus`` is "".
-- practice: ``design`` is ``practice``, and the further column ``practice`` the design that was practised.
+``stimulus`` is the item (texture, plate, image), ``condition`` its version; ``other`` and the further column
+``other_condition`` are the second one's. What else the columns hold is up to the design, and stands in its docstring.
+Answers to the questions before and after the trials have the ``design`` ``questions`` and no ``stimulus``; those of
+practice have ``practice``, and the extra_columns column ``practice`` says which design was practised.
 """
 
 from __future__ import annotations
@@ -38,6 +24,8 @@ from tactogram.signal.io.atomic import atomic_write
 from tactogram.text_files import csv_rows, read_text
 
 SUFFIXES = (".csv", ".tsv", ".parquet")
+Targets = Mapping[str, Mapping[str, float]]
+"""Of each stimulus, the score of each word that answers are held against."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +39,7 @@ class Answer:
     block, trial, repeat : int
         From 1; ``trial`` counts what is shown to this participant. Several answers can belong to one trial.
     design, question, condition, stimulus, other : str
-        See the table above.
+        See above, and the design's docstring.
     side : str
         Where the asked-for stimulus was: ``A``, ``B`` or "".
     answer : str

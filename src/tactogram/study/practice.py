@@ -10,7 +10,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -19,9 +19,6 @@ from tactogram.study.designs import Design
 from tactogram.study.stimuli import Stimulus
 from tactogram.study.trials import DesignContext, Page, PageAnswers, Participant
 from tactogram.study.wording import Wording
-
-if TYPE_CHECKING:
-    from tactogram.study.study_file import Study
 
 TOKEN = "practice-"
 MARK = "practice"
@@ -74,9 +71,8 @@ class Practice(BaseModel):
                     f"practice: own stimulus {stimulus.name!r} is one of the study; name it in stimuli"
                 )
         if self.feedback and not design.has_right_answers:
-            kind = design.model_dump()["kind"]
             raise ParameterError(
-                f"practice: feedback needs answers that are right or wrong, which {kind} has not"
+                f"practice: feedback needs answers that are right or wrong, which {design.kind} has not"
             )
         practised, own = self._design(design, setting), self.setting(setting)
         try:
@@ -151,14 +147,7 @@ class Practice(BaseModel):
         )
 
     def _design(self, design: Design, setting: DesignContext) -> Design:
-        return design.for_practice([stimulus.name for stimulus in self.setting(setting).stimuli])
-
-
-def practice_page(study: Study, participant: Participant, given: Sequence[PageAnswers]) -> Page | None:
-    """Return the practice page after all that a participant answered so far; None if none is left."""
-    if study.practice is None:
-        return None
-    return study.practice.next_page(study.design, study.setting, participant, practice_answers(given))
+        return design.practice_design([stimulus.name for stimulus in self.setting(setting).stimuli])
 
 
 def practice_answers(given: Sequence[PageAnswers]) -> list[PageAnswers]:

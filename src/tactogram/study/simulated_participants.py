@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from scipy.special import ndtr
 
 from tactogram.study.answers import Answer, Answers
+from tactogram.study.designs import find_design
 from tactogram.study.session.sitting import answer_rows, next_page
 from tactogram.study.session.store import SessionStore
 from tactogram.study.study_file import Study
@@ -30,12 +31,12 @@ class SimulatedEffect(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     d_prime: float = Field(default=0.0, ge=0, le=10)
-    """How well two stimuli are told apart, in sds: two_area and abx."""
+    """How well two stimuli are distinguished, in sds."""
     d_prime_sd: float = Field(default=0.0, ge=0, le=10)
     """Between participants; a negative one counts as 0."""
     shift: dict[str, float] = Field(default_factory=dict)
-    """By how much a condition, or an item, is answered higher: mm on a VAS, steps on a scale, logits of evoking and of
-    being preferred, factors of 10 in magnitude; of a staircase's item by how many dB its threshold is."""
+    """By how much a condition, or an item, is answered higher: mm on a VAS, steps on a scale, logits of a yes or of
+    being preferred, factors of 10 of a number; of a threshold dB."""
     typical_sd: float = Field(default=1.0, ge=0)
     """Between items, in what a word says of each to all: 1 is 0.15 of a scale's width, and a logit of evoking. With 0
     all items are alike but for ``shift``."""
@@ -50,7 +51,7 @@ class SimulatedEffect(BaseModel):
     preference_sd: float = Field(default=0.0, ge=0, le=10)
     """Between participants, in how much each of them prefers each item: logits. Likewise 0."""
     threshold_db: float = Field(default=-20.0, allow_inf_nan=False)
-    """Intensity at which half of the way from guessing to certainty is gone: staircases."""
+    """Intensity at which half of the way from guessing to certainty is gone."""
     threshold_sd_db: float = Field(default=3.0, ge=0)
     """Between participants."""
     spread_db: float = Field(default=4.0, gt=0)
@@ -93,67 +94,69 @@ class SimulatedParticipant:
         """Return how long a page took, s: lognormal about 2 s for each question."""
         return float(len(page.asked) * 2.0 * math.exp(0.4 * self.rng.standard_normal()))
 
-    def _answer(self, page: Page, asked: PageQuestion) -> str:
-        question = asked.question
-        if page.kind == "consent":
-            return "agreed"
-        if page.kind == "questions":
-            return self._questionnaire(asked)
-        if asked.right:
-            found = self.rng.random() < self._correct(page)
-            return asked.right if found else "AB".replace(asked.right, "")
-        if page.kind == "pairwise":
-            difference = self._strength(asked.stimulus, asked.condition)
-            difference -= self._strength(asked.other, asked.other_condition)
-            first = self.rng.random() < _logistic(difference)
-            return asked.side if first else "AB".replace(asked.side, "")
-        if page.kind == "evoked":
-            logit = self._typical(asked) + self._shift(asked) + self.bias / 2
-            return "evoked" if self.rng.random() < _logistic(logit) else "not evoked"
+    def right_or_wrong(self, asked: PageQuestion, share: float) -> str:
+        """Return the right answer in a share of trials, else another."""
+        return asked.right if self.rng.random() < share else self.other_option(asked, asked.right)
+
+    def other_option(self, asked: PageQuestion, but: str) -> str:
+        """Return another option of a question: where there are several, one of them at random."""
+        others = [option.value for option in asked.question.options if option.value != but]
+        return others[self.rng.integers(len(others))] if len(others) > 1 else others[0]
+
+    def any_option(self, asked: PageQuestion) -> str:
+        """Return one of the options of a question at random."""
+        options = asked.question.options
+        return options[self.rng.integers(len(options))].value
+
+    def yes(self, logit: float) -> bool:
+        """Return whether a yes, of that logit, is said."""
+        return bool(self.rng.random() < 1 / (1 + math.exp(-logit)))
+
+    def two_alternatives(self) -> float:
+        """Return the share correct of two alternatives."""
+        return float(ndtr(self.d_prime / math.sqrt(2)))
+
+    def number(self, asked: PageQuestion, more: float = 0.0) -> str:
+        """Return a number around 10, with what is typical of the participant; ``more`` are further factors of 10."""
         noise = self.effect.within_sd * self.rng.standard_normal()
+        told = 1.0 + self.shift(asked) + more + UNIT["number"] * (self.bias + noise)
+        return f"{_within(10**told, asked):.4g}"
+
+    def on_scale(self, asked: PageQuestion) -> str:
+        """Return a place on a line, a step, or a number, with the item's own, the effect, the bias and the noise."""
+        question = asked.question
         if question.kind == "number":
-            told = (
-                1.0
-                + self._shift(asked)
-                + self.exponent * _log_intensity(page)
-                + UNIT["number"] * (self.bias + noise)
-            )
-            return f"{10**told:.4g}"
-        unit = UNIT[question.kind]
+            return self.number(asked)
+        noise = self.effect.within_sd * self.rng.standard_normal()
         width = question.high - question.low
-        middle = question.low + width * (
-            AVERAGE_SHARE if question.kind == "vas" else 0.5 + 0.15 * self._typical(asked)
-        )
-        value = middle + self._shift(asked) + unit * (self.bias + noise)
-        value = min(max(value, question.low), question.high)
+        share = AVERAGE_SHARE if question.kind == "vas" else 0.5 + 0.15 * self.typical(asked)
+        value = question.low + width * share + self.shift(asked) + UNIT[question.kind] * (self.bias + noise)
+        value = _within(value, asked)
         return f"{value:.0f}" if question.kind == "steps" else f"{value:.1f}"
 
-    def _correct(self, page: Page) -> float:
-        """Return the probability of a correct answer."""
-        d = self.d_prime
-        if page.kind == "abx":
-            # Unbiased, independent observations: Macmillan and Creelman, Detection Theory (2nd ed.), Eq. 9.9.
-            return float(ndtr(d / math.sqrt(2)) * ndtr(d / 2) + ndtr(-d / math.sqrt(2)) * ndtr(-d / 2))
-        if page.kind == "staircase":
-            above = page.asked[0].values["A"] - self.threshold_db - self._shift(page.asked[0])
-            sure = ndtr(above / self.effect.spread_db)
-            return float(0.5 + (0.5 - self.effect.lapse) * sure)
-        return float(ndtr(d / math.sqrt(2)))
-
-    def _shift(self, asked: PageQuestion) -> float:
+    def shift(self, asked: PageQuestion) -> float:
+        """Return the effect that was put in for the item and the condition of a question."""
         return self._shift_of(asked.stimulus, asked.condition)
 
-    def _shift_of(self, item: str, condition: str) -> float:
-        shift = self.effect.shift
-        return shift.get(item, 0.0) + (shift.get(condition, 0.0) if condition != item else 0.0)
+    def typical(self, asked: PageQuestion) -> float:
+        """Return what a question's word says of its item to all participants, sds."""
+        return typical(self.effect, self.truth, asked.stimulus, asked.question.id)
 
-    def _strength(self, item: str, condition: str) -> float:
+    def strength(self, item: str, condition: str) -> float:
         """Return how much this participant prefers an item, logits: what is true of all, and what is of this one."""
         own = self.effect.preference_sd * _own(self.seed, "preference", item, condition)
         return self._shift_of(item, condition) + own
 
-    def _typical(self, asked: PageQuestion) -> float:
-        return typical(self.effect, self.truth, asked.stimulus, asked.question.id)
+    def _answer(self, page: Page, asked: PageQuestion) -> str:
+        if page.kind == "consent":
+            return "agreed"
+        if page.kind == "questions":
+            return self._questionnaire(asked)
+        return find_design(page.kind).simulated_answer(page, asked, self)
+
+    def _shift_of(self, item: str, condition: str) -> float:
+        shift = self.effect.shift
+        return shift.get(item, 0.0) + (shift.get(condition, 0.0) if condition != item else 0.0)
 
     def _questionnaire(self, asked: PageQuestion) -> str:
         question = asked.question
@@ -164,6 +167,13 @@ class SimulatedParticipant:
         low = question.low if math.isfinite(question.low) else 20
         high = question.high if math.isfinite(question.high) else max(low, 60)
         return str(int(self.rng.integers(math.ceil(low), math.floor(high) + 1)))
+
+
+def _within(value: float, asked: PageQuestion) -> float:
+    """Return a value held at the ends of a question's scale, where it has any."""
+    low, high = asked.question.low, asked.question.high
+    value = value if math.isnan(high) else min(value, high)
+    return value if math.isnan(low) else max(value, low)
 
 
 @lru_cache(maxsize=4096)
@@ -275,15 +285,3 @@ def simulated_answers(
             rows += answer_rows(study, participant, page, responses, at="")
             given.append(PageAnswers(page.token, responses, page.more))
     return Answers(tuple(rows))
-
-
-def _log_intensity(page: Page) -> float:
-    """Return log10 of the intensity of what is judged on a page, 0 where the level does not say."""
-    judged = page.presented[-1]
-    kind, _, number = (judged.stimulus.level if judged.stimulus else "").partition("=")
-    known = math.log10(float(number)) if kind in ("gain", "peak") else 0.0
-    return known + judged.gain_db / 20
-
-
-def _logistic(x: float) -> float:
-    return 1 / (1 + math.exp(-x))

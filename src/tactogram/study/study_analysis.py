@@ -1,31 +1,21 @@
-"""A whole study's analysis: which section answers which question."""
+"""Analysis of a whole study: a plan, and a section for each question that answers hold."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.study import planned as _planned
-from tactogram.study.analysis.discrimination import analyse_discrimination
-from tactogram.study.analysis.findings import AnalysisSection, with_verdicts
-from tactogram.study.answers import Answers
-from tactogram.study.designs.evoked.analysis import analyse_evoked
-from tactogram.study.designs.magnitude.analysis import analyse_magnitude
-from tactogram.study.designs.pairwise.analysis import analyse_preference
-from tactogram.study.designs.rating.analysis import Targets, analyse_words
-from tactogram.study.designs.staircase.analysis import analyse_staircases
-from tactogram.study.designs.two_area.realism import analyse_realism
-from tactogram.study.planned import ALPHA, PlannedAnalysis, differing, margin_name, margin_text
+from tactogram.study.analysis.findings import ALPHA, AnalysisSection, with_verdicts
+from tactogram.study.answers import Answers, Targets
+from tactogram.study.designs import designs
+from tactogram.study.designs.catalogue import margin_scales, margin_text
+from tactogram.study.planned import PlannedAnalysis, differing
 from tactogram.study.practice import MARK
 
-WHICH, REALISM = "which", "realism"
-MARGINS: tuple[str, ...] = tuple(name for names in _planned.MARGINS.values() for name in names)
-"""What a margin can be given for."""
-DESIGNS = ("two_area", "rating", "evoked", "abx", "staircase", "magnitude", "pairwise")
 UNTESTED = ("questions", MARK)
 """Rows of the questions before and after, and of practice: they are counted, not tested."""
 
@@ -37,11 +27,9 @@ class AnalysisPlan:
     Parameters
     ----------
     margins : mapping from str to float
-        Half the width of what counts as equal, by one of `MARGINS`: a share (``which``, ``abx``), mm (``realism``),
-        points (``rating``), dB (``staircase``), the exponent (``magnitude``), the share of words (``evoked``) or
-        a difference of log strengths (``preference``).
+        Half the width of what counts as equal, by a name that one of the designs gives in its ``margins``.
     targets : mapping, optional
-        Scores of the stimuli that ratings are held against.
+        Scores of the stimuli that scores of words are held against.
     reference : str, optional
         Instead: the condition whose mean scores are the targets.
     seed : int
@@ -112,14 +100,24 @@ class AnalysisPlan:
         lines.append(f"Alpha {self.alpha:g}{known}; intervals are of 95 %")
         return [f"{line}." for line in lines]
 
+    def generator(self) -> np.random.Generator:
+        """Return the generator of one section's bootstraps: the same for each."""
+        return np.random.default_rng(self.seed)
+
+    @property
+    def fits(self) -> int:
+        """Draws of a bootstrap whose every draw is a fit."""
+        return max(100, self.draws // 10)
+
     def __post_init__(self) -> None:
+        known = margin_scales()
         for name, margin in self.margins.items():
-            if name not in MARGINS:
-                raise ParameterError(f"a margin must be for one of {', '.join(MARGINS)}, got {name!r}")
+            if name not in known:
+                raise ParameterError(f"a margin must be for one of {', '.join(known)}, got {name!r}")
             if not (margin > 0 and np.isfinite(margin)):
                 raise ParameterError(f"margin of {name} must be > 0, got {margin:g}")
         if self.targets is not None and self.reference is not None:
-            raise ParameterError("ratings are held against targets or a reference condition, got both")
+            raise ParameterError("scores are held against targets or a reference condition, got both")
         if not 0 < self.alpha <= 0.2:
             raise ParameterError(f"alpha must be > 0 and at most 0.2, got {self.alpha:g}")
         if self.draws < 100:
@@ -199,60 +197,21 @@ def analyse(answers: Answers, *, plan: AnalysisPlan | None = None) -> StudyAnaly
             "answers are of simulated participants and of people: leave one of both out (column simulated)"
         )
     sections = []
-    for design, group in trials.by("design").items():
-        if design not in DESIGNS:
-            raise DataError(f"design must be one of {', '.join(DESIGNS)}, got {design!r}")
+    for kind, group in trials.by("design").items():
+        if kind not in designs():
+            raise DataError(f"design must be one of {', '.join(designs())}, got {kind!r}")
         if twice := _twice(group):
             raise DataError(f"{twice}: is there twice; leave one out")
-        sections += [_at(section, plan) for section in _sections(design, group, plan)]
+        for section in designs()[kind].analyse(group, plan):
+            late = designs()[kind].margin_for(section.question) in plan.deviations
+            note = "margin given afterwards" if late else ""
+            sections.append(with_verdicts(section, alpha=plan.alpha, note=note))
     notes: tuple[str, ...] = ()
     if other := len(answers.where(design="questions")):
         notes += (f"{other} answers to the questions before and after the trials are not tested",)
     if practised := len(answers.where(design=MARK)):
         notes += (f"{practised} answers to practice trials are left out",)
     return StudyAnalysis(studies[0], tuple(sections), plan, notes)
-
-
-def _at(section: AnalysisSection, plan: AnalysisPlan) -> AnalysisSection:
-    late = margin_name(section.design, section.question) in plan.deviations
-    note = "margin given afterwards" if late else ""
-    return with_verdicts(section, alpha=plan.alpha, note=note)
-
-
-def _sections(design: str, group: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
-    rng = np.random.default_rng(plan.seed)
-    fits = max(100, plan.draws // 10)
-    margin = plan.margins.get
-    if design == "two_area":
-        return _two_area(group, plan)
-    single: dict[str, Callable[[], AnalysisSection]] = {
-        "rating": lambda: analyse_words(
-            group,
-            rng=rng,
-            targets=plan.targets,
-            reference=plan.reference,
-            margin=margin("rating"),
-            draws=plan.draws,
-        ),
-        "evoked": lambda: analyse_evoked(group, margin=margin("evoked")),
-        "abx": lambda: analyse_discrimination(group, margin=margin("abx"), design="abx"),
-        "staircase": lambda: analyse_staircases(group, rng=rng, margin=margin("staircase"), draws=fits),
-        "magnitude": lambda: analyse_magnitude(group, margin=margin("magnitude")),
-        "pairwise": lambda: analyse_preference(group, margin=margin("preference")),
-    }
-    return [single[design]()]
-
-
-def _two_area(group: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
-    found = []
-    for question, rows in group.by("question").items():
-        if question == WHICH:
-            found.append(analyse_discrimination(rows, margin=plan.margins.get("which")))
-        elif question == REALISM:
-            found.append(analyse_realism(rows, margin=plan.margins.get("realism")))
-        else:
-            raise DataError(f"two_area: question must be {WHICH} or {REALISM}, got {question!r}")
-    return found
 
 
 def _twice(group: Answers) -> str:

@@ -14,7 +14,8 @@ from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, field_validat
 
 from tactogram.errors import ParameterError
 from tactogram.study import studies as _studies
-from tactogram.study.designs import DESIGNS, Design
+from tactogram.study.designs import Design, designs
+from tactogram.study.designs.catalogue import FOLDERS_VARIABLE
 from tactogram.study.orders import Rule
 from tactogram.study.planned import PlannedAnalysis
 from tactogram.study.practice import Practice
@@ -95,7 +96,7 @@ class Study(BaseModel):
         self.design.check(self.setting)
         if self.practice is not None:
             self.practice.check(self.design, self.setting)
-        self.planned.check(self.design.model_dump()["kind"])
+        self.design.check_margins(self.planned.values)
         return self
 
     @classmethod
@@ -129,10 +130,13 @@ class Study(BaseModel):
         design = values.get("design")
         if isinstance(design, str):
             design = {"kind": design}
-        if not isinstance(design, Mapping) or design.get("kind") not in DESIGNS:
-            got = design.get("kind") if isinstance(design, Mapping) else design
-            raise ParameterError(f"{where}: design.kind must be one of {', '.join(DESIGNS)}, got {got!r}")
-        made = validated(DESIGNS[design["kind"]], design, where=f"{where}: design")
+        kind = design.get("kind") if isinstance(design, Mapping) else design
+        if not isinstance(design, Mapping) or not isinstance(kind, str) or kind not in designs():
+            known = ", ".join(designs())
+            raise ParameterError(
+                f"{where}: design.kind must be one of {known}, or of a file that {FOLDERS_VARIABLE} names, got {kind!r}"
+            )
+        made = validated(designs()[kind], design, where=f"{where}: design")
         return validated(cls, {**values, "design": made}, where=where)
 
     @cached_property

@@ -4,11 +4,17 @@ import pytest
 from tactogram.errors import ParameterError
 from tactogram.statistics.clustered import pooled_share
 from tactogram.statistics.equivalence import paired_equivalence
+from tactogram.study.designs.catalogue import power_tables
 from tactogram.study.designs.pairwise import power as power_preferences
 from tactogram.study.designs.pairwise.power import simulated_preferences
 from tactogram.study.power import table as power
-from tactogram.study.power.kinds import _within, clustered_ps
-from tactogram.study.power.table import DESIGNS, power_table
+from tactogram.study.power.methods import clustered_ps, within_ps
+from tactogram.study.power.table import power_table as table_of_design
+
+
+def power_table(name, **options):
+    """Return the power table of this name, whichever design it is of."""
+    return table_of_design(power_tables()[name], name, **options)
 
 
 def test_many_studies_at_once_give_the_p_of_each():
@@ -19,10 +25,10 @@ def test_many_studies_at_once_give_the_p_of_each():
         found = pooled_share(answers, np.repeat(np.arange(7), 9).tolist(), margin=0.2)
         assert (p[k], equal[k]) == pytest.approx((found.p, found.equivalence_p))
     gaps = np.random.default_rng(1).normal(size=(2, 6))
-    assert _within(gaps, 0.8) == pytest.approx([paired_equivalence(row, margin=0.8).p for row in gaps])
+    assert within_ps(gaps, 0.8) == pytest.approx([paired_equivalence(row, margin=0.8).p for row in gaps])
 
 
-@pytest.mark.parametrize("design", DESIGNS)
+@pytest.mark.parametrize("design", power_tables())
 def test_every_design_has_a_table_in_which_nothing_is_shown_too_often(design):
     table = power_table(design, participants=[12], trials=[20], simulations=400)
     [row] = table.rows
@@ -52,7 +58,7 @@ def test_a_table_says_how_many_people_equivalence_takes():
     assert few.equivalence_from[30] >= 60
     assert power_table("abx", margin=0.2, **options).equivalence_from[30] <= 10
     assert power_table("abx", margin=0.005, **options).equivalence_from == {30: None}
-    with pytest.raises(ParameterError, match="items are those of pairwise"):
+    with pytest.raises(ParameterError, match="compares no items with each other, got 3"):
         power_table("abx", items=3)
 
 
@@ -87,14 +93,14 @@ def test_a_table_is_the_same_for_the_same_seed():
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"design": "abc"}, "design must be one of"),
-        ({"design": "two_area", "participants": [1]}, "participants must be 2 or more"),
-        ({"design": "abx", "participants": [10_001]}, "participants must be 10000 or fewer"),
-        ({"design": "two_area", "trials": [0]}, "trials must be from 1"),
-        ({"design": "two_area", "effect": 1.2}, "share between 0 and 1"),
-        ({"design": "two_area", "margin": float("nan")}, "margin must be finite"),
-        ({"design": "realism", "trial_sd": 0.0}, "trial_sd must be > 0"),
-        ({"design": "realism", "simulations": 5}, "simulations must be >= 100"),
+        ({"name": "two_area", "participants": [1]}, "participants must be 2 or more"),
+        ({"name": "abx", "participants": [10_001]}, "participants must be 10000 or fewer"),
+        ({"name": "two_area", "trials": [0]}, "trials must be from 1"),
+        ({"name": "two_area", "effect": 1.2}, "share between 0 and 1"),
+        ({"name": "two_area", "margin": float("nan")}, "margin must be finite"),
+        ({"name": "realism", "trial_sd": 0.0}, "trial_sd must be > 0"),
+        ({"name": "realism", "simulations": 5}, "simulations must be >= 100"),
+        ({"name": "pairwise", "items": 1}, "items must be from 2 to 100, got 1"),
     ],
 )
 def test_what_cannot_be_is_refused_in_a_line(options, words):

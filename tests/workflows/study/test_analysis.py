@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 
 from tactogram.cli import main
-from tactogram.study.power.table import DESIGNS, PowerTable
+from tactogram.errors import ParameterError
+from tactogram.study.designs import find_design
+from tactogram.study.power.table import PowerTable
 from tactogram.study.study_file import Study
 from tactogram.workflows.study.analysis import analyse_study, margins_of, targets_of
 from tactogram.workflows.study.power import _power_text, power_options, study_power
@@ -95,10 +97,14 @@ def test_a_size_at_which_the_test_itself_errs_is_named():
     rows = [
         {"participants": 20, "trials": trials, "type_1": wrong} for trials, wrong in ((30, 0.2), (60, 0.06))
     ]
-    table = PowerTable("pairwise", DESIGNS["pairwise"], 2000, 0, 0.05, tuple(rows), {30: None, 60: 40})
-    assert "With 20 x 30 (participants x trials) the test shows what is not there" in _power_text(table)
+    design = find_design("pairwise")
+    table = PowerTable("pairwise", design.power["pairwise"], 2000, 0, 0.05, tuple(rows), {30: None, 60: 40})
+    method = design.power_method("strengths")
+    assert "With 20 x 30 (participants x trials) the test shows what is not there" in _power_text(
+        table, method
+    )
     right = replace(table, rows=tuple(rows[1:]))
-    assert "what is not there more often" not in _power_text(right)
+    assert "what is not there more often" not in _power_text(right, method)
 
 
 def test_a_studys_own_margin_and_trials_are_taken_for_its_power():
@@ -122,6 +128,13 @@ def test_the_power_of_a_study_has_its_alpha_and_a_staircases_trials_are_not_the_
 def test_margins_are_read_once_each():
     assert margins_of(["which=0.1", "realism=5"]) == {"which": 0.1, "realism": 5.0}
     assert study_power("evoked", participants=[10], simulations=100)["rows"][0]["exact_equivalence"] == 0.0
+
+
+def test_a_power_table_that_is_not_there_is_named():
+    with pytest.raises(
+        ParameterError, match="design must be one of abx, .*, two_area, realism, or a study, got 'abc'"
+    ):
+        study_power("abc")
 
 
 def test_a_design_that_is_not_there_is_named(tmp_path):

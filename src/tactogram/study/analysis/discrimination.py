@@ -1,7 +1,6 @@
-"""Which of two is the generated one, and ABX: shares correct, pooled by participant and by texture.
+"""Discrimination: shares correct of answers that are right or wrong, pooled by participant and by texture.
 
-The publication of the two areas (Saga et al., Fig. 12) printed mean shares and no test, and called 50 % in ten trials
-indistinguishable. Ten trials cannot show that: 9 of 10 are needed to tell a share from chance.
+Ten trials cannot show that two stimuli are indistinguishable: 9 of 10 must be right for a share to differ from chance.
 """
 
 from __future__ import annotations
@@ -17,13 +16,7 @@ from tactogram.statistics.clustered import PooledShare, pooled_share
 from tactogram.statistics.equivalence import share_equivalence
 from tactogram.statistics.mixed_share import mixed_share
 from tactogram.statistics.multiplicity import holm
-from tactogram.statistics.shares import (
-    corrected,
-    d_prime_2afc,
-    d_prime_abx,
-    share_of,
-    smallest_significant,
-)
+from tactogram.statistics.shares import corrected, share_of, smallest_significant
 from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, verdict_of
 from tactogram.study.answers import Answers
 
@@ -31,9 +24,14 @@ CORRECT = "share correct"
 
 
 def analyse_discrimination(
-    answers: Answers, *, margin: float | None = None, design: str = "two_area"
+    answers: Answers,
+    *,
+    title: str,
+    d_prime: Callable[[float], float],
+    margin: float | None = None,
+    printed: bool = False,
 ) -> AnalysisSection:
-    """Return what is said of answers that are right or wrong, where chance is one half.
+    """Return the analysis of answers that are right or wrong, where chance is one half.
 
     Confirmatory is the share over all textures, by GEE with participants as clusters; of a single participant the
     exact binomial of that person's answers.
@@ -41,11 +39,14 @@ def analyse_discrimination(
     Parameters
     ----------
     answers : Answers
-        One row per trial; ``correct``, else ``value`` as 1 or 0.
+        One row per trial of one question; ``correct``, else ``value`` as 1 or 0.
+    title : str
+    d_prime : callable
+        From a share correct to d'.
     margin : float, optional
         Of the share correct, e.g. 0.1, given before the answers were seen.
-    design : str
-        ``two_area`` or ``abx``, which gives d'.
+    printed : bool
+        Whether a publication printed the mean share without a test.
 
     Raises
     ------
@@ -54,13 +55,12 @@ def analyse_discrimination(
     ParameterError
         If the margin is not between 0 and 0.5.
     """
-    kept, notes = answered(_marked(answers), f"{design} which")
+    kept, notes = answered(_marked(answers), title)
     hits = kept.numbers("value")
     people, textures = kept.column("participant"), kept.column("stimulus")
-    d_prime = d_prime_abx if design == "abx" else d_prime_2afc
     findings = [
         _overall(hits, people, margin, d_prime),
-        _as_printed(hits, people, design),
+        _as_printed(hits, people, printed),
         *_mixed(hits, people, textures),
     ]
     per_texture, rows = _textures(kept, margin, d_prime)
@@ -75,9 +75,9 @@ def analyse_discrimination(
         + " for p < .05",
     )
     return AnalysisSection(
-        "Which is generated?" if design == "two_area" else "ABX: is X A or B?",
-        design,
-        "which",
+        title,
+        kept.rows[0].design,
+        kept.rows[0].question or "which",
         len(set(people)),
         len(kept),
         any(kept.column("simulated")),
@@ -154,12 +154,12 @@ def _pooled(
     )
 
 
-def _as_printed(hits: Any, people: tuple[str, ...], design: str) -> Finding:
+def _as_printed(hits: Any, people: tuple[str, ...], printed: bool) -> Finding:
     share = share_of(int(hits.sum()), len(hits))
     return Finding(
         "all",
         "mean share held against 50 %, answers taken as independent",
-        "as printed" if design == "two_area" else "check",
+        "as printed" if printed else "check",
         CORRECT,
         share.share,
         *share.wilson,
@@ -167,9 +167,7 @@ def _as_printed(hits: Any, people: tuple[str, ...], design: str) -> Finding:
         verdict_of(share.p),
         share.n,
         len(set(people)),
-        note="the publication printed no test: p is that of the exact binomial"
-        if design == "two_area"
-        else "",
+        note="the publication printed no test: p is that of the exact binomial" if printed else "",
     )
 
 

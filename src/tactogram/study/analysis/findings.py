@@ -13,7 +13,9 @@ from typing import Any, Literal
 
 from tactogram.errors import DataError
 from tactogram.study.answers import Answers
-from tactogram.study.planned import ALPHA
+
+ALPHA = 0.05
+"""A difference is shown where p is below, unless the study says otherwise."""
 
 Role = Literal["confirmatory", "as printed", "check"]
 SHOWN, NOT_SHOWN = "shown", "not shown"
@@ -186,7 +188,9 @@ def with_verdicts(section: AnalysisSection, *, alpha: float = ALPHA, note: str =
 
 def _row_verdict(row: Mapping[str, Any], last: Mapping[str, str], alpha: float) -> str:
     """Return the verdict of a table's row: by its own p, or that of the last finding about its texture."""
-    return verdict_of(row["p_holm"], alpha=alpha) if "p_holm" in row else last[row["texture"]]
+    if "p_holm" in row:
+        return verdict_of(row["p_holm"], alpha=alpha)
+    return last.get(str(row.get("texture")), str(row["verdict"]))
 
 
 def _judged(finding: Finding, alpha: float, note: str) -> Finding:

@@ -1,29 +1,33 @@
-"""An analysis in the names that a study's file gives: what is computed keeps the keys, what is read has names."""
+"""Names in an analysis: what is computed keeps the keys of a study's file, what is read has its names."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
 from tactogram.study.analysis.findings import AnalysisSection, Finding
 from tactogram.study.answers import Answers
 
-NAMED_COLUMNS = ("texture", "item", "stimulus", "image", "condition", "staircase")
-"""Of the tables of a section."""
+NAMED_COLUMNS = ("texture", "item", "stimulus", "image", "condition")
+"""Columns of a section's tables that hold keys, whatever the design."""
 TABLE_PARTS = (" n", " mean", " se")
 """What follows a condition in the heading of a column."""
 
 
-def named_section(section: AnalysisSection, names: Mapping[str, str]) -> AnalysisSection:
-    """Return a section with what it is of, and its tables, in the names of items and conditions.
+def named_section(
+    section: AnalysisSection, names: Mapping[str, str], *, columns: Iterable[str] = ()
+) -> AnalysisSection:
+    """Return a section whose findings and tables have the names of items and conditions.
 
     Parameters
     ----------
     section : Section
     names : mapping from str to str
         By key, as `Study.names_in` returns them.
+    columns : iterable of str
+        Further columns of its tables that hold keys.
     """
     if not names:
         return section
@@ -37,8 +41,10 @@ def named_section(section: AnalysisSection, names: Mapping[str, str]) -> Analysi
     def finding(one: Finding) -> Finding:
         return replace(one, of=named(one.of), measure=named(one.measure))
 
+    keys = {*NAMED_COLUMNS, *columns}
+
     def cell(column: str, value: Any) -> Any:
-        return named(value) if column in NAMED_COLUMNS and isinstance(value, str) else value
+        return named(value) if column in keys and isinstance(value, str) else value
 
     def heading(column: str) -> str:
         return named(column) if column.endswith(TABLE_PARTS) else column

@@ -1,19 +1,23 @@
-"""ABX: X is one of A and B, and is to be told which.
+"""ABX: whether X is the same as A or as B.
 
 W. A. Munson and M. B. Gardner, "Standardizing auditory tests", J. Acoust. Soc. Am. 22, 675 (1950).
+
+Answers to the question ``which``: ``stimulus`` and ``condition`` are what X is, ``other`` what it is not; ``side`` and
+``answer`` are A or B; ``value`` is 1 if correct, else 0.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
-from typing import ClassVar, Literal, Self
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 from pydantic import Field
 
 from tactogram.errors import ParameterError
-from tactogram.study.designs.design import Design, ab_question
+from tactogram.study.designs.design import Design, MarginScale, ab_question
 from tactogram.study.orders import balanced_sides, generator, ordered
+from tactogram.study.power.assumptions import GEE, PowerAssumptions
 from tactogram.study.stimuli import Stimulus
 from tactogram.study.trials import (
     DesignContext,
@@ -25,6 +29,14 @@ from tactogram.study.trials import (
 )
 from tactogram.study.wording import Wording
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from tactogram.study.analysis.findings import AnalysisSection
+    from tactogram.study.answers import Answers
+    from tactogram.study.simulated_participants import SimulatedParticipant
+    from tactogram.study.study_analysis import AnalysisPlan
+
 PLACES = ("A A", "A B", "B A", "B B")
 """Where the pair's first is, and what X is: each once in four trials."""
 
@@ -32,7 +44,17 @@ PLACES = ("A A", "A B", "B A", "B B")
 class Abx(Design):
     """Values of an ABX test."""
 
+    title: ClassVar[str] = "ABX"
+    question_text: ClassVar[str] = "Is X the same as A or as B?"
     has_right_answers: ClassVar[bool] = True
+    margins: ClassVar[Mapping[str, MarginScale]] = {"abx": MarginScale("of the share correct", below=0.5)}
+    power: ClassVar[Mapping[str, PowerAssumptions]] = {
+        "abx": PowerAssumptions(
+            "share", 0.6, "share correct of a typical participant (person_sd: of logits)", 0.4, 0.0, 0.1,
+            (10, 20), (12, 48), "answers of each participant", GEE,
+        )
+    }  # fmt: skip
+
     kind: Literal["abx"] = "abx"
     pairs: tuple[tuple[str, str], ...] = ()
     """Names of stimuli. By default all pairs of conditions within each item, or of all where no item has two."""
@@ -53,7 +75,7 @@ class Abx(Design):
         """Return repeats times pairs."""
         return self.repeats * len(self._pairs(setting))
 
-    def for_practice(self, names: Sequence[str]) -> Self:
+    def practice_design(self, names: Sequence[str]) -> Self:
         """Return it with those pairs alone whose stimuli are practised on."""
         return self.model_copy(
             update={"pairs": tuple(pair for pair in self.pairs if set(pair) <= set(names))}
@@ -96,6 +118,35 @@ class Abx(Design):
             text=self.instructions,
             asked=(asked,),
         )
+
+    @classmethod
+    def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
+        """Return the share correct, over all and of each texture, with the d' of ABX."""
+        from tactogram.statistics.shares import d_prime_abx
+        from tactogram.study.analysis.discrimination import analyse_discrimination
+
+        margin = plan.margins.get("abx")
+        return [
+            analyse_discrimination(answers, title="ABX: is X A or B?", d_prime=d_prime_abx, margin=margin)
+        ]
+
+    @classmethod
+    def figures(cls, section: AnalysisSection, answers: Answers) -> dict[str, Figure]:
+        """Return the shares correct."""
+        from tactogram.study.analysis.figures import correct_figure
+
+        return {"abx_correct": correct_figure(section)}
+
+    def power_options(self, setting: DesignContext) -> dict[str, Any]:
+        """Return the number of trials."""
+        return {"trials": (self.total(setting),)}
+
+    @classmethod
+    def simulated_share(cls, page: Page, one: SimulatedParticipant) -> float:
+        """Return the share correct in ABX of a simulated participant's d'."""
+        from tactogram.statistics.shares import abx_share
+
+        return abx_share(one.d_prime)
 
     def _pairs(self, setting: DesignContext) -> list[tuple[Stimulus, Stimulus]]:
         named = {stimulus.name: stimulus for stimulus in setting.stimuli}

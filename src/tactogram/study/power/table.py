@@ -1,20 +1,24 @@
-"""What a study can show before it is run: exact for independent answers, and with simulated participants who differ.
+"""Power table: what a study can show before it is run, by its numbers of participants and of trials.
 
-A table has a row per number of participants and of trials of each. What an exact binomial test promises holds for
-independent answers only; people differ, which the columns that are simulated take in.
+What an exact binomial test promises holds for independent answers only; people differ, which the simulated columns
+include.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tactogram.errors import ParameterError
-from tactogram.study.power.kinds import PowerAssumptions, equivalence_of, row_of
+from tactogram.study.power.assumptions import PowerAssumptions
+from tactogram.study.power.methods import PowerMethod, StudyBatch
+
+if TYPE_CHECKING:
+    from tactogram.study.designs.design import Design
 
 MOST_TRIALS = 10_000
 MOST_PARTICIPANTS = 10_000
@@ -25,45 +29,6 @@ TRIED_SIMULATIONS = 200
 TAKING, LOOKING = "simulated participants", "how many for equivalence"
 """Tasks that progress is told of."""
 
-GEE, EXACT = "GEE by participant", "exact binomial of all answers"
-DESIGNS: Mapping[str, PowerAssumptions] = {
-    "two_area": PowerAssumptions(
-        "share", 0.6, "share correct of a typical participant (person_sd: of logits)", 0.4, 0.0, 0.1,
-        (10, 20), (10, 30, 90), "answers of each participant", GEE, EXACT,
-    ),
-    "realism": PowerAssumptions(
-        "means", 5.0, "mm between conditions", 5.0, 15.0, 5.0,
-        (10, 20), (10, 90), "marks of each participant and condition", "paired t", "Student's t of all marks", 10.0,
-    ),
-    "rating": PowerAssumptions(
-        "ranks", 0.2, "points of mean absolute error between conditions", 0.2, 0.9, 0.2,
-        (10, 20), (12, 120), "scores of each participant and condition", "Wilcoxon signed ranks",
-        "Student's t of all scores", 0.3,
-    ),
-    "evoked": PowerAssumptions(
-        "votes", 0.7, "share of people in whom it is evoked", 0.5, 0.0, 0.2,
-        (10, 20, 30, 60), (1,), "answers of each participant to an image and word", EXACT,
-    ),
-    "abx": PowerAssumptions(
-        "share", 0.6, "share correct of a typical participant (person_sd: of logits)", 0.4, 0.0, 0.1,
-        (10, 20), (12, 48), "answers of each participant", GEE, "",
-    ),
-    "staircase": PowerAssumptions(
-        "staircases", 3.0, "dB between two thresholds (trial_sd: slope of logistic functions, per dB)", 2.0, 0.5, 3.0,
-        (6, 12), (40, 80), "trials of each staircase", "paired t of thresholds by reversals",
-    ),
-    "magnitude": PowerAssumptions(
-        "slopes", 0.1, "of the exponent from 1 (trial_sd: of log estimates)", 0.15, 0.3, 0.1,
-        (8, 16), (3, 6), "estimates of each of five intensities over a factor of 16", "t of slopes",
-    ),
-    "pairwise": PowerAssumptions(
-        "strengths", 0.7, "log strength of one item above the others", 0.5, 0.0, 0.7,
-        (20, 40, 80), (30, 60), "comparisons of each participant, over all pairs", "Bradley-Terry by participant, Holm",
-        items=6,
-    ),
-}  # fmt: skip
-"""``staircase``: person_sd is of people's differences, trial_sd the slope of their logistic function, per dB."""
-
 
 @dataclass(frozen=True)
 class PowerTable:
@@ -72,15 +37,14 @@ class PowerTable:
     Parameters
     ----------
     design : str
-    assumed : Assumed
-        With everything that was asked for in place of the typical.
+    assumed : PowerAssumptions
+        With everything that was given in place of the typical.
     simulations, seed : int
     alpha : float
     rows : tuple of mapping
         ``participants``, ``trials``, and shares from 0 to 1: ``power`` and ``type_1`` of the confirmatory test,
         ``equivalence`` (how often it is shown where the truth is no difference), ``printed_power`` and
-        ``printed_type_1`` of the publication's; of shares also ``exact_…`` of independent answers; of preferences
-        ``all_equivalent``: that all pairs are shown to be.
+        ``printed_type_1`` of the publication's; further ones as the design's power method says.
     equivalence_from : mapping from int to int or None
         By trials, the participants of `TRIED` from which on `ENOUGH` of the studies show equivalence where the truth is
         no difference; None where even the most do not. Empty where it cannot be said.
@@ -109,7 +73,8 @@ class PowerTable:
 
 
 def power_table(
-    design: str,
+    design: type[Design],
+    name: str,
     *,
     participants: Sequence[int] = (),
     trials: Sequence[int] = (),
@@ -127,12 +92,13 @@ def power_table(
 
     Parameters
     ----------
-    design : str
-        One of `DESIGNS`; what is not given is as assumed there.
+    design : type of Design
+    name : str
+        Of one of its ``power`` tables; what is not given is as assumed there.
     participants, trials : sequence of int
     effect, person_sd, trial_sd, margin : float, optional
     items : int, optional
-        That are compared with each other; of ``pairwise`` only.
+        How many are compared with each other, where items are.
     simulations : int
         Studies of simulated participants per row; a share near .05 is then known to about ± 2 sqrt(.05 .95 / n).
     seed : int
@@ -143,29 +109,37 @@ def power_table(
     Raises
     ------
     ParameterError
-        If the design is none, or a number is not one that it can have.
+        If a number is not one that the table can have.
     """
-    if design not in DESIGNS:
-        raise ParameterError(f"design must be one of {', '.join(DESIGNS)}, got {design!r}")
-    assumed = _replaced(DESIGNS[design], participants, trials, effect, person_sd, trial_sd, margin, items)
     if simulations < 100 or not 0 < alpha < 0.5:
         raise ParameterError(f"simulations must be >= 100 and alpha < 0.5, got {simulations} and {alpha:g}")
+    given = {"effect": effect, "person_sd": person_sd, "trial_sd": trial_sd, "margin": margin, "items": items}
+    sizes = {"participants": tuple(participants) or None, "trials": tuple(trials) or None}
+    values: dict[str, Any] = {key: value for key, value in (given | sizes).items() if value is not None}
+    assumed = replace(design.power[name], **values)
+    method = design.power_method(assumed.kind)
+    _check(assumed)
+    method.check(assumed)
     rng = np.random.default_rng(seed)
     rows: list[Mapping[str, Any]] = []
     whole, done = simulations * sum(assumed.participants) * len(assumed.trials), 0
     progress(TAKING, done, whole)
     for people in assumed.participants:
         for count in assumed.trials:
-            shares = row_of(rng, people, count, assumed, simulations, alpha)
-            rows.append({"participants": people, "trials": count, **shares})
+            row = method.row(rng, StudyBatch(people, count, assumed, simulations, alpha))
+            rows.append({"participants": people, "trials": count, **row})
             done += simulations * people
             progress(TAKING, done, whole)
-    enough = _enough(assumed, alpha, seed, progress)
-    return PowerTable(design, assumed, simulations, seed, alpha, tuple(rows), enough)
+    enough = _enough(method, assumed, alpha, seed, progress)
+    return PowerTable(name, assumed, simulations, seed, alpha, tuple(rows), enough)
 
 
 def _enough(
-    assumed: PowerAssumptions, alpha: float, seed: int, progress: Callable[[str, int, int], None]
+    method: PowerMethod,
+    assumed: PowerAssumptions,
+    alpha: float,
+    seed: int,
+    progress: Callable[[str, int, int], None],
 ) -> dict[int, int | None]:
     """Return from how many participants on equivalence is shown often enough, by trials of each."""
     found: dict[int, int | None] = {}
@@ -175,55 +149,29 @@ def _enough(
         low, high = 0, len(TRIED)
         while low < high:  # more people show more: halved until one is left
             middle = (low + high) // 2
-            shown = equivalence_of(rng, TRIED[middle], trials, assumed, TRIED_SIMULATIONS, alpha)
+            batch = StudyBatch(TRIED[middle], trials, assumed, TRIED_SIMULATIONS, alpha)
+            shown = method.equivalence(rng, batch)
             low, high = (low, middle) if shown >= ENOUGH else (middle + 1, high)
         found[trials] = TRIED[low] if low < len(TRIED) else None
     progress(LOOKING, len(found), len(assumed.trials))
     return found
 
 
-def _replaced(
-    typical: PowerAssumptions,
-    participants: Sequence[int],
-    trials: Sequence[int],
-    effect: float | None,
-    person_sd: float | None,
-    trial_sd: float | None,
-    margin: float | None,
-    items: int | None,
-) -> PowerAssumptions:
-    given = {"effect": effect, "person_sd": person_sd, "trial_sd": trial_sd, "margin": margin, "items": items}
-    values = {name: value for name, value in given.items() if value is not None}
-    made = PowerAssumptions(
-        **{
-            **vars(typical),
-            **values,
-            "participants": tuple(participants) or typical.participants,
-            "trials": tuple(trials) or typical.trials,
-        }
-    )
-    if min(made.participants) < 2:
-        raise ParameterError(f"participants must be 2 or more, got {min(made.participants)}")
-    if max(made.participants) > MOST_PARTICIPANTS:
+def _check(assumed: PowerAssumptions) -> None:
+    """Refuse sizes and spreads that no study has."""
+    if min(assumed.participants) < 2:
+        raise ParameterError(f"participants must be 2 or more, got {min(assumed.participants)}")
+    if max(assumed.participants) > MOST_PARTICIPANTS:
         raise ParameterError(
-            f"participants must be {MOST_PARTICIPANTS} or fewer, got {max(made.participants)}"
+            f"participants must be {MOST_PARTICIPANTS} or fewer, got {max(assumed.participants)}"
         )
-    if not 1 <= min(made.trials) <= max(made.trials) <= MOST_TRIALS:
-        raise ParameterError(f"trials must be from 1 to {MOST_TRIALS}, got {min(made.trials)}")
-    if (made.kind == "strengths") != (2 <= made.items <= 100):
-        raise ParameterError(f"items are those of pairwise comparisons, from 2 to 100, got {made.items}")
+    if not 1 <= min(assumed.trials) <= max(assumed.trials) <= MOST_TRIALS:
+        raise ParameterError(f"trials must be from 1 to {MOST_TRIALS}, got {min(assumed.trials)}")
     for name in ("effect", "person_sd", "trial_sd", "margin"):
-        if not math.isfinite(getattr(made, name)):
-            raise ParameterError(f"{name} must be finite, got {getattr(made, name)}")
-    if made.person_sd < 0 or made.trial_sd < 0 or not made.margin > 0:
+        if not math.isfinite(getattr(assumed, name)):
+            raise ParameterError(f"{name} must be finite, got {getattr(assumed, name)}")
+    if assumed.person_sd < 0 or assumed.trial_sd < 0 or not assumed.margin > 0:
         raise ParameterError(
             "person_sd and trial_sd must be >= 0 and margin > 0, "
-            f"got {made.person_sd:g}, {made.trial_sd:g}, {made.margin:g}"
+            f"got {assumed.person_sd:g}, {assumed.trial_sd:g}, {assumed.margin:g}"
         )
-    if made.kind in ("share", "votes") and not (0 < made.effect < 1 and made.margin < 0.5):
-        raise ParameterError(
-            f"effect must be a share between 0 and 1 and margin below 0.5, got {made.effect:g} and {made.margin:g}"
-        )
-    if made.kind not in ("share", "votes", "strengths") and made.trial_sd == 0:
-        raise ParameterError("trial_sd must be > 0, got 0")
-    return made

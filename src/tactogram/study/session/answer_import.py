@@ -28,7 +28,7 @@ class TableMapping:
         The table's heading of each of our columns, as ``{"participant": "subject", "value": "response"}``. A heading
         that is called as ours needs no entry.
     constants : mapping from str to str
-        What a column holds in every row: ``{"design": "two_area"}``.
+        What a column holds in every row: ``{"question": "which"}``.
     values : mapping from str to mapping
         What a cell means, by our column: ``{"condition": {"0": "recorded", "1": "generated"}}``.
     encoding : str

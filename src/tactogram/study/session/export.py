@@ -38,7 +38,7 @@ DESCRIPTIONS: Mapping[str, str] = {
     "other": "The second stimulus",
     "side": "Where the asked-for stimulus was",
     "answer": "What was answered",
-    "value": "The answer as a number; for a staircase the intensity in dB",
+    "value": "The answer as a number",
     "correct": "Whether the answer was right",
     "scale_low": "Lower end of the scale",
     "scale_high": "Upper end of the scale",
@@ -54,17 +54,9 @@ DESCRIPTIONS: Mapping[str, str] = {
     "token": "Page on which it was asked",
     "step": "Step of the trial",
     "consent_sha256": "Hash of the text that was agreed to",
-    "staircase": "Which staircase",
-    "reversals": "Reversals of the staircase before this trial",
     "practice": "Design that was practised; such an answer does not count",
-    "modulus": "Number that the standard stands for",
-    "expected_bits": "Information that was expected of this pair",
-    "first": "Number of the first of the pair",
-    "second": "Number of the second of the pair",
 }
-
-
-CALLED = ("stimulus", "other", "condition", "other_condition", "staircase")
+KEY_COLUMNS = ("stimulus", "other", "condition", "other_condition")
 """Columns that hold keys, which a study may have names for."""
 
 
@@ -169,7 +161,7 @@ def _readme(study: Study, answers: Answers) -> str:
     simulated = len({row.participant for row in answers if row.simulated})
     people = len(answers.unique("participant")) - simulated
     return (
-        f"{study.title.en or study.title.ja}\n\nA study of the design {study.design.model_dump()['kind']} with "
+        f"{study.title.en or study.title.ja}\n\nA study of the design {study.design.kind} with "
         f"{people} participants and {simulated} simulated participants.\n{study.description.en}\n"
     )
 
@@ -182,8 +174,8 @@ def _sidecar(study: Study, names: Sequence[str], rows: Sequence[Sequence[str]]) 
     }
     called = {key: name.en or name.ja for key, name in study.called.items()}
     for name, values in zip(names, zip(*rows, strict=True), strict=True):
-        facts[name] = {"Description": _column(name)}
-        if called and name in CALLED:
+        facts[name] = {"Description": study.design.columns.get(name) or _column(name)}
+        if called and name in (*KEY_COLUMNS, *study.design.key_columns):
             # Whatever a column holds must be a level; those of practice trials have no name.
             facts[name]["Levels"] = {value: value for value in sorted(set(values)) if value} | called
     facts["rt_ms"]["Units"] = "ms"

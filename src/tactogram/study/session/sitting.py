@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import Any
 
 from tactogram.study.answers import Answer
-from tactogram.study.practice import MARK, TOKEN, practice_answers, practice_page
+from tactogram.study.practice import MARK, TOKEN, practice_answers
 from tactogram.study.questions import AnswerOption, Question
 from tactogram.study.session.device_facts import device_columns
 from tactogram.study.study_file import Study
@@ -53,8 +53,10 @@ def next_page(study: Study, participant: Participant, given: Sequence[PageAnswer
     trials = [
         one for one in given if one.token not in (CONSENT, BEFORE, AFTER) and not one.token.startswith(TOKEN)
     ]
-    if not trials and (page := practice_page(study, participant, given)) is not None:
-        return page
+    if study.practice is not None and not trials:
+        page = study.practice.next_page(study.design, study.setting, participant, practice)
+        if page is not None:
+            return page
     page = study.design.next_page(study.setting, participant, trials)
     if page is not None and study.practice is not None and not trials:
         return study.practice.first_trial(page, study.design, study.setting, participant, practice)

@@ -17,12 +17,13 @@ from tactogram.datasets.ratings.table import read_table
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import atomic_write, write_text
 from tactogram.signal.io.writable import check_writable
+from tactogram.study.analysis.findings import ALPHA, AnalysisSection
 from tactogram.study.analysis.naming import named_answers, named_section
-from tactogram.study.answers import Answers, read_cells
-from tactogram.study.designs.rating.analysis import Targets
-from tactogram.study.planned import ALPHA
+from tactogram.study.answers import Answers, Targets, read_cells
+from tactogram.study.designs import designs, find_design
+from tactogram.study.designs.catalogue import margin_scales
 from tactogram.study.practice import MARK
-from tactogram.study.study_analysis import MARGINS, AnalysisPlan, StudyAnalysis, analyse
+from tactogram.study.study_analysis import AnalysisPlan, StudyAnalysis, analyse
 from tactogram.study.study_file import Study
 from tactogram.study.wording import Language
 from tactogram.workflows.study.answers import open_answers, study_of
@@ -68,8 +69,8 @@ def analyse_study(
     design : str, optional
         Only rows of this design; where the table has no such column, what all its rows are.
     margins : mapping, optional
-        See `study.study_analysis.AnalysisPlan`; instead of those in the study's file. What differs from the file
-        is reported as given afterwards.
+        See `tactogram.study.study_analysis.AnalysisPlan`; instead of those in the study's file. What differs from the
+        file is reported as given afterwards.
     targets : Path, optional
         What ratings are held against: see `targets_of`.
     targets_scale : Scale
@@ -88,8 +89,8 @@ def analyse_study(
     figures : bool
     language : {"en", "ja"}
         Of the names of items and conditions in the report, where the study's file gives names; ``analysis.json`` and
-        ``analysis.txt`` keep the keys. Figures have them where a font with their
-        letters is installed; else English names, or keys.
+        ``analysis.txt`` keep the keys. Figures have them where a font with their letters is installed; else English
+        names, or keys.
 
     Returns
     -------
@@ -120,11 +121,11 @@ def analyse_study(
         "source": str(source),
         "targets": None if targets is None else str(targets),
     }
-    drawn: dict[str, Figure] = {}
+    drawn: list[dict[str, Figure]] = [{} for _ in analysis.sections]
     names = {} if study is None else study.names_in(language)
     if figures:
         drawn = _figures(analysis, answers, names, study)
-    pictures = {f"{name}.png": _png(figure) for name, figure in drawn.items()}
+    pictures = {f"{name}.png": _png(figure) for own in drawn for name, figure in own.items()}
     result["files"] = [JSON_FILE, TEXT_FILE, REPORT_FILE, *pictures]
     result[HASHES] = hashes_of(pictures)
     folder = Path(out)
@@ -136,7 +137,7 @@ def analyse_study(
         with atomic_write(folder / name) as part:
             part.write_bytes(picture)
     taken = StudyData.of(Path(source), answers, study)
-    named = replace(analysis, sections=tuple(named_section(one, names) for one in analysis.sections))
+    named = replace(analysis, sections=tuple(_named(one, names) for one in analysis.sections))
     write_study_report(folder / REPORT_FILE, named, taken, drawn, practice=practice)
     return result | {"out": str(out), "text": analysis.text()}
 
@@ -172,9 +173,8 @@ def _plan(
 
 def _figures(
     analysis: StudyAnalysis, answers: Answers, names: Mapping[str, str], study: Study | None
-) -> dict[str, Figure]:
-    """Return the figures by name, with names whose letters a font has: these, English ones, or keys."""
-    from tactogram.study.analysis.figures import figures_of
+) -> list[dict[str, Figure]]:
+    """Return each section's figures by name, with names whose letters a font has: these, English ones, or keys."""
     from tactogram.study.analysis.lettering import OWN, font_with, letter
 
     drawable, font = {}, OWN
@@ -182,13 +182,17 @@ def _figures(
         if (found := font_with(offered.values())) is not None:
             drawable, font = dict(offered), found
             break
-    drawn: dict[str, Figure] = {}
+    drawn = []
     for section in analysis.sections:
         own = named_answers(answers.where(design=section.design), drawable)
-        drawn.update(figures_of(named_section(section, drawable), own))
-    for figure in drawn.values() if font != OWN else ():
+        drawn.append(find_design(section.design).figures(_named(section, drawable), own))
+    for figure in (one for own_ones in drawn for one in own_ones.values()) if font != OWN else ():
         letter(figure, font)
     return drawn
+
+
+def _named(section: AnalysisSection, names: Mapping[str, str]) -> AnalysisSection:
+    return named_section(section, names, columns=find_design(section.design).key_columns)
 
 
 def margins_of(texts: Sequence[str]) -> dict[str, float]:
@@ -208,19 +212,20 @@ def margins_of(texts: Sequence[str]) -> dict[str, float]:
             found[name] = float(amount)
         except ValueError:
             raise ParameterError(
-                f"a margin must be QUESTION=VALUE, each question once, of {', '.join(MARGINS)} "
-                f"(which=0.1, realism=5), got {text!r}"
+                f"a margin must be QUESTION=VALUE, each question once, of {', '.join(margin_scales())} "
+                f"(as in which=0.1), got {text!r}"
             ) from None
     return found
 
 
 def targets_of(path: Path, *, scale: Scale = SEVEN_POINT) -> Targets:
-    """Return the mean score of each item and word: of a table of ratings, or of answers to a study of words.
+    """Return the mean score of each item and word: of a table of ratings, or of answers to a study.
 
     Parameters
     ----------
     path : Path
-        A table of ratings; a session folder or a table of answers, of which the design ``rating`` is taken.
+        A table of ratings; a session folder or a table of answers, of which those are taken whose design
+        ``gives_targets``.
     scale : Scale
         Of a table of ratings.
 
@@ -244,9 +249,12 @@ def targets_of(path: Path, *, scale: Scale = SEVEN_POINT) -> Targets:
 
 
 def _mean_answers(path: Path) -> Targets:
-    scores = open_answers(path).where(lambda row: row.design == "rating" and math.isfinite(row.value))
+    kinds = [kind for kind, design in designs().items() if design.gives_targets]
+    scores = open_answers(path).where(lambda row: math.isfinite(row.value), design=kinds)
     if not len(scores):
-        raise DataError(f"{path}: must have answers of the design rating to be targets, got none")
+        raise DataError(
+            f"{path}: must have answers of the design {' or '.join(kinds)} to be targets, got none"
+        )
     conditions = scores.unique("condition")
     if len(conditions) > 1:
         raise DataError(f"{path}: targets must be of one condition, got {', '.join(conditions)}")

@@ -6,11 +6,11 @@ import math
 from pathlib import Path
 from typing import Any
 
+from tactogram.errors import ParameterError
 from tactogram.study.analysis.findings import finite, table_lines
-from tactogram.study.designs.staircase import Staircase
-from tactogram.study.designs.staircase.power import typical_trials
-from tactogram.study.planned import MARGINS
-from tactogram.study.power.table import DESIGNS, ENOUGH, TRIED, PowerTable, power_table
+from tactogram.study.designs.catalogue import power_tables
+from tactogram.study.power.methods import PowerMethod
+from tactogram.study.power.table import ENOUGH, TRIED, PowerTable, power_table
 from tactogram.study.study_file import Study, shipped_studies
 
 
@@ -20,38 +20,41 @@ def study_power(design: Path | str, **options: Any) -> dict[str, Any]:
     Parameters
     ----------
     design : str or Path
-        One of `tactogram.study.power.table.DESIGNS`; or a study, shipped or a file, whose design, margin and numbers of
+        Name of a power table, as designs give them; or a study, shipped or a file, whose design, margin and numbers of
         trials and items are taken where nothing else is given.
     **options
         Those of `power_table`.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such table or study, or a number is not one that the table can have.
     """
-    name = str(design)
-    if name not in DESIGNS and (name in shipped_studies() or Path(name).is_file()):
+    name, tables = str(design), power_tables()
+    if name not in tables and (name in shipped_studies() or Path(name).is_file()):
         study = Study.load(name)
-        name = study.design.model_dump()["kind"]
+        if not study.design.power:
+            raise ParameterError(f"{name}: the design {study.design.kind} has no power table")
+        name = next(iter(study.design.power))
         given = {key: value for key, value in options.items() if value is not None and value != ()}
         options = power_options(study) | given
-    found = power_table(name, **options)
+    if name not in tables:
+        raise ParameterError(f"design must be one of {', '.join(tables)}, or a study, got {name!r}")
+    found = power_table(tables[name], name, **options)
     plain: dict[str, Any] = finite(found.as_dict())
-    return plain | {"text": _power_text(found)}
+    return plain | {"text": _power_text(found, tables[name].power_method(found.assumed.kind))}
 
 
 def power_options(study: Study) -> dict[str, Any]:
-    """Return what a study's file says of the options of `power_table`: its margin, alpha, and number of trials."""
-    kind = study.design.model_dump()["kind"]
+    """Return what a study's file says of the options of `power_table`: its alpha, margin, and numbers of trials."""
     options: dict[str, Any] = {"alpha": study.planned.alpha}
-    if margins := [study.planned.values[name] for name in MARGINS[kind] if name in study.planned.values]:
-        options["margin"] = margins[0]
-    if kind in ("two_area", "abx", "pairwise"):
-        options["trials"] = (study.trials,)
-    if isinstance(study.design, Staircase):
-        options["trials"] = (typical_trials(study.design),)
-    if kind == "pairwise":
-        options["items"] = len(study.all_stimuli)
-    return options
+    name = next(iter(study.design.margins), "")
+    if name in study.planned.values:
+        options["margin"] = study.planned.values[name]
+    return options | study.design.power_options(study.setting)
 
 
-def _power_text(found: PowerTable) -> str:
+def _power_text(found: PowerTable, method: PowerMethod) -> str:
     assumed = found.assumed
     error = 2 * math.sqrt(0.05 * 0.95 / found.simulations)
     lines = [
@@ -64,16 +67,10 @@ def _power_text(found: PowerTable) -> str:
     ]
     if assumed.printed:
         lines.append(f"printed_…: {assumed.printed}, which takes answers as independent.")
-    if assumed.kind in ("share", "votes"):
-        lines.append(
-            "exact_…: exact binomial if answers were independent; equivalence 0.000 where it is impossible."
-        )
-    if assumed.kind == "strengths":
-        lines.append(
-            "power: of a pair that differs; type_1: that any pair is shown where none differs; equivalence: of a pair, "
-            "all_equivalent: of all pairs at once."
-        )
-    return "\n".join([*lines, *_errs(found), *_reached(found), "", *table_lines(found.rows)])
+    lines += method.notes()
+    return "\n".join(
+        [*lines, *_errs(found), *_reached(found, of_pairs=method.of_pairs), "", *table_lines(found.rows)]
+    )
 
 
 def _errs(found: PowerTable) -> list[str]:
@@ -90,9 +87,9 @@ def _errs(found: PowerTable) -> list[str]:
     )
 
 
-def _reached(found: PowerTable) -> list[str]:
+def _reached(found: PowerTable, *, of_pairs: bool) -> list[str]:
     """Return how many participants it takes to show equivalence, in a sentence for each number of trials."""
-    margin = f"{'of a pair ' if found.assumed.kind == 'strengths' else ''}within ±{found.assumed.margin:g}"
+    margin = f"{'of a pair ' if of_pairs else ''}within ±{found.assumed.margin:g}"
 
     def each(trials: int) -> str:
         return f"With {trials} trial{'s' if trials > 1 else ''} each"

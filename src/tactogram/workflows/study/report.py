@@ -110,7 +110,7 @@ def write_study_report(
     path: Path,
     analysis: StudyAnalysis,
     taken: StudyData,
-    figures: Mapping[str, Figure],
+    figures: Sequence[Mapping[str, Figure]],
     *,
     practice: bool = False,
 ) -> Path:
@@ -121,8 +121,8 @@ def write_study_report(
     path : Path
     analysis : Analysis
     taken : Taken
-    figures : mapping from str to Figure
-        As `tactogram.study.analysis.figures.figures_of` names them.
+    figures : sequence of mapping from str to Figure
+        Of each section, as its design's ``figures`` returns them.
     practice : bool
         Whether practice trials were analysed.
     """
@@ -134,9 +134,8 @@ def write_study_report(
             "What was found", [*_verdicts(analysis), *(ReportText(line) for line in analysis.plan.lines())]
         )
     ]
-    for said in analysis.sections:
-        own = [figure for name, figure in figures.items() if _belongs(name, said, analysis)]
-        sections.append(ReportSection(said.title, _blocks(said, own)))
+    for said, own in zip(analysis.sections, figures, strict=True):
+        sections.append(ReportSection(said.title, _blocks(said, list(own.values()))))
     sections += [
         ReportSection("Design", _design(taken)),
         ReportSection("Participants", _participants(taken, analysis)),
@@ -265,7 +264,7 @@ def _design(taken: StudyData) -> list[Block]:
         practice = f"{study.practice.trials} trials{', with feedback' if study.practice.feedback else ''}"
     facts: list[tuple[str, Any]] = [
         ("name", study.name),
-        ("design", study.design.model_dump()["kind"]),
+        ("design", study.design.kind),
         ("trials of a participant, at most", str(study.trials)),
         ("stimuli", f"{len(stimuli)}, of which {sum(one.is_simulated for one in stimuli)} simulated"),
         ("conditions", ", ".join(dict.fromkeys(one.condition for one in stimuli if one.condition)) or "one"),
@@ -333,13 +332,6 @@ def _number(text: str) -> float | None:
     except ValueError:
         return None
     return value if math.isfinite(value) else None
-
-
-def _belongs(name: str, said: Said, analysis: StudyAnalysis) -> bool:
-    """Return whether a figure is of a section: its name begins with the design, and ends with the question."""
-    if sum(one.design == said.design for one in analysis.sections) == 1:
-        return name.startswith(said.design)
-    return name == f"{said.design}_{'correct' if said.question == 'which' else said.question}"
 
 
 def _more(count: int) -> str:

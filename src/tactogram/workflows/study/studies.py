@@ -8,6 +8,7 @@ from typing import Any
 
 from tactogram.errors import DataError
 from tactogram.rendering.drive.level import parse_level
+from tactogram.study.designs import designs
 from tactogram.study.study_file import Study, shipped_studies
 from tactogram.study.trials import PresentedStimulus
 from tactogram.workflows.study.stimuli import StudyStimuli
@@ -16,6 +17,19 @@ from tactogram.workflows.study.stimuli import StudyStimuli
 def list_studies() -> dict[str, Any]:
     """Return the studies that come with the package, by name, with what there is to choose by."""
     return {name: _facts(Study.load(path)) for name, path in shipped_studies().items()}
+
+
+def list_designs() -> dict[str, Any]:
+    """Return the designs that a study can have, by kind, with what a margin can be given for and the power tables."""
+    return {
+        kind: {
+            "title": design.title,
+            "question": design.question_text,
+            "margins": {name: scale.unit for name, scale in design.margins.items()},
+            "power": list(design.power),
+        }
+        for kind, design in designs().items()
+    }
 
 
 def check_study(
@@ -64,7 +78,7 @@ def _facts(study: Study) -> dict[str, Any]:
     return {
         "name": study.name,
         "title": study.title.en or study.title.in_language(language),
-        "design": study.design.model_dump()["kind"],
+        "design": study.design.kind,
         "trials": study.trials,
         "stimuli": len(study.all_stimuli),
         "conditions": list(dict.fromkeys(stimulus.condition for stimulus in study.all_stimuli)),

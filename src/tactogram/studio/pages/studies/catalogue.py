@@ -13,7 +13,8 @@ from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.studio.pages.studies.experiment_view import report_of
 from tactogram.studio.workspace.folder import Workspace
-from tactogram.study.planned import MARGINS, margin_text
+from tactogram.study.designs import designs
+from tactogram.study.designs.catalogue import margin_text
 from tactogram.study.session.states import counted
 from tactogram.study.session.store import SessionStore
 from tactogram.study.study_file import shipped_studies
@@ -23,15 +24,6 @@ from tactogram.workflows.study.studies import check_study
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,39}")
 SESSIONS, STUDIES, ANALYSES = "sessions", "studies", "studio/analyses"
 """Folders of the workspace for what is begun, copied and analysed from the page."""
-ASKS: Mapping[str, str] = {
-    "two_area": "Which of two areas is generated, and how real is each?",
-    "rating": "How well does each word fit, in steps?",
-    "evoked": "Which words does an image evoke?",
-    "abx": "Is X the same as A or as B?",
-    "staircase": "How weak may it be and still be felt?",
-    "magnitude": "How strong does it feel, as a number?",
-    "pairwise": "Which of two is preferred?",
-}
 
 
 @dataclass(frozen=True)
@@ -64,7 +56,8 @@ class StudyEntry:
     @property
     def question_text(self) -> str:
         """What is asked, in a sentence."""
-        return ASKS.get(str(self.facts.get("design")), "")
+        design = designs().get(str(self.facts.get("design")))
+        return design.question_text if design else ""
 
     @property
     def line(self) -> str:
@@ -72,7 +65,7 @@ class StudyEntry:
         facts = self.facts
         practice = f", {facts['practice']} of practice" if facts["practice"] else ""
         margins = ", ".join(margin_text(name, value) for name, value in facts["margins"].items())
-        if not margins and facts["design"] in MARGINS:
+        if not margins and designs()[facts["design"]].margins:
             margins = "none, so that nothing can be shown to be equivalent"
         return (
             f"{facts['design']}, up to {facts['trials']} trials{practice}, {facts['stimuli']} stimuli; "

@@ -131,7 +131,7 @@ class ExperimenterPage:
 
     def _about(self) -> None:
         study = self.opened.study
-        kind = study.design.model_dump()["kind"]
+        kind = study.design.kind
         practice = f", {study.practice.trials} of practice" if study.practice else ""
         with ui.element("section").classes("card w-full stack"):
             with ui.row().classes("items-center justify-between w-full"):

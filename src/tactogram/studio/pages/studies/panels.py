@@ -18,9 +18,9 @@ from tactogram.studio.pages.studies.catalogue import (
 )
 from tactogram.studio.workspace.folder import RUN, STORE, Workspace
 from tactogram.study.answers import SUFFIXES
+from tactogram.study.designs import designs
+from tactogram.study.designs.catalogue import power_tables
 
-DESIGNS = ("two_area", "realism", "rating", "evoked", "abx", "staircase", "magnitude", "pairwise")
-"""Of power tables."""
 SIMULATIONS = 2000
 
 
@@ -33,7 +33,8 @@ def power() -> None:
             "put in what a pilot gave."
         ).classes("quiet small")
         with ui.row().classes("items-end gap-4"):
-            design = ui.select(list(DESIGNS), value="two_area", label="Design").props("dense").classes("w-36")
+            tables = list(power_tables())
+            design = ui.select(tables, value=tables[0], label="Design").props("dense").classes("w-36")
             people = ui.input("Participants").props('dense placeholder="10,20"').classes("w-32")
             trials = ui.input("Trials of each").props('dense placeholder="30,90"').classes("w-32")
             effect = ui.number("Effect").props("dense").classes("w-24")
@@ -95,7 +96,7 @@ def analysis(workspace: Workspace, sessions: list[SessionEntry]) -> None:
             ui.expansion("A table of others, other margins").classes("w-full"),
             ui.row().classes("items-end gap-4"),
         ):
-            design = ui.input("Design of its rows").props('dense placeholder="two_area"')
+            design = ui.input("Design of its rows").props(f'dense placeholder="{next(iter(designs()))}"')
             columns = ui.input("Their headings of our columns").props(
                 'dense placeholder="participant=subject"'
             )

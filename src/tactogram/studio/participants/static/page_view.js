@@ -43,7 +43,8 @@ export function showPage({ page, language, sounds, images, stage, draft, send })
   };
   const room = [Math.min(stage.clientWidth, WIDEST_PX) - SIDES_PX, stage.clientHeight];
   const scene = { page, language, sounds, images, changed, room: [room[0], room[1] - AROUND_PX - QUESTION_PX * page.questions.length] };
-  const shown = page.slots.length ? presented(scene) : null;
+  const way = page.slots.length ? presentationOf(page) : "";
+  const shown = way ? PRESENTATIONS[way](scene) : null;
   const matrix = page.questions.length >= ROWS && page.questions.every((one) => IN_ROWS.includes(one.kind) && one.kind === page.questions[0].kind);
   const asked = page.questions.map((question) =>
     questionOf(question, {
@@ -72,7 +73,7 @@ export function showPage({ page, language, sounds, images, stage, draft, send })
     return say(language, `need_${reasons[0]}`);
   }
 
-  const form = make("form", { class: `page kind-${page.kind}${matrix ? " with-matrix" : ""}`, "data-token": page.token, novalidate: true, autocomplete: "off" });
+  const form = make("form", { class: classesOf(page, way, matrix), "data-token": page.token, novalidate: true, autocomplete: "off" });
   form.addEventListener("submit", (event) => {
     event.preventDefault();
     if (sent || performance.now() - began < FIRST_MS || missing() !== null) return;
@@ -98,12 +99,18 @@ export function showPage({ page, language, sounds, images, stage, draft, send })
   return { stop: () => shown?.stop(), hush: () => (shown?.hush ?? shown?.stop)?.() };
 }
 
-function presented(scene) {
-  const { page } = scene;
+const PRESENTATIONS = { areas, intervals, players };
+
+/** Return how stimuli are presented: in two areas to stroke, one after the other, or each by a button. */
+function presentationOf(page) {
   const played = page.slots.every((slot) => slot.played);
-  if (page.layout.area_mm && page.slots.length === 2 && played) return areas(scene);
-  if (page.kind === "staircase") return intervals(scene);
-  return players(scene);
+  if (page.layout.area_mm && page.slots.length === 2 && played) return "areas";
+  return page.layout.presentation === "intervals" ? "intervals" : "players";
+}
+
+function classesOf(page, way, matrix) {
+  const questions = matrix ? ["with-matrix"] : way ? ["with-few"] : [];
+  return ["page", `kind-${page.kind}`, ...(way ? [`presents-${way}`] : []), ...questions].join(" ");
 }
 
 function leadIn(page, language) {

@@ -100,7 +100,7 @@ document.addEventListener("fullscreenchange", () => now.state && showHead());
 function progressOf(page) {
   if (!page.total) return make("span", { class: "progress" });
   const values = { trial: page.trial, total: page.total };
-  const text = say(language(), page.kind === "staircase" && !page.layout.practice ? "trial_at_most" : "trial", values);
+  const text = say(language(), page.layout.at_most && !page.layout.practice ? "trial_at_most" : "trial", values);
   const name = `${page.layout.practice ? say(language(), "practice") : say(language(), "progress")}: ${text}`;
   const bar = make("progress", { value: page.trial - 1, max: page.total, "aria-label": name });
   return make("span", { class: "progress" }, bar, make("span", { text }));

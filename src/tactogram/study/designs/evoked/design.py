@@ -1,26 +1,47 @@
 """Evoked words: whether the sight of an image evokes what each word says.
 
-[1], [2] as in `tactogram.study.designs.word_scales`.
+[1], [2] as in `tactogram.study.designs.word_scales`. Answers: a question per word; ``answer`` is ``evoked`` or
+``not evoked``, ``value`` 1 or 0.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Literal, Self
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, ClassVar, Literal, Self
 
 from pydantic import Field
 
 from tactogram.errors import ParameterError
+from tactogram.study.designs.design import MarginScale
 from tactogram.study.designs.word_scales import WordScales
 from tactogram.study.orders import generator
+from tactogram.study.power.assumptions import EXACT, PowerAssumptions
 from tactogram.study.questions import AnswerOption, Question
 from tactogram.study.stimuli import Stimulus
-from tactogram.study.trials import DesignContext, PageQuestion, Participant
+from tactogram.study.trials import DesignContext, Page, PageQuestion, Participant
 from tactogram.study.wording import Wording
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-class Evoked(WordScales):
+    from tactogram.study.analysis.findings import AnalysisSection
+    from tactogram.study.answers import Answers
+    from tactogram.study.simulated_participants import SimulatedParticipant
+    from tactogram.study.study_analysis import AnalysisPlan
+
+
+class EvokedWords(WordScales):
     """Whether the sight of an image evokes what each word says; images come in sets, each judged by some people."""
+
+    title: ClassVar[str] = "Evoked words"
+    question_text: ClassVar[str] = "Which words does an image evoke?"
+    margins: ClassVar[Mapping[str, MarginScale]] = {"evoked": MarginScale("of the share of words")}
+    power: ClassVar[Mapping[str, PowerAssumptions]] = {
+        "evoked": PowerAssumptions(
+            "votes", 0.7, "share of people in whom it is evoked", 0.5, 0.0, 0.2,
+            (10, 20, 30, 60), (1,), "answers of each participant to an image and word", EXACT,
+        )
+    }  # fmt: skip
 
     kind: Literal["evoked"] = "evoked"
     set_size: int = Field(default=80, ge=1)
@@ -47,14 +68,35 @@ class Evoked(WordScales):
                 f"sets must be at most {count}, the number of sets there are, got {self.sets}"
             )
 
-    def for_practice(self, names: Sequence[str]) -> Self:
+    def practice_design(self, names: Sequence[str]) -> Self:
         """Return it with one set: there are few images to practise on."""
         return self.model_copy(update={"sets": 1})
+
+    @classmethod
+    def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
+        """Return the share of participants in whom each image evoked each word."""
+        from tactogram.study.designs.evoked.analysis import analyse_evoked
+
+        return [analyse_evoked(answers, margin=plan.margins.get("evoked"))]
+
+    @classmethod
+    def figures(cls, section: AnalysisSection, answers: Answers) -> dict[str, Figure]:
+        """Return the shares, words by images."""
+        from tactogram.study.designs.evoked.figures import evoked_figure
+
+        return {"evoked": evoked_figure(section)}
+
+    @classmethod
+    def simulated_answer(cls, page: Page, asked: PageQuestion, one: SimulatedParticipant) -> str:
+        """Return whether an image evokes a word: what is typical of both, the effect, and the participant's bias."""
+        likely = one.yes(one.typical(asked) + one.shift(asked) + one.bias / 2)
+        return "evoked" if likely else "not evoked"
 
     def _set_count(self, setting: DesignContext) -> int:
         return -(-len(setting.stimuli) // self.set_size)
 
-    def _stimuli(self, setting: DesignContext, participant: Participant) -> Sequence[Stimulus]:
+    def stimuli_of(self, setting: DesignContext, participant: Participant) -> Sequence[Stimulus]:
+        """Return the images of a participant's sets."""
         # Which images make a set is drawn once for the study; which sets come, follows the participant's number.
         count = self._set_count(setting)
         drawn = generator(setting.seed, 0, "sets").permutation(len(setting.stimuli))
@@ -62,10 +104,11 @@ class Evoked(WordScales):
         own = [(first + i) % count for i in range(self.sets)]
         return [setting.stimuli[i] for s in own for i in drawn[s * self.set_size : (s + 1) * self.set_size]]
 
-    def _asked(self, word: str, stimulus: Stimulus) -> PageQuestion:
+    def asked_of(self, word: str, stimulus: Stimulus) -> PageQuestion:
+        """Return the question about one word."""
         question = Question(
             id=word,
-            text=self._word_text(word),
+            text=self.word_text(word),
             kind="choice",
             options=(
                 AnswerOption(value="evoked", text=self.evoked),

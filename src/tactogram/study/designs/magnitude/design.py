@@ -1,18 +1,23 @@
 """Magnitude estimation: a number for how strong something feels, in proportion.
 
 S. S. Stevens, "On the psychophysical law", Psychol. Rev. 64, 153-181 (1957).
+
+Answers to the question ``magnitude``: ``value`` is the number given.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Literal
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pydantic import Field
 
 from tactogram.errors import ParameterError
-from tactogram.study.designs.design import Design
-from tactogram.study.orders import ordered
+from tactogram.study.designs.design import MarginScale
+from tactogram.study.designs.single_stimulus import SingleStimulus
+from tactogram.study.power.assumptions import PowerAssumptions
 from tactogram.study.questions import Question
 from tactogram.study.stimuli import Stimulus
 from tactogram.study.trials import (
@@ -22,16 +27,34 @@ from tactogram.study.trials import (
     PageQuestion,
     Participant,
     PresentedStimulus,
-    Slot,
 )
 from tactogram.study.wording import Wording
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from tactogram.study.analysis.findings import AnalysisSection
+    from tactogram.study.answers import Answers
+    from tactogram.study.simulated_participants import SimulatedParticipant
+    from tactogram.study.study_analysis import AnalysisPlan
 
 SMALLEST = 1e-9
 """Smallest number that is taken: magnitudes are ratios, so 0 is none."""
 
 
-class MagnitudeEstimation(Design):
+class MagnitudeEstimation(SingleStimulus):
     """Values of a magnitude estimation."""
+
+    title: ClassVar[str] = "Magnitude estimation"
+    question_text: ClassVar[str] = "How strong does it feel, as a number?"
+    margins: ClassVar[Mapping[str, MarginScale]] = {"magnitude": MarginScale("of the exponent")}
+    power: ClassVar[Mapping[str, PowerAssumptions]] = {
+        "magnitude": PowerAssumptions(
+            "slopes", 0.1, "of the exponent from 1 (trial_sd: of log estimates)", 0.15, 0.3, 0.1,
+            (8, 16), (3, 6), "estimates of each of five intensities over a factor of 16", "t of slopes",
+        )
+    }  # fmt: skip
+    columns: ClassVar[Mapping[str, str]] = {"modulus": "Number that the standard stands for"}
 
     kind: Literal["magnitude"] = "magnitude"
     standard: str = ""
@@ -53,49 +76,71 @@ class MagnitudeEstimation(Design):
         names = [stimulus.name for stimulus in setting.stimuli]
         if self.standard and self.standard not in names:
             raise ParameterError(f"standard must be one of {', '.join(names)}, got {self.standard!r}")
-        if not self._judged(setting):
+        if not self._estimated(setting):
             raise ParameterError("magnitude needs a stimulus besides its standard, got none")
 
-    def total(self, setting: DesignContext) -> int:
-        """Return repeats times stimuli."""
-        return self.repeats * len(self._judged(setting))
+    def stimuli_of(self, setting: DesignContext, participant: Participant) -> Sequence[Stimulus]:
+        """Return all stimuli but the standard."""
+        return self._estimated(setting)
 
     def next_page(
         self, setting: DesignContext, participant: Participant, given: Sequence[PageAnswers]
     ) -> Page | None:
-        """Return the page of the next stimulus."""
-        judged = self._judged(setting)
-        if len(given) == self.repeats * len(judged):
-            return None
-        rule, seed, number = setting.order, setting.seed, participant.number
-        order = ordered(range(len(judged)), rule=rule, repeats=self.repeats, seed=seed, participant=number)
-        trial = len(given) + 1
-        block, repeat, which = order[trial - 1]
-        stimulus = judged[which]
-        standard = next((s for s in setting.stimuli if s.name == self.standard), None)
-        slot: Slot = "B" if standard else ""
-        shown = PresentedStimulus(slot, stimulus)
-        question = Question(id="magnitude", text=self.magnitude, kind="number", low=SMALLEST)
-        return Page(
-            token=f"trial-{trial}.1",
-            kind=self.kind,
-            trial=trial,
-            block=block,
-            repeat=repeat,
-            total=len(order),
-            presented=(PresentedStimulus("A", standard), shown) if standard else (shown,),
-            text=self.with_standard.filled(modulus=f"{self.modulus:g}") if standard else self.instructions,
-            asked=(
-                PageQuestion(
-                    question,
-                    stimulus=stimulus.item,
-                    condition=stimulus.condition,
-                    other=standard.item if standard else "",
-                    other_condition=standard.condition if standard else "",
-                ),
-            ),
-            more={"modulus": f"{self.modulus:g}"} if standard else {},
+        """Return the page of the next stimulus, beside the standard where there is one."""
+        page = super().next_page(setting, participant, given)
+        standard = self._standard(setting)
+        if page is None or standard is None:
+            return page
+        return replace(
+            page,
+            presented=(PresentedStimulus("A", standard), PresentedStimulus("B", page.presented[0].stimulus)),
+            text=self.with_standard.filled(modulus=f"{self.modulus:g}"),
+            more={"modulus": f"{self.modulus:g}"},
         )
 
-    def _judged(self, setting: DesignContext) -> list[Stimulus]:
+    def asked_about(
+        self, stimulus: Stimulus, *, setting: DesignContext, participant: Participant, trial: int
+    ) -> tuple[PageQuestion, ...]:
+        """Return the question for a number."""
+        standard = self._standard(setting)
+        asked = PageQuestion(
+            Question(id="magnitude", text=self.magnitude, kind="number", low=SMALLEST),
+            stimulus=stimulus.item,
+            condition=stimulus.condition,
+            other=standard.item if standard else "",
+            other_condition=standard.condition if standard else "",
+        )
+        return (asked,)
+
+    @classmethod
+    def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
+        """Return geometric means, and Stevens' exponent where intensities are known."""
+        from tactogram.study.designs.magnitude.analysis import analyse_magnitude
+
+        return [analyse_magnitude(answers, margin=plan.margins.get("magnitude"))]
+
+    @classmethod
+    def figures(cls, section: AnalysisSection, answers: Answers) -> dict[str, Figure]:
+        """Return the geometric means over intensity."""
+        from tactogram.study.designs.magnitude.figures import magnitude_figure
+
+        return {"magnitude": magnitude_figure(section)}
+
+    @classmethod
+    def simulated_answer(cls, page: Page, asked: PageQuestion, one: SimulatedParticipant) -> str:
+        """Return a number that grows with intensity by the participant's own power law."""
+        return one.number(asked, one.exponent * _log_intensity(page))
+
+    def _standard(self, setting: DesignContext) -> Stimulus | None:
+        return next((stimulus for stimulus in setting.stimuli if stimulus.name == self.standard), None)
+
+    def _estimated(self, setting: DesignContext) -> list[Stimulus]:
         return [stimulus for stimulus in setting.stimuli if stimulus.name != self.standard]
+
+
+def _log_intensity(page: Page) -> float:
+    """Return log10 of the intensity of what is estimated on a page, 0 where the level does not say."""
+    judged = page.presented[-1]
+    kind, _, number = (judged.stimulus.level if judged.stimulus else "").partition("=")
+    known = math.log10(float(number)) if kind in ("gain", "peak") else 0.0
+    return known + judged.gain_db / 20

@@ -5,20 +5,24 @@ Terry, Biometrika 39, 324-345, 1952). Utilities have a normal prior; the posteri
 (Laplace). The expected information of a pair is that between its answer and the difference of utilities (D. V. Lindley,
 "On a measure of the information provided by an experiment", Ann. Math. Stat. 27, 986-1005, 1956), in bits, by
 Gauss-Hermite quadrature. Chosen so from the answers of one participant alone.
+
+Answers to the question ``preferred``: ``stimulus`` and ``other`` are the pair, ``side`` is where ``stimulus`` was;
+``answer`` is A or B, ``value`` 1 if ``stimulus`` was chosen, else 0.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
-from typing import Literal
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from tactogram.errors import ParameterError
-from tactogram.study.designs.design import Design, ab_question
+from tactogram.study.designs.design import Design, MarginScale, ab_question
 from tactogram.study.orders import generator, ordered
+from tactogram.study.power.assumptions import PowerAssumptions
 from tactogram.study.trials import (
     DesignContext,
     Page,
@@ -29,6 +33,15 @@ from tactogram.study.trials import (
 )
 from tactogram.study.wording import Wording
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from tactogram.study.analysis.findings import AnalysisSection
+    from tactogram.study.answers import Answers
+    from tactogram.study.power.methods import PowerMethod
+    from tactogram.study.simulated_participants import SimulatedParticipant
+    from tactogram.study.study_analysis import AnalysisPlan
+
 NODES, WEIGHTS = np.polynomial.hermite_e.hermegauss(61)
 """61 nodes give the expected information to 2e-6 bits for differences of sd up to 3."""
 Comparison = tuple[int, int]
@@ -36,6 +49,22 @@ Comparison = tuple[int, int]
 
 class PairwiseComparison(Design):
     """Values of a test by pairs."""
+
+    title: ClassVar[str] = "Pairwise preference"
+    question_text: ClassVar[str] = "Which of two is preferred?"
+    margins: ClassVar[Mapping[str, MarginScale]] = {"preference": MarginScale("of log strengths")}
+    power: ClassVar[Mapping[str, PowerAssumptions]] = {
+        "pairwise": PowerAssumptions(
+            "strengths", 0.7, "log strength of one item above the others", 0.5, 0.0, 0.7,
+            (20, 40, 80), (30, 60), "comparisons of each participant, over all pairs",
+            "Bradley-Terry by participant, Holm", items=6,
+        )
+    }  # fmt: skip
+    columns: ClassVar[Mapping[str, str]] = {
+        "expected_bits": "Information that was expected of this pair",
+        "first": "Number of the first of the pair",
+        "second": "Number of the second of the pair",
+    }
 
     kind: Literal["pairwise"] = "pairwise"
     choice: Literal["informative", "listed"] = "informative"
@@ -94,6 +123,38 @@ class PairwiseComparison(Design):
             more={"first": str(first), "second": str(second)}
             | ({} if information is None else {"expected_bits": f"{information:.4f}"}),
         )
+
+    @classmethod
+    def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
+        """Return the strength of each item, and of every two which is preferred."""
+        from tactogram.study.designs.pairwise.analysis import analyse_preference
+
+        return [analyse_preference(answers, margin=plan.margins.get("preference"))]
+
+    @classmethod
+    def figures(cls, section: AnalysisSection, answers: Answers) -> dict[str, Figure]:
+        """Return the strengths."""
+        from tactogram.study.designs.pairwise.figures import preference_figure
+
+        return {"pairwise": preference_figure(section)}
+
+    @classmethod
+    def power_method(cls, kind: str) -> PowerMethod:
+        """Return that of strengths."""
+        from tactogram.study.designs.pairwise.power import Strengths
+
+        return Strengths()
+
+    def power_options(self, setting: DesignContext) -> dict[str, Any]:
+        """Return the numbers of comparisons and items."""
+        return {"trials": (self.total(setting),), "items": len(setting.stimuli)}
+
+    @classmethod
+    def simulated_answer(cls, page: Page, asked: PageQuestion, one: SimulatedParticipant) -> str:
+        """Return the item that a participant prefers, by the difference of their own strengths."""
+        gap = one.strength(asked.stimulus, asked.condition)
+        gap -= one.strength(asked.other, asked.other_condition)
+        return asked.side if one.yes(gap) else one.other_option(asked, asked.side)
 
     def _sides(self, setting: DesignContext, participant: Participant) -> list[str]:
         """Return where the first of the pair of each trial is: drawn, whatever was answered."""

@@ -1,4 +1,4 @@
-"""Many studies of pairwise preference at once: how often strengths are shown to differ, or to be as good as equal.
+"""Power of pairwise preferences: how often strengths are shown to differ, or to be equivalent, in many studies.
 
 What is said is what `strengths_by_participant` and Holm's correction say. But no table is made of each participant, who
 answers about few of the many pairs: the jackknife's equations are solved by conjugate gradients, preconditioned with
@@ -17,7 +17,10 @@ from numpy.typing import NDArray
 from scipy import special, stats
 from scipy.sparse.linalg import LinearOperator, cg
 
+from tactogram.errors import ParameterError
 from tactogram.study.analysis.bradley_terry import bradley_terry, curvature, gap_errors
+from tactogram.study.power.assumptions import PowerAssumptions
+from tactogram.study.power.methods import PowerMethod, StudyBatch, Truths
 
 Numbers = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -25,6 +28,50 @@ AT_ONCE = 400_000
 """Numbers that are held at the same time, of participants and of tables of items: what a processor's cache takes."""
 SOLVED = 1e-7
 """Residual of the jackknife's equations, as a share of what it began with."""
+
+
+class Strengths(PowerMethod):
+    """Strengths of items by participant, with Holm's correction over all pairs."""
+
+    of_pairs = True
+
+    def shares(self, rng: np.random.Generator, batch: StudyBatch, truths: Truths) -> dict[str, float]:
+        """Return power of pairs that differ; with ``type_1`` that any pair is shown, and equivalence."""
+        found: dict[str, float] = {}
+        assumed = batch.assumed
+        for name, truth in truths.items():
+            parts = [
+                shown_and_equal(gaps, errors, people=batch.people, margin=assumed.margin, alpha=batch.alpha)
+                for gaps, errors in simulated_preferences(
+                    batch.people,
+                    batch.trials,
+                    items=assumed.items,
+                    effect=truth,
+                    person_sd=assumed.person_sd,
+                    studies=batch.simulations,
+                    rng=rng,
+                )
+            ]
+            shown, equal = (np.concatenate([part[k] for part in parts]) for k in (0, 1))
+            if name == "power":
+                found[name] = float(shown[:, : assumed.items - 1].mean())
+            else:
+                found[name] = float(shown.any(1).mean())
+                found["equivalence"] = float(equal.mean())
+                found["all_equivalent"] = float(equal.all(1).mean())
+        return found
+
+    def check(self, assumed: PowerAssumptions) -> None:
+        """Refuse too few or too many items."""
+        if not 2 <= assumed.items <= 100:
+            raise ParameterError(f"items must be from 2 to 100, got {assumed.items}")
+
+    def notes(self) -> list[str]:
+        """Return what the shares are of."""
+        return [
+            "power: of a pair that differs; type_1: that any pair is shown where none differs; equivalence: of a pair, "
+            "all_equivalent: of all pairs at once."
+        ]
 
 
 @dataclass(frozen=True)

@@ -1,3 +1,3 @@
 """Ratings: words on scales of steps."""
 
-from tactogram.study.designs.rating.design import Rating as Rating
+from tactogram.study.designs.rating.design import WordRating as WordRating

@@ -33,11 +33,9 @@ from tactogram.study.analysis.findings import AnalysisSection, Finding, answered
 from tactogram.study.analysis.item_contrasts import item_contrasts
 from tactogram.study.analysis.ordinal import ordinal_findings
 from tactogram.study.analysis.paired import holm_paired
-from tactogram.study.answers import Answers
+from tactogram.study.answers import Answers, Targets
 
 Numbers = NDArray[np.float64]
-Targets = Mapping[str, Mapping[str, float]]
-"""Of each stimulus, the score of each word that answers are held against."""
 
 
 @dataclass(frozen=True)

@@ -1,24 +1,46 @@
 """Ratings: each of several words on a scale of steps, felt with or without an image in the line of sight.
 
-[1], [2] as in `tactogram.study.designs.word_scales`.
+[1], [2] as in `tactogram.study.designs.word_scales`. Answers: a question per word, whose ``value`` is the step.
 """
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from pydantic import Field
 
 from tactogram.errors import ParameterError
+from tactogram.study.designs.design import MarginScale
 from tactogram.study.designs.word_scales import WordScales
+from tactogram.study.power.assumptions import PowerAssumptions
 from tactogram.study.questions import Question
 from tactogram.study.stimuli import Stimulus
 from tactogram.study.trials import DesignContext, PageQuestion
 from tactogram.study.wording import Wording
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-class Rating(WordScales):
+    from tactogram.study.analysis.findings import AnalysisSection
+    from tactogram.study.answers import Answers
+    from tactogram.study.study_analysis import AnalysisPlan
+
+
+class WordRating(WordScales):
     """Words on a scale of steps, felt with or without an image in the line of sight."""
+
+    title: ClassVar[str] = "Ratings"
+    question_text: ClassVar[str] = "How well does each word fit, in steps?"
+    gives_targets: ClassVar[bool] = True
+    margins: ClassVar[Mapping[str, MarginScale]] = {"rating": MarginScale("points")}
+    power: ClassVar[Mapping[str, PowerAssumptions]] = {
+        "rating": PowerAssumptions(
+            "ranks", 0.2, "points of mean absolute error between conditions", 0.2, 0.9, 0.2,
+            (10, 20), (12, 120), "scores of each participant and condition", "Wilcoxon signed ranks",
+            "Student's t of all scores", level_sd=0.3,
+        )
+    }  # fmt: skip
 
     kind: Literal["rating"] = "rating"
     low: int = 1
@@ -38,13 +60,38 @@ class Rating(WordScales):
         if self.low >= self.high:
             raise ParameterError(f"rating needs low < high, got {self.low} and {self.high}")
 
-    def _layout(self) -> dict[str, Any]:
+    @classmethod
+    def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
+        """Return the errors of scores to the plan's targets, or the scores, under each condition."""
+        from tactogram.study.designs.rating.analysis import analyse_words
+
+        return [
+            analyse_words(
+                answers,
+                rng=plan.generator(),
+                targets=plan.targets,
+                reference=plan.reference,
+                margin=plan.margins.get("rating"),
+                draws=plan.draws,
+            )
+        ]
+
+    @classmethod
+    def figures(cls, section: AnalysisSection, answers: Answers) -> dict[str, Figure]:
+        """Return the mean of each condition, and of each word under each."""
+        from tactogram.study.designs.rating.figures import conditions_figure, words_figure
+
+        return {"rating_conditions": conditions_figure(section), "rating_words": words_figure(section)}
+
+    def layout(self) -> dict[str, Any]:
+        """Return the size of images."""
         return {"image_mm": self.image_mm}
 
-    def _asked(self, word: str, stimulus: Stimulus) -> PageQuestion:
+    def asked_of(self, word: str, stimulus: Stimulus) -> PageQuestion:
+        """Return the question about one word."""
         question = Question(
             id=word,
-            text=self._word_text(word),
+            text=self.word_text(word),
             kind="steps",
             low=self.low,
             high=self.high,

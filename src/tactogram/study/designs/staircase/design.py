@@ -2,20 +2,24 @@
 
 H. Levitt, "Transformed up-down methods in psychoacoustics", J. Acoust. Soc. Am. 49, 467-477 (1971): with 1 up and n
 down the intensity settles where p**n = 1/2: 70.7 % correct for 2 down, 79.4 % for 3 down.
+
+Answers to the question ``which``: ``condition`` is the staircase; ``side`` and ``answer`` are A or B; ``value`` is the
+intensity in dB above the level, ``correct`` the outcome; the further column ``reversals`` counts those before it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError
-from tactogram.study.designs.design import Design, ab_question
+from tactogram.study.designs.design import Design, MarginScale, ab_question
 from tactogram.study.orders import generator
+from tactogram.study.power.assumptions import PowerAssumptions
 from tactogram.study.stimuli import Stimulus
 from tactogram.study.trials import (
     DesignContext,
@@ -26,6 +30,15 @@ from tactogram.study.trials import (
     PresentedStimulus,
 )
 from tactogram.study.wording import Wording
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from tactogram.study.analysis.findings import AnalysisSection
+    from tactogram.study.answers import Answers
+    from tactogram.study.power.methods import PowerMethod
+    from tactogram.study.simulated_participants import SimulatedParticipant
+    from tactogram.study.study_analysis import AnalysisPlan
 
 
 @dataclass(frozen=True)
@@ -55,7 +68,25 @@ class StaircaseTrack:
 class Staircase(Design):
     """Values of a 2AFC staircase; one for each target, mixed at random."""
 
+    title: ClassVar[str] = "Staircases"
+    question_text: ClassVar[str] = "How weak may it be and still be felt?"
     has_right_answers: ClassVar[bool] = True
+    margins: ClassVar[Mapping[str, MarginScale]] = {"staircase": MarginScale("dB")}
+    power: ClassVar[Mapping[str, PowerAssumptions]] = {
+        "staircase": PowerAssumptions(
+            "staircases", 3.0,
+            "dB between two thresholds (trial_sd: slope of logistic functions, per dB)", 2.0, 0.5, 3.0,
+            (6, 12), (40, 80), "trials of each staircase", "paired t of thresholds by reversals",
+        )
+    }  # fmt: skip
+    """person_sd is of people's differences."""
+    columns: ClassVar[Mapping[str, str]] = {
+        "value": "The intensity in dB",
+        "staircase": "Which staircase",
+        "reversals": "Reversals of the staircase before this trial",
+    }
+    key_columns: ClassVar[tuple[str, ...]] = ("staircase",)
+
     kind: Literal["staircase"] = "staircase"
     standard: str = ""
     """Name of the stimulus beside each target; "" is silence, and what is found a detection threshold."""
@@ -107,7 +138,7 @@ class Staircase(Design):
     ) -> Page | None:
         """Return the next trial of one of the staircases that have not ended."""
         targets = self._targets(setting)
-        tracks = {target.name: StaircaseTrack(self.start_db) for target in targets}
+        tracks = {target.name: self.start() for target in targets}
         # Drawn at once: the draws of a trial depend on its number alone.
         draws = generator(setting.seed, participant.number, "staircase").random((self.total(setting), 2))
         going = [target for target in targets if not self.ended(tracks[target.name])]
@@ -121,6 +152,47 @@ class Staircase(Design):
             return None
         target, side = _drawn(going, draws[len(given)])
         return self._page(setting, target, side, tracks[target.name], len(given) + 1)
+
+    @classmethod
+    def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
+        """Return the thresholds, of each participant and over all."""
+        from tactogram.study.designs.staircase.analysis import analyse_staircases
+
+        margin = plan.margins.get("staircase")
+        return [analyse_staircases(answers, rng=plan.generator(), margin=margin, draws=plan.fits)]
+
+    @classmethod
+    def figures(cls, section: AnalysisSection, answers: Answers) -> dict[str, Figure]:
+        """Return the tracks of each staircase, with the thresholds."""
+        from tactogram.study.designs.staircase.figures import staircase_figure
+
+        return {"staircase": staircase_figure(section, answers)}
+
+    @classmethod
+    def power_method(cls, kind: str) -> PowerMethod:
+        """Return that of staircases."""
+        from tactogram.study.designs.staircase.power import Staircases
+
+        return Staircases()
+
+    def power_options(self, setting: DesignContext) -> dict[str, Any]:
+        """Return the trials after which a staircase typically ends."""
+        from tactogram.study.designs.staircase.power import typical_trials
+
+        return {"trials": (typical_trials(self),)}
+
+    @classmethod
+    def simulated_share(cls, page: Page, one: SimulatedParticipant) -> float:
+        """Return the share correct at the intensity of a trial: a cumulative normal above guessing, with lapses."""
+        from scipy.special import ndtr
+
+        asked = page.asked[0]
+        above = asked.values["A"] - one.threshold_db - one.shift(asked)
+        return float(0.5 + (0.5 - one.effect.lapse) * ndtr(above / one.effect.spread_db))
+
+    def start(self) -> StaircaseTrack:
+        """Return a staircase before its first trial."""
+        return StaircaseTrack(self.start_db)
 
     def ended(self, track: StaircaseTrack) -> bool:
         """Return whether a staircase is at its end."""
@@ -170,6 +242,7 @@ class Staircase(Design):
             text=self.instructions,
             asked=(asked,),
             more={"staircase": target.name, "reversals": str(len(track.reversals))},
+            layout={"presentation": "intervals", "at_most": True},
         )
 
 

@@ -1,17 +1,42 @@
-"""Many staircases of simulated participants at once: how well reversals find a threshold in so many trials."""
+"""Power of staircases: many of simulated participants at once, and how well reversals find a threshold."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
+from scipy import special, stats
 
-from tactogram.study.designs.staircase import Staircase, StaircaseTrack
+from tactogram.study.power.methods import PowerMethod, StudyBatch, Truths, within_ps
+
+if TYPE_CHECKING:
+    from tactogram.study.designs.staircase.design import Staircase
 
 Numbers = NDArray[np.float64]
 STEPS_DB = (8.0, 4.0, 2.0)
 BELOW_START_DB = 20.0
 """Where a typical observer's function has its middle, as the tables assume it."""
+
+
+class Staircases(PowerMethod):
+    """Paired differences of two thresholds by reversals."""
+
+    def shares(self, rng: np.random.Generator, batch: StudyBatch, truths: Truths) -> dict[str, float]:
+        """Return power of the paired difference; with ``type_1`` the error of a threshold, dB."""
+        found: dict[str, float] = {}
+        for name, truth in truths.items():
+            level = rng.normal(-BELOW_START_DB, 4.0, batch.shape)
+            gaps = rng.normal(truth, batch.assumed.person_sd, level.shape)
+            both = np.stack([level, level + gaps], -1)
+            thresholds = simulated_thresholds(both, batch.trials, slope=batch.assumed.trial_sd, rng=rng)
+            got = thresholds[..., 1] - thresholds[..., 0]
+            p = np.asarray(stats.ttest_1samp(got, 0.0, axis=1).pvalue)
+            found[name] = float((p < batch.alpha).mean())
+            if name == "type_1":
+                found["equivalence"] = float((within_ps(got, batch.assumed.margin) < batch.alpha).mean())
+                found["threshold_error_db"] = float((thresholds - both).std())
+        return found
 
 
 def simulated_thresholds(
@@ -78,7 +103,7 @@ def typical_trials(design: Staircase, *, slope: float = 0.5, observers: int = 20
     rng = np.random.default_rng(seed)
     middle, trials = design.start_db - BELOW_START_DB, []
     for _ in range(observers):
-        track = StaircaseTrack(design.start_db)
+        track = design.start()
         while not design.ended(track):
             right = rng.random() < 0.5 + 0.5 * special.expit(slope * (track.intensity - middle))
             track = design.after(track, correct=bool(right))

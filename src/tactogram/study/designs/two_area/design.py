@@ -4,18 +4,23 @@ The experiment of Saga, Agatsuma, Vasilache and Takahashi, "Machine Learning-bas
 Vibrotactile Information" (Sec. IV-A), by the method of Ujitoko et al.: "Either tactile sensation derived from training
 data or the generated data is presented in A or B"; a target moves at 500 mm/s and the finger follows; after that the
 real texture is stroked and a 100 mm visual analogue scale is marked for each. Ten trials for each of nine textures.
+
+Answers to the question ``which``: ``stimulus`` and ``condition`` are the version asked for, ``other`` is the same
+texture in the other version; ``side`` and ``answer`` are A or B; ``value`` is 1 if correct, else 0. To ``realism``: the
+version that is rated; ``value`` is the mark in mm, ``side`` where it was.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import ClassVar, Literal
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from tactogram.errors import ParameterError
-from tactogram.study.designs.design import Design, ab_question, pairs_by_item
+from tactogram.errors import DataError, ParameterError
+from tactogram.study.designs.design import Design, MarginScale, ab_question, pairs_by_item
 from tactogram.study.orders import balanced_sides, generator, ordered
+from tactogram.study.power.assumptions import EXACT, GEE, PowerAssumptions
 from tactogram.study.questions import Question
 from tactogram.study.stimuli import Stimulus
 from tactogram.study.trials import (
@@ -29,11 +34,39 @@ from tactogram.study.trials import (
 )
 from tactogram.study.wording import Wording
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from tactogram.study.analysis.findings import AnalysisSection
+    from tactogram.study.answers import Answers
+    from tactogram.study.study_analysis import AnalysisPlan
+
+WHICH, REALISM = "which", "realism"
+"""Its questions."""
+
 
 class TwoArea(Design):
     """Values of a two-area test; the defaults are those of the paper."""
 
+    title: ClassVar[str] = "Two areas"
+    question_text: ClassVar[str] = "Which of two areas is generated, and how real is each?"
     has_right_answers: ClassVar[bool] = True
+    margins: ClassVar[Mapping[str, MarginScale]] = {
+        WHICH: MarginScale("of the share correct", below=0.5),
+        REALISM: MarginScale("mm"),
+    }
+    power: ClassVar[Mapping[str, PowerAssumptions]] = {
+        "two_area": PowerAssumptions(
+            "share", 0.6, "share correct of a typical participant (person_sd: of logits)", 0.4, 0.0, 0.1,
+            (10, 20), (10, 30, 90), "answers of each participant", GEE, EXACT,
+        ),
+        REALISM: PowerAssumptions(
+            "means", 5.0, "mm between conditions", 5.0, 15.0, 5.0,
+            (10, 20), (10, 90), "marks of each participant and condition", "paired t",
+            "Student's t of all marks", level_sd=10.0,
+        ),
+    }  # fmt: skip
+
     kind: Literal["two_area"] = "two_area"
     asked_for: str = "generated"
     """The condition that is to be found."""
@@ -115,6 +148,48 @@ class TwoArea(Design):
             },
         )
 
+    @classmethod
+    def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
+        """Return the share correct, and the difference of the marks for realism.
+
+        Raises
+        ------
+        DataError
+            If answers are to another question, or realism was not marked in two conditions by two participants.
+        """
+        from tactogram.statistics.shares import d_prime_2afc
+        from tactogram.study.analysis.discrimination import analyse_discrimination
+        from tactogram.study.designs.two_area.realism import analyse_realism
+
+        sections = []
+        for question, rows in answers.by("question").items():
+            margin = plan.margins.get(question)
+            if question == WHICH:
+                sections.append(
+                    analyse_discrimination(
+                        rows, title="Which is generated?", d_prime=d_prime_2afc, margin=margin, printed=True
+                    )
+                )
+            elif question == REALISM:
+                sections.append(analyse_realism(rows, margin=margin))
+            else:
+                raise DataError(f"two_area: question must be {WHICH} or {REALISM}, got {question!r}")
+        return sections
+
+    @classmethod
+    def figures(cls, section: AnalysisSection, answers: Answers) -> dict[str, Figure]:
+        """Return the shares correct as in Fig. 12 of the paper, or the marks as in Fig. 13."""
+        from tactogram.study.analysis.figures import correct_figure
+        from tactogram.study.designs.two_area.figures import realism_figure
+
+        if section.question == WHICH:
+            return {"two_area_correct": correct_figure(section)}
+        return {"two_area_realism": realism_figure(section)}
+
+    def power_options(self, setting: DesignContext) -> dict[str, Any]:
+        """Return the number of trials."""
+        return {"trials": (self.total(setting),)}
+
     def _trials(
         self, setting: DesignContext, number: int
     ) -> list[tuple[int, int, tuple[Stimulus, Stimulus], str]]:
@@ -135,7 +210,7 @@ class TwoArea(Design):
     def _which(self, asked_for: Stimulus, against: Stimulus, side: str) -> PageQuestion:
         other = "B" if side == "A" else "A"
         return PageQuestion(
-            ab_question("which", self.which),
+            ab_question(WHICH, self.which),
             side=side,
             right=side,
             stimulus=asked_for.item,
@@ -147,7 +222,7 @@ class TwoArea(Design):
 
     def _real(self, slot: Slot, judged: Stimulus, beside: Stimulus) -> PageQuestion:
         question = Question(
-            id="realism",
+            id=REALISM,
             text=self.real,
             kind="vas",
             low=0,

@@ -1,0 +1,76 @@
+"""Designs that ask about one stimulus at a time, each as often as the others, in the study's order."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from typing import Any
+
+from pydantic import Field
+
+from tactogram.study.designs.design import Design
+from tactogram.study.orders import ordered
+from tactogram.study.stimuli import Stimulus
+from tactogram.study.trials import (
+    DesignContext,
+    Page,
+    PageAnswers,
+    PageQuestion,
+    Participant,
+    PresentedStimulus,
+)
+
+
+class SingleStimulus(Design):
+    """A design with a page per stimulus; a subclass says with `asked_about` what is asked there."""
+
+    repeats: int = Field(default=1, ge=1, le=1000)
+    """Trials of each stimulus."""
+
+    @abstractmethod
+    def asked_about(
+        self, stimulus: Stimulus, *, setting: DesignContext, participant: Participant, trial: int
+    ) -> tuple[PageQuestion, ...]:
+        """Return the questions of a trial."""
+
+    def stimuli_of(self, setting: DesignContext, participant: Participant) -> Sequence[Stimulus]:
+        """Return the stimuli that a participant is asked about; all by default."""
+        return setting.stimuli
+
+    def layout(self) -> dict[str, Any]:
+        """Return what the design says of how its pages look."""
+        return {}
+
+    def total(self, setting: DesignContext) -> int:
+        """Return the trials of the first participant."""
+        return self.repeats * len(self.stimuli_of(setting, Participant("", 1)))
+
+    def next_page(
+        self, setting: DesignContext, participant: Participant, given: Sequence[PageAnswers]
+    ) -> Page | None:
+        """Return the page of the next stimulus."""
+        stimuli = self.stimuli_of(setting, participant)
+        if len(given) == self.repeats * len(stimuli):
+            return None
+        order = ordered(
+            range(len(stimuli)),
+            rule=setting.order,
+            repeats=self.repeats,
+            seed=setting.seed,
+            participant=participant.number,
+        )
+        trial = len(given) + 1
+        block, repeat, which = order[trial - 1]
+        stimulus = stimuli[which]
+        return Page(
+            token=f"trial-{trial}.1",
+            kind=self.kind,
+            trial=trial,
+            block=block,
+            repeat=repeat,
+            total=len(order),
+            presented=(PresentedStimulus("", stimulus),),
+            text=self.instructions,
+            asked=self.asked_about(stimulus, setting=setting, participant=participant, trial=trial),
+            layout=self.layout(),
+        )

@@ -1,0 +1,297 @@
+"""Power methods: how the studies of a power table are simulated, and what a row of the table holds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special, stats
+
+from tactogram.errors import ParameterError
+from tactogram.statistics.equivalence import share_equivalence_power
+from tactogram.statistics.shares import exact_power, exact_ps, share_of, smallest_significant
+from tactogram.study.power.assumptions import PowerAssumptions
+
+Numbers = NDArray[np.float64]
+Truths = Mapping[str, float]
+"""The effect in the studies of which a share is reported: ``power``, and ``type_1``, where there is none."""
+
+
+@dataclass(frozen=True)
+class StudyBatch:
+    """Simulated studies of one size: a row of a power table.
+
+    Parameters
+    ----------
+    people, trials : int
+        Participants of a study, and trials of each.
+    assumed : PowerAssumptions
+    simulations : int
+        Studies.
+    alpha : float
+    """
+
+    people: int
+    trials: int
+    assumed: PowerAssumptions
+    simulations: int
+    alpha: float
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Studies and participants."""
+        return self.simulations, self.people
+
+
+class PowerMethod:
+    """How the studies of one kind are simulated and tested."""
+
+    null = 0.0
+    """The effect where there is no difference."""
+    of_pairs = False
+    """Whether equivalence is that of a pair of items."""
+
+    def shares(self, rng: np.random.Generator, batch: StudyBatch, truths: Truths) -> dict[str, float]:
+        """Return, for each of ``truths``, the share of studies in which the test shows a difference.
+
+        With ``type_1`` also ``equivalence``, and with a publication's test ``printed_power`` and ``printed_type_1``.
+
+        Parameters
+        ----------
+        rng : numpy Generator
+        batch : StudyBatch
+        truths : mapping from str to float
+        """
+        raise NotImplementedError
+
+    def row(self, rng: np.random.Generator, batch: StudyBatch) -> dict[str, Any]:
+        """Return what studies of one size show, as shares of them."""
+        truths = {"power": batch.assumed.effect, "type_1": self.null}
+        return {**self.shares(rng, batch, truths)}
+
+    def equivalence(self, rng: np.random.Generator, batch: StudyBatch) -> float:
+        """Return how often studies of one size show equivalence where there is no difference."""
+        alone = replace(batch, assumed=replace(batch.assumed, printed=""))
+        return float(self.shares(rng, alone, {"type_1": self.null})["equivalence"])
+
+    def check(self, assumed: PowerAssumptions) -> None:
+        """Refuse assumptions that the method cannot simulate.
+
+        Raises
+        ------
+        ParameterError
+        """
+        if assumed.items:
+            raise ParameterError(f"items: this design compares no items with each other, got {assumed.items}")
+        if assumed.trial_sd == 0:
+            raise ParameterError("trial_sd must be > 0, got 0")
+
+    def notes(self) -> list[str]:
+        """Return sentences that explain the columns of this method."""
+        return []
+
+
+class Shares(PowerMethod):
+    """Shares correct of two alternatives, tested by participant; as printed, by the exact test of all answers."""
+
+    null = 0.5
+
+    def shares(self, rng: np.random.Generator, batch: StudyBatch, truths: Truths) -> dict[str, float]:
+        """Return power of the share by participant, and of the exact test that takes all answers as independent."""
+        found: dict[str, float] = {}
+        assumed, alpha = batch.assumed, batch.alpha
+        printed = exact_ps(batch.people * batch.trials) if assumed.printed else np.zeros(0)
+        for name, truth in truths.items():
+            hits = rng.binomial(batch.trials, _own_shares(rng, truth, batch))
+            p, equal = clustered_ps(hits, batch.trials, margin=assumed.margin)
+            found[name] = float((p < alpha).mean())
+            if name == "type_1":
+                found["equivalence"] = float((equal < alpha).mean())
+            if assumed.printed:
+                found[f"printed_{name}"] = float((printed[hits.sum(1)] < alpha).mean())
+        return found
+
+    def row(self, rng: np.random.Generator, batch: StudyBatch) -> dict[str, Any]:
+        """Return what studies of one size show, with what independent answers could."""
+        exact = _exact(self._answers(batch), batch.assumed, batch.alpha)
+        return super().row(rng, batch) | {f"exact_{name}": value for name, value in exact.items()}
+
+    def check(self, assumed: PowerAssumptions) -> None:
+        """Refuse an effect that is no share."""
+        if assumed.items:
+            super().check(assumed)
+        if not (0 < assumed.effect < 1 and assumed.margin < 0.5):
+            raise ParameterError(
+                "effect must be a share between 0 and 1 and margin below 0.5, "
+                f"got {assumed.effect:g} and {assumed.margin:g}"
+            )
+
+    def notes(self) -> list[str]:
+        """Return what the exact columns are."""
+        return [
+            "exact_…: exact binomial if answers were independent; equivalence 0.000 where it is impossible."
+        ]
+
+    def _answers(self, batch: StudyBatch) -> int:
+        return batch.people * batch.trials
+
+
+class Votes(Shares):
+    """One yes or no of each person: the exact binomial test."""
+
+    def shares(self, rng: np.random.Generator, batch: StudyBatch, truths: Truths) -> dict[str, float]:
+        """Return power of the exact test of one answer per person, where people differ in how easily they say yes."""
+        ps = exact_ps(batch.people)
+        found = {}
+        for name, truth in truths.items():
+            yes = rng.binomial(1, _own_shares(rng, truth, batch)).sum(1)
+            found[name] = float((ps[yes] < batch.alpha).mean())
+        return found
+
+    def equivalence(self, rng: np.random.Generator, batch: StudyBatch) -> float:
+        """Return it exactly, without simulation."""
+        return share_equivalence_power(batch.people, margin=batch.assumed.margin, alpha=batch.alpha)
+
+    def _answers(self, batch: StudyBatch) -> int:
+        return batch.people
+
+
+class Means(PowerMethod):
+    """Paired differences of means by Student's t; as printed, Student's t over all answers."""
+
+    def shares(self, rng: np.random.Generator, batch: StudyBatch, truths: Truths) -> dict[str, float]:
+        """Return power of paired differences; as printed, of Student's t over all answers."""
+        found: dict[str, float] = {}
+        assumed, alpha = batch.assumed, batch.alpha
+        for name, truth in truths.items():
+            gaps = rng.normal(truth, assumed.person_sd, batch.shape)
+            gaps += rng.normal(0, self.noise(batch), gaps.shape)
+            found[name] = float((self.ps(gaps) < alpha).mean())
+            if name == "type_1":
+                found["equivalence"] = float((within_ps(gaps, assumed.margin) < alpha).mean())
+            if assumed.printed:
+                found[f"printed_{name}"] = float((_student_ps(rng, gaps, batch) < alpha).mean())
+        return found
+
+    def noise(self, batch: StudyBatch) -> float:
+        """Return the standard error that single answers leave in a participant's difference."""
+        return float(batch.assumed.trial_sd / np.sqrt(batch.trials) * np.sqrt(2))
+
+    def ps(self, gaps: Numbers) -> Numbers:
+        """Return p of each study: float64 array, shape (study,), from gaps of shape (study, participant)."""
+        return np.asarray(stats.ttest_1samp(gaps, 0.0, axis=1).pvalue)
+
+
+class Ranks(Means):
+    """Paired differences of means by Wilcoxon's signed ranks."""
+
+    def ps(self, gaps: Numbers) -> Numbers:
+        """Return p of each study."""
+        return np.asarray(stats.wilcoxon(gaps, axis=1).pvalue)
+
+
+class Slopes(Means):
+    """Slopes over five intensities that span a factor of 16, by Student's t."""
+
+    def noise(self, batch: StudyBatch) -> float:
+        """Return the standard error of a participant's slope."""
+        # Sum of squared log distances from their middle.
+        spread = float(((np.linspace(0, np.log(16), 5) - np.log(4)) ** 2).sum())
+        return float(batch.assumed.trial_sd / np.sqrt(batch.trials) / np.sqrt(spread))
+
+
+METHODS: Mapping[str, PowerMethod] = {
+    "share": Shares(),
+    "votes": Votes(),
+    "means": Means(),
+    "ranks": Ranks(),
+    "slopes": Slopes(),
+}
+"""Those that any design may use, by ``kind`` of its assumptions."""
+
+
+def clustered_ps(hits: NDArray[np.int64], trials: int, *, margin: float) -> tuple[Numbers, Numbers]:
+    """Return p against one half and p of equivalence, as `pooled_share` gives them, for many studies at once.
+
+    Where all participants have as many trials, GEE with independence has a closed form.
+
+    Parameters
+    ----------
+    hits : int array, shape (study, participant)
+    trials : int
+        Of each participant.
+    margin : float
+    """
+    people = hits.shape[1]
+    own = hits / trials
+    share = own.mean(1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        spread = share * (1 - share)
+        se = np.sqrt(((own - share[:, None]) ** 2).sum(1)) / ((people - 1) * spread)
+        se = np.where(se > 1e-9, se, 1 / np.sqrt(people * trials * spread))
+        logit = special.logit(share)
+        t = logit / se
+        above = (special.logit(0.5 + margin) - np.abs(logit)) / se
+    p = 2 * stats.t.sf(np.abs(t), people - 1)
+    equal = stats.t.sf(above, people - 1)
+    alike = (share == 0) | (share == 1)
+    return np.where(alike, 2 * 0.5**people, p), np.where(alike, 1.0, equal)
+
+
+def within_ps(gaps: Numbers, margin: float) -> Numbers:
+    """Return p of equivalence, as `paired_equivalence` gives it, for many studies at once.
+
+    Parameters
+    ----------
+    gaps : float64 array, shape (study, participant)
+    margin : float
+
+    Returns
+    -------
+    float64 array, shape (study,)
+    """
+    people = gaps.shape[1]
+    se = gaps.std(1, ddof=1) / np.sqrt(people)
+    with np.errstate(divide="ignore"):  # no spread: infinitely sure
+        return np.asarray(stats.t.sf((margin - np.abs(gaps.mean(1))) / se, people - 1))
+
+
+def _own_shares(rng: np.random.Generator, truth: float, batch: StudyBatch) -> Numbers:
+    """Return each participant's own share, whose logits are normal."""
+    logits = special.logit(truth) + rng.normal(0, batch.assumed.person_sd, batch.shape)
+    return np.asarray(special.expit(logits))
+
+
+def _exact(n: int, assumed: PowerAssumptions, alpha: float) -> dict[str, Any]:
+    """Return what n independent answers can show, without any simulation."""
+    low, high = share_of(n // 2, n, confidence=1 - alpha).wilson
+    return {
+        "answers": n,
+        "smallest_significant": smallest_significant(n, alpha=alpha),
+        "wilson_half_width": (high - low) / 2,
+        "power": exact_power(n, assumed.effect, alpha=alpha),
+        "type_1": exact_power(n, 0.5, alpha=alpha),
+        "equivalence": share_equivalence_power(n, margin=assumed.margin, alpha=alpha),
+    }
+
+
+def _student_ps(rng: np.random.Generator, gaps: Numbers, batch: StudyBatch) -> Numbers:
+    """Return p of Student's t over all answers of two conditions; people's levels differ by ``level_sd``.
+
+    The less they differ, the more often the test shows what is not there; the more, the less it shows at all.
+    """
+    trials, trial_sd, level_sd = batch.trials, batch.assumed.trial_sd, batch.assumed.level_sd
+    n = gaps.shape[1] * trials
+    middle = rng.normal(0, np.sqrt(level_sd**2 + trial_sd**2 / (2 * trials)), gaps.shape)
+    between = trials * (_squares(middle + gaps / 2) + _squares(middle - gaps / 2))
+    within = trial_sd**2 * rng.chisquare(max(1, 2 * (n - gaps.shape[1])), len(gaps))
+    variance = (between + within) / (2 * n - 2)
+    return np.asarray(2 * stats.t.sf(np.abs(gaps.mean(1)) / np.sqrt(2 * variance / n), 2 * n - 2))
+
+
+def _squares(values: Numbers) -> Numbers:
+    """Return the summed squares around each row's mean."""
+    return np.asarray(((values - values.mean(1, keepdims=True)) ** 2).sum(1))
