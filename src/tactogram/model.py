@@ -1,10 +1,14 @@
-"""What models promise to the rest of the package: small protocols, and the values they speak in."""
+"""Protocols that models keep, and the values that they exchange with the rest of the package.
+
+A model keeps `Learner`, and `Generator`, `Classifier` or `Predictor`. The protocols after these are optional: what a
+model offers beyond, it is asked for.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +16,12 @@ from numpy.typing import NDArray
 from tactogram.errors import ParameterError
 from tactogram.signal import Image, Signal
 from tactogram.signal.signal import Domain
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from torch import Tensor
+
+    from tactogram.signal.texture_map import TextureMap
 
 CONDITIONS: Mapping[str, str] = {
     "material": "weight per material name, e.g. {'cork': 0.6, 'tile': 0.4}; a lone name is weight 1",
@@ -380,3 +390,208 @@ class Learner(Protocol):
     def load_state(self, state: Mapping[str, Any]) -> None:
         """Go on from ``state``."""
         ...
+
+
+# -- optional, of a learner -----------------------------------------------------------------------------------
+
+
+@runtime_checkable
+class CheckpointSelector(Protocol):
+    """A learner that chooses among its weights by examples that it is not trained on."""
+
+    def set_validation(self, examples: Sequence[Example]) -> str:
+        """Choose weights by ``examples``, which may be none; called once, before `Learner.stages`.
+
+        Returns a note if they are not chosen as the configuration says, else an empty string.
+        """
+        ...
+
+
+@runtime_checkable
+class OutcomeReporter(Protocol):
+    """A learner with facts about its training, which are kept in the run's ``model.json``."""
+
+    def outcome(self) -> dict[str, Any]:
+        """Return the facts, as JSON knows them."""
+        ...
+
+
+@runtime_checkable
+class FigureReporter(Protocol):
+    """A learner that draws its training, for the run's ``figures/NAME.png``."""
+
+    def figures(self) -> Mapping[str, Figure]:
+        """Return the figures by name."""
+        ...
+
+
+# -- optional, of a classifier --------------------------------------------------------------------------------
+
+
+@runtime_checkable
+class WindowClassifier(Classifier, Protocol):
+    """A classifier that judges a signal window by window; any other is counted as having one window per signal."""
+
+    def window_probabilities(self, signal: Signal) -> NDArray[np.float64]:
+        """Return the probability of each of ``materials`` for each window, float64, shape (window, material)."""
+        ...
+
+
+@runtime_checkable
+class WindowConfig(Protocol):
+    """The configuration of a model whose input has one length."""
+
+    @property
+    def window(self) -> int:
+        """Samples of the input."""
+        ...
+
+
+def window_of(config: object) -> int:
+    """Return the samples of a model's input, 0 if its configuration states none."""
+    return config.window if isinstance(config, WindowConfig) else 0
+
+
+@runtime_checkable
+class Embedder(Protocol):
+    """A model that turns a signal into a vector: a run of a classifier that is one can be searched."""
+
+    def embed(self, signal: Signal) -> NDArray[np.float32]:
+        """Return float32, shape (feature,)."""
+        ...
+
+
+# -- optional, of a generator ---------------------------------------------------------------------------------
+
+
+@runtime_checkable
+class NoiselessGenerator(Protocol):
+    """A generator whose network takes no noise."""
+
+    @property
+    def variation(self) -> str:
+        """What signals of several seeds differ by, in words."""
+        ...
+
+
+@runtime_checkable
+class PhotographClassifier(Protocol):
+    """A generator that names the material in a photograph that it goes by."""
+
+    def classify_photograph(self, image: Image) -> tuple[str, float | None]:
+        """Return the material and its probability, None where the model has no such figure.
+
+        Raises
+        ------
+        ParameterError
+            If this run cannot, or the photograph is too small.
+        """
+        ...
+
+
+@runtime_checkable
+class PictureGenerator(Generator, Protocol):
+    """A generator that turns photographs into spectrogram pictures, which are evaluated as pictures, too."""
+
+    @property
+    def ends(self) -> Any:
+        """`tactogram.nn.photo_translation.PhotoTranslation`: its pairs, and how a picture becomes a signal."""
+        ...
+
+    @property
+    def gan(self) -> Any:
+        """`tactogram.nn.adversarial_pair.AdversarialPair`, whose generator draws the pictures."""
+        ...
+
+    @property
+    def predictor(self) -> Any:
+        """`tactogram.nn.label_predictor.PredictorTraining`, which names photographs; None without one."""
+        ...
+
+    def make(self, photo: Tensor) -> Tensor:
+        """Return pictures, float32, shape (batch, 1, row, column), of photographs of that shape, both -1 to 1."""
+        ...
+
+    def conditioning(self, photo: Tensor) -> tuple[Any, ...]:
+        """Return what ``gan.generator`` takes beside photographs of shape (batch, 1, row, column); may be empty."""
+        ...
+
+
+@runtime_checkable
+class PublishedEvaluator(Protocol):
+    """A generator whose publication evaluates it by figures of its own."""
+
+    @property
+    def window_protocol(self) -> str:
+        """Name of the protocol that splits windows within recordings; empty if recordings are split."""
+        ...
+
+    def evaluate_as_published(self, examples: Sequence[Example]) -> dict[str, Any]:
+        """Return ``mean`` and ``per_material`` of the publication's figures.
+
+        Parameters
+        ----------
+        examples : sequence of Example
+            Under a `window_protocol` what was trained on, of which other windows are used; else what was not.
+
+        Raises
+        ------
+        ParameterError
+            If these recordings allow no such figures.
+        """
+        ...
+
+
+@runtime_checkable
+class SelectionReporter(Protocol):
+    """A generator that picks some of what it learned, such as a cluster or a spectrum, to answer a condition."""
+
+    def selection_for(self, condition: Condition, seed: int) -> dict[str, Any]:
+        """Return what `Generator.generate` picks for ``condition`` and ``seed``, as JSON knows it."""
+        ...
+
+
+@runtime_checkable
+class SpreadReporter(Protocol):
+    """A generator of images that measures by how much they differ."""
+
+    def image_spread(self) -> Any:
+        """Return a `tactogram.evaluation.pictures.image_spread.ImageSpread`."""
+        ...
+
+
+@runtime_checkable
+class TextureMapModel(Protocol):
+    """A generator whose materials are autoregressive textures: streams synthesise them without end."""
+
+    @property
+    def maps(self) -> Sequence[TextureMap]:
+        """One for each material of the run, in that order."""
+        ...
+
+
+# -- optional, of a predictor ---------------------------------------------------------------------------------
+
+
+@runtime_checkable
+class NoveltyReporter(Protocol):
+    """A predictor that measures how far a signal or an image lies beyond what it was trained on."""
+
+    def novelty(self, given: Signal | Image) -> float:
+        """Return the share of features beyond all that was trained on, 0 to 1."""
+        ...
+
+
+@runtime_checkable
+class FeatureReporter(Protocol):
+    """A predictor that names the features it uses."""
+
+    @property
+    def feature_description(self) -> str:
+        """The features, in words."""
+        ...
+
+
+def feature_description(model: object) -> str | None:
+    """Return the features that a predictor uses, in words; None if it does not say."""
+    return model.feature_description if isinstance(model, FeatureReporter) else None

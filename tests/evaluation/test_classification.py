@@ -16,6 +16,9 @@ class Told:
         p = signal.samples[0].astype(float)
         return np.stack([1 - p, p], axis=1)
 
+    def probabilities(self, signal):
+        return pooled(self.window_probabilities(signal))
+
 
 def example(material, *answers):
     return Example("i", Signal(list(answers), 1.0, "1"), material)
@@ -36,6 +39,18 @@ def test_windows_and_recordings_are_counted():
         "recordings": 2,
     }
     assert figures["chance"] == 0.5
+
+
+def test_a_classifier_without_windows_is_asked_for_whole_recordings():
+    class Whole:
+        materials = ("a", "b")
+
+        def probabilities(self, signal):
+            return np.array([1 - signal.samples.mean(), signal.samples.mean()])
+
+    result = evaluate_classifier(Whole(), [example("a", 0.1, 0.9, 0.9), example("b", 0.6, 0.4, 0.8)])
+    np.testing.assert_array_equal(result.windows, [[0, 1], [0, 1]])
+    np.testing.assert_array_equal(result.recordings, result.windows)
 
 
 def test_pooling_by_hand():

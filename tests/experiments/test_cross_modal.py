@@ -44,7 +44,7 @@ class Painting:
         noise = np.random.default_rng(seed).integers(0, 20, (8, 8, 3))
         return Image((200 * grey + noise).astype(np.uint8))
 
-    def spread(self):
+    def image_spread(self):
         return ImageSpread(0.5, 0.3, 0.0 if self.blind else 0.3)
 
 
@@ -81,6 +81,7 @@ class MadeUpWorkflows:
             run=SimpleNamespace(data={"run_id": run.name}, metrics=lambda: lines, folder=run),
             any_kind=ImageKind(WORDS, (0.0, 1.0), ("image1",), simulated=True),
             model=Painting(weight != "1"),
+            generator=Painting(weight != "1"),
             simulated=True,
         )
 

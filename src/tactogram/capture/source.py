@@ -62,6 +62,15 @@ class Block:
 
 
 @runtime_checkable
+class PlanFollower(Protocol):
+    """A simulated source that is told of each planned take, so that it strokes what the take asks for."""
+
+    def on_trial(self, trial: Any) -> None:
+        """Stroke what ``trial``, a `tactogram.capture.session.plan.PlannedTake`, asks for."""
+        ...
+
+
+@runtime_checkable
 class Source(Protocol):
     """A device, a stream or a file that samples come out of.
 

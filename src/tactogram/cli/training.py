@@ -174,12 +174,13 @@ def run_import(a: Arguments) -> None:
 
 def _images_lines(result: Any) -> list[str]:
     """Return what a generator's images differ by, and how far they follow their labels, as lines."""
-    spread = result["spread"]
-    lines = [
-        f"two images differ by {spread['noise_spread']:.3g} (one label, other noise) and "
-        f"{spread['label_spread']:.3g} (one noise, other label); two real ones by {spread['real_spread']:.3g}",
-        f"collapsed: {result['collapse'] or 'no'}",
-    ]
+    lines = []
+    if spread := result["spread"]:
+        lines = [
+            f"two images differ by {spread['noise_spread']:.3g} (one label, other noise) and "
+            f"{spread['label_spread']:.3g} (one noise, other label); two real ones by {spread['real_spread']:.3g}",
+            f"collapsed: {result['collapse'] or 'no'}",
+        ]
     if "following" in result:
         told = result["following"]
         lines.append(

@@ -4,26 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, Self, runtime_checkable
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import binomtest
 
 from tactogram.errors import ParameterError
-from tactogram.model import Example
+from tactogram.model import Classifier, Example, WindowClassifier
 from tactogram.signal import Signal
-
-
-@runtime_checkable
-class WindowClassifier(Protocol):
-    """A classifier that judges a recording window by window."""
-
-    materials: tuple[str, ...]
-
-    def window_probabilities(self, signal: Signal) -> NDArray[np.float64]:
-        """Return float64, shape (window, material)."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,12 +80,14 @@ class ClassificationResult:
 
 
 def evaluate_classifier(
-    classifier: WindowClassifier,
+    classifier: Classifier,
     examples: Sequence[Example],
     *,
     on_example: Callable[[], None] = lambda: None,
 ) -> ClassificationResult:
     """Let ``classifier`` name every window of ``examples`` and count its answers.
+
+    A classifier that is no `WindowClassifier` is asked for whole recordings, each of which counts as one window.
 
     Raises
     ------
@@ -112,11 +103,18 @@ def evaluate_classifier(
                 f"recording {example.id} is of {example.material!r}, which the classifier does not know"
             )
         true = classifier.materials.index(example.material)
-        probabilities = classifier.window_probabilities(example.signal)
+        probabilities = _by_window(classifier, example.signal)
         np.add.at(windows[true], probabilities.argmax(axis=1), 1)
         recordings[true, pooled(probabilities).argmax()] += 1
         on_example()
     return ClassificationResult(classifier.materials, windows, recordings)
+
+
+def _by_window(classifier: Classifier, signal: Signal) -> NDArray[np.float64]:
+    """Return probabilities, shape (window, material)."""
+    if isinstance(classifier, WindowClassifier):
+        return classifier.window_probabilities(signal)
+    return classifier.probabilities(signal)[None]
 
 
 def pooled(windows: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -21,6 +21,7 @@ from tactogram.evaluation.pictures.image_quality import ImageQuality
 from tactogram.evaluation.pictures.image_spread import ImageSpread
 from tactogram.evaluation.ratings.label_following import LabelFidelity, label_fidelity
 from tactogram.experiments.stores import find_or_simulate
+from tactogram.model import SpreadReporter
 from tactogram.models.tactile_image_cgan.images import as_floats, square
 from tactogram.signal import Image
 from tactogram.signal.io.atomic import write_text
@@ -126,7 +127,9 @@ def evaluate_images_of(
     said = np.array(
         [[scores_of(judging, image, plates.words) for image in row] for row in made]
     )  # plate, draw, word
-    spread: ImageSpread = loaded.model.spread()
+    if not isinstance(loaded.model, SpreadReporter):
+        raise ParameterError(f"{run}: {loaded.facts.name} does not measure how its images differ")
+    spread: ImageSpread = loaded.model.image_spread()
     result = label_fidelity(plates.means, said)
     flat = [image for row in made for image in row]
     found = {
@@ -151,7 +154,9 @@ def draws_of(loaded: Any, plates: RatedPlates, *, draws: int = DRAWS) -> list[li
         {word: float(low + mean * (high - low)) for word, mean in zip(plates.words, row, strict=True)}
         for row in plates.means
     ]
-    return [[loaded.model.generate({"words": words}, seed=seed) for seed in range(draws)] for words in asked]
+    return [
+        [loaded.generator.generate({"words": words}, seed=seed) for seed in range(draws)] for words in asked
+    ]
 
 
 def scores_of(judging: Any, given: Any, words: Sequence[str]) -> Array:

@@ -80,7 +80,7 @@ class PairConfig(BaseModel):
         return smooth
 
 
-DIFFER_BY = "the crop of the photograph and the phase, or noise, that is found for it: the network takes none"
+VARIATION = "the crop of the photograph and the phase, or noise, that is found for it: the network takes none"
 """What signals of several seeds differ by."""
 
 

@@ -21,6 +21,7 @@ from tactogram.evaluation.report import (
     ReportText,
     write_report,
 )
+from tactogram.model import window_of
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_signal
 from tactogram.signal.io.atomic import write_text
@@ -164,7 +165,7 @@ def _classified(classifier: LoadedRun, judged: dict[str, Any]) -> ReportSection:
     rows = [
         ("strokes", judged["recording_accuracy"], f"{low:.2f} – {high:.2f}", judged["recordings"]),
         (
-            f"windows of {classifier.model.config.window} samples",
+            f"windows of {window_of(classifier.config)} samples",
             judged["window_accuracy"],
             "–",
             judged["windows"],

@@ -50,7 +50,7 @@ class Humming(Drawing):
             (rows + np.random.default_rng(seed).random(3)).astype(np.float32), 100.0, "1", ("drive",)
         )
 
-    def chosen_for(self, condition, *, seed):
+    def selection_for(self, condition, *, seed):
         return {"cluster": 2, "plate": "plate01"}
 
 
@@ -324,7 +324,7 @@ def test_a_generator_of_images_is_judged_by_what_they_differ_by_and_a_rater(
     assert main(["evaluate", str(run), "--rater", str(image_rater), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     model = load_run(run).model
-    assert found["spread"]["noise_spread"] == pytest.approx(model.spread().by_noise, rel=1e-5)
+    assert found["spread"]["noise_spread"] == pytest.approx(model.image_spread().by_noise, rel=1e-5)
     assert found["told_by"] == "a rater model of simulated raters"
     assert abs(found["following"]["slope"]) < 0.1, "after 4 updates it cannot look at its label"
     assert "trained on" in found["data"]["split"], "fewer than 3 were kept apart"

@@ -250,19 +250,19 @@ class FrictGANLearner:
     # -- use ---------------------------------------------------------------------------------------------
 
     @property
-    def splits_windows(self) -> str:
+    def window_protocol(self) -> str:
         """The protocol that splits windows of the recordings that are trained on; empty where recordings are split."""
         return "" if self.config.protocol == "examples" else self.config.protocol
 
-    def as_published(self, examples: Sequence[Example]) -> dict[str, Any]:
+    def evaluate_as_published(self, examples: Sequence[Example]) -> dict[str, Any]:
         """Return the paper's squared error per fabric, and beside it what is blind to phase; see `judging`.
 
         Parameters
         ----------
         examples : sequence of Example
-            Under `splits_windows` what was trained on, of which other windows are judged; else what was not.
+            Under `window_protocol` what was trained on, of which other windows are judged; else what was not.
         """
-        figures = evaluate_fabrics(self, examples, part="test" if self.splits_windows else None)
+        figures = evaluate_fabrics(self, examples, part="test" if self.window_protocol else None)
         return {
             "mean": summary(figures),
             "per_material": {name: asdict(each) for name, each in figures.items()},

@@ -154,6 +154,10 @@ class NearestPhotoLearner:
 
     # -- use ---------------------------------------------------------------------------------------------
 
+    def classify_photograph(self, image: Image) -> tuple[str, None]:
+        """Return the material whose photographs are nearest; it has no probability."""
+        return self.material_of(image), None
+
     def material_of(self, image: Image) -> str:
         """Return the material whose photographs are nearest: each feature by its spread over those kept."""
         if not self.shown:

@@ -34,6 +34,8 @@ class Pix2PixLearner:
     device : str or torch.device
     """
 
+    predictor = None
+
     def __init__(
         self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
     ) -> None:
@@ -60,7 +62,7 @@ class Pix2PixLearner:
     def setup(self, fabric: Any) -> None:
         self.training.setup(fabric)
 
-    def watch(self, examples: Sequence[Example]) -> str:
+    def set_validation(self, examples: Sequence[Example]) -> str:
         """Choose weights by ``examples``, which are not trained on; return a note if not by the distance asked for."""
         choice = picture_choice(self.config.choose_by, self.config.lpips_weights)
         self.training.watch(examples, choice.name, choice.distance)
@@ -118,6 +120,10 @@ class Pix2PixLearner:
         """Return pictures, shape (batch, 1, row, column), of photographs of that shape."""
         made: Tensor = self.gan.bare_generator.eval()(photo.to(self.gan.device))
         return made
+
+    def conditioning(self, photo: Tensor) -> tuple[()]:
+        """Return nothing: the generator takes photographs alone."""
+        return ()
 
 
 def build(

@@ -16,7 +16,7 @@ from tactogram.nn.adversarial_loss import adversarial_loss, feature_matching_los
 from tactogram.nn.adversarial_pair import AdversarialPair
 from tactogram.nn.patch_discriminator import scores
 from tactogram.nn.perceptual_loss import PerceptualLoss
-from tactogram.nn.photo_translation import DIFFER_BY, PhotoTranslation
+from tactogram.nn.photo_translation import VARIATION, PhotoTranslation
 from tactogram.nn.picture_training import PictureTraining
 from tactogram.signal import Signal
 from tactogram.training.seeds import torch_seeded
@@ -35,7 +35,8 @@ class Pix2PixHDLearner:
     device : str or torch.device
     """
 
-    differ_by = DIFFER_BY
+    predictor = None
+    variation = VARIATION
 
     def __init__(
         self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
@@ -64,7 +65,7 @@ class Pix2PixHDLearner:
     def setup(self, fabric: Any) -> None:
         self.training.setup(fabric)
 
-    def watch(self, examples: Sequence[Example]) -> str:
+    def set_validation(self, examples: Sequence[Example]) -> str:
         """Choose weights by ``examples``, which are not trained on; return a note if not by the distance asked for."""
         choice = picture_choice(self.config.choose_by, self.config.lpips_weights)
         self.training.watch(examples, choice.name, choice.distance)
@@ -131,6 +132,10 @@ class Pix2PixHDLearner:
         """Return pictures, shape (batch, 1, row, column), of photographs of that shape."""
         made: Tensor = self.gan.bare_generator.eval()(photo.to(self.gan.device))
         return made
+
+    def conditioning(self, photo: Tensor) -> tuple[()]:
+        """Return nothing: the generator takes photographs alone."""
+        return ()
 
 
 def build(

@@ -141,7 +141,7 @@ class RaterLearner:
         return self._fitted.scaling.beyond(self._described(given)[0])
 
     @property
-    def described_by(self) -> str:
+    def feature_description(self) -> str:
         """Which features are used, in words."""
         if isinstance(self.kind, SignalKind):
             return "third-octave levels, spectral shape, envelope and length"

@@ -18,7 +18,7 @@ from tactogram.nn.bare_and_fixed import bare
 from tactogram.nn.gradient_penalty import gradient_penalty
 from tactogram.nn.label_predictor import PredictorTraining
 from tactogram.nn.perceptual_loss import PerceptualLoss
-from tactogram.nn.photo_translation import DIFFER_BY, PhotoTranslation
+from tactogram.nn.photo_translation import VARIATION, PhotoTranslation
 from tactogram.nn.picture_training import PictureTraining
 from tactogram.signal import Image, Signal
 from tactogram.training.seeds import torch_seeded
@@ -37,7 +37,7 @@ class ResidueFusionLearner:
     device : str or torch.device
     """
 
-    differ_by = DIFFER_BY
+    variation = VARIATION
 
     def __init__(
         self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
@@ -71,7 +71,7 @@ class ResidueFusionLearner:
     def setup(self, fabric: Any) -> None:
         self.training.setup(fabric)
 
-    def watch(self, examples: Sequence[Example]) -> str:
+    def set_validation(self, examples: Sequence[Example]) -> str:
         """Choose weights by ``examples``, which are not trained on; return a note if not by the distance asked for."""
         choice = picture_choice(self.config.choose_by, self.config.lpips_weights)
         self.training.watch(examples, choice.name, choice.distance)
@@ -155,7 +155,7 @@ class ResidueFusionLearner:
         check_condition(condition, needs=("image",))
         return self.ends.signal(self.make, condition, seconds=seconds, seed=seed)
 
-    def label_of(self, image: Image) -> tuple[str, float]:
+    def classify_photograph(self, image: Image) -> tuple[str, float]:
         """Return the material that the classifier takes a photograph for, and its probability."""
         probabilities = self.training.named(image)
         place = int(probabilities.argmax())
@@ -165,10 +165,10 @@ class ResidueFusionLearner:
     def make(self, photo: Tensor) -> Tensor:
         """Return pictures, shape (batch, 1, row, column), of photographs of that shape."""
         photo = photo.to(self.gan.device)
-        made: Tensor = self.gan.bare_generator.eval()(photo, *self.given(photo))
+        made: Tensor = self.gan.bare_generator.eval()(photo, *self.conditioning(photo))
         return made
 
-    def given(self, photo: Tensor) -> tuple[Any, ...]:
+    def conditioning(self, photo: Tensor) -> tuple[Any, ...]:
         """Return what the generator is given beside photographs: the classifier's maps of them."""
         return (self._maps(photo.to(self.gan.device)),)
 

@@ -121,9 +121,9 @@ class TactileImageLearner:
 
     def validate(self, examples: Sequence[ImageExample]) -> dict[str, float]:
         """Return what images differ by, of labels of ``examples`` or, where there are too few, of training."""
-        return self.spread(examples).as_dict()
+        return self.image_spread(examples).as_dict()
 
-    def spread(self, examples: Sequence[ImageExample] = ()) -> ImageSpread:
+    def image_spread(self, examples: Sequence[ImageExample] = ()) -> ImageSpread:
         """Return what images differ by, by noise and by label; its ``collapse`` names what it collapsed to.
 
         An example that nobody scored in some word has no label and is left out.

@@ -261,7 +261,7 @@ class UltrasonicCGANLearner:
         made = self._make(condition, seed)
         return loop(made.amplitudes, self.kind, self.config, seconds=seconds, seed=seed)
 
-    def chosen_for(self, condition: Condition, seed: int) -> dict[str, Any]:
+    def selection_for(self, condition: Condition, seed: int) -> dict[str, Any]:
         """Return what `generate` goes by, and what it clamps: JSON values, to be written beside a signal.
 
         Returns

@@ -20,7 +20,7 @@ from tactogram.nn.adversarial_loss import adversarial_loss, feature_matching_los
 from tactogram.nn.adversarial_pair import AdversarialPair
 from tactogram.nn.label_predictor import PredictorTraining
 from tactogram.nn.patch_discriminator import scores
-from tactogram.nn.photo_translation import DIFFER_BY, PhotoTranslation
+from tactogram.nn.photo_translation import VARIATION, PhotoTranslation
 from tactogram.nn.picture_training import PictureTraining
 from tactogram.signal import Image, Signal
 from tactogram.signal.band_levels import BandLevels
@@ -43,7 +43,7 @@ class VisualTactileLearner:
     device : str or torch.device
     """
 
-    differ_by = DIFFER_BY
+    variation = VARIATION
 
     def __init__(
         self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
@@ -80,7 +80,7 @@ class VisualTactileLearner:
     def setup(self, fabric: Any) -> None:
         self.training.setup(fabric)
 
-    def watch(self, examples: Sequence[Example]) -> str:
+    def set_validation(self, examples: Sequence[Example]) -> str:
         """Choose weights by ``examples``, which are not trained on; return a note if not by the distance asked for."""
         choice = picture_choice(self.config.choose_by, self.config.lpips_weights)
         self.training.watch(examples, choice.name, choice.distance)
@@ -182,14 +182,14 @@ class VisualTactileLearner:
         """Return what the photographed surface feels like, at the training data's level.
 
         The network takes no noise: ``seed`` decides which crop of the photograph it sees, and the phase. The label is
-        the predicted one (`label_of` says which, and how surely), unless ``material`` gives it: a name, or weights,
-        which are scaled to sum to 1.
+        the predicted one (see `classify_photograph`), unless ``material`` gives it: a name, or weights, which are
+        scaled to sum to 1.
         """
         check_condition(condition, needs=("image",), takes=("material",))
         if self.bands is None or not self.bands.measured:
             return self._unmatched(condition, seconds, seed=seed)
         if condition.get("material") is None:
-            condition = {**condition, "material": self.label_of(condition["image"])[0]}
+            condition = {**condition, "material": self.classify_photograph(condition["image"])[0]}
         # The filters of the bands eat their reach at both ends.
         length = self.ends.seconds if seconds is None else seconds
         longer = self._unmatched(condition, length + 2 * self.bands.reach / self.kind.rate, seed=seed)
@@ -200,7 +200,7 @@ class VisualTactileLearner:
         label = self._label(condition)
         return self.ends.signal(lambda photo: self._made(photo, label), condition, seconds=seconds, seed=seed)
 
-    def label_of(self, image: Image) -> tuple[str, float]:
+    def classify_photograph(self, image: Image) -> tuple[str, float]:
         """Return the material that a photograph is taken for, and the probability the predictor gives it.
 
         Both from the mean over several crops. A surface that was never trained on is named all the same: a low
@@ -222,15 +222,15 @@ class VisualTactileLearner:
                 raise ParameterError("a run without conditional batch norm takes no material: leave it out")
             return torch.zeros(1, len(self.materials))
         if condition.get("material") is None:
-            condition = {"material": self.label_of(condition["image"])[0]}
+            condition = {"material": self.classify_photograph(condition["image"])[0]}
         weights = material_weights(condition, self.materials)
         return torch.from_numpy(weights / weights.sum()).float()[None]
 
     def make(self, photo: Tensor) -> Tensor:
         """Return pictures, shape (batch, 1, row, column), of photographs of that shape, by their predicted labels."""
-        return self._made(photo, *self.given(photo))
+        return self._made(photo, *self.conditioning(photo))
 
-    def given(self, photo: Tensor) -> tuple[Tensor]:
+    def conditioning(self, photo: Tensor) -> tuple[Tensor]:
         """Return what the generator is given beside photographs: their predicted labels, shape (batch, class)."""
         return (self._predicted(photo),)
 

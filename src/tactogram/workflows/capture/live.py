@@ -14,7 +14,7 @@ from tactogram.capture.live.recognition import Classification, Latencies, Window
 from tactogram.capture.stream.feed import Feed
 from tactogram.capture.stream.monitor import BlockListener, TappedSource
 from tactogram.errors import ParameterError, RunError
-from tactogram.model import Classifier
+from tactogram.model import window_of
 from tactogram.signal import Signal
 from tactogram.workflows.recognition.search import KEPT, SurfaceIndex
 from tactogram.workflows.training.train import LoadedRun, load_run, part_examples, test_part
@@ -52,15 +52,14 @@ class LiveClassifier:
     """
 
     def __init__(self, loaded: LoadedRun, *, window_s: float | None = None) -> None:
-        if not isinstance(loaded.model, Classifier):
-            raise ParameterError(f"{loaded.run.name}: {loaded.facts.name} is not a classifier")
+        self._classifier = loaded.classifier
         if loaded.kind.domain != "time":
             raise ParameterError(
                 f"{loaded.run.name}: was trained on signals over displacement, which no sensor gives"
             )
         self.loaded, rate = loaded, loaded.kind.rate
         # Two more than the network needs: a rate that is a little off must not make a window too short.
-        least = getattr(getattr(loaded.model, "config", None), "window", 0) + 2
+        least = window_of(loaded.config) + 2
         if window_s is None and least == 2:
             raise ParameterError(
                 f"{loaded.facts.name} does not say how long its input is; give --window SECONDS"
@@ -74,7 +73,7 @@ class LiveClassifier:
         self._index: SurfaceIndex | None = None
         self.threshold: float | None = None
         self.calibrated_on = 0
-        if (loaded.run.folder / "search.json").is_file() and hasattr(loaded.model, "embed"):
+        if (loaded.run.folder / "search.json").is_file():
             self._index = SurfaceIndex.load(loaded.run)
             self._calibrate(self._index)
         self._warm_up()
@@ -83,7 +82,7 @@ class LiveClassifier:
         """Return what a window, with its context before it, sounds like."""
         prepared = self.loaded.prepare(signal)
         window = prepared.cut(max(0, len(prepared) - round(self.window_s * prepared.rate)))
-        probabilities = self.loaded.model.probabilities(window)
+        probabilities = self._classifier.probabilities(window)
         none_of_these = None
         if self._index is not None:
             none_of_these = self._distance(self._index, window) > float(self.threshold or 0.0)
@@ -91,7 +90,7 @@ class LiveClassifier:
         return Classification(dict(zip(names, probabilities.tolist(), strict=True)), none_of_these)
 
     def _distance(self, index: SurfaceIndex, window: Signal) -> float:
-        return float(index.nearest(self.loaded.model.embed(window), 1)[0]["distance"])
+        return float(index.nearest(self.loaded.embedder.embed(window), 1)[0]["distance"])
 
     def _calibrate(self, index: SurfaceIndex) -> None:
         """Set the threshold on windows of recordings that were not trained on, as long as those that will be heard.
@@ -123,7 +122,7 @@ class LiveClassifier:
         noise = np.random.default_rng(0).standard_normal((len(kind.axes), round(self.window_s * kind.rate)))
         window = Signal(noise.astype(np.float32), kind.rate, kind.unit, kind.axes)
         for _ in range(3):
-            self.loaded.model.probabilities(window)
+            self._classifier.probabilities(window)
             if self._index is not None:
                 self._distance(self._index, window)
 

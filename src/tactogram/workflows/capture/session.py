@@ -22,6 +22,7 @@ from tactogram.capture.session.metronome import (
 )
 from tactogram.capture.session.plan import SessionPlan, shipped_plans
 from tactogram.capture.session.session import Recognise, RecordingSession, session_folder
+from tactogram.capture.source import PlanFollower
 from tactogram.capture.stream.monitor import BlockListener, TappedSource
 from tactogram.datasets import open_store
 from tactogram.errors import TactogramError
@@ -106,7 +107,7 @@ def capture(
             metronome = _metronome(console) if sound and values.metronome else SilentMetronome()
         run = RecordingSession(
             values, store, name, source, console, journal,
-            metronome=metronome, recognise=listening, on_trial=_on_trial(source), log=log.name if log.exists() else "",
+            metronome=metronome, recognise=listening, on_trial=_on_trial(opened), log=log.name if log.exists() else "",
         )  # fmt: skip
         result = run.run()
         facts = source.facts()
@@ -144,7 +145,7 @@ def _listening(run: Path | str) -> Recognise:
     loaded = load_run(run)
 
     def recognise(signal: Signal) -> Mapping[str, float]:
-        probabilities = loaded.model.probabilities(loaded.prepare(signal))
+        probabilities = loaded.classifier.probabilities(loaded.prepare(signal))
         return dict(zip(loaded.kind.materials, probabilities.tolist(), strict=True))
 
     return recognise
@@ -181,5 +182,4 @@ def _metronome(console: Console) -> Metronome:
 
 def _on_trial(source: Source) -> Callable[[Any], None] | None:
     """Return what tells a simulated device what to stroke; None for real ones."""
-    found: Callable[[Any], None] | None = getattr(source, "on_trial", None)
-    return found
+    return source.on_trial if isinstance(source, PlanFollower) else None

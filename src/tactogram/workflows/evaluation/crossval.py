@@ -25,7 +25,7 @@ from tactogram.datasets import (
 from tactogram.datasets.scratch import scratch
 from tactogram.datasets.splits.split import By
 from tactogram.errors import ParameterError
-from tactogram.evaluation.classification import ClassificationResult, WindowClassifier, evaluate_classifier
+from tactogram.evaluation.classification import ClassificationResult, evaluate_classifier
 from tactogram.evaluation.figures import confusion_figure
 from tactogram.evaluation.report import (
     ReportFigure,
@@ -35,6 +35,7 @@ from tactogram.evaluation.report import (
     save_figure,
     write_report,
 )
+from tactogram.model import Classifier, window_of
 from tactogram.recipe import Recipe, run_id
 from tactogram.signal.io.atomic import write_text
 from tactogram.signal.io.writable import check_writable
@@ -90,7 +91,7 @@ def crossval(
     Raises
     ------
     ParameterError
-        If the model is no classifier of windows, there are too few recordings for the folds, or ``out`` cannot be
+        If the model is no classifier, there are too few recordings for the folds, or ``out`` cannot be
         written to.
     """
     if only_folds is not None and only_folds < 1:
@@ -160,8 +161,8 @@ def _judged_folds(
             examples.prepare_all(progress=partial(progress, f"prepare {number}/{len(splits)}"))
             kind = signal_kind(examples, simulated=store.simulated)
             learner = facts.build(config, kind, seed=recipe.seed)
-            if not isinstance(learner, WindowClassifier):
-                raise ParameterError(f"{facts.name} is not a classifier of windows: crossval needs one")
+            if not isinstance(learner, Classifier):
+                raise ParameterError(f"{facts.name} is not a classifier: crossval needs one")
             learner.setup(make_fabric(recipe.training, accelerator=accelerator))
             task = f"fold {number}/{len(splits)} " if len(splits) > 1 else ""
             run_training(learner, examples, recipe, task=task, progress=progress)
@@ -195,7 +196,7 @@ def _splits(
     stream = recipe.prepare.stream_of(tuple(store.streams))
     seconds = {info.id: store.length(info.id, stream) / store.rate(info.id, stream) for info in index}
     rate = recipe.prepare.rate_of(store.rate(index[0].id, stream))
-    gap = getattr(config, "window", 0) / rate
+    gap = window_of(config) / rate
     if min(seconds.values()) / folds < 3 * gap:
         instead = (
             f"use --folds {fewest}" if fewest >= 2 else "record more of it, or leave it out with --where"
@@ -204,10 +205,8 @@ def _splits(
             f"--folds {folds} needs as many recordings of every class, or recordings long enough to divide; "
             f"{scarcest} has {fewest}: {instead}"
         )
-    described = (
-        f"{folds} contiguous blocks of each recording, {gap:.2g} s (one window) left out between; "
-        "each block counts as a recording"
-    )
+    between = f", {gap:.2g} s (one window) left out between" if gap else ""
+    described = f"{folds} contiguous blocks of each recording{between}; each block counts as a recording"
     return contiguous_blocks(index, seconds, blocks=folds, gap_s=gap), described
 
 

@@ -15,7 +15,7 @@ from tactogram.errors import LeakError, ParameterError, RunError
 from tactogram.evaluation.classification import ClassificationResult, evaluate_classifier
 from tactogram.evaluation.figures import confusion_figure, losses_figure
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText, write_report
-from tactogram.model import Example
+from tactogram.model import Example, PictureGenerator, PublishedEvaluator
 from tactogram.signal.io.writable import check_writable
 from tactogram.workflows.evaluation.generator import evaluate_generator
 from tactogram.workflows.evaluation.pictures import evaluate_run_pictures, generates_pictures
@@ -183,8 +183,8 @@ def _judged_on_recordings(
         if data is None and generates_pictures(loaded):
             results["pictures"], more = evaluate_run_pictures(loaded, progress=progress)
             sections += more
-        if hasattr(loaded.model, "as_published"):
-            found, more = _as_published(loaded, known)
+        if isinstance(loaded.model, PublishedEvaluator):
+            found, more = _as_published(loaded.model, known)
             results |= found
             sections += more
     else:
@@ -205,9 +205,9 @@ def _finite(value: Any) -> Any:
 
 def _splits_within(loaded: LoadedRun) -> str:
     """Return the protocol by which a run keeps parts of what it was trained on for testing; empty if it has none."""
-    if generates_pictures(loaded):
+    if isinstance(loaded.model, PictureGenerator):
         return str(loaded.model.ends.splits_crops)
-    return str(getattr(loaded.model, "splits_windows", ""))
+    return loaded.model.window_protocol if isinstance(loaded.model, PublishedEvaluator) else ""
 
 
 def _judged_within(
@@ -228,8 +228,8 @@ def _judged_within(
     sections: list[ReportSection] = []
     if generates_pictures(loaded):
         figures["pictures"], sections = evaluate_run_pictures(loaded, progress=progress)
-    if hasattr(loaded.model, "as_published"):
-        found, more = _as_published(loaded, _trained_on(loaded))
+    if isinstance(loaded.model, PublishedEvaluator):
+        found, more = _as_published(loaded.model, _trained_on(loaded))
         figures |= found
         sections += more
     if metrics := [m for m in loaded.run.metrics() if "loss" in m]:
@@ -238,11 +238,11 @@ def _judged_within(
 
 
 def _as_published(
-    loaded: LoadedRun, examples: Sequence[Example]
+    model: PublishedEvaluator, examples: Sequence[Example]
 ) -> tuple[dict[str, Any], list[ReportSection]]:
     """Return ``as_published`` and its section; where these recordings allow no such figures, None and the reason."""
     try:
-        found = loaded.model.as_published(examples)
+        found = model.evaluate_as_published(examples)
     except ParameterError as error:
         why = f"Not judged as published: {error}"
         return {"as_published": None, "as_published_missing": why}, [
@@ -318,7 +318,7 @@ def _judge_classifier(
 ) -> tuple[dict[str, Any], list[ReportSection]]:
     done = iter(range(1, len(known) + 1))
     result = evaluate_classifier(
-        loaded.model, known, on_example=lambda: progress("judge", next(done), len(known))
+        loaded.classifier, known, on_example=lambda: progress("judge", next(done), len(known))
     )
     figures, sections = result.as_dict(), [_accuracy(result)]
     if (loaded.run.folder / "search.json").is_file():
@@ -333,7 +333,7 @@ def _judge_rejection(
     """Return how many recordings of known and of unknown materials are called "none of these"."""
     index = SurfaceIndex.load(loaded.run)
     far = {
-        name: np.array([index.nearest(loaded.model.embed(e.signal), 1)[0]["distance"] for e in part])
+        name: np.array([index.nearest(loaded.embedder.embed(e.signal), 1)[0]["distance"] for e in part])
         for name, part in (("known", known), ("unknown", unknown))
     }
     facts: dict[str, Any] = {

@@ -16,7 +16,7 @@ from tactogram.evaluation.generation.protocol import evaluate_generation
 from tactogram.evaluation.generation.report import generation_sections
 from tactogram.evaluation.generation.segments import PiecePlan, plan_pieces
 from tactogram.evaluation.report import ReportSection
-from tactogram.model import Example, Generator
+from tactogram.model import Example, Generator, PhotographClassifier, SignalKind
 from tactogram.signal import Signal
 from tactogram.signal.filters import resample
 from tactogram.training.seeds import child_seed
@@ -85,11 +85,11 @@ def evaluate_generator(
     classifier = classifier_of(bench, pieces, notes)
     sets: dict[str, Mapping[str, list[Signal]]] = {}
     generators = _generators(loaded, bench)
+    nearest = generators[NEAREST_PHOTO][1] if NEAREST_PHOTO in generators else None
     for name, (facts, generator) in generators.items():
         same = [other for other in sets if generators[other][1] is generator]
-        asking = _ConditionedGenerator(
-            name, facts, generator, generators.get(NEAREST_PHOTO), rate, judging.seed, notes
-        )
+        kind = loaded.kind if generator is loaded.model else kind_in_time(loaded.kind)
+        asking = _ConditionedGenerator(name, facts, generator, kind, nearest, rate, judging.seed, notes)
         sets[name] = sets[same[0]] if same else _generated(asking, known, beside, pieces, progress)
     with threadpool_limits(1):
         result = evaluate_generation(
@@ -153,7 +153,8 @@ class _ConditionedGenerator:
     name: str
     facts: models.ModelInfo
     generator: Any
-    nearest: tuple[models.ModelInfo, Any] | None
+    kind: SignalKind
+    nearest: PhotographClassifier | None
     rate: float
     seed: int
     notes: list[str]
@@ -192,9 +193,8 @@ class _ConditionedGenerator:
             given = {"image": pictures[number % len(pictures)]}
         if "material" in self.facts.needs:
             given["material"] = example.material
-            known = getattr(self.generator, "materials", ())
-            if example.material not in known and self.nearest is not None and len(pictures):
-                given["material"] = self.nearest[1].material_of(pictures[number % len(pictures)])
+            if example.material not in self.kind.materials and self.nearest is not None and len(pictures):
+                given["material"] = self.nearest.classify_photograph(pictures[number % len(pictures)])[0]
                 self._note(
                     f"{self.name} does not know every material: it was asked for the one whose photograph is nearest."
                 )
@@ -202,8 +202,7 @@ class _ConditionedGenerator:
 
     @property
     def _over_displacement(self) -> bool:
-        kind = getattr(self.generator, "kind", None)
-        return kind is not None and kind.domain != "time"
+        return self.kind.domain != "time"
 
     @property
     def _speed(self) -> dict[str, float]:

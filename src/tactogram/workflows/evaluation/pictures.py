@@ -21,6 +21,7 @@ from tactogram.evaluation.pictures.inversion import InversionLoss, inversion_los
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, save_figure
 from tactogram.features.pair_leak import pair_leak
 from tactogram.features.photo_pairs import WeakPairs
+from tactogram.model import PictureGenerator
 from tactogram.training.seeds import torch_seeded
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.train import LoadedRun, load_run, part_examples, test_part
@@ -36,7 +37,18 @@ BATCH = 32
 
 def generates_pictures(loaded: LoadedRun) -> bool:
     """Whether a run turns photographs into spectrogram pictures."""
-    return hasattr(loaded.model, "ends") and hasattr(loaded.model, "make")
+    return isinstance(loaded.model, PictureGenerator)
+
+
+def _generator(loaded: LoadedRun) -> PictureGenerator:
+    if not isinstance(loaded.model, PictureGenerator):
+        raise ParameterError(f"{loaded.facts.name} makes no spectrogram pictures of photographs")
+    return loaded.model
+
+
+def _attention(model: PictureGenerator, photo: Tensor) -> Tensor:
+    """Return Grad-CAM of photographs, shape (photograph, row, column)."""
+    return attention_maps(model.gan.bare_generator.eval(), photo, *model.conditioning(photo))
 
 
 def evaluate_pictures(
@@ -91,9 +103,8 @@ def evaluate_run_pictures(
 def _judged(
     loaded: LoadedRun, weights: PictureWeights | None, most: int, progress: ProgressCallback
 ) -> tuple[dict[str, Any], _PicturePairs, dict[str, InversionLoss]]:
-    if not generates_pictures(loaded):
-        raise ParameterError(f"{loaded.facts.name} makes no spectrogram pictures of photographs")
-    picture = loaded.model.ends.picture
+    ends = _generator(loaded).ends
+    picture = ends.picture
     train, test = _parts(loaded)
     tested = _tested(loaded, test)
     pairs = _pairs(loaded, tested, most, progress)
@@ -106,7 +117,7 @@ def _judged(
     }
     if pairs.named_rightly is not None:
         found["label_accuracy"] = pairs.named_rightly
-    leak = pair_leak(loaded.model.ends.pairs(train), tested)
+    leak = pair_leak(ends.pairs(train), tested)
     found["leak"] = asdict(leak) | {"leaks": leak.leaks}
     losses = _inversion(loaded, pairs, train, test, progress)
     found["inversion"] = {
@@ -139,14 +150,14 @@ def _parts(loaded: LoadedRun) -> tuple[Examples, Examples]:
     store, split = test_part(loaded.run)
     train, test = (
         part_examples(store, split, part, loaded.as_trained, label=loaded.run.data["label"])
-        for part in ("train", "train" if loaded.model.ends.splits_crops else "test")
+        for part in ("train", "train" if _generator(loaded).ends.splits_crops else "test")
     )
     return train, test
 
 
 def _tested(loaded: LoadedRun, test: Examples) -> WeakPairs:
     """Return the pairs of the test part."""
-    ends = loaded.model.ends
+    ends = _generator(loaded).ends
     pairs: WeakPairs | None = ends.pairs(test, "test") if ends.splits_crops else ends.unseen(test)
     if pairs is None:
         raise ParameterError(
@@ -156,7 +167,7 @@ def _tested(loaded: LoadedRun, test: Examples) -> WeakPairs:
 
 
 def _pairs(loaded: LoadedRun, pairs: WeakPairs, most: int, progress: ProgressCallback) -> _PicturePairs:
-    model = loaded.model
+    model = _generator(loaded)
     places = np.unique(np.linspace(0, len(pairs) - 1, min(len(pairs), most)).round().astype(int))
     batches, made, named = [], [], []
     with torch_seeded(loaded.recipe.seed, "judge pictures"):  # pix2pix draws its dropout in use
@@ -164,7 +175,7 @@ def _pairs(loaded: LoadedRun, pairs: WeakPairs, most: int, progress: ProgressCal
             batch = pairs.batch(places[begin : begin + BATCH])
             batches.append(batch)
             made.append(model.make(batch.photo).float().cpu())
-            if getattr(model, "predictor", None) is not None:
+            if model.predictor is not None:
                 named.append(model.predictor.probabilities(batch.photo).argmax(1).cpu() == batch.label)
             progress("make pictures", begin + len(batch), len(places))
     sources = [pairs.photo_sources[crop // pairs.crops.per_photo] for crop in pairs.pairs[places, 0]]
@@ -181,10 +192,11 @@ def _inversion(
     loaded: LoadedRun, pairs: _PicturePairs, train: Examples, test: Examples, progress: ProgressCallback
 ) -> dict[str, InversionLoss]:
     """Return the loss of the inverted signals, the mean over materials."""
-    picture, places = loaded.model.ends.picture, pairs.by_material()
+    ends = _generator(loaded).ends
+    picture, places = ends.picture, pairs.by_material()
     held: dict[str, list[list[Any]]] = {name: [[], []] for name in places}
     # Crops of the same recordings have no floor: a recording beside itself is no other recording.
-    parts = (test,) if loaded.model.ends.splits_crops else (test, train)
+    parts = (test,) if ends.splits_crops else (test, train)
     for side, part in enumerate(parts):
         for example in part:
             if example.material in held and len(example.signal) >= picture.length:
@@ -234,15 +246,11 @@ def compare_pictures(
             raise ParameterError(
                 f"{run}: tested on other pairs than {next(iter(columns))}; train on one split"
             )
-        columns[name], picture = found, loaded.model.ends.picture
+        columns[name], picture = found, _generator(loaded).ends.picture
         if name in attention:
-            given = getattr(loaded.model, "given", lambda photo: ())
             photo = found.photo[[places[0] for places in found.by_material().values()][:MOST_SHOWN]]
-            generator = loaded.model.gan.bare_generator.eval()
-            maps[name], notes[name] = (
-                attention_maps(generator, photo, *given(photo)),
-                attention_note(generator),
-            )
+            model = _generator(loaded)
+            maps[name], notes[name] = _attention(model, photo), attention_note(model.gan.bare_generator)
     if picture is None:
         raise ParameterError("at least one run is needed, got none")
     one = next(iter(columns.values()))
@@ -273,9 +281,9 @@ def _sections(
     missing = "".join(f" {name} is missing: {why}." for name, why in found["missing"].items())
     blocks: list[Any] = [ReportTable(("measure", "value", "better"), rows, caption + missing)]
     cases = _cases(loaded, pairs)
-    picture = loaded.model.ends.picture
+    picture = _generator(loaded).ends.picture
     first = [places[0] for places in pairs.by_material().values()][:MOST_SHOWN]
-    notes = {"made": attention_note(loaded.model.gan.bare_generator)}
+    notes = {"made": attention_note(_generator(loaded).gan.bare_generator)}
     blocks.append(
         ReportFigure(
             pictures_figure(
@@ -329,15 +337,13 @@ def _sections(
 
 
 def _cases(loaded: LoadedRun, pairs: _PicturePairs) -> Any:
-    model = loaded.model
-    given = getattr(model, "given", lambda photo: ())
+    model = _generator(loaded)
 
     def case(place: int, *, attention: bool = False) -> PictureCase:
         pictures = {"recorded": pairs.real[place], "made": pairs.made[place]}
         maps = None
         if attention:
-            photo = pairs.photo[place : place + 1]
-            maps = {"made": attention_maps(model.gan.bare_generator.eval(), photo, *given(photo))[0]}
+            maps = {"made": _attention(model, pairs.photo[place : place + 1])[0]}
         return PictureCase(pairs.materials[place], pairs.photo[place], pictures, maps)
 
     return case

@@ -24,7 +24,7 @@ from tactogram.evaluation.report import (
     save_figure,
     write_report,
 )
-from tactogram.model import Example, ImageExample, ItemRatings, Kind, Predictor
+from tactogram.model import Example, ImageExample, ItemRatings, Kind, Predictor, feature_description
 from tactogram.recipe import Recipe, run_id
 from tactogram.signal.io.atomic import write_text
 from tactogram.signal.io.writable import check_writable
@@ -161,7 +161,7 @@ class _Trainer:
         run_training(learner, known, self.recipe)
         if not isinstance(learner, Predictor):
             raise ParameterError(f"{self.facts.name} is no predictor of ratings")
-        self.described_by = getattr(learner, "described_by", None)
+        self.described_by = feature_description(learner)
         return learner
 
 

@@ -16,7 +16,7 @@ from tactogram.evaluation.ratings.figures import prediction_figure
 from tactogram.evaluation.ratings.prediction import PredictedRatings
 from tactogram.evaluation.ratings.reproduction import constant_error, reproduction
 from tactogram.evaluation.report import ReportFigure, ReportSection, save_figure
-from tactogram.model import Predictor
+from tactogram.model import Predictor, feature_description
 from tactogram.signal import Image, Signal
 from tactogram.signal.io.atomic import write_text
 from tactogram.statistics.figures import error_figure
@@ -72,7 +72,7 @@ def evaluate_predictor(
     found = PredictedRatings(
         ratings.words,
         items,
-        predicted_scores(loaded.model, examples, items)[None],
+        predicted_scores(loaded.predictor, examples, items)[None],
         np.broadcast_to(guess, shape),
         held.means[None],
         held.cube,
@@ -81,7 +81,7 @@ def evaluate_predictor(
     facts = {
         "model": loaded.facts.name,
         "run": loaded.run.data["run_id"],
-        "described_by": getattr(loaded.model, "described_by", None),
+        "described_by": feature_description(loaded.model),
         "data": {
             "name": store.name,
             "sha256": store.sha256,

@@ -12,7 +12,7 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.pictures.image_figures import GeneratorRow, generated_figure
 from tactogram.evaluation.ratings.label_following import label_fidelity
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText
-from tactogram.model import ImageKind, Predictor
+from tactogram.model import ImageKind, Predictor, RatedGenerator, SpreadReporter
 from tactogram.signal import Image
 from tactogram.workflows.training.rated_examples import RatingData
 from tactogram.workflows.training.train import LoadedRun, load_run, test_part
@@ -49,9 +49,9 @@ def evaluate_images(
     Returns
     -------
     dict and list of Section
-        ``model``, ``run``, ``data``; ``spread`` and ``collapse`` (`evaluation.pictures.image_spread.ImageSpread`);
-        with ``rater`` also ``label_fidelity`` (`evaluation.ratings.label_following.LabelFidelity`, scores 0 to 1) and
-        ``told_by``.
+        ``model``, ``run``, ``data``; ``spread`` and ``collapse`` (`evaluation.pictures.image_spread.ImageSpread`), null
+        of a model that does not measure them; with ``rater`` also ``label_fidelity``
+        (`tactogram.evaluation.ratings.label_following.LabelFidelity`, scores 0 to 1) and ``told_by``.
 
     Raises
     ------
@@ -59,19 +59,17 @@ def evaluate_images(
         If ``rater`` is no rater of images in the run's words.
     """
     judge = _rater_of(loaded, rater)
-    asked, described, store = _asked(loaded)
+    generator = _generator(loaded)
+    asked, described, store = _asked(loaded, generator)
     low, high = loaded.any_kind.scale or (0.0, 1.0)
     words = loaded.any_kind.words
     made = [
         [
-            loaded.model.generate(
-                {"words": dict(zip(words, (low + (high - low) * row).tolist(), strict=True))}, seed=seed
-            )
+            _image(generator, dict(zip(words, (low + (high - low) * row).tolist(), strict=True)), seed)
             for seed in range(DRAWS)
         ]
         for row in asked.values()
     ]
-    spread = loaded.model.spread()
     figures: dict[str, Any] = {
         "model": loaded.facts.name,
         "run": loaded.run.data["run_id"],
@@ -81,18 +79,22 @@ def evaluate_images(
             "split": described,
             "simulated": store.simulated or (judge is not None and judge.simulated),
         },
-        "spread": spread.as_dict(),
-        "collapse": spread.collapse,
+        "spread": None,
+        "collapse": None,
     }
-    rows: list[tuple[Any, ...]] = [
-        ("two real images", spread.real),
-        ("two of one label, other noise", spread.by_noise),
-        ("two of one noise, other label", spread.by_label),
-    ]
-    blocks: list[Any] = [
-        ReportTable(("distance of", ""), rows, "Root mean square over pixels of values in -1 to 1."),
-        ReportText(f"Collapsed: {spread.collapse}." if spread.collapse else "No collapse found."),
-    ]
+    blocks: list[Any] = []
+    if isinstance(generator, SpreadReporter):
+        spread = generator.image_spread()
+        figures |= {"spread": spread.as_dict(), "collapse": spread.collapse}
+        rows: list[tuple[Any, ...]] = [
+            ("two real images", spread.real),
+            ("two of one label, other noise", spread.by_noise),
+            ("two of one noise, other label", spread.by_label),
+        ]
+        blocks += [
+            ReportTable(("distance of", ""), rows, "Root mean square over pixels of values in -1 to 1."),
+            ReportText(f"Collapsed: {spread.collapse}." if spread.collapse else "No collapse found."),
+        ]
     if judge is not None:
         result = label_fidelity(np.stack(list(asked.values())), _said(judge, made, words))
         told_by = "a rater model" + (" of simulated raters" if judge.simulated else "")
@@ -115,6 +117,21 @@ def evaluate_images(
     return figures, [ReportSection("Images", blocks)]
 
 
+def _generator(loaded: LoadedRun) -> RatedGenerator:
+    if not isinstance(loaded.model, RatedGenerator):
+        raise ParameterError(
+            f"{loaded.run.name}: {loaded.facts.name} does not say what it learned from was rated"
+        )
+    return loaded.model
+
+
+def _image(generator: RatedGenerator, words: dict[str, float], seed: int) -> Image:
+    made = generator.generate({"words": words}, seed=seed)
+    if not isinstance(made, Image):
+        raise ParameterError("a generator of images gave a signal")
+    return made
+
+
 def _rater_of(loaded: LoadedRun, rater: Path | str | LoadedRun | None) -> LoadedRun | None:
     if rater is None:
         return None
@@ -131,7 +148,7 @@ def _rater_of(loaded: LoadedRun, rater: Path | str | LoadedRun | None) -> Loaded
     return judge
 
 
-def _asked(loaded: LoadedRun) -> tuple[dict[str, Array], str, Any]:
+def _asked(loaded: LoadedRun, generator: RatedGenerator) -> tuple[dict[str, Array], str, Any]:
     """Return mean scores, 0 to 1, by item; what they are of, in words; and the store."""
     store, split = test_part(loaded.run)
     rated = RatingData(store, loaded.facts.learns_from)
@@ -144,7 +161,7 @@ def _asked(loaded: LoadedRun) -> tuple[dict[str, Array], str, Any]:
     if len(kept) >= FEWEST:
         some = _some(kept)
         return some, f"scores of {len(some)} images that were kept apart", store
-    known = {item: means for item, means in loaded.model.rated_means.items() if np.isfinite(means).all()}
+    known = {item: means for item, means in generator.rated_means.items() if np.isfinite(means).all()}
     some = _some(known)
     return (
         some,
@@ -163,5 +180,5 @@ def _some(means: dict[str, Array]) -> dict[str, Array]:
 def _said(judge: LoadedRun, made: list[list[Image]], words: tuple[str, ...]) -> Array:
     """Return what the rater says of each image, 0 to 1, shape (label, draw, word)."""
     low, high = judge.any_kind.scale or (0.0, 1.0)
-    said = [[judge.model.predict(image) for image in row] for row in made]
+    said = [[judge.predictor.predict(image) for image in row] for row in made]
     return (np.array([[[one[word] for word in words] for one in row] for row in said]) - low) / (high - low)

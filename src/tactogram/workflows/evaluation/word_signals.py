@@ -15,7 +15,7 @@ from tactogram.datasets import Ratings
 from tactogram.errors import FailedTrainingError, ParameterError
 from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT
 from tactogram.evaluation.report import ReportSection, ReportTable, ReportText
-from tactogram.model import Example
+from tactogram.model import Example, feature_description
 from tactogram.signal import Signal
 from tactogram.signal.full_scale import straight_to_display
 from tactogram.workflows.evaluation.ratings import evaluate_reproduction, predicted_ratings
@@ -90,9 +90,12 @@ def generate_rated_surfaces(run: Path | str | LoadedRun, *, seed: int = 0) -> Wo
     for item, example in sorted(surfaces.items()):
         words = dict(zip(ratings.words, means[item].tolist(), strict=True))
         try:
-            signals[item] = loaded.model.generate({"words": words, "vibration": example.signal}, seed=seed)
+            made = loaded.generator.generate({"words": words, "vibration": example.signal}, seed=seed)
         except FailedTrainingError as error:
             failed[item] = re.sub(r"; ask for.*", "", str(error))
+            continue
+        if isinstance(made, Signal):
+            signals[item] = made
     kind = loaded.kind
     return WordGenerationResult(
         signals,
@@ -160,7 +163,7 @@ def evaluate_rated_surfaces(
         },
         "rater": {
             "run": judge.run.data["run_id"],
-            "described_by": getattr(judge.model, "described_by", None),
+            "described_by": feature_description(judge.model),
         },
         "failed": dict(made.failed),
     }

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import ParameterError
-from tactogram.model import Condition, Generator
+from tactogram.model import Condition, NoiselessGenerator, PhotographClassifier
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import WRITABLE, read_image, write_image, write_signal
 from tactogram.training.seeds import child_seed
@@ -44,8 +44,7 @@ def generate(
         For a condition that the model does not take or know, or a length that makes no sense.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
-    if not isinstance(loaded.model, Generator):
-        raise ParameterError(f"{loaded.run.name}: {loaded.facts.name} does not generate")
+    generator = loaded.generator
     if seconds is not None and not 0 < seconds <= LONGEST_S:
         raise ParameterError(f"seconds must be > 0 and at most {LONGEST_S:g}, got {seconds:g}")
     if seed < 0:
@@ -53,7 +52,7 @@ def generate(
     if count < 1:
         raise ParameterError(f"count must be at least 1, got {count}")
     for drawn in seeds_of(seed, count):
-        yield loaded.model.generate(condition, seconds=seconds, seed=drawn)
+        yield generator.generate(condition, seconds=seconds, seed=drawn)
 
 
 def seeds_of(seed: int, count: int) -> list[int]:
@@ -107,8 +106,8 @@ def generate_files(
         seen = _taken_for(loaded.model, image)
     more = {} if photograph is None else {"photograph": Path(photograph).name}
     facts = run_provenance(loaded, seed) | _named(condition) | more | seen
-    if count > 1 and (differ_by := getattr(loaded.model, "differ_by", "")):
-        seen["differ_by"] = differ_by
+    if count > 1 and isinstance(loaded.model, NoiselessGenerator):
+        seen["differ_by"] = loaded.model.variation
     return [
         write_made(numbered(out, number, count), made, facts | {"number": number}, simulated=loaded.simulated)
         | seen
@@ -171,15 +170,16 @@ def _named(condition: Condition) -> dict[str, Any]:
     }
 
 
-def _taken_for(model: Any, image: Image) -> dict[str, Any]:
-    """Return which known surface a model takes a photograph for, where it says so."""
-    if hasattr(model, "label_of"):
-        try:
-            material, confidence = model.label_of(image)
-        except ParameterError:  # a variant without a label
-            return {}
-        return {"taken_for": material, "confidence": round(float(confidence), 4)}
-    return {"taken_for": model.material_of(image)} if hasattr(model, "material_of") else {}
+def _taken_for(model: object, image: Image) -> dict[str, Any]:
+    """Return the known surface that a model classifies a photograph as, where it does."""
+    if not isinstance(model, PhotographClassifier):
+        return {}
+    try:
+        material, confidence = model.classify_photograph(image)
+    except ParameterError:  # a variant without a label
+        return {}
+    found: dict[str, Any] = {"taken_for": material}
+    return found if confidence is None else {**found, "confidence": round(float(confidence), 4)}
 
 
 def parse_mix(text: str) -> dict[str, float]:

@@ -10,7 +10,7 @@ from typing import Any
 
 from tactogram.datasets.ratings.ratings import SEVEN_POINT
 from tactogram.errors import ParameterError
-from tactogram.model import Predictor, SignalKind
+from tactogram.model import Predictor, SelectionReporter, SignalKind
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import WRITABLE, read_signal
 from tactogram.signal.io.atomic import write_text
@@ -170,8 +170,8 @@ def _made(
     ]
 
 
-def _taken(model: Any, condition: Mapping[str, Any], seed: int) -> dict[str, Any]:
-    return dict(model.chosen_for(condition, seed=seed)) if hasattr(model, "chosen_for") else {}
+def _taken(model: object, condition: Mapping[str, Any], seed: int) -> dict[str, Any]:
+    return dict(model.selection_for(condition, seed=seed)) if isinstance(model, SelectionReporter) else {}
 
 
 def _note(
@@ -216,7 +216,7 @@ def _predicted(
         for run, piece in zip(runs, pieces, strict=True):
             if isinstance(piece, Signal) is not of_signals:
                 continue
-            said = judge.model.predict(judge.prepare(piece) if isinstance(piece, Signal) else piece)
+            said = judge.predictor.predict(judge.prepare(piece) if isinstance(piece, Signal) else piece)
             low, high = scale_of(judge)
             found[CALLED[run.facts.gives]] = {
                 "by": "a rater model" + (" of simulated raters" if judge.simulated else ""),

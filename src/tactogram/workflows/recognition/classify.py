@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from tactogram.errors import ParameterError
-from tactogram.model import Classifier
 from tactogram.signal import Signal
 from tactogram.workflows.recognition.search import SurfaceIndex
 from tactogram.workflows.training.train import LoadedRun, load_run
@@ -33,15 +31,14 @@ def classify(run: Path | str | LoadedRun, signal: Signal) -> dict[str, Any]:
         If the run is no classifier, or the signal is not what it can be prepared from.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
-    if not isinstance(loaded.model, Classifier):
-        raise ParameterError(f"{loaded.run.name}: {loaded.facts.name} is not a classifier")
+    classifier = loaded.classifier
     prepared = loaded.prepare(signal)
-    probabilities = loaded.model.probabilities(prepared)
+    probabilities = classifier.probabilities(prepared)
     ranked = sorted(zip(loaded.kind.materials, probabilities.tolist(), strict=True), key=lambda p: -p[1])
     none_of_these = None
     if (loaded.run.folder / "search.json").is_file():
         index = SurfaceIndex.load(loaded.run)
-        embedded = loaded.model.embed(prepared)  # type: ignore[attr-defined]
+        embedded = loaded.embedder.embed(prepared)
         none_of_these = index.nearest(embedded, 1)[0]["distance"] > index.threshold
     return {
         "material": ranked[0][0],

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import ParameterError
-from tactogram.model import ImageKind, Predictor
+from tactogram.model import ImageKind, NoveltyReporter, Predictor
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_image, read_signal
 from tactogram.workflows.training.train import LoadedRun, load_run
@@ -34,13 +34,12 @@ def score(run: Path | str | LoadedRun, given: Signal | Image) -> dict[str, Any]:
         If the run is no predictor of scores.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
-    if not isinstance(loaded.model, Predictor):
-        raise ParameterError(f"{loaded.run.name}: {loaded.facts.name} is not a predictor of scores")
+    predictor = loaded.predictor
     prepared = loaded.prepare(given) if isinstance(given, Signal) else given
-    novelty = loaded.model.novelty(prepared) if hasattr(loaded.model, "novelty") else None
+    novelty = predictor.novelty(prepared) if isinstance(predictor, NoveltyReporter) else None
     scale = loaded.any_kind.scale
     return {
-        "scores": dict(loaded.model.predict(prepared)),
+        "scores": dict(predictor.predict(prepared)),
         "scale": None if scale is None else list(scale),
         "predicted_by": f"{loaded.facts.name} model" + (" of simulated raters" if loaded.simulated else ""),
         "novelty": novelty,

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -21,7 +21,7 @@ from usearch.index import Index
 
 from tactogram.datasets import Examples, Segment, Store, label_of, open_store
 from tactogram.errors import ParameterError, RunError
-from tactogram.model import Example
+from tactogram.model import Embedder, Example
 from tactogram.signal import Signal
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.training.run import Run
@@ -35,14 +35,6 @@ EXACT_BELOW = 20_000
 
 GRAPH_DEPTH = 500
 """Neighbours that are asked of the graph: materials beyond them are not listed."""
-
-
-class Embedder(Protocol):
-    """A model that turns a signal into a vector."""
-
-    def embed(self, signal: Signal) -> NDArray[np.float32]:
-        """Return float32, shape (feature,)."""
-        ...
 
 
 class SurfaceIndex:
@@ -202,7 +194,7 @@ def search(
         store = open_store(data)
         simulated = simulated or store.simulated
         index = _index_of(loaded, store, index.threshold, index.calibrated_on)
-    vector = loaded.model.embed(loaded.prepare(signal))
+    vector = loaded.embedder.embed(loaded.prepare(signal))
     few = len(index.ids) <= EXACT_BELOW
     every = index.nearest(vector, len(index.ids) if few else max(GRAPH_DEPTH, 10 * count))
     materials: dict[str, float] = {}
@@ -233,7 +225,7 @@ def _index_of(loaded: LoadedRun, store: Store, threshold: float, calibrated_on: 
     missing = [id for id in names if id not in held]
     if missing:
         examples = Examples(store, map(Segment, missing), loaded.as_trained, label=label)
-        held |= dict(zip(missing, _embed(loaded.model, examples), strict=True))
+        held |= dict(zip(missing, _embed(loaded.embedder, examples), strict=True))
         with atomic_write(file) as part:
             np.savez(part, ids=np.array(list(held)), vectors=np.stack(list(held.values())))
     return SurfaceIndex(

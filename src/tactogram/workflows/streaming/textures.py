@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import ParameterError
+from tactogram.model import TextureMapModel
 from tactogram.rendering.drive.axes import combined
 from tactogram.rendering.streaming.surface import Along, SurfaceTexture
 from tactogram.rendering.streaming.texture_table import TextureTable
 from tactogram.rendering.streaming.textures import AutoregressiveTexture, StreamingTexture
 from tactogram.signal import Signal
 from tactogram.signal.io import read_metadata, read_signal
-from tactogram.signal.texture_map import TextureMap
 from tactogram.workflows.generation.generate import generate
 from tactogram.workflows.training.train import LoadedRun, load_run
 
@@ -103,10 +103,9 @@ def textures_of(
 
 def _of_run(run: LoadedRun, name: str, settings: TextureSettings, number: int) -> StreamingTexture:
     """Return one material of a run: its own models where it is autoregressive, else a signal that it generates."""
-    maps: Sequence[TextureMap] | None = getattr(run.model, "maps", None)
-    if maps is not None:
+    if isinstance(run.model, TextureMapModel):
         place = run.kind.materials.index(name)
-        table = TextureTable.of(maps[place], axis=settings.axes)
+        table = TextureTable.of(run.model.maps[place], axis=settings.axes)
         seed = settings.seed + 1000 * number + place
         return AutoregressiveTexture(name, table, rate=settings.rate, most=settings.most, seed=seed)
     condition: dict[str, Any] = {"material": {name: 1.0}}

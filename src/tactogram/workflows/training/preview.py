@@ -100,12 +100,11 @@ def sample(folder: Path | str, *, of: str | None = None, seed: int = 0) -> dict[
     folder = Path(folder)
     finished = Run.open(folder).finished
     loaded = load_run(folder) if finished else load_unfinished(folder)
-    if not isinstance(loaded.model, Generator):
-        raise ParameterError(f"{loaded.run.name}: {loaded.facts.name} does not generate")
+    generator = loaded.generator
     position: dict[str, Any] = {"stage": None, "step": None}
     if not finished:
         _, position = load_state(folder / "checkpoint.safetensors")
-    name, asked, condition = _condition(loaded, of)
+    name, asked, condition = _condition(loaded, generator, of)
     image = loaded.facts.gives == "image"
     [made] = generate(loaded, condition, seconds=None if image else SAMPLE_S, seed=seed)
     place = "end" if finished else f"stage{position['stage']}-step{position['step']:06d}"
@@ -115,13 +114,13 @@ def sample(folder: Path | str, *, of: str | None = None, seed: int = 0) -> dict[
     return {**position, "of": asked, **write_made(file, made, facts, simulated=loaded.simulated)}
 
 
-def _condition(loaded: LoadedRun, of: str | None) -> tuple[str, str, Condition]:
+def _condition(loaded: LoadedRun, generator: Generator, of: str | None) -> tuple[str, str, Condition]:
     """Return what to go by, how that is called, and what to ask a generator for."""
     needs = loaded.facts.needs
-    if "words" in needs and isinstance(loaded.model, RatedGenerator):
-        item = _one(sorted(loaded.model.rated_means), of)
+    if "words" in needs and isinstance(generator, RatedGenerator):
+        item = _one(sorted(generator.rated_means), of)
         low, high = loaded.any_kind.scale or (0.0, 1.0)
-        means = loaded.model.rated_means[item]
+        means = generator.rated_means[item]
         words = zip(loaded.any_kind.words, means.tolist(), strict=True)
         return item, f"scores of {item}", {"words": {word: low + mean * (high - low) for word, mean in words}}
     if "image" in needs:

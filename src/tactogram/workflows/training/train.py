@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pydantic import BaseModel
+
 from tactogram import models
 from tactogram.datasets import (
     Examples,
@@ -20,7 +22,19 @@ from tactogram.datasets import (
 )
 from tactogram.datasets.splits.split import By
 from tactogram.errors import ParameterError, RunError, StoppedError
-from tactogram.model import Classifier, Example, Kind, Learner, SignalKind
+from tactogram.model import (
+    CheckpointSelector,
+    Classifier,
+    Embedder,
+    Example,
+    FigureReporter,
+    Generator,
+    Kind,
+    Learner,
+    OutcomeReporter,
+    Predictor,
+    SignalKind,
+)
 from tactogram.recipe import Preparation, Recipe
 from tactogram.signal import Signal
 from tactogram.signal.io.atomic import atomic_write
@@ -46,14 +60,14 @@ def never() -> bool:
 class LoadedRun:
     """A finished run, ready for use.
 
-    ``model`` keeps the promises its ``facts.task`` says: a `Classifier`, a `Generator` or a `Predictor`.
+    ``model`` is of the protocol that ``facts.task`` says, and of the optional ones of `tactogram.model` that it keeps.
     """
 
     run: Run
     facts: models.ModelInfo
     recipe: Recipe
     any_kind: Kind
-    model: Any
+    model: object
 
     @property
     def kind(self) -> SignalKind:
@@ -61,6 +75,39 @@ class LoadedRun:
         if not isinstance(self.any_kind, SignalKind):
             raise ParameterError(f"{self.run.name}: {self.facts.name} is of images, not of signals")
         return self.any_kind
+
+    @property
+    def generator(self) -> Generator:
+        """The model; refuses one that does not generate."""
+        if not isinstance(self.model, Generator):
+            raise ParameterError(f"{self.run.name}: {self.facts.name} does not generate")
+        return self.model
+
+    @property
+    def classifier(self) -> Classifier:
+        """The model; refuses one that does not classify."""
+        if not isinstance(self.model, Classifier):
+            raise ParameterError(f"{self.run.name}: {self.facts.name} is not a classifier")
+        return self.model
+
+    @property
+    def predictor(self) -> Predictor:
+        """The model; refuses one that predicts no scores."""
+        if not isinstance(self.model, Predictor):
+            raise ParameterError(f"{self.run.name}: {self.facts.name} is not a predictor of scores")
+        return self.model
+
+    @property
+    def embedder(self) -> Embedder:
+        """The model; refuses one that does not turn signals into vectors."""
+        if not isinstance(self.model, Embedder):
+            raise ParameterError(f"{self.run.name}: {self.facts.name} has no embedding to search by")
+        return self.model
+
+    @property
+    def config(self) -> BaseModel:
+        """The model's own configuration."""
+        return self.facts.config(self.recipe.config)
 
     @property
     def simulated(self) -> bool:
@@ -205,8 +252,7 @@ def train_plan(
     kind, examples, validation = _material(plan, progress, stop)
     learner = facts.build(plan.config, kind, seed=chosen.seed)
     learner.setup(fabric)
-    # A learner that watches chooses its weights by what it is not trained on, and says if not as asked.
-    note = str(learner.watch(validation) or "") if hasattr(learner, "watch") else ""
+    note = learner.set_validation(validation) if isinstance(learner, CheckpointSelector) else ""
     if note and first:
         progress("choose weights", 1, 1, note)
     learner.stages(examples)  # refuses what it cannot learn from, before anything is written
@@ -263,11 +309,11 @@ def _finish(
     notes: Sequence[str],
 ) -> None:
     """Write what a learner leaves behind."""
-    if isinstance(learner, Classifier) and hasattr(learner, "embed"):
+    if isinstance(learner, Classifier) and isinstance(learner, Embedder):
         from tactogram.workflows.recognition.search import index_run
 
         index_run(run, learner, examples, validation)
-    outcome = {"outcome": learner.outcome()} if hasattr(learner, "outcome") else {}
+    outcome = {"outcome": learner.outcome()} if isinstance(learner, OutcomeReporter) else {}
     _draw(run, learner)
     facts = {
         "model": plan.facts.name,
@@ -340,7 +386,7 @@ def _preparing(progress: ProgressCallback, stop: Stop) -> Callable[[int, int], N
 
 def _draw(run: Run, learner: Learner) -> None:
     """Write what a learner draws of its training to ``figures/NAME.png``."""
-    drawn = learner.figures() if hasattr(learner, "figures") else {}
+    drawn = learner.figures() if isinstance(learner, FigureReporter) else {}
     for name, figure in drawn.items():
         with atomic_write(run.folder / "figures" / f"{name}.png") as part:
             figure.savefig(part, dpi=120, format="png")

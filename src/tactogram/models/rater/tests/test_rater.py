@@ -137,7 +137,7 @@ def test_scores_images_too():
     said = learner.predict(image(99, 0.8))
     assert said["rough"] == pytest.approx(0.8, abs=0.1)
     assert said["fast"] == pytest.approx(0.2, abs=0.1)
-    assert "colour" in learner.described_by
+    assert "colour" in learner.feature_description
     with pytest.raises(ParameterError, match="is of images, got Signal"):
         learner.predict(vibration(1, 4, 0))
 
@@ -148,10 +148,10 @@ def test_trunk_is_told_and_kept_with_the_run():
     given = [ImageExample(str(n), (image(n, n / 5),), str(n), rated((n / 5, 0.5), n)) for n in range(4)]
     learner = build(Config(folds=2, image_size=32), kind, seed=0)
     learner.step(learner.stages(given)[0], given)
-    assert "efficientnet_lite0" in learner.described_by
+    assert "efficientnet_lite0" in learner.feature_description
     other = build(Config(folds=2, image_size=32, trunk="none"), kind, seed=0)
     other.load_state(learner.state())
-    assert other.described_by == learner.described_by
+    assert other.feature_description == learner.feature_description
     assert other.predict(given[0].image) == learner.predict(given[0].image)
 
 

@@ -144,12 +144,12 @@ def test_collapse_is_named():
     normal_(model.gan.bare_generator, 0.5)
     first = model.gan.bare_generator.layers[0].weight.data
     first[: TINY.noise] = 0.0
-    assert model.spread().collapse == "one image per label, whatever the noise"
+    assert model.image_spread().collapse == "one image per label, whatever the noise"
     first[:] = torch.randn_like(first)
     first[TINY.noise :] = 0.0
-    assert model.spread().collapse == "the label makes no difference"
+    assert model.image_spread().collapse == "the label makes no difference"
     first[:] = 0.0
-    assert model.spread().collapse == "one image for all labels and noises"
+    assert model.image_spread().collapse == "one image for all labels and noises"
     assert model.validate(given)["collapsed"] == 1.0
 
 

@@ -10,7 +10,7 @@ ROUGH, STICKY = {"rough": 6.4, "sticky": 2.0}, {"rough": 2.0, "sticky": 6.0}
 
 
 def test_the_model_is_that_of_the_cluster_nearest_in_words(learner):
-    rough, sticky = (learner.chosen_for({"words": words}, 3) for words in (ROUGH, STICKY))
+    rough, sticky = (learner.selection_for({"words": words}, 3) for words in (ROUGH, STICKY))
     assert (rough["surface"], rough["cluster"]) == ("plate01", 1)
     assert (sticky["surface"], sticky["cluster"]) == ("plate03", 2)
     assert sticky["cluster_surfaces"] == ["plate03"]
@@ -21,7 +21,7 @@ def test_the_model_is_that_of_the_cluster_nearest_in_words(learner):
 
 def test_a_surfaces_own_means_are_at_no_distance(kind, learner):
     means = 1 + 6 * learner.surfaces.means[1]
-    found = learner.chosen_for({"words": dict(zip(kind.words, means, strict=True))}, 0)
+    found = learner.selection_for({"words": dict(zip(kind.words, means, strict=True))}, 0)
     assert found["surface"] == "plate02"
     assert found["distance"] == pytest.approx(0, abs=1e-12)
 
@@ -45,17 +45,17 @@ def test_longer_signals_are_whole_loops_and_shorter_ones_the_beginning(learner):
 
 def test_random_phases_have_a_higher_crest_factor(trained):
     learner = trained()
-    low = learner.chosen_for({"words": ROUGH}, 5)["crest_factor"]
+    low = learner.selection_for({"words": ROUGH}, 5)["crest_factor"]
     learner.config = learner.config.model_copy(update={"phase": "random"})
-    assert learner.chosen_for({"words": ROUGH}, 5)["crest_factor"] > 1.2 * low
+    assert learner.selection_for({"words": ROUGH}, 5)["crest_factor"] > 1.2 * low
 
 
 def test_a_vibration_of_ones_own_goes_in_instead_of_a_stored_one(measurement, learner):
     vibration = measurement(1, 5, 0, 0).signal
-    facts = [learner.chosen_for({"words": ROUGH, "vibration": vibration}, seed) for seed in range(8)]
+    facts = [learner.selection_for({"words": ROUGH, "vibration": vibration}, seed) for seed in range(8)]
     assert {fact["sensor_spectrum"]["of"] for fact in facts} == {"vibration"}
     assert len({fact["sensor_spectrum"]["axis"] for fact in facts}) > 1
-    assert facts[3] == learner.chosen_for({"words": ROUGH, "vibration": vibration}, 3)
+    assert facts[3] == learner.selection_for({"words": ROUGH, "vibration": vibration}, 3)
     with pytest.raises(ParameterError, match="condition 'vibration': signal must last 1 s"):
         learner.generate({"words": ROUGH, "vibration": vibration.cut(0, 100)}, seed=0)
 

@@ -185,7 +185,7 @@ def trained():
     made = learner(
         **{"predictor.epochs": 12, "predictor.learning_rate": 0.01, "steps": 250, "learning_rate": 4e-3}
     )
-    made.watch(UNSEEN)
+    made.set_validation(UNSEEN)
     fit(made, TRAINING, seed=0)
     return made
 
@@ -196,7 +196,7 @@ def photo(material):
 
 def test_names_unseen_photographs_and_says_how_surely(trained):
     for name in KIND.materials:
-        label, sure = trained.label_of(photo(name))
+        label, sure = trained.classify_photograph(photo(name))
         assert label == name
         assert 0.5 < sure <= 1
 
@@ -246,7 +246,7 @@ def test_a_size_the_generator_cannot_halve_is_refused_before_the_predictor_is_tr
 
 def test_where_crops_are_split_weights_are_chosen_by_crops_kept_apart():
     made = learner(**{"pairs.protocol": "crop-split", "pairs.per_photo": 5, "pairs.per_recording": 5})
-    made.watch(())  # --split all: no recording is kept apart
+    made.set_validation(())  # --split all: no recording is kept apart
     fit(made, TRAINING, seed=0)
     assert made.state()["gan"]["chosen_by"] == "row_statistics"
     assert set(made.validate(())) == {"row_statistics_unseen", "label_accuracy_unseen"}
@@ -262,7 +262,7 @@ def test_figures_bear_the_name_of_what_they_are_not_of_what_weights_were_chosen_
     made.load_state(state)
     assert made.gan.state()["chosen_by"] == "lpips"
     assert made.validate(UNSEEN)["row_statistics_unseen"] == trained.validate(UNSEEN)["row_statistics_unseen"]
-    made.watch(UNSEEN)  # LPIPS is gone: what it said is not compared with what is said now
+    made.set_validation(UNSEEN)  # LPIPS is gone: what it said is not compared with what is said now
     made.gan.choose(made.make, made.ends.unseen(UNSEEN))
     assert made.gan.state()["chosen_by"] == "row_statistics"
     assert made.gan.best > 1e-9
@@ -288,7 +288,7 @@ def test_ablations_and_variant_train(changes):
 def test_without_cbn_nothing_is_named_and_no_material_taken():
     made = learner(conditional=False)
     with pytest.raises(ParameterError, match="names nothing"):
-        made.label_of(photo("fine"))
+        made.classify_photograph(photo("fine"))
     with pytest.raises(ParameterError, match="takes no material"):
         made.generate({"image": photo("fine"), "material": "fine"}, seed=0)
 

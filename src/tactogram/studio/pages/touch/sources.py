@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
 import numpy as np
 
 from tactogram.errors import DataError, ParameterError
+from tactogram.model import TextureMapModel
 from tactogram.rendering.streaming.texture_table import TextureTable
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_metadata, read_signal
@@ -273,8 +274,9 @@ def _map_of(run: LoadedRun, material: str) -> TextureMap | None:
         raise ParameterError(
             f"{run.run.name} has no material {material[:60]!r}; it has {', '.join(run.kind.materials)}"
         )
-    maps = getattr(run.model, "maps", None)
-    return None if maps is None else maps[run.kind.materials.index(material)]
+    if not isinstance(run.model, TextureMapModel):
+        return None
+    return run.model.maps[run.kind.materials.index(material)]
 
 
 def _by_table(surface: TextureMap, asked: TextureRequest) -> bool:

@@ -1,0 +1,130 @@
+"""A classifier from outside that keeps none of the optional protocols."""
+
+import sys
+
+import pytest
+
+from tactogram.errors import ParameterError, RunError
+from tactogram.workflows.capture.live import LiveClassifier
+from tactogram.workflows.evaluation.crossval import crossval
+from tactogram.workflows.evaluation.evaluate import evaluate
+from tactogram.workflows.recognition.classify import classify
+from tactogram.workflows.recognition.search import search
+from tactogram.workflows.training.train import load_run, train
+
+FACTS = """
+title = "The nearest mean of lag-1 autocorrelation"
+authors = ["Me"]
+year = 2026
+task = "classification"
+gives = "probabilities"
+"""
+CODE = """
+import numpy as np
+from pydantic import BaseModel, ConfigDict
+
+from tactogram.model import Stage
+
+
+class Config(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+def lag_one(signal):
+    x = signal.samples - signal.samples.mean(1, keepdims=True)
+    return float((x[:, 1:] * x[:, :-1]).sum() / (x**2).sum())
+
+
+class NearestMean:
+    def __init__(self, kind):
+        self.kind, self.materials, self.means = kind, kind.materials, {}
+
+    def setup(self, fabric):
+        pass
+
+    def stages(self, examples):
+        return (Stage("fit", 1),)
+
+    def batches(self, stage, examples, *, seed, start=0):
+        if start == 0:
+            yield examples
+
+    def step(self, stage, batch):
+        for name, members in self.kind.by_material(batch).items():
+            self.means[name] = float(np.mean([lag_one(member.signal) for member in members]))
+        return {"materials": float(len(self.means))}
+
+    def validate(self, examples):
+        return {}
+
+    def state(self):
+        return {"means": dict(self.means)}
+
+    def load_state(self, state):
+        self.means = dict(state["means"])
+
+    def probabilities(self, signal):
+        away = np.array([abs(lag_one(signal) - self.means[name]) for name in self.materials])
+        p = np.exp(-20 * away)
+        return p / p.sum()
+
+
+def build(config, kind, *, seed, device="cpu"):
+    return NearestMean(kind)
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("mine") / "nearest_mean"
+    (folder / "recipes").mkdir(parents=True)
+    (folder / "model.toml").write_text(FACTS)
+    (folder / "__init__.py").write_text(CODE)
+    (folder / "recipes" / "quick.toml").write_text(
+        'model = "nearest_mean"\n[prepare]\nband = [15.0, 150.0]\n'
+    )
+    yield folder
+    sys.modules.pop("nearest_mean", None)
+
+
+@pytest.fixture(scope="module")
+def loaded(folder, store, tmp_path_factory):
+    out = tmp_path_factory.mktemp("runs") / "nearest"
+    train("nearest_mean", store, out=out, accelerator="cpu", model_folders=[folder])
+    return load_run(out, model_folders=[folder])
+
+
+def test_it_is_evaluated_by_whole_recordings(loaded):
+    figures = evaluate(loaded)
+    assert figures["windows"] == figures["recordings"] == 8
+    assert figures["recording_accuracy"] >= 0.75
+    assert figures["confusion_windows"] == figures["confusion_recordings"]
+    assert "none_of_these" not in figures
+
+
+def test_it_is_cross_validated(folder, store, tmp_path):
+    figures = crossval("nearest_mean", store, folds=2, out=tmp_path, model_folders=[folder])
+    assert figures["recordings"] == figures["windows"] == 40
+    assert figures["recording_accuracy"] > 0.8
+
+
+def test_more_folds_than_recordings_divide_recordings_without_a_gap(folder, store, tmp_path):
+    figures = crossval("nearest_mean", store, folds=20, only_folds=1, out=tmp_path, model_folders=[folder])
+    assert figures["split"].startswith("20 contiguous blocks of each recording; each block counts")
+
+
+def test_it_classifies_and_cannot_be_searched(loaded, texture):
+    found = classify(loaded, texture("cork", 99))
+    assert found["material"] == "cork"
+    assert found["none_of_these"] is None
+    assert sum(found["probabilities"].values()) == pytest.approx(1)
+    with pytest.raises(RunError, match="has no search index"):
+        search(loaded, texture("cork", 99))
+
+
+def test_live_it_needs_a_window(loaded, texture):
+    with pytest.raises(ParameterError, match="does not say how long its input is"):
+        LiveClassifier(loaded)
+    heard = LiveClassifier(loaded, window_s=1.0)(texture("tile", 98))
+    assert max(heard.probabilities, key=heard.probabilities.get) == "tile"
+    assert heard.none_of_these is None
