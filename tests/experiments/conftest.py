@@ -5,13 +5,14 @@ import pytest
 
 @pytest.fixture
 def stand_in(monkeypatch):
-    """Put the methods of an object in the place of the workflows of those names that modules import."""
+    """Put the methods of an object in the place of the workflows of those names; refuses one that no module imports."""
 
     def put(made_up, *modules):
-        for module in modules:
-            for name in vars(type(made_up)):
-                if name in vars(module) and not name.startswith("_"):
-                    monkeypatch.setattr(module, name, getattr(made_up, name))
+        for name in (name for name in vars(type(made_up)) if not name.startswith("_")):
+            users = [module for module in modules if name in vars(module)]
+            assert users, f"no experiment imports a workflow called {name}"
+            for module in users:
+                monkeypatch.setattr(module, name, getattr(made_up, name))
         return made_up
 
     return put

@@ -88,7 +88,7 @@ class MadeUpWorkflows:
     def score(self, judging, image):
         return {"scores": dict.fromkeys(WORDS, float(image.pixels.mean() / 210)), "scale": [0.0, 1.0]}
 
-    def made_by_words(self, run, *, seed):
+    def generate_rated_surfaces(self, run, *, seed):
         store_means = rated(PLATES, SEVEN_POINT, 2)
         targets = dict(zip(store_means.items, map(tuple, store_means.means.tolist()), strict=True))
         return SimpleNamespace(
@@ -169,7 +169,7 @@ def test_cross_modal_has_six_conditions_and_two_groups_of_people(tmp_path):
 
 def test_cross_modal_of_real_answers_says_people(tmp_path, made_up):
     """Answers that repeat the plates' means err by nothing; those of the others by one point."""
-    targets = made_up.made_by_words(None, seed=0).targets
+    targets = made_up.generate_rated_surfaces(None, seed=0).targets
     lines = ["rater,item,word,score"]
     for condition in ("without models", "without images", *(f"weight {w}" for w in (1, 1000, 5000, 10000))):
         for rater in ("p1", "p2", "p3"):

@@ -47,7 +47,7 @@ class MadeUpWorkflows:
         out.mkdir(parents=True, exist_ok=True)
         (out / "recipe.toml").touch()
 
-    def made_by_words(self, run, *, seed):
+    def generate_rated_surfaces(self, run, *, seed):
         failed = {"plate02": "the training of cluster 2 failed"} if run.name.startswith("B") else {}
         return SimpleNamespace(
             signals={p: drive(n, 0.5 + 0.1 * seed) for n, p in enumerate(PLATES) if p not in failed},
