@@ -1,4 +1,4 @@
-"""Reading sensors: how many times faster than real time logs are parsed, and what a pty carries. All data is simulated.
+"""Benchmark of sensor parsing: times real time at which logs are parsed, and what a pty carries. All data is simulated.
 
 "times real time" is the length of the recording over the processor time that parsing it takes, in one thread: the ratio
 does not depend on what else the machine does. What a pty carries does: both ends and all else share its cores.

@@ -1,4 +1,4 @@
-"""What every measure costs, as a multiple of the plainest one that there is, in the same run.
+"""Benchmark of the measures: cost as a multiple of the plainest one, in the same run.
 
 Measures of signals: beside `scipy.signal.welch` (0.25 s segments) over the same signals, two sets of 32 simulated
 textures of three axes, 4 s at 1 kHz. Measures of embeddings: beside the product of the two sets' matrices, which any

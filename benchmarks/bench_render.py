@@ -1,4 +1,4 @@
-"""What fitting a signal to each display costs, as a multiple of resampling it to the display's rate, in the same run.
+"""Benchmark of rendering: cost as a multiple of resampling to the display's rate, in the same run.
 
 Ten seconds of a simulated texture of three axes at 1 kHz (friction of one axis for electrovibration), at half of full
 drive, report included. Resampling (soxr, very high quality, one axis) is what no drive can do without; a display at

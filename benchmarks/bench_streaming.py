@@ -1,4 +1,4 @@
-"""Streaming under a simulated hand: time per block, by the number of textures at the same time.
+"""Benchmark of streaming under a simulated hand: time per block by number of simultaneous textures.
 
 Textures are made up: autoregressive, one axis, order 60, tables of 17 speeds by 9 forces, at 8 kHz like the stream
 ("to another rate": at 2.5 kHz). Blocks of 5 ms, a linear display with an equaliser of 2,000 taps, 20 s each on the null

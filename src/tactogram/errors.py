@@ -1,4 +1,4 @@
-"""Every error this package raises on purpose: what was expected, what came, what to do."""
+"""Errors raised on purpose: what was expected, what came, what to do."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every source by one line of text, ``kind:place?option=value&…``, and what is there to be read."""
+"""Catalogue of sources: one address each, ``kind:place?option=value&…``, and the devices at hand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every source of samples promises, whatever cable it hangs on."""
+"""Source protocol: what every source of samples offers, whatever its cable."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What each verb takes. Nothing heavy is imported before a verb is chosen."""
+"""Argument parser of all verbs. Nothing heavy is imported before a verb is chosen."""
 
 from __future__ import annotations
 

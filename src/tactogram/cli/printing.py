@@ -1,4 +1,4 @@
-"""How results look: one JSON object, or lines and columns for people."""
+"""Printed results: one JSON object, or lines and columns for people."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a long verb is asked to stop: by Ctrl-C or SIGTERM once, to end in order; by a second one, at once."""
+"""Stop signals: the first Ctrl-C or SIGTERM ends a long verb in order, the second at once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where data is and what it holds: recordings, the store, splits that cannot leak, the simulator."""
+"""Data sets: recordings, the store, splits that cannot leak, the simulator."""
 
 from tactogram.datasets.examples import Examples as Examples
 from tactogram.datasets.examples import random_windows as random_windows

@@ -1,4 +1,4 @@
-"""What stands in a cell of a table: read, or refused with the place where it stands."""
+"""Table cells: values, or an error that names the cell."""
 
 from __future__ import annotations
 

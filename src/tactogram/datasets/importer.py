@@ -1,4 +1,4 @@
-"""What an importer module offers: the way from the files of one data set to recordings.
+"""Importer protocol: from the files of one data set to recordings.
 
 An importer is a module of this package, found by looking and registered nowhere. It offers
 

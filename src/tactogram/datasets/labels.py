@@ -1,4 +1,4 @@
-"""Which class a recording belongs to."""
+"""Class labels of recordings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reading many files on all cores, in order, in flat memory."""
+"""Parallel reading of many files, in order, in flat memory."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which iteration of an adversarial training to take: the rule of the ultrasonic CGAN, and running averages.
+"""Selection of an adversarial training's iteration: the rule of the ultrasonic CGAN, and running averages.
 
 "Conditional Generative Adversarial Network-Based Tactile Stimulus Generation for Ultrasonic Tactile Display",
 Sec. IV-C: "the generator was selected at a point in the iterations where the generator's loss was the smallest non-zero

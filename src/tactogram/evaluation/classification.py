@@ -1,4 +1,4 @@
-"""How well a classifier names what it is given: by window and by recording, with confusion counts."""
+"""Classification accuracy by window and by recording, with confusion counts."""
 
 from __future__ import annotations
 

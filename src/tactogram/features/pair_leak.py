@@ -1,4 +1,4 @@
-"""How much of what is tested on was trained on: the leak of a pairing protocol, measured."""
+"""Leak of a pairing protocol: how much of the test data was trained on."""
 
 from __future__ import annotations
 

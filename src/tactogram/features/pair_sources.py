@@ -1,4 +1,4 @@
-"""What weak pairs are made of: photographs and recordings, known by name and size, read when asked for."""
+"""Sources of weak pairs: photographs and recordings, known by name and size, read on demand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What of a photograph two surfaces are compared by: its colour and how coarse it is, blind to where things lie."""
+"""Photograph descriptor: colour and coarseness, blind to position."""
 
 from __future__ import annotations
 

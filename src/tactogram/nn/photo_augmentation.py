@@ -1,4 +1,4 @@
-"""What is done to photographs so that a classifier of few of them learns the surface and not the picture.
+"""Photograph augmentation, for classifiers that must learn the surface from few pictures.
 
 References
 ----------

@@ -1,4 +1,4 @@
-"""What a tactile signal is, and what can be done with one: numpy and scipy only. Files are in `tactogram.signal.io`.
+"""Tactile signals: the type, filters, synthesis, perception; numpy and scipy only. Files are in `tactogram.signal.io`.
 
 The functions are loaded on first use: scipy's filters take longer to import than a stimulus to play.
 """

@@ -1,4 +1,4 @@
-"""Give what is generated the bands that recordings have: how strong each is, and how its strength is spread.
+"""Band matching: generated signals get the band levels of recordings, and their spread.
 
 After the training, the envelopes of a signal's bands are mapped such that their distribution is that of the
 recordings, as Heeger & Bergen (1995) do with the subbands of pictures. So long-term spectrum and level are right, a

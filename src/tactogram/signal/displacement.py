@@ -1,4 +1,4 @@
-"""From time to displacement and back: what a surface is at each place, and what a finger feels at a speed.
+"""Displacement domain: signals over time resampled to position, and back at a finger's speed.
 
 A pattern of k cycles per mm that passes at v mm/s is felt at f = v k Hz. Both ways are band-limited: what the new
 rate cannot hold is removed, not folded back.

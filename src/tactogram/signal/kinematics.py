@@ -1,4 +1,4 @@
-"""From acceleration to velocity to displacement, and back."""
+"""Kinematics: acceleration to velocity to displacement, and back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What of a vibration can be felt: detection threshold over frequency, and what follows from it.
+"""Vibrotactile perception: detection threshold over frequency, sensation level, weighting.
 
 Known and not known
 -------------------

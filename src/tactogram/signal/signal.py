@@ -1,4 +1,4 @@
-"""What a tactile signal is: samples, and all that is needed to know what they mean."""
+"""Tactile signal: samples with rate, unit, axes and domain."""
 
 from __future__ import annotations
 

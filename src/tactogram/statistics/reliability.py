@@ -1,4 +1,4 @@
-"""How far raters agree: Krippendorff's alpha and intraclass correlations.
+"""Inter-rater reliability: Krippendorff's alpha and intraclass correlations.
 
 K. Krippendorff, "Computing Krippendorff's Alpha-Reliability", 2011 (NLTK's form of it). P. E. Shrout, J. L. Fleiss,
 "Intraclass Correlations: Uses in Assessing Rater Reliability", Psychological Bulletin 86 (1979), with the mean squares

@@ -1,4 +1,4 @@
-"""What every page is handed."""
+"""Context that every page is given."""
 
 from __future__ import annotations
 

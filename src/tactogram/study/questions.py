@@ -1,4 +1,4 @@
-"""What a participant is asked, and what counts as an answer."""
+"""Questions to a participant, and their valid answers."""
 
 from __future__ import annotations
 

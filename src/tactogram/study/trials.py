@@ -1,4 +1,4 @@
-"""What one participant is shown next, and what came back: the values that designs, store and pages exchange."""
+"""Trials, pages and answers: the values that designs, store and pages exchange."""
 
 from __future__ import annotations
 

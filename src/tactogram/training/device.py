@@ -1,4 +1,4 @@
-"""Where a training computes: Lightning Fabric chooses device and precision."""
+"""Compute device of a training: Lightning Fabric chooses device and precision."""
 
 from __future__ import annotations
 

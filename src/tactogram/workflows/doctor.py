@@ -1,4 +1,4 @@
-"""What is installed, what is missing and what for, and which device is used."""
+"""Installation check: what is installed, what is missing and what for, and the compute device."""
 
 from __future__ import annotations
 

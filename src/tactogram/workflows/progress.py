@@ -1,4 +1,4 @@
-"""How a job tells how far it is: a function that it calls; on a terminal, a bar with the time left."""
+"""Progress reports: a callback, and on a terminal a bar with the time left."""
 
 from __future__ import annotations
 

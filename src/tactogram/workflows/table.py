@@ -1,4 +1,4 @@
-"""Every model's published results beside ours, from the results.toml in its folder."""
+"""Published results beside ours, from each model's results.toml."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Talking with whoever records: what is shown, what is asked, and answers that come from a person or from a script."""
+"""Session console: prompts, questions and their answers, from a person or from a script."""
 
 from __future__ import annotations
 

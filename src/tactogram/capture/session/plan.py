@@ -1,4 +1,4 @@
-"""What a recording session is to hold: materials x contactors x speeds x repetitions, in an order drawn from a seed."""
+"""Session plan: materials x contactors x speeds x repetitions, in an order drawn from a seed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether a take is any good, said before it is accepted."""
+"""Take checks: the quality of a take, reported before it is accepted."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""From bytes and packets to evenly spaced samples."""
+"""Sample streams: from bytes and packets to evenly spaced samples."""

@@ -1,4 +1,4 @@
-"""Where bytes come from: a serial port, or a log of what came from one."""
+"""Byte streams: a serial port, or a log of one."""
 
 from __future__ import annotations
 

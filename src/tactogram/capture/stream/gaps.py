@@ -1,4 +1,4 @@
-"""From samples with gaps to signals, which have none: in pieces, or with the gaps filled and counted.
+"""Gap handling: signals from samples with gaps, either in segments or with the gaps filled and counted.
 
 A `Signal` refuses what is not finite, because every filter would spread one NaN over everything. So a recording with
 losses becomes either its gap-free pieces, in which every sample was measured, or one signal whose gaps are filled on

@@ -1,4 +1,4 @@
-"""How fast a sensor samples, from the places of its samples and the times at which they arrived."""
+"""Estimate of a sensor's sampling rate from sample positions and arrival times."""
 
 from __future__ import annotations
 

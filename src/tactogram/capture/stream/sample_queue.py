@@ -1,4 +1,4 @@
-"""What sources share whose samples a driver delivers in a callback: a bounded queue, and losses in their place."""
+"""Bounded queue for sources whose driver delivers samples in a callback, with losses in place."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From packets with a number each to one line of samples, in which what is missing has its place."""
+"""Sequence numbers: numbered packets joined to one timeline in which lost samples keep their place."""
 
 from __future__ import annotations
 

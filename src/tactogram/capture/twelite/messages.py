@@ -1,4 +1,4 @@
-"""What a TWE-Lite receiver (App_Tag parent, App_Wings) says of an ADXL34x sensor: bytes and lines to packets, purely.
+"""Messages of a TWE-Lite receiver (App_Tag parent, App_Wings) with an ADXL34x sensor: bytes and lines to packets.
 
 Forms, columns and units are facts of the receiver's documentation and firmware (App_Tag 2.2.4); ``docs/capture.md``
 lists them. Only two of the five forms carry a checksum: hex and binary. The others are held to their exact columns

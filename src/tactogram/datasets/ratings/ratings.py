@@ -1,4 +1,4 @@
-"""What people said of surfaces, vibrations and images: scores per rater, item and word."""
+"""Ratings of surfaces, vibrations and images: a score per rater, item and word."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the contactor feels: the surface through its skin, a resonant contact, friction that sticks and slips."""
+"""Contact mechanics: the surface through its skin, a resonant contact, stick-slip friction."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From accelerations at the contact to what an accelerometer says: orientation, gravity, band, noise, steps, losses."""
+"""Simulated accelerometer: orientation, gravity, band, noise, quantisation, losses."""
 
 from __future__ import annotations
 

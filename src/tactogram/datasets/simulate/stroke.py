@@ -1,4 +1,4 @@
-"""How a hand strokes: place, speed and force over time."""
+"""Stroke kinematics: position, speed and force of a hand over time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a bare finger meets on a metal plate and on an ultrasonic display: vibration of the skin, friction, relief.
+"""Bare finger on a metal plate and on an ultrasonic display: skin vibration, friction, relief.
 
 Simulated. The rule by which simulated raters score goes by these quantities alone, and they are the same for plates and
 display; what a display cannot give is relief.

@@ -1,4 +1,4 @@
-"""Where the recordings of a store stand: in which shard, at which row, by their ids."""
+"""Shard index: shard and row of each recording, by id."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a store lies on disk: ``dataset.json``, Parquet shards, photographs, and a sorted list of ids.
+"""On-disk layout of a store: ``dataset.json``, Parquet shards, photographs, and a sorted list of ids.
 
 A shard has one row per recording. What is known of a recording stands in plain columns under the names of
 `RecordingInfo`; each stream adds ``acceleration_rate`` (Hz, or samples per mm), ``acceleration_axes``

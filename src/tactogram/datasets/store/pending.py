@@ -1,4 +1,4 @@
-"""What is on its way into a store: named and noted, so that all that a killed process leaves is found and removed."""
+"""Pending files of a store, named and noted so that those of a killed process are found and removed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reading one shard of a store: what is known of its recordings, and any slice of their samples."""
+"""Shard reader: metadata of recordings, and any slice of their samples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Making a store and adding to it: in one pass, in flat memory, complete or not at all."""
+"""Creation and extension of stores: in one pass, in flat memory, complete or not at all."""
 
 from __future__ import annotations
 

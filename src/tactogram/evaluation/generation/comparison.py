@@ -1,4 +1,4 @@
-"""Where a generator stands between its floor and its ceiling, and beside the baselines."""
+"""Comparison of a generator with its floor, its ceiling and the baselines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether a generator repeats what it was trained on."""
+"""Memorisation check of a generator."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a generator is judged by besides the measures of two sets of signals, by the names in results."""
+"""Measures of a generator beyond those of two sets of signals, by their names in results."""
 
 from __future__ import annotations
 

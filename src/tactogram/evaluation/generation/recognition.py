@@ -1,4 +1,4 @@
-"""Whether generated signals are taken for what they are meant to be: by a classifier of the real, and the reverse."""
+"""Recognition of generated signals by a classifier of real ones, and the reverse."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `judge` found, as figures, tables and sounds of a report."""
+"""Evaluation report of a generator: figures, tables and sounds."""
 
 from __future__ import annotations
 

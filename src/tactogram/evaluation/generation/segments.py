@@ -1,4 +1,4 @@
-"""What sets of signals are cut to before they are compared: one length, one number, and from what each was cut."""
+"""Segments of equal length and number, to which sets of signals are cut before they are compared."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far apart two sets of signals are in the distribution of their amplitudes: blind to order and level."""
+"""Amplitude distribution distance of two sets of signals: blind to order and level."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far apart two sets of signals are in the way their axes move together: blind to level and phase."""
+"""Cross-axis coherence distance of two sets of signals: blind to level and phase."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What generated signals are good for: a classifier trained on them and tested on real ones, and the reverse."""
+"""Downstream accuracy: a classifier trained on generated signals and tested on real ones, and the reverse."""
 
 from __future__ import annotations
 

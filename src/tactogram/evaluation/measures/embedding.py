@@ -1,4 +1,4 @@
-"""How alike two sets of points in an embedding are: as distributions, not as pairs.
+"""Distances of two sets of points in an embedding: as distributions, not as pairs.
 
 All take float arrays of shape (point, feature): what a trained `stroke_cnn` makes of a signal, for example. The
 embedding decides what is seen. Give both sets as many points, cut alike: every estimate depends on that.

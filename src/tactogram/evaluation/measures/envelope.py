@@ -1,4 +1,4 @@
-"""How far apart two sets of signals are in the way their strength comes and goes: blind to phase and level.
+"""Envelope and modulation distances of two sets of signals: blind to phase and level.
 
 Two textures of one spectrum feel different when one is even and the other comes in bursts, ridges or slips. A
 power spectrum cannot see that; the spectrum of an envelope can.

@@ -1,4 +1,4 @@
-"""Whether generated signals are copies of what was trained on: the one measure that is not blind to phase."""
+"""Memorisation of training signals: the one measure that is not blind to phase."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How near a signal is to the very one it was made from: for codecs and inversion only.
+"""Paired distances between a signal and its reconstruction: for codecs and inversion only.
 
 These compare sample by sample, after `align`. They say nothing of a generator: a new draw of the *same* texture
 scores like a different texture, since its samples are others. Hold generators to `SIGNAL_MEASURES`.

@@ -1,4 +1,4 @@
-"""How far apart two sets of signals are in spectrum and level: blind to phase, in physical units."""
+"""Spectral and level distances of two sets of signals: blind to phase, in physical units."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether places on a way rise from step to step, weighed against chance, and where they pass one half."""
+"""Monotonicity of a mixing ladder against chance, and its midpoint."""
 
 from __future__ import annotations
 

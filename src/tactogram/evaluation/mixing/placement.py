@@ -1,4 +1,4 @@
-"""Where the steps of a mix lie between their two ends, how far off the way, and whether they move one way."""
+"""Placement of a mix's steps between its two ends: position, distance from the line, direction."""
 
 from __future__ import annotations
 

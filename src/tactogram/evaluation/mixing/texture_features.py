@@ -1,4 +1,4 @@
-"""What of a texture a mix can be placed by: levels in third-octave bands and depths of modulation, all in dB."""
+"""Features that locate a mix between its ends: third-octave levels and modulation depths, in dB."""
 
 from __future__ import annotations
 

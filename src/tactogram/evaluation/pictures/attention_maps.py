@@ -1,4 +1,4 @@
-"""Where a generator of pictures looks: Grad-CAM, as Neshov et al. 2026 use it (Sec. 4.4, Figure 4).
+"""Attention maps of a picture generator: Grad-CAM, as Neshov et al. 2026 use it (Sec. 4.4, Figure 4).
 
 References
 ----------

@@ -1,4 +1,4 @@
-"""How far generated pictures of touch are from real ones: what the paper prints, and measures that need no network.
+"""Distances of generated pictures of touch from real ones: the paper's, and measures that need no network.
 
 `evaluate_pictures` computes all of them under one protocol, says of each that could not be computed why, and never
 gives

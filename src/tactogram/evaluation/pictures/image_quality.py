@@ -1,4 +1,4 @@
-"""How far generated colour images are from real ones as a set: FID, and a distance that needs no download."""
+"""Quality of generated colour images as a set: FID, and a distance that needs no download."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How much generated images differ, by noise and by label: a collapsed generator is found, and named.
+"""Spread of generated images by noise and by label, which reveals a collapsed generator.
 
 No number tells a good image. But a generator that draws one image whatever the noise, or does not look at its label,
 is told by what its images differ by, beside what real images differ by.

@@ -1,4 +1,4 @@
-"""From pictures back to vibration, and whose the loss is: the network's, or the inversion's.
+"""Inversion loss: the shares of the network and of the inversion in the error of inverted pictures.
 
 Neshov et al. 2026 leave it unevaluated ("beyond the scope", Sec. 2) and name it a limitation (Sec. 5).
 """

@@ -1,4 +1,4 @@
-"""Whether what was generated follows its label, as somebody who scores it says: a rater model, or people.
+"""Label fidelity of generated signals and images, scored by a rater model or by people.
 
 The error alone says little: scores near the middle have a small one whatever was asked. So beside it stand the error of
 the same scores against other labels, and how single scores go with what was asked, each word's own mean taken away: as

@@ -1,4 +1,4 @@
-"""How well scores are predicted: beside a constant guess, and beside how well people agree with one another."""
+"""Prediction error of scores, beside a constant guess and the agreement of raters."""
 
 from __future__ import annotations
 

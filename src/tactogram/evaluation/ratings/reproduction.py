@@ -1,4 +1,4 @@
-"""How far what is felt of generated signals lies from what is felt of the surfaces they stand for: Fig. 7 of [1].
+"""Reproduction error: ratings of generated signals against those of the surfaces they stand for. Fig. 7 of [1].
 
 What was rated is called ``CONDITION/TARGET``, such as ``D/plate03``, whoever rated it: people, simulated people, or a
 rater model, which counts as one rater.

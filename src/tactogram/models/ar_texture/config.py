@@ -1,4 +1,4 @@
-"""What decides an autoregressive texture; the publications' choices, and ours where they name none."""
+"""Configuration of an autoregressive texture; the publications' choices, and ours where they name none."""
 
 from __future__ import annotations
 

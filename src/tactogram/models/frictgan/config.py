@@ -1,4 +1,4 @@
-"""Every number of FrictGAN, with where it is published; what the paper leaves open says so."""
+"""Configuration of FrictGAN: every number with its place; what the paper leaves open is marked."""
 
 from __future__ import annotations
 

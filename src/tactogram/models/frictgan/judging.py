@@ -1,4 +1,4 @@
-"""How near generated friction is to recorded friction: the paper's squared error per fabric, and blind to phase.
+"""Friction error: the paper's squared error per fabric, and distances blind to phase.
 
 **The squared error says little.** Griffin-Lim finds a phase, not the recording's: two ripples of one spectrum and
 independent phases differ by the sum of their variances, twice that of a flat line at the right level. So the flat line

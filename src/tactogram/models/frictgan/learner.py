@@ -1,4 +1,4 @@
-"""Training in the paper's order; friction from photographs, over displacement or played at a finger's speed."""
+"""Learner of FrictGAN: the paper's order of updates; friction over displacement, or played at a finger's speed."""
 
 from __future__ import annotations
 

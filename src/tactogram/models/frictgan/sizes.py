@@ -1,4 +1,4 @@
-"""How the square maps of a photograph and the tall ones of a spectrogram fit together."""
+"""Layer sizes that fit a photograph's square maps to a spectrogram's tall ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What decides which photograph is nearest, and how its recordings are played. All of it is ours."""
+"""Configuration of the nearest-photograph baseline. All of it is ours."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every number of Isola et al. 2017, with its place; pairs and course of training are those of Neshov et al. 2026."""
+"""Configuration of Isola et al. 2017, numbers with their places; pairs and schedule are those of Neshov et al. 2026."""
 
 from __future__ import annotations
 

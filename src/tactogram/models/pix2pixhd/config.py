@@ -1,4 +1,4 @@
-"""Every number of Wang et al. 2018, with its place; pairs and course of training are those of Neshov et al. 2026."""
+"""Configuration of Wang et al. 2018, numbers with their places; pairs and schedule are those of Neshov et al. 2026."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What people would say of a signal or an image, from what they said of others."""
+"""Rater model: predicted word ratings of a signal or an image."""
 
 from tactogram.models.rater.config import Config as Config
 from tactogram.models.rater.learner import build as build

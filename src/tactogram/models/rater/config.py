@@ -1,4 +1,4 @@
-"""What decides the rater model. All of it is ours: no publication describes this model."""
+"""Configuration of the rater model. All of it is ours: no publication describes this model."""
 
 from __future__ import annotations
 

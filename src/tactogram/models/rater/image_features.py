@@ -1,4 +1,4 @@
-"""What of an image a score can go by: colour and texture, and what a network that knows pictures makes of it."""
+"""Image features for rating: colour, texture, and features of a pretrained network."""
 
 from __future__ import annotations
 

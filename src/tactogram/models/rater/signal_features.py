@@ -1,4 +1,4 @@
-"""What of a vibration a score can go by: how strong it is in each band, and how it goes up and down in time."""
+"""Vibration features for rating: band levels and modulation."""
 
 from __future__ import annotations
 

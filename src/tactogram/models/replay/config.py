@@ -1,4 +1,4 @@
-"""What decides a replayed texture. All of it is ours: the method has no one publication."""
+"""Configuration of a replayed texture. All of it is ours: the method has no single publication."""
 
 from __future__ import annotations
 

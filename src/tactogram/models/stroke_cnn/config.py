@@ -1,4 +1,4 @@
-"""Every number of the published network (Saga et al., Sec. II-B), and what we had to assume."""
+"""Configuration of the published network (Saga et al., Sec. II-B), and our assumptions."""
 
 from __future__ import annotations
 

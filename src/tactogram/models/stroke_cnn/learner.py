@@ -1,4 +1,4 @@
-"""Training and use of the classifier: random windows in, probabilities pooled over a recording out."""
+"""Learner of the classifier: random windows in, probabilities pooled over a recording out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Training in the paper's order, and signals of any length from labels that may be mixed."""
+"""Learner of the GAN: the paper's order of updates, and signals of any length from labels that may be mixed."""
 
 from __future__ import annotations
 

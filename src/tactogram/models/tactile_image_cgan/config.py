@@ -1,4 +1,4 @@
-"""Every number of the published network (Sec. II-C, Tables 2 to 4), and what is assumed beside it."""
+"""Configuration of the published network (Sec. II-C, Tables 2 to 4), and our assumptions."""
 
 from __future__ import annotations
 

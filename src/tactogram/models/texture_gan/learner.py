@@ -1,4 +1,4 @@
-"""Training on whitened recordings, and signals of any length from labels that may be mixed."""
+"""Learner of the texture GAN: whitened recordings in, signals of any length out, from labels that may be mixed."""
 
 from __future__ import annotations
 

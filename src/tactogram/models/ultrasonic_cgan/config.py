@@ -1,4 +1,4 @@
-"""Every number of the paper, with its place; what it does not state is marked "assumed"."""
+"""Configuration of the paper, every number with its place; what it does not state is marked "assumed"."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From scores to the display's modulating signal: which sensor spectrum, which network, which phases."""
+"""Drive from scores: sensor spectrum, network and phases of the display's modulating signal."""
 
 from __future__ import annotations
 

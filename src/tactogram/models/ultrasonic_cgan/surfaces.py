@@ -1,4 +1,4 @@
-"""What is known of the surfaces and the display signals of a run: ratings, clusters, scales, spectra to begin with."""
+"""Surfaces and display signals of a run: ratings, clusters, scales, sensor spectra."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What came of the training of one cluster: the chosen networks, or that there are none."""
+"""Result of one cluster's training: the chosen networks, or none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every number of Neshov et al. 2026, with its place; "assumed" where the paper states none.
+"""Configuration of Neshov et al. 2026, every number with its place; "assumed" where the paper states none.
 
 Tables 1 and 2 agree with their totals, 54,418,049 and 8,296,515. What looks like an error in them:
 

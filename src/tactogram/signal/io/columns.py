@@ -1,4 +1,4 @@
-"""Which columns of a table are time and samples, and in what units: the same for text and worksheets."""
+"""Columns of a table: time and samples, with units, for text and worksheets alike."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a file holds, before it is a Signal: its numbers, what it says about them, and where each stands."""
+"""Content of a file before it becomes a Signal: numbers, metadata, and where each stands."""
 
 from __future__ import annotations
 

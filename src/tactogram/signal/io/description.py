@@ -1,4 +1,4 @@
-"""What is written into a file besides its samples, so that they mean the same when read again."""
+"""Signal description: the metadata written beside samples so that they mean the same when read again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether something can be written to a place, asked before work whose result would be lost."""
+"""Write check of a target, made before work whose result would be lost."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all pages share: the frame, how an error is told, how something long is waited for."""
+"""Page layout: the frame, error messages, and progress of long work."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What participants of a study reach: a page of their own, and nothing else."""
+"""Participants' pages: all that participants of a study can reach."""

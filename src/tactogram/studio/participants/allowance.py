@@ -1,4 +1,4 @@
-"""How often something may be tried: an allowance that is spent and refills with time."""
+"""Rate limiter: an allowance that is spent and refills with time."""
 
 from __future__ import annotations
 

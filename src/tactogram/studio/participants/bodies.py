@@ -1,4 +1,4 @@
-"""What participants' pages send and get, as typed JSON."""
+"""Request and response bodies of participants' pages, as typed JSON."""
 
 from __future__ import annotations
 

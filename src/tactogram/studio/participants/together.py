@@ -1,4 +1,4 @@
-"""What waits for the disk together goes there together: no answer waits for those before it one by one."""
+"""Write batcher: answers that wait for the disk share one transaction."""
 
 from __future__ import annotations
 

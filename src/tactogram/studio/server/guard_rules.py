@@ -1,4 +1,4 @@
-"""What a request must be to get past the guard: pure functions of an ASGI scope and the guard's settings.
+"""Rules of the request guard: pure functions of an ASGI scope and the guard's settings.
 
 Host header against DNS rebinding, Origin and Sec-Fetch-Site against forged requests of other pages, as
 https://cheatsheetseries.owasp.org describes them; sizes before anything is read.

@@ -1,4 +1,4 @@
-"""Where a server listens: a port that is taken before anything is begun, and the addresses that lead to it."""
+"""Listening port of a server, bound before anything starts, and the addresses that lead to it."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""How a signal is shown and heard on any page."""
+"""Signal display: pictures and sound of a signal on any page."""

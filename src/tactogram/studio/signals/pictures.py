@@ -1,4 +1,4 @@
-"""What of a signal is drawn: waveform, spectrogram and spectrum beside the detection threshold, as values and pixels.
+"""Signal pictures: waveform, spectrogram and spectrum beside the detection threshold, as values and pixels.
 
 Everything here is a pure function of `SignalTraits`. Signals that stand side by side are drawn on the same
 `SharedScales`.

@@ -1,4 +1,4 @@
-"""What a browser plays of a signal: one channel at a sound card's rate, how loud it was made, and what was limited."""
+"""Browser sound of a signal: one channel at a sound card's rate, its gain, and what was limited."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What of a signal its pictures are made of: levels, envelope, spectrogram and bands, worked out once.
+"""Signal traits behind the pictures: levels, envelope, spectrogram and bands, computed once.
 
 Everything here is a pure function of a signal, and takes long for minutes of it: pages call `traits_of` in a thread.
 """

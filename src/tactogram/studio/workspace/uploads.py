@@ -1,4 +1,4 @@
-"""What browsers upload: signals, tables, pictures, study files; sized up before it is unpacked, and never run.
+"""Uploads: signals, tables, pictures, study files; measured before they are unpacked, and never run.
 
 Each function takes the bytes and the name that the browser gave. The suffix says what it is to be, the content has to
 agree, and what it would grow to is read from its own head first: samples of a WAV, members of a ZIP, pixels of a

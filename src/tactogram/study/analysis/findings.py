@@ -1,4 +1,4 @@
-"""What an analysis says: findings with interval and verdict, and the sections that hold them.
+"""Findings of an analysis, with interval and verdict, and the sections that hold them.
 
 A large p never becomes "no difference". A difference is *shown*, or *not shown*; where a margin was given beforehand,
 what is not shown is *equivalent within the margin* or *undecided*.

@@ -1,4 +1,4 @@
-"""What stands out: each item held against the other items that the same people met."""
+"""Item contrasts: each item against the other items that the same people met."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Scores of words as what they are: ordered answers, whose steps need not be equal (a check of means)."""
+"""Ordinal analysis of word scores, whose steps need not be equal: a check of the means."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a participant's device says of itself: pixels for each mm, refresh rate, speeds as measured, audio latency.
+"""Device facts of a participant: pixels per mm, refresh rate, measured speeds, audio latency.
 
 Facts come from a page. One that cannot be kept is left out: no answer is lost because a browser says something odd.
 """

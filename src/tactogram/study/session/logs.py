@@ -1,4 +1,4 @@
-"""What a session keeps beside answers: what was played, what devices said of themselves, the experimenter's notes."""
+"""Session logs beside the answers: playback, device facts, the experimenter's notes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who takes part in a session: codes and numbers, never names; enrolled, aborted, withdrawn."""
+"""Participants of a session: codes and numbers, never names; enrolled, aborted, withdrawn."""
 
 from __future__ import annotations
 

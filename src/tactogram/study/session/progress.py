@@ -1,4 +1,4 @@
-"""Where a participant of a session is: what they answered, what is next, and whether they may go on."""
+"""Progress of a participant: answers so far, the next page, and whether the session may continue."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What stands beside the answers of a session: its participants with their devices, and the experimenter's notes."""
+"""Participant and note tables of a session."""
 
 from __future__ import annotations
 

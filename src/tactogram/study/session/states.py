@@ -1,4 +1,4 @@
-"""How participants stand: what each state is called where people read it, and how many there are of each."""
+"""Participant states: their names for readers, and counts of each."""
 
 from __future__ import annotations
 

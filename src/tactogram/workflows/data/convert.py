@@ -1,4 +1,4 @@
-"""From one file format to another: of signals and of haptic players, one file or a folder of them."""
+"""Conversion between file formats, of signals and of haptic files, one file or a folder."""
 
 from __future__ import annotations
 

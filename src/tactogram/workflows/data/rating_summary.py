@@ -1,4 +1,4 @@
-"""What the ratings of a store hold, lack and are worth."""
+"""Summary of a store's ratings: content, gaps, reliability."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Make a store of simulated recordings, on all cores."""
+"""Simulation of a store of recordings, on all cores."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Judge a run on recordings that it was not trained on."""
+"""Evaluation of a run on recordings that it was not trained on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Judge a generator: train what it is judged with, let it generate, and hold both against recordings."""
+"""Evaluation of a generator: reference models, generated signals, and both against recordings."""
 
 from __future__ import annotations
 

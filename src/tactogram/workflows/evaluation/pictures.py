@@ -1,4 +1,4 @@
-"""Judge the pictures that a run makes of photographs: distances of pictures, and of the signals inverted from them."""
+"""Evaluation of a run's pictures: distances of pictures, and of the signals inverted from them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Judge by scores: predictors by what people said, and generators that go by words by what is felt of their signals."""
+"""Evaluation by ratings: of predictors, and of generators that are conditioned on words."""
 
 from __future__ import annotations
 

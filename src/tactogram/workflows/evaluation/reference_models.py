@@ -1,4 +1,4 @@
-"""What a generator is judged with: a classifier and baselines, trained on what it was trained on."""
+"""Reference models of an evaluation: a classifier and baselines, trained on the run's own data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a generator of images by words makes of rated images' scores, and whether it follows them."""
+"""Evaluation of an image generator conditioned on words."""
 
 from __future__ import annotations
 

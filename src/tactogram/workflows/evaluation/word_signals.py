@@ -1,4 +1,4 @@
-"""What a generator that goes by words makes of each rated surface: the signals whose feel is to be judged."""
+"""Signals of a generator conditioned on words, for each rated surface."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is asked of generators that go by words: some scores given, the others filled from what people said."""
+"""Word scores of a request: some given, the others filled from ratings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Name the material of recordings."""
+"""Classification of recordings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Score recordings, generated signals or images in the words of a rater model."""
+"""Word scores of recordings, generated signals or images, by a rater model."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an actuator must be known by: friction by person, a transducer's circuit; and a drive given to a device."""
+"""Actuator calibration: friction by person, a transducer's circuit; and playback on a device."""
 
 from __future__ import annotations
 

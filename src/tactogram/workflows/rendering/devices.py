@@ -1,4 +1,4 @@
-"""Every path to a device: what it was tested with so far, and a self-test that a user can run and send back.
+"""Devices: how each path to a device was tested, and a self-test that a user can run and send back.
 
 `PATHS` is the one list: `docs/devices.md` is made from it, and so is what ``doctor --device`` offers.
 """

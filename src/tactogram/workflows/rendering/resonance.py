@@ -1,4 +1,4 @@
-"""Follow a transducer's resonance by what is measured of it: generator, converter and tracker put together."""
+"""Resonance tracking of a transducer: generator, converter and tracker together."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a stream did: in lines for people, as a file of what was sent, as a figure."""
+"""Report of a stream: lines for people, a file of what was sent, a figure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a stream runs, and what cannot go together: refused before anything moves."""
+"""Stream settings, and combinations that are refused before anything moves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stream textures to where a finger feels them: motion in, blocks out, latency measured."""
+"""Texture stream: motion in, blocks out, latency measured."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a study of some size could show, before it is run."""
+"""Power of a study, before it is run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether a model can learn from a data set, said before anything is prepared or written."""
+"""Compatibility of a model with a data set, checked before anything is prepared or written."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a training would be of: the recordings that are chosen, their parts, the model and its configuration."""
+"""Training plan: chosen recordings, their parts, the model and its configuration."""
 
 from __future__ import annotations
 

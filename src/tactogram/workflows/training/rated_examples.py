@@ -1,4 +1,4 @@
-"""What models learn from that go by ratings: rated signals, rated images, or surfaces beside rated signals."""
+"""Examples with ratings: rated signals, rated images, or surfaces beside rated signals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Go on with an unfinished run by what lies in its folder: recipe, data, class and split need not be said again."""
+"""Resumption of an unfinished run from its folder."""
 
 from __future__ import annotations
 

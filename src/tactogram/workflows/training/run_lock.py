@@ -1,4 +1,4 @@
-"""Whether a process trains in a run's folder at present: two at once would ruin it."""
+"""Run lock: one training per run folder at a time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Train a model on a store, or on given examples; load what came out."""
+"""Training of a model on a store or on given examples, and loading of runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who the simulated raters are: how each leans, how much of the scale each uses, how well each feels and sees."""
+"""Simulated raters' traits: leniency, use of the scale, tactile and visual acuity."""
 
 from __future__ import annotations
 

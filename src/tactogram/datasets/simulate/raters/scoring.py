@@ -1,4 +1,4 @@
-"""Scores of simulated people: for plates and vibrations they touch, images they see, and both at once."""
+"""Scores by simulated raters of plates and vibrations, of images, and of both together."""
 
 from __future__ import annotations
 

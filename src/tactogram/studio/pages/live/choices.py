@@ -1,4 +1,4 @@
-"""What there is to choose on the page Live: sources, classifiers, session plans, and how far sessions are."""
+"""Choices of the page Live: sources, classifiers, session plans, and progress of sessions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is to be listened to on the page Live: source, classifier, plan; kept for the next visit."""
+"""Form of the page Live: source, classifier, plan; kept for the next visit."""
 
 from __future__ import annotations
 

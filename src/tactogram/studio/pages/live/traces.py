@@ -1,4 +1,4 @@
-"""What came from a sensor in the last seconds, as a picture needs it: lowest and highest by a hundredth of a second."""
+"""Sensor traces of the last seconds: minimum and maximum per hundredth of a second."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a person has on the page Make: the form as filled in, how it came to be, and the results that are shown."""
+"""State of the page Make: the form as filled in, its history, and the results shown."""
 
 from __future__ import annotations
 

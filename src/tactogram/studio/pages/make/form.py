@@ -1,4 +1,4 @@
-"""What the page Make asks for: a form built from the conditions that a run's model needs and takes, and its answers."""
+"""Form of the page Make, built from the conditions that a run's model needs and takes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs that the page Make can make something with: found without torch, loaded once, asked one at a time."""
+"""Runs of the page Make: found without torch, loaded once, used one at a time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the pages of materials share: addresses of pictures and sounds, and how a recording is drawn in a list."""
+"""Pictures and sounds of the materials pages, and rows of recordings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is near a signal, and what it is called: by a trained classifier of the workspace, or by its spectrum alone."""
+"""Neighbours and class of a signal, by a trained classifier of the workspace or by its spectrum alone."""
 
 from __future__ import annotations
 

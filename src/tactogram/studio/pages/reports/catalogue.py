@@ -1,4 +1,4 @@
-"""What there is to read in a workspace: reports, their numbers and figures; published figures beside ours; experiments.
+"""Catalogue of reports, their figures, published figures beside ours, and experiments.
 
 Pure functions; the HTML that they give is escaped.
 """

@@ -1,4 +1,4 @@
-"""What the two tabs of the page Send have in common: a form beside its result, and what is asked of a signal."""
+"""Cards of the page Send: a form beside its result."""
 
 from __future__ import annotations
 

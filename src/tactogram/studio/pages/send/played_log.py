@@ -1,4 +1,4 @@
-"""What was played on a device, a line each, in ``played.jsonl``."""
+"""Log of what was played on a device, a line each, in ``played.jsonl``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the page Send does: a signal of the workspace into the drive of a display, or into haptic files, with reports.
+"""Send service: a signal of the workspace to the drive of a display or to haptic files, with reports.
 
 Everything is made by the jobs that the command line calls, in a folder of its own under ``studio/sent``, beside what
 was asked for; so a reload finds it again, and the same command makes the same file.

@@ -1,4 +1,4 @@
-"""What the studio plays drives on: one at a time, stopped with a fade; what was played is logged."""
+"""Playback of drives by the studio: one at a time, stopped with a fade, logged."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the page Send says of levels, dangers and losses."""
+"""Wording of the page Send: levels, dangers and losses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the experimenter's page says of a session: pure functions of what the store says."""
+"""View of a session for the experimenter: pure functions of the store's content."""
 
 from __future__ import annotations
 

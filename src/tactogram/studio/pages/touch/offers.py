@@ -1,4 +1,4 @@
-"""What a workspace has that can be felt on the page Touch: materials of runs, kept results, files."""
+"""Textures offered by the page Touch: materials of runs, kept results, files."""
 
 from __future__ import annotations
 

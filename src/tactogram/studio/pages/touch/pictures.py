@@ -1,4 +1,4 @@
-"""What the pad of the page Touch shows: a material's photograph, or the signal drawn as a surface."""
+"""Pad pictures of the page Touch: a material's photograph, or the signal drawn as a surface."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What can be felt on the page Touch: materials of runs, kept results and files of the workspace, found and loaded."""
+"""Texture sources of the page Touch: materials of runs, kept results and files, found and loaded."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the page Touch plays: a material, a kept result or a file as a table that the browser's sound thread reads.
+"""Texture tables of the page Touch, as the browser's audio thread reads them.
 
 The table holds what `tactogram.rendering.streaming` works out beforehand, so that the browser makes the same samples:
 models on a grid over speed and force, or a surface in copies of less and less detail. Beside it stands how strong the

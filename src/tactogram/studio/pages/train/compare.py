@@ -1,4 +1,4 @@
-"""Runs beside each other: their losses in one chart, what differs in their recipes, their figures."""
+"""Run comparison: losses in one chart, differences of recipes, figures."""
 
 from __future__ import annotations
 

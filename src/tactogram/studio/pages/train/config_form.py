@@ -1,4 +1,4 @@
-"""What can be changed of a recipe, from the model's own configuration: values, published ones, and what they mean."""
+"""Recipe form, built from the model's configuration: values, published ones, and what they mean."""
 
 from __future__ import annotations
 

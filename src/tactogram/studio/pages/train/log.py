@@ -1,4 +1,4 @@
-"""What a run folder and the log of its process say of a training that may be going on: pure readings of files."""
+"""Training log: progress read from a run folder and the log of its process."""
 
 from __future__ import annotations
 

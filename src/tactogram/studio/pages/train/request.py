@@ -1,4 +1,4 @@
-"""What a form asks of a training, as the command line and the check take it."""
+"""Training request of the form, as the command line takes it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run folder says of itself, read without the networks: for lists and comparisons."""
+"""Run summaries for lists and comparisons, read without the networks."""
 
 from __future__ import annotations
 

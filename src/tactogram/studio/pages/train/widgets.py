@@ -1,4 +1,4 @@
-"""What the pages of trainings share: the desk they work at, states, progress, charts of losses."""
+"""Widgets of the training pages: states, progress, charts of losses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which of a pair is preferred: strengths by R. A. Bradley, M. E. Terry, Biometrika 39 (1952), by participant."""
+"""Analysis of preferences: strengths by R. A. Bradley, M. E. Terry, Biometrika 39 (1952), by participant."""
 
 from __future__ import annotations
 

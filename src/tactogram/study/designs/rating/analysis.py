@@ -1,4 +1,4 @@
-"""Scores of words: errors to target scores, per condition and word, by participant and as the publications printed.
+"""Analysis of word scores: errors to target scores, per condition and word, by participant and as published.
 
 Printed were the mean absolute error of all scores with its standard error (n = 2,400), Student's t [1, Fig. 7] and
 Steel-Dwass [2, Fig. 5 and 6]. Both take each score as independent, which the 120 of one person are not. Here: each
