@@ -24,7 +24,7 @@ class ParameterError(TactogramError, ValueError):
 
 
 class FailedTrainingError(ParameterError):
-    """What is asked for would come from networks whose training failed by the model's own rule."""
+    """The request needs networks whose training failed by the model's own rule."""
 
 
 class UnitError(TactogramError, ValueError):

@@ -92,7 +92,7 @@ def material_weights(condition: Condition, materials: Sequence[str]) -> NDArray[
 
 @dataclass(frozen=True, eq=False)
 class ItemRatings:
-    """What people said of one item.
+    """Ratings of one item.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ class ImageExample:
 
 @dataclass(frozen=True)
 class SignalKind:
-    """What every signal of a run has in common; saved with the weights.
+    """Properties that all signals of a run share; saved with the weights.
 
     Parameters
     ----------
@@ -247,7 +247,7 @@ class SignalKind:
 
 @dataclass(frozen=True)
 class ImageKind:
-    """What every image of a run has in common; saved with the weights.
+    """Properties that all images of a run share; saved with the weights.
 
     Parameters
     ----------

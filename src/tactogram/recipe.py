@@ -18,7 +18,7 @@ from tactogram.validation import validated, with_changes
 
 
 class Preparation(BaseModel):
-    """What is done to a recording before a model sees it: the same in training, evaluation and use.
+    """Preparation of a recording for a model: the same in training, evaluation and use.
 
     In this order: take ``stream``; cut to ``length``; take ``axes``; band-pass ``band``; resample to ``rate``.
     """
@@ -85,7 +85,7 @@ class Preparation(BaseModel):
 
 
 class TrainingSettings(BaseModel):
-    """How the loop runs; none of it changes what is learned but ``precision``."""
+    """Settings of the training loop; only ``precision`` changes what is learned."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -98,7 +98,7 @@ class TrainingSettings(BaseModel):
 
 
 class Recipe(BaseModel):
-    """What to train and how. A file holds only what differs from the defaults; unknown keys are errors."""
+    """Recipe of a training. A file holds only what differs from the defaults; unknown keys are errors."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

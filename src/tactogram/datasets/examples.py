@@ -203,7 +203,7 @@ def require_photographs(examples: Sequence[Example]) -> None:
 
 
 class _Condition(Mapping[str, Any]):
-    """What is known of a recording, under the names of `CONDITIONS`; the photograph is read when asked for."""
+    """Conditions of a recording, under the names of `CONDITIONS`; the photograph is read on demand."""
 
     def __init__(self, store: Store, info: RecordingInfo, image: Region | None) -> None:
         self._store, self._id = store, info.id

@@ -32,7 +32,7 @@ from tactogram.errors import ParameterError
 
 @dataclass(frozen=True)
 class ImportItem:
-    """What is read in one go: one recording, or one file that holds several.
+    """Unit of reading: one recording, or one file that holds several.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class ImportedPhotograph:
 
 
 class Importer(Protocol):
-    """What a module has to offer to be one."""
+    """Protocol of an importer module."""
 
     NAME: str
     TITLE: str

@@ -209,7 +209,7 @@ def _options(importer: Importer, options: Mapping[str, Any]) -> Mapping[str, Any
 
 
 class _StoreMismatchError(DataError):
-    """What is read is not what the store holds."""
+    """The files differ from what the store holds."""
 
 
 class _StoreComparison:

@@ -12,7 +12,7 @@ from tactogram.signal import Image, Signal
 
 @dataclass(frozen=True, kw_only=True)
 class RecordingInfo:
-    """What is known of a recording besides its samples; None where unknown.
+    """Metadata of a recording; None where unknown.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ Scaling = Literal["db", "linear", "power"]
 
 @dataclass(frozen=True, kw_only=True)
 class AmplitudeScale:
-    """How an amplitude in the unit of the signal becomes a value in ``low..high``, and back.
+    """Map from an amplitude in the unit of the signal to a value in ``low..high``, and back.
 
     Nothing here is ever read from the data: a signal of 1 % of the level stays one of 1 %.
 

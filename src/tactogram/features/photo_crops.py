@@ -19,7 +19,7 @@ LUMA = (0.299, 0.587, 0.114)
 
 @dataclass(frozen=True, kw_only=True)
 class PhotoCrops:
-    """How photographs are cut; defaults are the paper's (Neshov et al. 2026, Sec. 4.1, "Visual Data").
+    """Crops of photographs; defaults are the paper's (Neshov et al. 2026, Sec. 4.1, "Visual Data").
 
     Parameters
     ----------

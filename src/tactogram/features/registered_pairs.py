@@ -48,7 +48,7 @@ time (some 35 as published), and memory does not grow with the data."""
 
 @dataclass(frozen=True, kw_only=True)
 class PhotoWindows:
-    """How windows are cut and kept apart; defaults are FrictGAN's (Sec. 4).
+    """Windows of photographs and their separation; defaults are FrictGAN's (Sec. 4).
 
     Parameters
     ----------

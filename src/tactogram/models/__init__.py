@@ -33,7 +33,7 @@ LearnsFrom = Literal["recordings", "ratings", "images", "both"]
 
 
 class ModelDescription(BaseModel):
-    """What a ``model.toml`` says. Unknown keys are errors."""
+    """Content of a ``model.toml``. Unknown keys are errors."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

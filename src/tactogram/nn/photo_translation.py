@@ -30,7 +30,7 @@ ROUND_DB = 5.0
 
 
 class PairConfig(BaseModel):
-    """What photographs and pictures are; numbers with their place in Neshov et al. 2026, Sec. 4.1."""
+    """Photographs and pictures of a pair; numbers with their place in Neshov et al. 2026, Sec. 4.1."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

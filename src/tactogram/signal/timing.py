@@ -26,7 +26,7 @@ _SLOPE = 1e-6
 
 @dataclass(frozen=True)
 class SamplingTiming:
-    """What time stamps say about the sampling.
+    """Sampling rate and jitter that time stamps show.
 
     Parameters
     ----------

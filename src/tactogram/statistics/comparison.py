@@ -54,7 +54,7 @@ class PairComparison:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What a test says of some conditions.
+    """Result of a test between conditions.
 
     Parameters
     ----------

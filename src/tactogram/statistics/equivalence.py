@@ -19,7 +19,7 @@ from tactogram.statistics.summary import summary
 
 @dataclass(frozen=True)
 class Equivalence:
-    """What two one-sided tests say.
+    """Result of two one-sided tests.
 
     Parameters
     ----------

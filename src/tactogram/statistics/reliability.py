@@ -25,7 +25,7 @@ LEVELS = ("nominal", "ordinal", "interval")
 
 @dataclass(frozen=True)
 class IntraclassCorrelation:
-    """What `intraclass_correlation` gives.
+    """Result of `intraclass_correlation`.
 
     Parameters
     ----------

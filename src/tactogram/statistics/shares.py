@@ -18,7 +18,7 @@ from tactogram.errors import ParameterError
 
 @dataclass(frozen=True)
 class ShareEstimate:
-    """How many of independent answers were of one kind.
+    """Share of one kind among independent answers.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from tactogram.errors import ParameterError
 
 @dataclass(frozen=True)
 class GroupSummary:
-    """What a figure shows of one group.
+    """Summary of one group, as figures show it.
 
     Parameters
     ----------

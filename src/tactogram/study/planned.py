@@ -27,7 +27,7 @@ class EquivalenceMargin(BaseModel):
 
 
 class PlannedAnalysis(BaseModel):
-    """How answers will be analysed, as the study's file says it beforehand."""
+    """Analysis planned in the study's file before any answer."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

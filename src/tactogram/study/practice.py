@@ -26,7 +26,7 @@ MARK = "practice"
 
 
 class Practice(BaseModel):
-    """What the table ``practice`` of a study's file says."""
+    """Content of the table ``practice`` in a study's file."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

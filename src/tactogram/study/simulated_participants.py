@@ -26,7 +26,7 @@ Play = Callable[[Participant, Page], None]
 
 
 class SimulatedEffect(BaseModel):
-    """What is true of simulated participants. The defaults put no effect in."""
+    """True effect in simulated participants. The defaults put no effect in."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

@@ -18,7 +18,7 @@ Weights = dict[str, float]
 
 
 class StimulusSource(BaseModel):
-    """Where a stimulus comes from. In a grid ``{item}`` and ``{condition}`` are replaced in every text."""
+    """Origin of a stimulus. In a grid ``{item}`` and ``{condition}`` are replaced in every text."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

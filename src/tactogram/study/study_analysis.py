@@ -22,7 +22,7 @@ UNTESTED = ("questions", MARK)
 
 @dataclass(frozen=True)
 class AnalysisPlan:
-    """What is decided before the answers are seen.
+    """Decisions made before the answers are seen.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ class AnalysisPlan:
 
 @dataclass(frozen=True)
 class StudyAnalysis:
-    """What is said of a study.
+    """Analysis of a study.
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_]{0,39}$")]
 
 
 class Study(BaseModel):
-    """What a study's file says. Unknown keys are errors."""
+    """Content of a study's file. Unknown keys are errors."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

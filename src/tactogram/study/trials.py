@@ -18,7 +18,7 @@ NOTHING = Wording()
 
 @dataclass(frozen=True)
 class Participant:
-    """Who takes a study: a code, and a number that the counterbalancing follows.
+    """Participant of a study: a code, and a number that the counterbalancing follows.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class Participant:
 
 @dataclass(frozen=True)
 class DesignContext:
-    """What a design needs to know of its study.
+    """Facts of the study that a design needs.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ class PageQuestion:
 
 @dataclass(frozen=True)
 class Page:
-    """What is shown until it is answered.
+    """Page that is shown until it is answered.
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ class Page:
 
 @dataclass(frozen=True)
 class PageAnswers:
-    """What came back from a page.
+    """Answers to a page.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ from tactogram.training.seeds import child_seed, torch_seeded
 
 @dataclass(frozen=True)
 class TrainingPosition:
-    """How far a training is: ``step`` steps of stage number ``stage`` are done."""
+    """Position in a training: ``step`` steps of stage number ``stage`` are done."""
 
     stage: int = 0
     step: int = 0

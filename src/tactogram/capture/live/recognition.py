@@ -31,7 +31,7 @@ RATE_STEP = 0.1
 
 @dataclass(frozen=True)
 class Classification:
-    """What a classifier makes of one window.
+    """Classification of one window.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ class WindowClassification:
 
 @dataclass
 class Latencies:
-    """How long answers took, over a run."""
+    """Latency statistics of a run."""
 
     seconds: list[float] = field(default_factory=list)
 

@@ -26,7 +26,7 @@ _SNIFFED = 1 << 18
 
 @dataclass(frozen=True, eq=False)
 class SensorLog:
-    """What one sensor left in a log.
+    """Log of one sensor.
 
     Parameters
     ----------

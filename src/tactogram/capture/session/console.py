@@ -15,7 +15,7 @@ from tactogram.capture.stream.feed import MeterReading
 
 @dataclass(frozen=True)
 class CaptureStatus:
-    """What is going on, for whoever watches.
+    """Status of a recording session, for whoever watches.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class CaptureStatus:
 
 
 class Console(Protocol):
-    """Where a session is shown and asked."""
+    """Console on which a session is shown and its questions are answered."""
 
     def show(self, status: CaptureStatus) -> None:
         """Show how it goes; called many times a second."""

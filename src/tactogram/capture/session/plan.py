@@ -23,7 +23,7 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 class TakeLimits(BaseModel):
-    """When a take is bad. A take that breaks one is shown as bad and can be accepted all the same."""
+    """Limits of a good take. A take that breaks one is marked, and can still be accepted."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -47,7 +47,7 @@ class TakeLimits(BaseModel):
 
 
 class SessionPlan(BaseModel):
-    """What a session's TOML file says. Unknown keys are errors."""
+    """Session plan from a TOML file. Unknown keys are errors."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

@@ -57,7 +57,7 @@ def session_folder(store: Path, session: str) -> Path:
 
 @dataclass(frozen=True)
 class SessionProgress:
-    """How far a session is.
+    """Progress of a session.
 
     Parameters
     ----------

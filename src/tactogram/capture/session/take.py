@@ -31,7 +31,7 @@ STREAM_OF_UNIT = {"m/s^2": "acceleration", "m/s": "velocity", "m": "position", "
 
 @dataclass(frozen=True, eq=False)
 class Take:
-    """What came between go and stop.
+    """Samples between go and stop.
 
     Parameters
     ----------

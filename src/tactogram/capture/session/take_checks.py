@@ -43,7 +43,7 @@ class TakeCheck:
 
 @dataclass(frozen=True)
 class TakeAssessment:
-    """What was found in a take.
+    """Result of all checks of a take.
 
     Parameters
     ----------

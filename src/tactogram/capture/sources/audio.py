@@ -21,7 +21,7 @@ WAITING_S = 10.0
 
 
 class AudioFormat(BaseModel):
-    """How an audio input is to be opened."""
+    """Format in which an audio input is opened."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

@@ -19,7 +19,7 @@ _POLL_S = 0.002
 
 
 class ScopeFormat(BaseModel):
-    """How the inputs of an Analog Discovery are to be read."""
+    """Format in which the inputs of an Analog Discovery are read."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

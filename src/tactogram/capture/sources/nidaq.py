@@ -21,7 +21,7 @@ WAITING_S = 10.0
 
 
 class AnalogFormat(BaseModel):
-    """How analogue inputs are to be read."""
+    """Format in which analogue inputs are read."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

@@ -38,7 +38,7 @@ _LARGEST = float(np.finfo(np.float32).max)
 
 
 class CsvFormat(BaseModel):
-    """How the lines of a board are to be read; what is not said is seen from the lines."""
+    """Format of a board's lines; what is not given is detected from the lines."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

@@ -24,7 +24,7 @@ MEASURED_S = 0.5
 
 @dataclass(frozen=True)
 class MeterReading:
-    """What a level meter shows.
+    """Reading of a level meter.
 
     Parameters
     ----------

@@ -37,7 +37,7 @@ class GapFreeSegment:
 
 @dataclass(frozen=True)
 class GapFillSummary:
-    """What was filled in.
+    """Summary of filled gaps.
 
     Parameters
     ----------

@@ -46,7 +46,7 @@ _START = _HEADER.size + _BODY.size
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Packet:
-    """What one radio packet held.
+    """Content of one radio packet.
 
     Parameters
     ----------
@@ -87,14 +87,14 @@ class Packet:
 
 @dataclass(frozen=True, slots=True)
 class OtherPacket:
-    """What was understood and holds no acceleration: another kind of sensor, the receiver's clock, its greeting."""
+    """Valid packet without acceleration: another kind of sensor, the receiver's clock, its greeting."""
 
     what: str
 
 
 @dataclass(frozen=True, slots=True)
 class RejectedLine:
-    """What was not understood, and why."""
+    """Rejected line, and the reason."""
 
     why: str
 

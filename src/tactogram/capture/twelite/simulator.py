@@ -44,7 +44,7 @@ _SECONDS_AHEAD = 1.0
 
 
 class SimulatedReceiver(BaseModel):
-    """What a simulated receiver does.
+    """Simulated receiver: its timing, losses and damage.
 
     The defaults are those of the real one at 330 Hz without losses.
     """

@@ -49,7 +49,7 @@ SCAN_MM = 100.0
 
 @dataclass(frozen=True)
 class StreamFormat:
-    """How the CSV files of one folder become a stream."""
+    """Format of the CSV files of one folder."""
 
     stream: str
     columns: tuple[str, ...]

@@ -19,7 +19,7 @@ from tactogram.model import ItemRatings
 
 @dataclass(frozen=True)
 class Scale:
-    """What a score may be.
+    """Scale of a score.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ Form = Literal["long", "wide"]
 
 @dataclass(frozen=True)
 class RatingColumns:
-    """How to read a table.
+    """Columns of a table of ratings.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ class RatingColumns:
 
 @dataclass(frozen=True)
 class RatingsTable:
-    """What was read.
+    """Ratings as read from a table.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ SKIN = Bristles(1e4, 3.0, 0.2)
 
 @dataclass(frozen=True)
 class Contactor:
-    """What touches: a finger pad, or a pen held in the hand.
+    """Contactor: a finger pad, or a pen held in the hand.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ CONTACTORS = {c.name: c for c in (FINGER, PEN)}
 
 @dataclass(frozen=True)
 class ContactSignals:
-    """What happens at the contact, float64, shape (time,) each.
+    """Signals at the contact, float64, shape (time,) each.
 
     Parameters
     ----------

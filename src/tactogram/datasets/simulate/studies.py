@@ -24,7 +24,7 @@ IMAGE_SETS = 4
 
 @dataclass(frozen=True, eq=False)
 class SimulatedStudyData:
-    """What a simulated study holds besides recordings of surfaces.
+    """Data of a simulated study besides recordings of surfaces.
 
     Parameters
     ----------

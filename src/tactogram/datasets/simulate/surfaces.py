@@ -94,7 +94,7 @@ Colour = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Appearance:
-    """What a surface looks like besides its heights.
+    """Appearance of a surface besides its heights.
 
     Parameters
     ----------

@@ -45,7 +45,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class FingerSlide:
-    """What a finger meets while it slides.
+    """Contact quantities of a sliding finger.
 
     Parameters
     ----------

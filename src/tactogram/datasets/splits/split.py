@@ -93,7 +93,7 @@ def _end(edge: int | None) -> float:
 
 @dataclass(frozen=True)
 class Split:
-    """Which recordings, or parts of them, train, validate and test.
+    """Split of recordings, or segments of them, into train, validation and test.
 
     Parameters
     ----------

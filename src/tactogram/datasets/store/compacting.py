@@ -35,7 +35,7 @@ ProgressCallback = Callable[[int, int], None]
 
 @dataclass(frozen=True)
 class CompactionResult:
-    """What became of a store's shards."""
+    """Result of a compaction."""
 
     recordings: int
     shards_before: int

@@ -62,7 +62,7 @@ ID_TABLE = np.dtype([("id", "S16"), ("facts", "S16"), ("shard", "<i4"), ("row", 
 
 @dataclass(frozen=True)
 class StoreStreamInfo:
-    """What the recordings of a store have in common in one stream.
+    """Properties that a store's recordings share in one stream.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ class StoredFile:
 
 @dataclass(frozen=True)
 class StoreInfo:
-    """What ``dataset.json`` says."""
+    """Content of ``dataset.json``."""
 
     name: str
     licence: str

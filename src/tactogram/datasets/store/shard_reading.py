@@ -19,7 +19,7 @@ from tactogram.errors import DataError
 
 
 class Shard:
-    """What is known of the recordings of one shard, and where their samples lie in the file.
+    """Metadata of one shard's recordings, and where their samples lie in the file.
 
     Parameters
     ----------

@@ -290,7 +290,7 @@ class Store:
 
 
 class _Index(Sequence[RecordingInfo]):
-    """What is known of every recording, read shard by shard when asked for."""
+    """Metadata of every recording, read shard by shard on demand."""
 
     def __init__(self, store: Store) -> None:
         self._store = store

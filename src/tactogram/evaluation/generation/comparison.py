@@ -31,7 +31,7 @@ RESAMPLES = 2000
 
 @dataclass(frozen=True, eq=False)
 class GenerationResult:
-    """What `judge` found. Immutable; all else follows from ``values``.
+    """Result of `evaluate_generation`. Immutable; all else follows from ``values``.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ from tactogram.evaluation.measures import SIGNAL_MEASURES
 
 @dataclass(frozen=True)
 class MeasureInfo:
-    """What is to be said of a measure in a table."""
+    """Description of a measure, for tables."""
 
     title: str
     better: BetterDirection

@@ -26,7 +26,7 @@ class PieceSet:
 
 @dataclass(frozen=True)
 class PiecePlan:
-    """What every set is cut to.
+    """Length and number to which every set is cut.
 
     Parameters
     ----------

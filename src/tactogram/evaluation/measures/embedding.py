@@ -21,7 +21,7 @@ CHUNK_DISTANCES = 2**23
 
 
 class Manifold(NamedTuple):
-    """How two sets of points lie in each other's neighbourhoods; see `precision_recall_density_coverage`."""
+    """Overlap of two sets of points by neighbourhoods; see `precision_recall_density_coverage`."""
 
     precision: float
     recall: float

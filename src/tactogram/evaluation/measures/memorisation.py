@@ -19,7 +19,7 @@ PIECE_S = 0.5
 
 
 class Memorisation(NamedTuple):
-    """How near pieces of signals come to what was trained on; see `memorisation`.
+    """Closeness of segments to the training signals; see `memorisation`.
 
     ``copied`` is the share of generated pieces that are nearer than ``limit``, 0..1; ``made`` and ``unseen`` are the
     median nearness of both sets, 0..1.

@@ -18,7 +18,7 @@ from tactogram.signal import Signal
 
 
 class SignalMeasure(Protocol):
-    """How far apart two sets of signals of one kind are: symmetric, 0 on itself."""
+    """Distance of two sets of signals of one kind: symmetric, 0 on itself."""
 
     def __call__(self, one: Sequence[Signal], other: Sequence[Signal], /) -> float | None:
         """Return the distance, >= 0; None where it is not defined for signals of this kind."""

@@ -26,7 +26,7 @@ class IndistinctEndsError(ParameterError):
 
 @dataclass(frozen=True, eq=False)
 class MixingLadder:
-    """How a ladder of mixes moves from its start (0) to its end (1). NaN where the ends do not differ.
+    """Positions of a ladder of mixes from its start (0) to its end (1). NaN where the ends do not differ.
 
     A column is an axis; the last one, `OVERALL`, takes all axes together, each by its share of the squared
     distance between the ends.

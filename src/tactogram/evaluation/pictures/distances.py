@@ -45,7 +45,7 @@ PictureMeasure = Callable[[Tensor, Tensor], float]
 
 @dataclass(frozen=True)
 class PictureWeights:
-    """Where the weights of LPIPS and FID are.
+    """Weight files of LPIPS and FID.
 
     Parameters
     ----------

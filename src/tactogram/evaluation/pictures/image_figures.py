@@ -111,7 +111,7 @@ def _smoothed(steps: NDArray[np.float64], values: NDArray[np.float64]) -> NDArra
 
 @dataclass(frozen=True)
 class TradeOff:
-    """What one weight gives.
+    """Losses and label fidelity at one weight.
 
     Parameters
     ----------

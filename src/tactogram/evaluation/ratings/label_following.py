@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LabelFidelity:
-    """How far scores of what was generated follow what was asked.
+    """Agreement of scores of generated items with the requested ones.
 
     Parameters
     ----------

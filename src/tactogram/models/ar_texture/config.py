@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class Config(BaseModel):
-    """How the models are fitted and mixed."""
+    """Fit and mixing of the models."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

@@ -36,7 +36,7 @@ hundred times weaker than the mean, and lies below what a Hamming window leaks f
 
 @dataclass(frozen=True)
 class FabricResult:
-    """Of one fabric, over windows of the part that is judged.
+    """Result of one fabric, over windows of the evaluated part.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ Size = tuple[int, int]
 
 
 class SizeConfig(Protocol):
-    """What of a configuration decides sizes."""
+    """Configuration values that decide layer sizes."""
 
     @property
     def pixels(self) -> int: ...

@@ -6,7 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class Config(BaseModel):
-    """How much is kept, and how photographs are compared."""
+    """Amount kept, and comparison of photographs."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

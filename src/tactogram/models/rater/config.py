@@ -11,7 +11,7 @@ Kernel = Literal["linear", "rbf"]
 
 
 class Config(BaseModel):
-    """What is tried, and how it is chosen."""
+    """Candidate regressions, and their selection."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 
 class Config(BaseModel):
-    """How much is kept of the recordings, and how it is put together again."""
+    """Amount kept of the recordings, and how segments are joined."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

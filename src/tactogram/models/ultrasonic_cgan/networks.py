@@ -43,7 +43,7 @@ class Generator(nn.Module):
 
 
 class Discriminator(nn.Module):
-    """Whether a spectrum with its scores is of the display's training data. Table 3.
+    """Discriminator of a spectrum with its scores: display training data or generated. Table 3.
 
     The sigmoid of Table 3 is in `probability`; training takes the cross-entropy from what stands before it, the
     same function without its overflow.

@@ -23,7 +23,7 @@ SLOWEST = 0.1
 
 @dataclass(frozen=True)
 class TableColumns:
-    """What is read from a table.
+    """Time and sample columns of a table.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ _UNKNOWN_SIZE = 0xFFFFFFFF
 
 @dataclass(frozen=True)
 class WavHeader:
-    """What stands around the samples of a WAV file.
+    """Header of a WAV file.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ Device = Annotated[dict[str, Any], Field(max_length=100)]
 
 
 class RequestBody(BaseModel):
-    """What is sent. Unknown keys are refused."""
+    """Body of a request. Unknown keys are refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -44,7 +44,7 @@ class AnswersRequest(RequestBody):
 
 
 class PlayRequest(RequestBody):
-    """What is to be played on the server's display."""
+    """Request to play on the server's display."""
 
     token: PageToken
     slot: SlotName = ""
@@ -61,14 +61,14 @@ class EmptyRequest(RequestBody):
 
 
 class JoinResponse(BaseModel):
-    """Who joined."""
+    """Response to joining: the participant."""
 
     ticket: str
     code: str
 
 
 class OfferResponse(BaseModel):
-    """What people are told before they join."""
+    """Information shown to people before they join."""
 
     title: dict[str, str]
     languages: list[str]
@@ -76,7 +76,7 @@ class OfferResponse(BaseModel):
 
 
 class PageResponse(BaseModel):
-    """Where a participant is."""
+    """Participant's current page."""
 
     page: dict[str, Any] | None
     """`tactogram.study.trials.Page.shown`; null at the end."""
@@ -91,27 +91,27 @@ class PageResponse(BaseModel):
 
 
 class AnswersResponse(PageResponse):
-    """Where a participant is after answers were sent."""
+    """Participant's page after answers were sent."""
 
     stored: bool
     """False if the page was answered before: nothing changed."""
 
 
 class PlayResponse(BaseModel):
-    """What became of what was to be played."""
+    """Result of a request to play."""
 
     state: Literal["ended", "stopped", "failed"]
     simulated_device: bool
 
 
 class StopResponse(BaseModel):
-    """Whether something was playing."""
+    """Response to stop: true if something was playing."""
 
     stopped: bool
 
 
 class ErrorResponse(BaseModel):
-    """Why not, in one sentence."""
+    """Reason for a refusal, in one sentence."""
 
     error: str
 

@@ -73,7 +73,7 @@ log = logging.getLogger("tactogram.studio")
 
 
 class OutdatedPageError(TactogramError):
-    """What was sent belongs to another page than the present one."""
+    """The answers belong to another page than the current one."""
 
 
 class StimulusPlaybackError(TactogramError):

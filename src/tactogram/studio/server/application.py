@@ -27,7 +27,7 @@ PAGES = ("home", "make", "touch", "materials", "train", "send", "live", "studies
 
 @dataclass(frozen=True)
 class ServerAnnouncement:
-    """What is told when a server answers.
+    """Announcement of a server that answers.
 
     Parameters
     ----------

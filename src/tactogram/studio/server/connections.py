@@ -30,7 +30,7 @@ MOST_WRITTEN = 64 * 1024
 
 @dataclass(frozen=True)
 class ConnectionLimits:
-    """What connections are held to.
+    """Limits of connections.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ class _Deadline:
 
 
 class SlotHolder(Protocol):
-    """What a place is given to."""
+    """Holder of a connection slot."""
 
     sender: str
     since: float

@@ -142,7 +142,7 @@ class RequestGuard:
 
 
 class _RequestBody:
-    """What comes in, counted and timed. After a refusal the application is told that the sender is gone."""
+    """Request body, counted and timed. After a refusal the application is told that the sender is gone."""
 
     def __init__(self, scope: Scope, receive: Receive, settings: GuardSettings) -> None:
         self._scope, self._receive, self._settings = scope, receive, settings
@@ -174,7 +174,7 @@ class _RequestBody:
 
 
 class _GuardedResponse:
-    """What goes out: nothing of the application's after a refusal."""
+    """Guarded response: nothing of the application's after a refusal."""
 
     def __init__(self, send: Send, body: _RequestBody) -> None:
         self._send, self._body = send, body

@@ -35,7 +35,7 @@ _LOOPBACK = ("localhost", "127.0.0.1", "::1")
 
 @dataclass(frozen=True)
 class GuardSettings:
-    """What a guard lets through.
+    """Settings of the request guard.
 
     Parameters
     ----------

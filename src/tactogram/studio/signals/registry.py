@@ -42,7 +42,7 @@ class ShownSignal:
 
 @dataclass
 class ShownSignals:
-    """What pages show, by key; what was not asked for longest goes first."""
+    """Signals that pages show, by key; the least recently used goes first."""
 
     most: int = MOST_BYTES
     _held: OrderedDict[str, ShownSignal] = field(default_factory=OrderedDict)

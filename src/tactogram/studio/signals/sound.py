@@ -28,7 +28,7 @@ MOST_GAIN = 1e9
 
 @dataclass(frozen=True)
 class AudioClip:
-    """What is played.
+    """Sound as played by the browser.
 
     Parameters
     ----------

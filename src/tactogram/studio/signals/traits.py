@@ -29,7 +29,7 @@ AT_ONCE = 2**20
 
 @dataclass(frozen=True, eq=False)
 class SignalTraits:
-    """What pictures and words of a signal are made of; small, however long it is.
+    """Traits of a signal for pictures and words; small, whatever its length.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def traits_of(signal: Signal) -> SignalTraits:
 
 @dataclass(frozen=True)
 class SharedScales:
-    """What the pictures of signals that stand side by side have in common.
+    """Scales that pictures of signals side by side share.
 
     Parameters
     ----------

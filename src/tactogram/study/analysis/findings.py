@@ -28,7 +28,7 @@ MOST_LINES = 120
 
 @dataclass(frozen=True)
 class Finding:
-    """What one test or estimate says of one thing.
+    """Result of one test or estimate.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class AnalysisSection:
-    """All that is said of one question of a study.
+    """Results for one question of a study.
 
     Parameters
     ----------

@@ -37,7 +37,7 @@ MOST_PLACES = 2000
 
 @dataclass(frozen=True)
 class Threshold:
-    """What the answers to one staircase say.
+    """Threshold from the answers to one staircase.
 
     Parameters
     ----------

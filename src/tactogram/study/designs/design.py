@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class MarginScale:
-    """What a margin of equivalence is measured on.
+    """Scale of a margin of equivalence.
 
     Parameters
     ----------

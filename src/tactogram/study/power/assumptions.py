@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class PowerAssumptions:
-    """What a power table assumes where nothing else is given; typical sizes, to be replaced by those of a pilot.
+    """Assumptions of a power table where nothing else is given: typical sizes, to be replaced by those of a pilot.
 
     Parameters
     ----------

@@ -47,7 +47,7 @@ class StudyBatch:
 
 
 class PowerMethod:
-    """How the studies of one kind are simulated and tested."""
+    """Simulation and test of one kind of study."""
 
     null = 0.0
     """The effect where there is no difference."""

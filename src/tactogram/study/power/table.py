@@ -32,7 +32,7 @@ TAKING, LOOKING = "simulated participants", "how many for equivalence"
 
 @dataclass(frozen=True)
 class PowerTable:
-    """What a design can show.
+    """Power of a design.
 
     Parameters
     ----------

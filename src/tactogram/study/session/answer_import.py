@@ -20,7 +20,7 @@ TRUE, FALSE = ("true", "1", "yes", "correct", "t"), ("false", "0", "no", "wrong"
 
 @dataclass(frozen=True)
 class TableMapping:
-    """How another's table is read.
+    """Mapping from another program's table to answers.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ from tactogram.study.trials import Participant
 
 
 class SessionLogs(SessionPeople):
-    """What is kept of a session and its participants beside their answers."""
+    """Logs of a session beside the answers."""
 
     def played(self, code: str, token: str) -> dict[str, str]:
         """Return the hash of what was last played in each slot of a page."""

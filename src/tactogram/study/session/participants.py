@@ -30,7 +30,7 @@ class UnknownParticipantError(ParameterError):
 
 
 class PageNotOpenError(ParameterError):
-    """What was sent belongs to another page than the present one, or the experimenter ended the session."""
+    """The answers belong to another page than the current one, or the experimenter ended the session."""
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ FIELD, PAGE = "\x1f", "\x1e"
 
 @dataclass(frozen=True)
 class ParticipantProgress:
-    """What a participant answered, and what is next.
+    """Answers of a participant, and the next page.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class ParticipantProgress:
 
 @dataclass(frozen=True)
 class ParticipantState:
-    """Where a participant is.
+    """State of a participant.
 
     Parameters
     ----------

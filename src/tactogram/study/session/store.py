@@ -49,7 +49,7 @@ MOST_WAYS = 1000
 
 @dataclass(frozen=True)
 class SubmissionResult:
-    """What became of answers that were sent.
+    """Result of sending answers.
 
     Parameters
     ----------

@@ -43,7 +43,7 @@ SMALLEST_WINDOW = 8
 
 
 class EvaluationSettings(BaseModel):
-    """How much is spent on judging."""
+    """Effort spent on an evaluation."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

@@ -38,7 +38,7 @@ StatusCallback = Callable[[str], None]
 
 @dataclass(frozen=True)
 class TrackSettings:
-    """How a resonance is followed.
+    """Settings of resonance tracking.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ NETWORK = ("osc", "udp")
 
 @dataclass(frozen=True)
 class StreamSettings:
-    """How a stream runs.
+    """Settings of a stream.
 
     Parameters
     ----------

@@ -24,7 +24,7 @@ MOST_TEXTURES = 16
 
 @dataclass(frozen=True)
 class TextureSettings:
-    """How sources become textures.
+    """Settings by which sources become textures.
 
     Parameters
     ----------

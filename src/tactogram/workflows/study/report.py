@@ -69,7 +69,7 @@ SIMULATED_STIMULI = "Simulated stimuli: made by formulas, not recorded from real
 
 @dataclass(frozen=True)
 class StudyData:
-    """What is known of how answers came about, besides the answers.
+    """Origin of the answers.
 
     Parameters
     ----------

@@ -34,7 +34,7 @@ SEEDS = 16
 
 @dataclass(frozen=True)
 class SlotPlayback:
-    """What is to be played for one slot of a page.
+    """Signal to play for one slot of a page.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ from tactogram.workflows.training.rated_examples import TEST_SHARE, VALIDATION_S
 
 @dataclass(frozen=True)
 class TrainingRequest:
-    """What a training is asked for; the parameters are those of `tactogram.workflows.training.train.train`."""
+    """Request for a training; the parameters are those of `tactogram.workflows.training.train.train`."""
 
     model: str
     data: Path | str
@@ -46,7 +46,7 @@ class TrainingRequest:
 
 @dataclass(frozen=True)
 class TrainingPlan:
-    """What a training would be of: the data and its parts, the model and its configuration."""
+    """Plan of a training: the data and its parts, the model and its configuration."""
 
     store: Store
     facts: models.ModelInfo

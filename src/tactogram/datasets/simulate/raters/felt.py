@@ -22,7 +22,7 @@ FLUTTER_HZ = (2.0, 40.0)
 
 @dataclass(frozen=True)
 class TouchCues:
-    """What of a touch counts, 0 to 1 each but the first.
+    """Tactile cues, 0 to 1 each but the first.
 
     Parameters
     ----------

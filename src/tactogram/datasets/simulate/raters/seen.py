@@ -25,7 +25,7 @@ BANDS = {"coarse": (2.0, 6.0), "middle": (6.0, 14.0), "fine": (14.0, 32.0)}
 
 @dataclass(frozen=True)
 class SightCues:
-    """What of an image counts, 0 to 1 each.
+    """Visual cues of an image, 0 to 1 each.
 
     Parameters
     ----------

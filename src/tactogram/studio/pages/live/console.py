@@ -17,7 +17,7 @@ LINES = 40
 
 @dataclass(frozen=True)
 class ConsoleQuestion:
-    """What a session wants to know.
+    """Question of a session to the person who records.
 
     Parameters
     ----------

@@ -36,7 +36,7 @@ STOP_S = 6.0
 
 @dataclass(frozen=True)
 class LiveRequest:
-    """What is to be listened to.
+    """Request to listen to a source.
 
     Parameters
     ----------

@@ -34,7 +34,7 @@ Crop = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class GenerationForm:
-    """What can be asked of a run.
+    """Fields that can be requested of a run.
 
     Parameters
     ----------

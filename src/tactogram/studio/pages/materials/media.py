@@ -35,7 +35,7 @@ KEPT = {"cache-control": "private, max-age=86400"}
 
 @dataclass
 class MaterialsContext:
-    """What the pages of materials work with."""
+    """Context of the materials pages."""
 
     studio: Studio
     trainings: TaskQueue

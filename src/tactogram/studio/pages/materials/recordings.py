@@ -71,7 +71,7 @@ class StoreCache:
 
 @dataclass(frozen=True)
 class RecordingFilter:
-    """What is asked for: all of it has to hold.
+    """Filter of recordings: all conditions must hold.
 
     Parameters
     ----------

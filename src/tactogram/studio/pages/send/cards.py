@@ -47,7 +47,7 @@ def there(chosen: SelectedSignal | None) -> SelectedSignal:
 
 
 class SignalFields:
-    """What is asked of a signal: how its axes become those that can be sent, and over displacement the finger's speed.
+    """Fields of a signal to send: its axes and, over displacement, the finger's speed.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ ORDER, FOUND, ZIP = "order.json", "found.json", "all-formats.zip"
 
 @dataclass(frozen=True)
 class SelectedSignal:
-    """What is to be sent, as a file.
+    """Signal selected for sending, as a file.
 
     Parameters
     ----------

@@ -100,7 +100,7 @@ class TextureRequest:
 
 
 class TouchSources:
-    """What a workspace offers, and the tables made of it, remembered.
+    """Textures of a workspace and their tables, cached.
 
     Parameters
     ----------

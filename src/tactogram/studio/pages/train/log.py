@@ -17,7 +17,7 @@ STOPPED = ("stopped ", "interrupted")
 
 @dataclass(frozen=True)
 class TaskProgress:
-    """How far a task is.
+    """Progress of a task.
 
     Parameters
     ----------

@@ -83,7 +83,7 @@ class StudioTask:
 
 @dataclass(frozen=True)
 class TaskStatus:
-    """How it stands with a task.
+    """Status of a task.
 
     Parameters
     ----------

@@ -32,7 +32,7 @@ REMEMBERED = 40
 
 @dataclass
 class TrainContext:
-    """What the pages of trainings work with.
+    """Context of the training pages.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class EvokedWords(WordScales):
-    """Whether the sight of an image evokes what each word says; images come in sets, each judged by some people."""
+    """Words evoked by the sight of an image, yes or no; images come in sets, each shown to some people."""
 
     title: ClassVar[str] = "Evoked words"
     question_text: ClassVar[str] = "Which words does an image evoke?"

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class StaircaseTrack:
-    """Where one staircase stands.
+    """State of one staircase.
 
     Parameters
     ----------
