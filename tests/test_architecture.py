@@ -42,6 +42,14 @@ def test_models_are_listed_without_the_libraries_that_train_them():
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
+def test_study_designs_are_listed_without_the_libraries_that_analyse_them():
+    heavy = {"scipy", "statsmodels", "matplotlib", "torch", "pyarrow"}
+    code = (
+        f"import sys, tactogram.study.designs as d; d.designs(); sys.exit(bool({heavy} & set(sys.modules)))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
 def test_imports_point_one_way():
     command = [str(Path(sys.executable).with_name("lint-imports"))]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)

@@ -29,7 +29,7 @@ def designs() -> Mapping[str, type[Design]]:
     ParameterError
         If a file cannot be imported or holds no design, or two designs share a kind, a margin or a power table.
     """
-    return _designs(further_folders(FOLDERS_VARIABLE))
+    return _designs(tuple(folder.resolve() for folder in further_folders(FOLDERS_VARIABLE)))
 
 
 def find_design(kind: str) -> type[Design]:
@@ -128,7 +128,7 @@ def _files(given: Path) -> list[Path]:
 
 def _imported(path: Path) -> ModuleType:
     try:
-        return import_path(path.resolve())
+        return import_path(path)
     except ParameterError:
         raise
     except Exception as error:  # whatever is wrong with somebody's file
