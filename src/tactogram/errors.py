@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import re
+import reprlib
 
 MOST_VALUE = 80
 """Characters of a value that a message repeats."""
 MOST_MESSAGE = 1000
 _LONG_VALUE = re.compile(r"""(?<!\w)(?:'.{200,}?'|".{200,}?"|\[.{200,}?\]|\{.{200,}?\}|\d{200,})(?!\w)""")
+_REPR = reprlib.Repr()
+_REPR.maxstring = _REPR.maxother = _REPR.maxlong = 4 * MOST_VALUE
+_REPR.maxlist = _REPR.maxtuple = _REPR.maxdict = MOST_VALUE // 2
 
 
 class TactogramError(Exception):
@@ -53,6 +57,11 @@ class MissingExtraError(TactogramError, ImportError):
 
 class DeviceError(TactogramError):
     """A device or its driver is not there, did not open, or stopped answering; the message names it."""
+
+
+def shown(value: object) -> str:
+    """Return a value as a message repeats it, without reading through all that is in it."""
+    return shortened(_REPR.repr(value))
 
 
 def shortened(text: str, most: int = MOST_VALUE) -> str:

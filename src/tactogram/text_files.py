@@ -23,6 +23,7 @@ MOST_DEPTH = 32
 _LONG_KEY = re.compile(
     rf"""(?<![\w.-])(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){{{MOST_KEY_PARTS}}}"""
 )
+_LONG_INTEGER = re.compile(r"\d{19}")
 
 
 def decode_text(
@@ -112,7 +113,9 @@ def parse_json(text: str, where: Path | str, *, finite: bool = False) -> Any:
     DataError
         If it is not JSON, or nested too deep.
     """
-    hooks: dict[str, Any] = {"parse_constant": _refused, "parse_int": _int64} if finite else {}
+    hooks: dict[str, Any] = {"parse_constant": _refused} if finite else {}
+    if finite and _LONG_INTEGER.search(text):  # looked for first: a hook for every integer takes time
+        hooks["parse_int"] = _int64
     try:
         return json.loads(text, **hooks)
     except (ValueError, RecursionError) as error:

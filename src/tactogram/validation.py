@@ -7,7 +7,7 @@ from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from tactogram.errors import ParameterError, shortened
+from tactogram.errors import ParameterError, shortened, shown
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -27,7 +27,7 @@ def validated(kind: type[M], values: Mapping[str, Any], *, where: str) -> M:
         if isinstance(first["input"], Mapping | BaseModel):
             # Of a whole table the message says what is wrong; its values would fill a page.
             raise ParameterError(": ".join(part for part in (where, key, message) if part)) from None
-        raise ParameterError(f"{where}: {key}: {message}, got {shortened(repr(first['input']))}") from None
+        raise ParameterError(f"{where}: {key}: {message}, got {shown(first['input'])}") from None
 
 
 def with_changes(values: Mapping[str, Any], changes: Mapping[str, Any] | None) -> dict[str, Any]:

@@ -62,7 +62,7 @@ def test_missing_files_are_named(tmp_path):
     with pytest.raises(DataError, match="object_adjectives.csv: not readable"):
         read_phac2(tmp_path)
     (write(tmp_path / "p") / "phac2_static_features.npz").write_bytes(b"no")
-    with pytest.raises(DataError, match="phac2_static_features.npz: must hold features"):
+    with pytest.raises(DataError, match="phac2_static_features.npz: not an NPZ file"):
         read_phac2(tmp_path / "p")
 
 

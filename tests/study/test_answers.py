@@ -1,5 +1,7 @@
 import math
 
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from tactogram.errors import DataError, ParameterError
@@ -70,4 +72,12 @@ def test_a_table_without_a_needed_column_is_refused(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("study,participant\ns,P1\n")
     with pytest.raises(DataError, match="lacks the column design, question, answer"):
+        read_answers(path)
+
+
+def test_a_parquet_file_of_too_many_rows_is_refused_by_its_head(tmp_path, monkeypatch):
+    path = tmp_path / "a.parquet"
+    pq.write_table(pa.table({"study": pa.array(["a"] * 2_000_001)}), path)
+    monkeypatch.setattr(pq, "read_table", lambda _: pytest.fail("read"))
+    with pytest.raises(DataError, match="a.parquet: must have at most 2000000 rows and 256 MiB, got 2000001"):
         read_answers(path)

@@ -3,6 +3,8 @@ import json
 import numpy as np
 import pytest
 import torch
+from safetensors import safe_open
+from safetensors.torch import save_file
 
 from tactogram.errors import RunError
 from tactogram.training import load_state, save_state
@@ -48,6 +50,15 @@ def test_a_broken_file_is_refused(tmp_path, content):
     path = tmp_path / "s.safetensors"
     path.write_bytes(content)
     with pytest.raises(RunError, match="not a readable checkpoint"):
+        load_state(path)
+
+
+def test_a_file_that_lacks_a_tensor_is_refused(tmp_path):
+    path = tmp_path / "s.safetensors"
+    save_state(path, {"a": torch.ones(3), "b": torch.ones(3)})
+    with safe_open(path, framework="pt") as file:
+        save_file({"a": file.get_tensor("a")}, path, metadata=file.metadata())
+    with pytest.raises(RunError, match="s.safetensors: damaged: lacks 'b'"):
         load_state(path)
 
 

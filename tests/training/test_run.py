@@ -88,3 +88,22 @@ def test_a_later_version_is_refused(run):
     run.write_json("model.json", {"version": 99})
     with pytest.raises(RunError, match="of a later version"):
         run.facts()
+
+
+@pytest.mark.parametrize("line", ["{", "[" * 100_000, "[1]", '{"loss": 1}', "\xff"])
+def test_a_broken_line_of_the_log_is_named(run, line):
+    run.log(TrainingPosition(), {"loss": 1.0})
+    with (run.folder / "metrics.jsonl").open("a", encoding="latin-1") as file:
+        file.write(f"{line}\n")
+    with pytest.raises(
+        RunError, match="metrics.jsonl: (line 2|not UTF-8 text).*; delete the line, or the run"
+    ):
+        run.metrics()
+
+
+def test_a_checkpoint_of_another_learner_is_refused(run):
+    learner = Counter()
+    run.save_checkpoint(learner, TrainingPosition())
+    learner.load_state = lambda state: state["weights"]
+    with pytest.raises(RunError, match="checkpoint.safetensors: the checkpoint is not of this run"):
+        run.restore(learner)

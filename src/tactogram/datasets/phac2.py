@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from tactogram.datasets.ratings.ratings import EVOKED, Ratings
 from tactogram.errors import DataError
+from tactogram.signal.io.arrays import load_arrays
 from tactogram.text_files import read_table
 
 TABLE, FEATURES = "object_adjectives.csv", "phac2_static_features.npz"
@@ -144,8 +145,7 @@ def _yes(path: Path, row: Mapping[str, str], name: str) -> bool:
 
 def _arrays(path: Path) -> dict[str, NDArray[np.generic]]:
     names = ("features", "phases", "trial_names", "object_ids", "adjectives", "labels")
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            return {name: file[name] for name in names}
-    except (OSError, KeyError, ValueError) as error:
-        raise DataError(f"{path}: must hold {', '.join(names)}: {error}") from error
+    held = load_arrays(path)
+    if missing := [name for name in names if name not in held]:
+        raise DataError(f"{path}: must hold {', '.join(names)}, lacks {', '.join(missing)}")
+    return held

@@ -23,7 +23,7 @@ from tactogram.signal.line_spectrum import (
     reflection_of_line_spectrum,
     reflection_of_polynomial,
 )
-from tactogram.signal.signal import Signal
+from tactogram.signal.signal import Signal, check_rate
 
 Array = NDArray[np.float64]
 Level = Literal["log", "linear"]
@@ -80,8 +80,7 @@ class AutoregressiveModel:
             raise ParameterError("innovation and mean must be finite")
         if not np.allclose(innovation, innovation.T) or _lowest(innovation) < -1e-9:
             raise ParameterError("innovation must be a covariance: symmetric, no negative eigenvalue")
-        if not (self.rate > 0 and np.isfinite(self.rate)):
-            raise ParameterError(f"rate must be > 0 and finite, got {self.rate}")
+        check_rate(self.rate)
         object.__setattr__(self, "reflection", reflection)
         object.__setattr__(self, "innovation", innovation)
         object.__setattr__(self, "mean", mean)

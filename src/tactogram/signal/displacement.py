@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline
 
 from tactogram.errors import ParameterError, UnitError
 from tactogram.signal.resampling import resample
-from tactogram.signal.signal import Signal
+from tactogram.signal.signal import Signal, check_rate
 
 STANDSTILL = 0.1
 """Share of the median speed below which a finger counts as standing still."""
@@ -115,8 +115,7 @@ def played(signal: Signal, speed_mm_s: float | Signal, rate: float) -> Signal:
     """
     if signal.domain != "displacement":
         raise ParameterError("signal is over time already; expected one over displacement")
-    if not (rate > 0 and math.isfinite(rate)):
-        raise ParameterError(f"rate must be > 0 and finite, got {rate}")
+    check_rate(rate)
     if not isinstance(speed_mm_s, Signal):
         return resample(_constant(signal, _speed(speed_mm_s), "time"), rate)
     speed = _checked(speed_mm_s)

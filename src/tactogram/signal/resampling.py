@@ -7,7 +7,10 @@ import soxr
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.signal.signal import Signal
+from tactogram.signal.signal import Signal, check_rate
+
+MOST_SAMPLES = 2**30
+"""Of a resampled signal."""
 
 _LONGEST_PAD = 100_000
 """Samples within which a padding of a whole number of samples at both rates is looked for."""
@@ -34,10 +37,9 @@ def resample(signal: Signal, rate: float) -> Signal:
     Raises
     ------
     ParameterError
-        If ``rate`` is not > 0, or so low that no sample would be left.
+        If ``rate`` is not > 0, or leaves no sample or more than `MOST_SAMPLES`.
     """
-    if not (rate > 0 and np.isfinite(rate)):
-        raise ParameterError(f"rate must be > 0 and finite, got {rate}")
+    check_rate(rate)
     if rate == signal.rate:
         return signal
     ratio = rate / signal.rate
@@ -46,6 +48,8 @@ def resample(signal: Signal, rate: float) -> Signal:
         raise ParameterError(
             f"rate must leave at least one sample, got {rate:g} for {len(signal)} samples at {signal.rate:g}"
         )
+    if length > MOST_SAMPLES:
+        raise ParameterError(f"rate must leave at most {MOST_SAMPLES} samples, got {rate:g} for {length:.3g}")
     pad = _whole_pad(ratio)
     x = _extended(signal.samples, pad)
     y = soxr.resample(np.ascontiguousarray(x.T), signal.rate, rate, quality="VHQ").T

@@ -13,7 +13,25 @@ from tactogram.errors import ParameterError
 UNITS = ("m/s^2", "m/s", "m", "N", "V", "1")
 """Units of a sample. ``"1"`` is a ratio: a friction coefficient, sensor counts, or full scale in -1..1."""
 
+RATES = (1e-6, 1e9)
+"""Lowest and highest rate; beyond them counts of samples overflow."""
 Domain = Literal["time", "displacement"]
+
+
+def check_rate(rate: float, name: str = "rate") -> float:
+    """Return ``rate`` as a float.
+
+    Raises
+    ------
+    ParameterError
+        If it is not within `RATES`.
+    """
+    rate = float(rate)
+    if not (rate > 0 and np.isfinite(rate)):
+        raise ParameterError(f"{name} must be > 0 and finite, got {rate:g}")
+    if not RATES[0] <= rate <= RATES[1]:
+        raise ParameterError(f"{name} must be {RATES[0]:g} to {RATES[1]:g}, got {rate:g}")
+    return rate
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +44,7 @@ class Signal:
         In ``unit``. Copied unless already a read-only float32 array; read-only afterwards.
         A 1-D array is one axis. At least one sample; every sample finite.
     rate : float
-        Samples per second (Hz), or per millimetre when ``domain`` is ``"displacement"``. Greater than 0.
+        Samples per second (Hz), or per millimetre when ``domain`` is ``"displacement"``. Within `RATES`.
     unit : str
         Unit of a sample, one of `UNITS`.
     axes : tuple of str, optional
@@ -51,9 +69,7 @@ class Signal:
         axes = tuple(self.axes) or {1: ("z",), 3: ("x", "y", "z")}.get(len(samples), ())
         if len(axes) != len(samples) or len(set(axes)) != len(axes):
             raise ParameterError(f"axes must be {len(samples)} different names, got {axes}")
-        rate = float(self.rate)
-        if not (rate > 0 and np.isfinite(rate)):
-            raise ParameterError(f"rate must be > 0 and finite, got {self.rate}")
+        rate = check_rate(self.rate)
         if self.unit not in UNITS:
             raise ParameterError(f"unit must be one of {', '.join(UNITS)}, got {self.unit!r}")
         if self.domain not in ("time", "displacement"):

@@ -10,8 +10,10 @@ from scipy import linalg, special
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.resampling import resample
-from tactogram.signal.signal import Domain, Signal
+from tactogram.signal.signal import RATES, Domain, Signal
 
+MOST_SPAN = 1e9
+"""From the first time stamp to the last, s or mm: some 30 years."""
 MOST_REPEATED = 0.05
 """Share of repeated stamps above which stamps are block arrival times rather than sampling times."""
 
@@ -185,6 +187,14 @@ def _checked(times: ArrayLike) -> NDArray[np.float64]:
         raise DataError(f"time goes backwards at sample {i + 1}: {t[i + 1]:.9g} after {t[i]:.9g}")
     if t[-1] == t[0]:
         raise DataError(f"time stands still: all {len(t)} stamps are {t[0]:.9g}")
+    with np.errstate(over="ignore"):
+        steps = np.diff(t)
+        typical = float(np.median(steps[steps > 0]))
+    if not (1 / RATES[1] <= typical <= 1 / RATES[0] and t[-1] - t[0] < MOST_SPAN):
+        raise DataError(
+            f"time stamps must be {1 / RATES[1]:g} to {1 / RATES[0]:g} apart and span less than {MOST_SPAN:g}, "
+            f"got {typical:g} apart from {t[0]:g} to {t[-1]:g}; is the unit of time right?"
+        )
     return t
 
 

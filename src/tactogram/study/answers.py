@@ -19,6 +19,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from tactogram.datasets.parquet_table import read_parquet
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.text_files import csv_rows, read_text
@@ -221,13 +222,10 @@ def read_cells(path: Path, *, encoding: str = "utf-8-sig") -> tuple[list[str], l
         If the file is not a readable table, or a row has more or fewer cells than there are headings.
     """
     suffix = _suffix(path)
-    try:
-        if suffix == ".parquet":
-            table = pq.read_table(path)
-            lists = [[_text(value) for value in column.to_pylist()] for column in table.columns]
-            return list(table.column_names), [list(row) for row in zip(*lists, strict=True)]
-    except (OSError, pa.ArrowException) as error:
-        raise DataError(f"{path}: not a readable table: {error}") from error
+    if suffix == ".parquet":
+        table = read_parquet(path)
+        lists = [[_text(value) for value in column.to_pylist()] for column in table.columns]
+        return list(table.column_names), [list(row) for row in zip(*lists, strict=True)]
     text = read_text(path, encoding=encoding)
     divider = "\t" if suffix == ".tsv" else max(",;\t", key=text.partition("\n")[0].count)
     rows = csv_rows(text, path, delimiter=divider)

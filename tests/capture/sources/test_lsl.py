@@ -149,3 +149,41 @@ def test_what_is_no_xdf_is_refused_in_one_line(tmp_path, content):
     with pytest.raises(DataError, match=r"bad\.xdf") as caught:
         read_xdf(path)
     assert "\n" not in str(caught.value)
+
+
+def changed(content, old, new):
+    assert content.count(old) == 1
+    return content.replace(old, new)
+
+
+WHOLE = xdf_bytes([n / 100 for n in range(50)], [[n, -n] for n in range(50)])
+COUNT = b"\x04" + struct.pack("<I", 50)
+
+
+@pytest.mark.parametrize(
+    ("content", "line"),
+    [
+        (changed(WHOLE, COUNT, b"\x04\xff\xff\xff\xff"), "cannot hold 4294967295 samples"),
+        (
+            changed(WHOLE, b"<type>Force</type><channel_count>2", b"<channel_count>9" + b"9" * 18),
+            "cannot hold 50",
+        ),
+        (xdf_bytes([n * 1e6 for n in range(50)], [[n, n] for n in range(50)]), "time stamps leap 49 times"),
+    ],
+)
+def test_an_xdf_file_that_would_fill_the_memory_is_refused(tmp_path, content, line):
+    path = tmp_path / "bad.xdf"
+    path.write_bytes(content)
+    with pytest.raises(DataError, match=line) as caught:
+        read_xdf(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_what_is_skipped_in_a_damaged_xdf_file_is_reported_and_not_printed(tmp_path, capfd, caplog):
+    path = tmp_path / "damaged.xdf"
+    path.write_bytes(WHOLE + b"\x07" + bytes(20))
+    [found] = read_xdf(path)
+    assert found.facts["samples"] == 50
+    assert "Error reading chunk length" in found.facts["damaged"]
+    assert capfd.readouterr() == ("", "")
+    assert not caplog.records

@@ -1,4 +1,5 @@
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -142,6 +143,41 @@ def test_broken_files_are_refused_in_one_line(tmp_path, content, message):
     with pytest.raises(DataError, match=message) as caught:
         read_haptic(tmp_path / "x.ahap")
     assert "\n" not in str(caught.value)
+
+
+HAPTIC = (
+    '{"version": {"major": 1, "minor": 0, "patch": 0}, "signals": {"continuous": {"envelopes": {"amplitude": '
+    '[{"time": 0, "amplitude": 1}, {"time": %s, "amplitude": 1}]}}}}'
+)
+ANDROID = '{"format": "android-waveform", "timings": [%s], "amplitudes": [%s]}'
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (HAPTIC % "1e300", "1e\\+300 s at 8000 Hz are more than 33554432 samples; cut the file"),
+        (HAPTIC % ("9" * 400), "an integer must have at most 64 bits"),
+        (HAPTIC % ("9" * 5000), "an integer must have at most 64 bits, got thousands of digits"),
+        (ANDROID % (2**62, 1), "timings.0: must be less than or equal to 86400000, got 4611686018427387904"),
+        (ANDROID % (",".join("1" * 1_000_001), 1), "timings: Tuple should have at most 1000000 items"),
+    ],
+)
+def test_a_document_that_would_fill_the_memory_is_refused(tmp_path, text, message):
+    (tmp_path / "x.json").write_text(text)
+    with pytest.raises(DataError, match=message) as caught:
+        read_haptic(tmp_path / "x.json")
+    assert len(str(caught.value)) < 500
+
+
+@pytest.mark.parametrize("key", ["relative_position", "sample_count"])
+def test_a_place_beyond_all_in_hjif_is_refused(tmp_path, key):
+    path = file_for(tmp_path, "hjif")
+    write_haptic(path, effect(0.1), format="hjif")
+    text = path.read_text()
+    path.write_text(re.sub(rf'"{key}":[1-9]\d*', f'"{key}":{2**63 - 1}', text, count=1))
+    assert path.read_text() != text
+    with pytest.raises(DataError, match="more than 33554432 samples|keyframes must be in order"):
+        read_haptic(path)
 
 
 def test_a_missing_file_and_a_strange_json_are_named(tmp_path):

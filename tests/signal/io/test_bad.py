@@ -1,7 +1,9 @@
 """Broken input: one line that names the file and the place, whatever the format."""
 
+import io
 import re
 import struct
+import zipfile
 
 import numpy as np
 import openpyxl
@@ -35,6 +37,18 @@ TABLES = {
     "time goes back": (
         ROWS.replace("0.03,", "0.015,"),
         "row 5, .*: time goes backwards, 0.015 s after 0.02 s",
+    ),
+    "time ages apart": ("t [s],x\n-1e308,1\n0,2\n1e308,3\n", "is the unit of time right\\?"),
+    "time in an instant": ("t [s],x\n0,1\n1e-320,2\n2e-320,3\n", "is the unit of time right\\?"),
+    "a gap of ages": ("t [s],x\n0,1\n1,2\n2,3\n1e300,4\n", "is the unit of time right\\?"),
+    "a rate beyond all": (
+        '# {"tactogram": 1, "rate": 1e300, "unit": "1", "axes": ["x"], "domain": "time", "full_scale": null, '
+        '"metadata": {}}\ntime [s],x [1]\n0,1\n1,2\n',
+        r"rate must be 1e-06 to 1e\+09, got 1e\+300",
+    ),
+    "a rate of hundreds of digits": (
+        '# {"tactogram": 1, "rate": 1' + "0" * 400 + ', "unit": "1", "axes": ["x"]}\ntime [s],x [1]\n0,1\n',
+        "description is damaged",
     ),
     "time stands": (
         ROWS.replace("0.01,", "0.00,").replace("0.02,", "0.00,").replace("0.03,", "0.00,"),
@@ -146,7 +160,7 @@ def test_a_rate_of_zero_is_refused(tmp_path):
     path.write_bytes(raw)
     assert refusal(path) == "rate must be > 0 Hz, got 0 at byte 24"
     np.savez(tmp_path / "a.npz", x=np.zeros(9), rate=0.0)
-    assert refusal(tmp_path / "a.npz", columns=["x"]) == "rate must be > 0, got 0"
+    assert refusal(tmp_path / "a.npz", columns=["x"]) == "rate must be > 0 and finite, got 0"
     (tmp_path / "a.csv").write_text("1\n2\n")
     assert refusal(tmp_path / "a.csv", rate=0) == "rate must be > 0 and finite, got 0"
 
@@ -214,7 +228,7 @@ def test_a_missing_column_is_refused(tmp_path):
 def test_bad_arrays_are_refused(tmp_path):
     path = tmp_path / "a.npz"
     np.savez(path, x=np.array([object()], dtype=object))
-    assert refusal(path).startswith("holds pickled objects")
+    assert refusal(path).startswith("x.npy holds pickled objects")
     np.savez(path, x=np.array(["a"]))
     assert refusal(path) == "x must be numbers (axis, time), got <U1 of shape (1,)"
     np.savez(path, x=np.zeros(3), y=np.zeros(3))
@@ -266,3 +280,35 @@ def test_damage_anywhere_is_one_line_or_harmless(tmp_path_factory, suffix, data)
             function(path)
         except DataError as error:
             assert "\n" not in str(error)  # noqa: PT017
+
+
+@pytest.mark.parametrize("values", [np.zeros(9, complex), np.array(["a"] * 9), np.zeros(9, "datetime64[s]")])
+def test_a_rate_or_time_that_is_no_number_is_refused(tmp_path, values):
+    path = tmp_path / "a.npz"
+    np.savez(path, x=np.zeros(9), rate=values[0])
+    assert refusal(path, columns=["x"]).startswith("rate must be a number, got ")
+    np.savez(path, x=np.zeros(9), time=values)
+    assert refusal(path).startswith("time must be numbers (axis, time), got ")
+
+
+def test_booleans_are_read_as_numbers(tmp_path):
+    np.savez(tmp_path / "a.npz", x=np.array([True, False, True]))
+    assert read_signal(tmp_path / "a.npz", rate=10).samples.tolist() == [[1, 0, 1]]
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".xlsx"])
+def test_an_archive_that_would_fill_the_memory_is_refused_unread(tmp_path, suffix, monkeypatch):
+    monkeypatch.setattr("tactogram.signal.io.archives.SMALL", 1000)
+    path = tmp_path / f"a{suffix}"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("x.npy", bytes(2**20))
+    assert re.match(r"must unpack to at most \d MiB in 10000 parts, got 1 MiB in 1; cut it", refusal(path))
+
+
+def test_an_array_that_claims_more_than_it_holds_is_refused(tmp_path):
+    path = tmp_path / "a.npz"
+    file = io.BytesIO()
+    np.lib.format.write_array_header_1_0(file, {"descr": "<f8", "fortran_order": False, "shape": (10**12,)})
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("x.npy", file.getvalue())
+    assert refusal(path) == f"x.npy claims {8 * 10**12} bytes and holds {len(file.getvalue())}"

@@ -97,6 +97,9 @@ def test_what_is_asked_for_wrongly_is_refused(log, tmp_path):
     with pytest.raises(ParameterError, match="sender must be one of 81013C85, got '8123'"):
         capture_log(log, sender="8123")
     assert capture_log(log, sender="1013c85")["sensors"][0]["name"] == "81013C85"
+    for rate in (0, -1, float("nan"), 1e300):
+        with pytest.raises(ParameterError, match="rate must be"):
+            capture_log(log, rate=rate)
 
 
 def test_log_of_a_board_is_read_as_it_is_told(tmp_path):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tactogram.capture.source import Block, SourceLost
 from tactogram.capture.stream.rate_estimate import RateMeter
-from tactogram.errors import DeviceError, UnitError
+from tactogram.errors import DataError, DeviceError, UnitError
 from tactogram.extras import device_errors, lsl, one_line
 from tactogram.signal.units import parse_unit
 
@@ -19,6 +19,7 @@ LEAST_GAP_S = 0.05
 """A leap of the time stamps below this is jitter: many programs stamp whole chunks on arrival."""
 LEAST_GAP_SAMPLES = 10
 MOST_MISSING = 2_000_000
+MOST_FILLED = 10**8
 
 
 class LslSource:
@@ -148,18 +149,27 @@ def split_at_gaps(
         Nominal; where there is none, nothing is taken for a gap.
     last_stamp : float or None
         Of the sample before.
+
+    Raises
+    ------
+    DataError
+        If more than `MOST_FILLED` values would be missing.
     """
     if rate is None:
         return [samples]
     before = np.concatenate([[stamps[0] - 1 / rate if last_stamp is None else last_stamp], stamps[:-1]])
     missing = np.round((stamps - before) * rate) - 1
     leaps = np.flatnonzero((missing >= LEAST_GAP_SAMPLES) & (missing >= LEAST_GAP_S * rate))
+    missing = np.minimum(missing, MOST_MISSING)
+    if (filled := float(missing[leaps].sum()) * len(samples)) > MOST_FILLED:
+        raise DataError(
+            f"time stamps leap {len(leaps)} times over {filled:.3g} values; are the stamps damaged?"
+        )
     pieces, start = [], 0
     for place in leaps:
         if place > start:
             pieces.append(samples[:, start:place])
-        gap = int(min(missing[place], MOST_MISSING))
-        pieces.append(np.full((len(samples), gap), np.nan, np.float32))
+        pieces.append(np.full((len(samples), int(missing[place])), np.nan, np.float32))
         start = int(place)
     return [*pieces, samples[:, start:]]
 

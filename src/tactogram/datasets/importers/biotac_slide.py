@@ -28,6 +28,7 @@ from tactogram.datasets.importer import ImportItem
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError
 from tactogram.signal import Signal
+from tactogram.signal.io.arrays import load_arrays
 from tactogram.text_files import read_table
 
 NAME = "biotac_slide"
@@ -94,13 +95,11 @@ def _materials(path: Path) -> dict[int, dict[str, str]]:
 
 def _read_arrays(item: ImportItem, path: Path) -> list[Recording]:
     needed = ("pac", "tdc", "tac", "pdc", "electrodes", "lengths", "recording")
-    # Opened here: numpy leaves the file open if it turns out not to be a zip.
-    with path.open("rb") as file, np.load(file, allow_pickle=False) as held:
-        missing = [name for name in needed if name not in held]
-        if missing:
-            raise DataError(f"{path}: lacks {', '.join(missing)}")
-        arrays = {name: held[name] for name in needed}
-        rates = [int(held[name]) for name in ("frame_rate_hz", "pac_rate_hz") if name in held]
+    held: Mapping[str, Any] = load_arrays(path)
+    if missing := [name for name in needed if name not in held]:
+        raise DataError(f"{path}: lacks {', '.join(missing)}")
+    arrays = {name: held[name] for name in needed}
+    rates = [held[name].tolist() for name in ("frame_rate_hz", "pac_rate_hz") if name in held]
     if rates not in ([], [100, 2200]):
         raise DataError(f"{path}: rates must be 100 and 2200 Hz, got {rates}")
     lengths, numbers = arrays.pop("lengths"), arrays.pop("recording")

@@ -10,6 +10,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from tactogram.datasets.parquet_table import read_parquet
 from tactogram.datasets.ratings.ratings import Ratings, Scale
 from tactogram.errors import DataError
 from tactogram.signal.io.atomic import atomic_write
@@ -34,7 +35,7 @@ def read_ratings(path: Path) -> Ratings:
         If it is something else.
     """
     try:
-        table = pq.read_table(path)
+        table = read_parquet(path)
         about = json.loads((table.schema.metadata or {})[b"tactogram"])
         columns = {name: table[name].to_pylist() for name in COLUMNS}
         return Ratings(
@@ -47,5 +48,5 @@ def read_ratings(path: Path) -> Ratings:
             tuple(columns["session"]),
             tuple(about["words"]),
         )
-    except (OSError, pa.ArrowException, KeyError, TypeError, ValueError, DataError) as error:
+    except (KeyError, TypeError, ValueError, DataError) as error:
         raise DataError(f"{path}: not a table of ratings: {error}") from error

@@ -20,9 +20,9 @@ from typing import Any, Literal
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from tactogram.datasets.cells import finite_number
+from tactogram.datasets.parquet_table import read_parquet
 from tactogram.datasets.ratings.files import read_ratings, write_ratings
 from tactogram.datasets.ratings.ratings import SEVEN_POINT, Ratings, Scale, check_rows
 from tactogram.datasets.ratings.words import WORDS, word_of
@@ -129,9 +129,10 @@ def read_table(
     if path.suffix.lower() not in SUFFIXES:
         raise DataError(f"{path}: a table of ratings must be {', '.join(SUFFIXES)}, got {path.suffix!r}")
     if path.suffix.lower() == ".parquet":
-        if b"tactogram" in (_parquet(path).schema.metadata or {}):
+        table = read_parquet(path)
+        if b"tactogram" in (table.schema.metadata or {}):
             return RatingsTable(read_ratings(path), {})
-        headings, rows = _parquet_rows(_parquet(path))
+        headings, rows = _parquet_rows(table)
     else:
         headings, rows = _text_rows(path, columns.encoding)
     return _Reader(path, scale, columns, headings).read(rows)
@@ -275,13 +276,6 @@ def _text_rows(path: Path, encoding: str) -> tuple[list[str], Iterator[tuple[int
     if number != 1 or not any(cell.strip() for cell in headings):
         raise DataError(f"{path}: must begin with a row of headings, got none")
     return headings, ((n, row) for n, row in rows if any(cell.strip() for cell in row))
-
-
-def _parquet(path: Path) -> pa.Table:
-    try:
-        return pq.read_table(path)
-    except (OSError, pa.ArrowException) as error:
-        raise DataError(f"{path}: not a readable Parquet file: {error}") from error
 
 
 def _parquet_rows(table: pa.Table) -> tuple[list[str], Iterator[tuple[int, list[str]]]]:

@@ -26,6 +26,8 @@ from tactogram.validation import validated
 
 COLUMNS = ("voltage_v_rms", "friction")
 OPTIONAL = ("person", "normal_force_n")
+SIZES = (1e-9, 1e9)
+"""Least and largest size of a number in a table; what lies beyond was not measured."""
 LEAST_PAIRS, LEAST_VOLTAGES = 6, 3
 """Of a person: two constants and a spread need them, and a curve needs three voltages."""
 
@@ -231,8 +233,12 @@ def _numbers(row: dict[str, Any], force: float | None, where: str) -> tuple[floa
         values.append(float(row["normal_force_n"]) if "normal_force_n" in row else float(force or math.nan))
     except (TypeError, ValueError):
         raise DataError(f"{where}: needs numbers, got {dict(row)}") from None
-    if not all(math.isfinite(value) for value in values) or values[0] < 0 or values[2] <= 0:
-        raise DataError(f"{where}: voltage must be >= 0, the normal force > 0, all finite, got {values}")
+    fit = all(SIZES[0] <= abs(value) <= SIZES[1] for value in values if value)
+    if not fit or values[0] < 0 or values[2] <= 0:
+        raise DataError(
+            f"{where}: voltage must be >= 0, the normal force > 0, each 0 or {SIZES[0]:g} to {SIZES[1]:g} in size, "
+            f"got {values}"
+        )
     return values[0], values[1], values[2]
 
 

@@ -9,9 +9,14 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from tactogram.errors import shortened
+from tactogram.errors import ParameterError, shown
 from tactogram.signal import Signal
 from tactogram.text_files import decode_text, parse_json
+
+MOST_ENTRIES = 1_000_000
+"""Of a list of events: far beyond any device's, and read in a second or two."""
+MOST_SAMPLES = 2**25
+"""Of what a document plays: more than an hour at 8 kHz."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +55,22 @@ def parse(text: bytes, where: Path | str) -> Any:
     return parse_json(decode_text(text, where), where, finite=True)
 
 
+def sample_count(seconds: float, rate: float) -> int:
+    """Return how many samples a document plays.
+
+    Raises
+    ------
+    ParameterError
+        If they are more than `MOST_SAMPLES`.
+    """
+    count = seconds * rate
+    if not count <= MOST_SAMPLES:
+        raise ParameterError(
+            f"{seconds:g} s at {rate:g} Hz are more than {MOST_SAMPLES} samples; cut the file, or give a lower rate"
+        )
+    return round(count)
+
+
 def encoded(document: Any) -> str:
     """Return a document as one compact line of ASCII."""
     return json.dumps(document, separators=(",", ":"), allow_nan=False) + "\n"
@@ -69,4 +90,4 @@ def _line(entry: dict[str, Any]) -> str:
     message = entry["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
     if entry["type"] == "missing":
         return f"{place}: is required"
-    return f"{place}: {message}, got {shortened(repr(entry['input']))}"
+    return f"{place}: {message}, got {shown(entry['input'])}"

@@ -15,6 +15,7 @@ from scipy import fft
 from scipy import signal as dsp
 
 from tactogram.errors import ParameterError
+from tactogram.rendering.files.documents import sample_count
 from tactogram.signal import Signal
 
 STEP_S = 0.005
@@ -167,7 +168,7 @@ def carrier(envelope: Envelope, rate: float) -> Signal:
     ParameterError
         If no sample would be left at ``rate``, or the carrier reaches half of it.
     """
-    count = round(envelope.seconds * rate)
+    count = sample_count(envelope.seconds, rate)
     if count < 1:
         raise ParameterError(f"{envelope.seconds:g} s at {rate:g} Hz leave no sample; give a higher rate")
     t = np.arange(count) / rate

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError
+from tactogram.signal.io.archives import check_archive
 from tactogram.signal.io.columns import TIME_NAMES
 from tactogram.signal.io.content import ZIP_ERRORS, FileContent
 from tactogram.signal.io.description import SignalDescription, decode
@@ -29,7 +30,7 @@ def read(path: Path, *, columns: Sequence[str] | None = None, time: str | None =
     DataError
         If the file is none, truncated, holds objects, or no such array.
     """
-    arrays = _load(path)
+    arrays = load_arrays(path)
     if DESCRIPTION in arrays:
         description = _describe(arrays, path)
         samples = _numbers(arrays, SAMPLES, path)
@@ -50,13 +51,15 @@ def read(path: Path, *, columns: Sequence[str] | None = None, time: str | None =
     if times is not None and times.shape != (samples.shape[1],):
         raise DataError(f"{path}: {stamps} must have shape ({samples.shape[1]},), got {times.shape}")
     axes = tuple(names) if len(names) > 1 and len(names) == len(samples) else ()
-    rate = float(arrays["rate"]) if "rate" in arrays and arrays["rate"].shape == () else None
+    rate = None
+    if "rate" in arrays and arrays["rate"].shape == ():
+        rate = float(_numbers(arrays, "rate", path, dimensions=(0,)))
     return FileContent(samples, axes, rate, times, None, None, _place(names[0]))
 
 
 def describe(path: Path) -> SignalDescription | None:
     """Return the description in the file, if there is one."""
-    arrays = _load(path, only=DESCRIPTION)
+    arrays = load_arrays(path, only=DESCRIPTION)
     return _describe(arrays, path) if DESCRIPTION in arrays else None
 
 
@@ -66,7 +69,14 @@ def write(path: Path, signal: Signal, description: SignalDescription) -> None:
         np.savez(file, samples=signal.samples, tactogram=np.array(description.encode()))
 
 
-def _load(path: Path, *, only: str | None = None) -> dict[str, NDArray[np.generic]]:
+def load_arrays(path: Path, *, only: str | None = None) -> dict[str, NDArray[np.generic]]:
+    """Return the arrays of an NPZ file by name, or the one called ``only``; sized up before they are unpacked.
+
+    Raises
+    ------
+    DataError
+        If the file is none, truncated, holds objects, or unpacks to more than `check_archive` lets pass.
+    """
     with path.open("rb") as stream:
         head = stream.read(6)
         if not head:
@@ -74,6 +84,7 @@ def _load(path: Path, *, only: str | None = None) -> dict[str, NDArray[np.generi
         if not head.startswith(b"PK"):
             hint = "; save it with numpy.savez" if head == b"\x93NUMPY" else ""
             raise DataError(f"{path}: not an NPZ file: expected PK at byte 0, got {head!r}{hint}")
+        check_archive(stream, path)
         stream.seek(0)
         try:
             with np.load(stream, allow_pickle=False) as file:
@@ -90,12 +101,15 @@ def _describe(arrays: dict[str, NDArray[np.generic]], path: Path) -> SignalDescr
     return found
 
 
-def _numbers(arrays: dict[str, NDArray[np.generic]], name: str, path: Path) -> NDArray[np.float64]:
+def _numbers(
+    arrays: dict[str, NDArray[np.generic]], name: str, path: Path, *, dimensions: Sequence[int] = (1, 2)
+) -> NDArray[np.float64]:
     if name not in arrays:
         raise DataError(f"{path}: no array {name!r}, there are {', '.join(arrays)}")
-    if arrays[name].dtype.kind not in "fiub" or arrays[name].ndim not in (1, 2):
+    if arrays[name].dtype.kind not in "fiub" or arrays[name].ndim not in dimensions:
         shape, dtype = arrays[name].shape, arrays[name].dtype
-        raise DataError(f"{path}: {name} must be numbers (axis, time), got {dtype} of shape {shape}")
+        what = "numbers (axis, time)" if 2 in dimensions else "a number"
+        raise DataError(f"{path}: {name} must be {what}, got {dtype} of shape {shape}")
     return arrays[name].astype(np.float64)
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import DataError, TactogramError
 from tactogram.signal.io.description import SignalDescription
-from tactogram.signal.signal import Signal
+from tactogram.signal.signal import Signal, check_rate
 from tactogram.signal.timing import to_uniform
 from tactogram.signal.units import parse_unit
 
@@ -149,8 +149,7 @@ def _rate(content: FileContent, rate: float | None) -> float:
         if rate is None:
             raise DataError("no time column and no rate in the file; give the rate, e.g. rate=1000 (Hz)")
         return rate
-    if not known > 0:
-        raise DataError(f"rate must be > 0, got {known:g}")
+    check_rate(known)
     # A header of whole Hz does not contradict the fractional rate that it was rounded from.
     exact = content.description is not None
     if rate is not None and (rate != known if exact else abs(rate - known) >= 1):

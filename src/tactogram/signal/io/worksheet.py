@@ -14,6 +14,7 @@ import openpyxl
 from openpyxl.utils.exceptions import InvalidFileException
 
 from tactogram.errors import DataError, ParameterError
+from tactogram.signal.io.archives import check_archive
 from tactogram.signal.io.columns import choose, in_units
 from tactogram.signal.io.content import ZIP_ERRORS, FileContent
 from tactogram.signal.io.description import SignalDescription, decode
@@ -119,6 +120,8 @@ def _opened(path: Path) -> Iterator[Any]:
     if path.stat().st_size == 0:
         raise DataError(f"{path}: empty file")
     try:
+        with path.open("rb") as file:
+            check_archive(file, path)
         with zipfile.ZipFile(path) as archive:
             damaged = archive.testzip()
     except ZIP_ERRORS as error:

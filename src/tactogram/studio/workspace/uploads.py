@@ -13,16 +13,15 @@ import re
 import tempfile
 import threading
 import unicodedata
-import zipfile
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
 import soundfile
 
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import READABLE, decode_image, read_signal
+from tactogram.signal.io.archives import check_archive
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.picture import picture_size
 from tactogram.signal.io.riff import read_header
@@ -46,8 +45,6 @@ MOST_SAMPLES = 2**25
 MOST_UNPACKED = 8 * MOST_SAMPLES
 """Bytes of a ZIP's members together (NPZ, XLSX)."""
 MOST_MEMBERS = 200
-MOST_ROWS = 2_000_000
-"""Of a Parquet file."""
 MOST_CHANNELS = 64
 LONGEST_NAME = 160
 """Bytes of a name without its suffix; file systems take 255 of the whole."""
@@ -215,69 +212,12 @@ def checked(name: str, data: bytes, *, kind: Kind) -> str:
     if kind == "image":
         picture_size(data, name=safe)
     if suffix in (".npz", ".xlsx"):
-        _check_zip(safe, data)
+        check_archive(io.BytesIO(data), safe, most_bytes=MOST_UNPACKED, most_members=MOST_MEMBERS)
     if suffix == ".parquet":
-        _check_parquet(safe, data)
+        from tactogram.datasets.parquet_table import check_parquet
+
+        check_parquet(io.BytesIO(data), safe)
     return safe
-
-
-def _check_zip(name: str, data: bytes) -> None:
-    """Refuse a ZIP that grows too large; what its directory says is as far as it is ever unpacked."""
-    try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            members = archive.infolist()
-            _check_unpacked(name, members)
-            if name.endswith(".npz"):
-                for member in members:
-                    _check_array(name, archive, member)
-    except DataError:
-        raise
-    except Exception as error:  # see read_uploaded_signal
-        raise DataError(f"{name}: truncated or damaged: {_line(error)}") from None
-
-
-def _check_unpacked(name: str, members: list[zipfile.ZipInfo]) -> None:
-    unpacked = sum(member.file_size for member in members)
-    if len(members) > MOST_MEMBERS or unpacked > MOST_UNPACKED:
-        raise DataError(
-            f"{name}: must unpack to at most {MOST_UNPACKED // MIB} MiB in {MOST_MEMBERS} parts, "
-            f"got {unpacked / MIB:.0f} MiB in {len(members)}; cut it"
-        )
-
-
-def _check_array(name: str, archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> None:
-    """Refuse an array of objects (they are pickled), and one that claims more than its file holds."""
-    with archive.open(member) as file:
-        version = np.lib.format.read_magic(file)
-        head = (
-            np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-        )
-        shape, _, dtype = head(file)
-    if dtype.hasobject:
-        raise DataError(
-            f"{name}: {member.filename[:60]} holds pickled objects, which are never loaded; save numbers"
-        )
-    claimed = dtype.itemsize
-    for length in shape:
-        claimed *= int(length)
-    if not 0 <= claimed <= member.file_size:
-        raise DataError(f"{name}: {member.filename[:60]} claims {claimed} bytes and holds {member.file_size}")
-
-
-def _check_parquet(name: str, data: bytes) -> None:
-    import pyarrow.parquet as parquet
-
-    try:
-        facts = parquet.read_metadata(io.BytesIO(data))
-        rows = facts.num_rows
-        unpacked = sum(facts.row_group(i).total_byte_size for i in range(facts.num_row_groups))
-    except Exception as error:  # see read_uploaded_signal
-        raise DataError(f"{name}: truncated or damaged: {_line(error)}") from None
-    if rows > MOST_ROWS or unpacked > MOST_UNPACKED:
-        raise DataError(
-            f"{name}: must have at most {MOST_ROWS} rows and {MOST_UNPACKED // MIB} MiB, "
-            f"got {rows} and {unpacked / MIB:.0f} MiB"
-        )
 
 
 def _check_samples(path: Path) -> None:

@@ -14,6 +14,7 @@ from tactogram.datasets import Recording, add_recordings, create_store, open_sto
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
+from tactogram.signal.signal import check_rate
 from tactogram.validation import validated
 
 LICENCE = "not stated: own recordings"
@@ -83,6 +84,8 @@ def capture_log(
     path = Path(path)
     if data is not None and not known.get("material"):
         raise ParameterError("a recording in a store needs a material; give --material")
+    if rate is not None:
+        check_rate(rate)
     logged = _read(path, kind, dict(options or {}))
     if sender is not None:
         # As it is printed on the sensor, or as its frames and other sources' names have it.

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.files.documents import DecodedDocument, DocumentPart, problems_of
+from tactogram.rendering.files.documents import MOST_ENTRIES, DecodedDocument, DocumentPart, problems_of
 from tactogram.rendering.files.envelope import (
     PULSE_S,
     Envelope,
@@ -161,7 +161,7 @@ class Pattern(DocumentPart):
 
     version: float = Field(1.0, alias="Version")
     metadata: Metadata = Field(Metadata(Description=""), alias="Metadata")
-    entries: tuple[Entry, ...] = Field(alias="Pattern", min_length=1, strict=False)
+    entries: tuple[Entry, ...] = Field(alias="Pattern", min_length=1, max_length=MOST_ENTRIES, strict=False)
 
 
 def validate(document: Any) -> list[str]:

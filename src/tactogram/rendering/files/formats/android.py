@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from tactogram.rendering.files.documents import DecodedDocument, DocumentPart, problems_of
+from tactogram.rendering.files.documents import MOST_ENTRIES, DecodedDocument, DocumentPart, problems_of
 from tactogram.rendering.files.envelope import Envelope, carrier, envelope_of, time_steps
 from tactogram.signal import Signal
 
@@ -19,14 +19,19 @@ STEP_MS = 10
 CARRIER_HZ = 170.0
 """Assumed for reading back: linear resonant actuators of phones resonate around 150 to 200 Hz. A choice."""
 STRONGEST = 255
+LONGEST_MS = 24 * 3600 * 1000
 
 
 class Waveform(DocumentPart):
     """A whole file."""
 
     format: Literal["android-waveform"] = "android-waveform"
-    timings: tuple[Annotated[int, Field(ge=0)], ...] = Field(min_length=1, strict=False)
-    amplitudes: tuple[Annotated[int, Field(ge=0, le=STRONGEST)], ...] = Field(min_length=1, strict=False)
+    timings: tuple[Annotated[int, Field(ge=0, le=LONGEST_MS)], ...] = Field(
+        min_length=1, max_length=MOST_ENTRIES, strict=False
+    )
+    amplitudes: tuple[Annotated[int, Field(ge=0, le=STRONGEST)], ...] = Field(
+        min_length=1, max_length=MOST_ENTRIES, strict=False
+    )
     repeat: int = -1
     description: str = ""
 

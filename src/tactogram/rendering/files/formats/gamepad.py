@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from tactogram.rendering.files.documents import DecodedDocument, DocumentPart, problems_of
+from tactogram.rendering.files.documents import MOST_ENTRIES, DecodedDocument, DocumentPart, problems_of
 from tactogram.rendering.files.envelope import HIGHEST_HZ, carrier, envelope_of, time_steps
 from tactogram.rendering.files.formats.android import steps
 from tactogram.signal import Signal
@@ -54,7 +54,7 @@ class Sequence(DocumentPart):
 
     format: Literal["gamepad-effects"] = "gamepad-effects"
     type: Literal["dual-rumble"]
-    effects: tuple[Effect, ...] = Field(min_length=1, strict=False)
+    effects: tuple[Effect, ...] = Field(min_length=1, max_length=MOST_ENTRIES, strict=False)
     description: str = ""
 
     @model_validator(mode="after")

@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.files.documents import DecodedDocument, DocumentPart, problems_of
+from tactogram.rendering.files.documents import MOST_ENTRIES, DecodedDocument, DocumentPart, problems_of
 from tactogram.rendering.files.envelope import (
     Envelope,
     FrequencySpan,
@@ -55,8 +55,8 @@ class FrequencyPoint(DocumentPart):
 class Envelopes(DocumentPart):
     """Both envelopes."""
 
-    amplitude: tuple[AmplitudePoint, ...] = Field(strict=False)
-    frequency: tuple[FrequencyPoint, ...] | None = Field(None, strict=False)
+    amplitude: tuple[AmplitudePoint, ...] = Field(max_length=MOST_ENTRIES, strict=False)
+    frequency: tuple[FrequencyPoint, ...] | None = Field(None, max_length=MOST_ENTRIES, strict=False)
 
 
 class Continuous(DocumentPart):

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering.files.documents import DecodedDocument
+from tactogram.rendering.files.documents import DecodedDocument, sample_count
 from tactogram.rendering.files.hjif_rules import MODALITIES, MOST_TICKS, Band, Channel, Effect, Haptics
 from tactogram.signal import Signal
 from tactogram.signal.resampling import resample
@@ -149,7 +149,7 @@ def decode(document: Any, rate: float | None = None, *, exact_rate: float | None
     stated = [c.frequency_sampling for c in perception.channels if c.frequency_sampling]
     rate = rate or exact_rate or (float(max(stated)) if stated else READ_RATE)
     lengths = [_seconds(channel, haptics.timescale) for channel in perception.channels]
-    count = round(max(lengths) * rate)
+    count = sample_count(max(lengths), rate)
     if count < 1 and exact_rate is None:
         raise DataError("the file's channels have no length: there is nothing to feel")
     step = haptics.timescale / rate

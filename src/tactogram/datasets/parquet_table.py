@@ -1,0 +1,44 @@
+"""Tables in Parquet from elsewhere, sized up before they are read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import BinaryIO
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from tactogram.errors import DataError
+
+MIB = 2**20
+MOST_ROWS = 2_000_000
+MOST_BYTES = 256 * MIB
+
+
+def check_parquet(source: Path | BinaryIO, where: Path | str) -> None:
+    """Refuse a Parquet file whose head says that it unpacks to more than a table of answers or ratings has.
+
+    Raises
+    ------
+    DataError
+        If it is not Parquet, or has more than `MOST_ROWS` rows or `MOST_BYTES` bytes.
+    """
+    try:
+        facts = pq.read_metadata(source)
+        unpacked = sum(facts.row_group(i).total_byte_size for i in range(facts.num_row_groups))
+    except (OSError, ValueError, pa.ArrowException) as error:
+        raise DataError(f"{where}: not a readable Parquet file: {error}") from error
+    if facts.num_rows > MOST_ROWS or unpacked > MOST_BYTES:
+        raise DataError(
+            f"{where}: must have at most {MOST_ROWS} rows and {MOST_BYTES // MIB} MiB, "
+            f"got {facts.num_rows} and {unpacked / MIB:.0f} MiB"
+        )
+
+
+def read_parquet(path: Path) -> pa.Table:
+    """Return a table; errors as `check_parquet`."""
+    check_parquet(path, path)
+    try:
+        return pq.read_table(path)
+    except (OSError, ValueError, pa.ArrowException) as error:
+        raise DataError(f"{path}: not a readable Parquet file: {error}") from error

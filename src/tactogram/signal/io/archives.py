@@ -1,0 +1,75 @@
+"""ZIP archives (NPZ, XLSX) sized up before anything in them is unpacked."""
+
+from __future__ import annotations
+
+import math
+import zipfile
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from tactogram.errors import DataError
+
+MIB = 2**20
+SMALL = 256 * MIB
+"""What any archive may unpack to, bytes."""
+MOST_GROWTH = 100
+"""How many times its size a larger one may unpack to: measured signals shrink to a third at best."""
+
+
+def check_archive(
+    file: BinaryIO, where: Path | str, *, most_bytes: int | None = None, most_members: int = 10_000
+) -> None:
+    """Refuse an archive that grows too large; its directory bounds how far it is ever unpacked.
+
+    Parameters
+    ----------
+    file : binary file
+    where : Path or str
+        What an error names.
+    most_bytes : int, optional
+        What its members may unpack to together; by default `SMALL`, or `MOST_GROWTH` times its size.
+    most_members : int
+
+    Raises
+    ------
+    DataError
+        If it is no archive, or unpacks to more; if an array in it is of objects, or claims more than its member holds.
+    """
+    size = file.seek(0, 2)
+    most = max(SMALL, MOST_GROWTH * size) if most_bytes is None else most_bytes
+    try:
+        with zipfile.ZipFile(file) as archive:
+            problem = _problem(archive, most, most_members)
+    except Exception as error:  # zipfile and numpy raise whatever a damaged head leads to
+        raise DataError(f"{where}: truncated or damaged: {' '.join(str(error).split())}") from None
+    if problem:
+        raise DataError(f"{where}: {problem}")
+
+
+def _problem(archive: zipfile.ZipFile, most_bytes: int, most_members: int) -> str | None:
+    """Return what an archive is refused for: its size, arrays of objects, arrays that claim more than they hold."""
+    members = archive.infolist()
+    unpacked = sum(member.file_size for member in members)
+    if len(members) > most_members or unpacked > most_bytes:
+        return (
+            f"must unpack to at most {most_bytes // MIB} MiB in {most_members} parts, "
+            f"got {unpacked / MIB:.0f} MiB in {len(members)}; cut it"
+        )
+    for member in members:
+        if not member.filename.endswith(".npy"):
+            continue
+        with archive.open(member) as file:
+            version = np.lib.format.read_magic(file)
+            shape, _, dtype = (
+                np.lib.format.read_array_header_1_0(file)
+                if version == (1, 0)
+                else np.lib.format.read_array_header_2_0(file)
+            )
+        if dtype.hasobject:
+            return f"{member.filename[:60]} holds pickled objects, which are never loaded; save numbers"
+        claimed = math.prod(shape) * dtype.itemsize
+        if not 0 <= claimed <= member.file_size:
+            return f"{member.filename[:60]} claims {claimed} bytes and holds {member.file_size}"
+    return None
