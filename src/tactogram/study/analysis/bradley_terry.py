@@ -15,7 +15,7 @@ LEAST = 1e-6
 """Smaller standard errors of a difference are none: what rounding leaves."""
 
 
-def bradley_terry(wins: ArrayLike, *, prior_sd: float = PRIOR_SD) -> Numbers:
+def bradley_terry(wins: ArrayLike, *, prior_sd: float = PRIOR_SD, tolerance: float = 1e-5) -> Numbers:
     """Return log strengths of items: the maximum of the likelihood with a weak normal prior.
 
     Parameters
@@ -23,6 +23,8 @@ def bradley_terry(wins: ArrayLike, *, prior_sd: float = PRIOR_SD) -> Numbers:
     wins : float array, shape (…, item, item)
         How often the row's was preferred to the column's.
     prior_sd : float
+    tolerance : float
+        Largest last step; the error that is left is of the order of its square.
 
     Returns
     -------
@@ -39,7 +41,7 @@ def bradley_terry(wins: ArrayLike, *, prior_sd: float = PRIOR_SD) -> Numbers:
         # Concave: a bounded Newton step cannot run away.
         step *= np.minimum(1.0, 2.0 / np.maximum(np.abs(step).max(-1, keepdims=True), 1e-12))
         strengths = strengths + step
-        if np.abs(step).max() < 1e-5:  # what is left is of the order of its square
+        if np.abs(step).max() < tolerance:
             break
     return np.asarray(strengths - strengths.mean(-1, keepdims=True))
 

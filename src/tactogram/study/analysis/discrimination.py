@@ -17,7 +17,8 @@ from tactogram.statistics.equivalence import share_equivalence
 from tactogram.statistics.mixed_share import mixed_share
 from tactogram.statistics.multiplicity import holm
 from tactogram.statistics.shares import corrected, share_of, smallest_significant
-from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, verdict_of
+from tactogram.study.analysis.exact import exact_finding
+from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, section_of, verdict_of
 from tactogram.study.answers import Answers
 
 CORRECT = "share correct"
@@ -74,16 +75,13 @@ def analyse_discrimination(
         + (f"{needed} must be right" if needed else "not even all being right would be enough")
         + " for p < .05",
     )
-    return AnalysisSection(
+    return section_of(
+        kept,
         title,
-        kept.rows[0].design,
-        kept.rows[0].question or "which",
-        len(set(people)),
-        len(kept),
-        any(kept.column("simulated")),
-        tuple(findings),
+        findings,
         {"share correct per texture": rows},
         notes,
+        question=kept.rows[0].question or "which",
     )
 
 
@@ -105,17 +103,12 @@ def _overall(
         return _pooled(pooled_share(hits, people, margin=margin), "all", margin, d_prime, "confirmatory")
     share = share_of(int(hits.sum()), len(hits))
     equal = None if margin is None else share_equivalence(share.count, share.n, margin=margin).p
-    return Finding(
+    return exact_finding(
         "all",
-        "exact binomial, interval by Wilson",
-        "confirmatory",
+        share,
         CORRECT,
-        share.share,
-        *share.wilson,
-        share.p,
-        verdict_of(share.p, equivalence_p=equal),
-        share.n,
-        1,
+        role="confirmatory",
+        participants=1,
         effect={"d'": d_prime(corrected(share.count, share.n))},
         equivalence_p=equal,
         margin=margin,
@@ -156,17 +149,13 @@ def _pooled(
 
 def _as_printed(hits: Any, people: tuple[str, ...], printed: bool) -> Finding:
     share = share_of(int(hits.sum()), len(hits))
-    return Finding(
+    return exact_finding(
         "all",
-        "mean share held against 50 %, answers taken as independent",
-        "as printed" if printed else "check",
+        share,
         CORRECT,
-        share.share,
-        *share.wilson,
-        share.p,
-        verdict_of(share.p),
-        share.n,
-        len(set(people)),
+        test="mean share held against 50 %, answers taken as independent",
+        role="as printed" if printed else "check",
+        participants=len(set(people)),
         note="the publication printed no test: p is that of the exact binomial" if printed else "",
     )
 
@@ -222,20 +211,14 @@ def _textures(
     for (name, share), p in zip(exact.items(), exact_holm, strict=True):
         equal = equals.get(name)
         people = len(set(groups[name].column("participant")))
-        verdict = verdict_of(p, equivalence_p=equal)
         effect = d_prime(corrected(share.count, share.n))
         findings.append(
-            Finding(
+            exact_finding(
                 name,
-                "exact binomial, interval by Wilson",
-                "check",
+                share,
                 CORRECT,
-                share.share,
-                *share.wilson,
-                p,
-                verdict,
-                share.n,
-                people,
+                p=p,
+                participants=people,
                 effect={"d'": effect},
                 equivalence_p=equal,
                 margin=margin,

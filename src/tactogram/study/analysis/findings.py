@@ -151,6 +151,41 @@ class AnalysisSection:
         return "\n".join(lines)
 
 
+def section_of(
+    kept: Answers,
+    title: str,
+    findings: Sequence[Finding],
+    tables: Mapping[str, Sequence[Mapping[str, Any]]],
+    notes: Sequence[str] = (),
+    *,
+    question: str = "",
+) -> AnalysisSection:
+    """Return the section of answers to one question: who answered follows from the answers.
+
+    Parameters
+    ----------
+    kept : Answers
+        Those that were analysed, at least one.
+    title : str
+    findings : sequence of Finding
+    tables : mapping from str to rows
+    notes : sequence of str
+    question : str
+        By default that of the answers.
+    """
+    return AnalysisSection(
+        title,
+        kept.rows[0].design,
+        question or kept.rows[0].question,
+        len(kept.unique("participant")),
+        len(kept),
+        any(kept.column("simulated")),
+        tuple(findings),
+        tables,
+        tuple(notes),
+    )
+
+
 def verdict_of(p: float | None, *, equivalence_p: float | None = None, alpha: float = ALPHA) -> str:
     """Return the verdict of a test, and of the test of equivalence where a margin was given.
 

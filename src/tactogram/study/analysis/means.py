@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tactogram.statistics.summary import summary
-from tactogram.study.analysis.findings import AnalysisSection, Finding, answered
+from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, section_of
 from tactogram.study.analysis.paired import holm_paired
 from tactogram.study.answers import Answers
 
@@ -50,17 +50,7 @@ def analyse_means(answers: Answers, *, title: str, margin: float | None = None) 
     findings = _differences(kept, margin)
     if not findings:
         notes += ("one condition or one participant: nothing is compared",)
-    return AnalysisSection(
-        title,
-        kept.rows[0].design,
-        kept.rows[0].question,
-        len(kept.unique("participant")),
-        len(kept),
-        any(kept.column("simulated")),
-        tuple(findings),
-        {"means over participants": rows},
-        notes,
-    )
+    return section_of(kept, title, findings, {"means over participants": rows}, notes)
 
 
 def _cells(kept: Answers) -> dict[tuple[str, str], dict[str, float]]:

@@ -142,11 +142,11 @@ class Abx(Design):
         return {"trials": (self.total(setting),)}
 
     @classmethod
-    def simulated_share(cls, page: Page, one: SimulatedParticipant) -> float:
+    def simulated_share(cls, page: Page, participant: SimulatedParticipant) -> float:
         """Return the share correct in ABX of a simulated participant's d'."""
         from tactogram.statistics.shares import abx_share
 
-        return abx_share(one.d_prime)
+        return abx_share(participant.d_prime)
 
     def _pairs(self, setting: DesignContext) -> list[tuple[Stimulus, Stimulus]]:
         named = {stimulus.name: stimulus for stimulus in setting.stimuli}

@@ -174,22 +174,22 @@ class Design(BaseModel, ABC):
         return {}
 
     @classmethod
-    def simulated_answer(cls, page: Page, asked: PageQuestion, one: SimulatedParticipant) -> str:
+    def simulated_answer(cls, page: Page, asked: PageQuestion, participant: SimulatedParticipant) -> str:
         """Return what a simulated participant answers to a question of a page.
 
         By default the right answer as often as `simulated_share` says, one of several options at random, and on a scale
         what is typical of the item, the effect that was put in, the participant's bias and noise.
         """
         if asked.right:
-            return one.right_or_wrong(asked, cls.simulated_share(page, one))
+            return participant.right_or_wrong(asked, cls.simulated_share(page, participant))
         if asked.question.kind == "choice":
-            return one.any_option(asked)
-        return "(simulated)" if asked.question.kind == "text" else one.on_scale(asked)
+            return participant.any_option(asked)
+        return "(simulated)" if asked.question.kind == "text" else participant.on_scale(asked)
 
     @classmethod
-    def simulated_share(cls, page: Page, one: SimulatedParticipant) -> float:
+    def simulated_share(cls, page: Page, participant: SimulatedParticipant) -> float:
         """Return how likely a simulated participant is right; by default as with two alternatives."""
-        return one.two_alternatives()
+        return participant.two_alternatives()
 
 
 def ab_question(identifier: str, text: Wording, **more: Any) -> Question:

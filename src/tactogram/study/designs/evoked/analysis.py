@@ -11,7 +11,8 @@ from tactogram.statistics.comparison import friedman_wilcoxon
 from tactogram.statistics.multiplicity import holm
 from tactogram.statistics.reliability import krippendorff_alpha
 from tactogram.statistics.shares import ShareEstimate, share_of
-from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, verdict_of
+from tactogram.study.analysis.exact import exact_finding
+from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, section_of, verdict_of
 from tactogram.study.analysis.item_contrasts import item_contrasts
 from tactogram.study.analysis.paired import paired_findings
 from tactogram.study.answers import Answers
@@ -49,24 +50,19 @@ def analyse_evoked(answers: Answers, *, margin: float | None = None) -> Analysis
     ps = holm([share.p for share in shares.values()])
     rows = [_row(image, word, share, p) for ((image, word), share), p in zip(shares.items(), ps, strict=True)]
     findings = [
-        Finding(
+        exact_finding(
             f"{image}, {word}",
-            "exact binomial, interval by Wilson",
-            "confirmatory",
+            share,
             EVOKED,
-            share.share,
-            *share.wilson,
-            p,
-            verdict_of(p),
-            share.n,
-            share.n,
+            role="confirmatory",
+            p=p,
+            participants=share.n,
             correction="Holm over images and words",
         )
         for ((image, word), share), p in zip(shares.items(), ps, strict=True)
     ]
     rows.sort(key=lambda row: (row["image"], row["word"]))
     words, per_word = _words(kept)
-    people = len(set(kept.column("participant")))
     notes += (
         "shown means: more or fewer than half of all people would say so, not that the share is near 0 or 1",
     )
@@ -75,22 +71,10 @@ def analyse_evoked(answers: Answers, *, margin: float | None = None) -> Analysis
         f"with {smallest} participants an interval at one half is ±{_half_width(smallest):.2f}: "
         "labels are that far from certain",
     )
-    return AnalysisSection(
-        "Evoked or not",
-        kept.rows[0].design,
-        "evoked",
-        people,
-        len(kept),
-        any(kept.column("simulated")),
-        (
-            *findings,
-            *words,
-            *_conditions(kept),
-            *item_contrasts(kept, "difference of the share evoked", margin=margin),
-        ),
-        {"per word": per_word, "per image and word": rows},
-        notes,
-    )
+    contrasts = item_contrasts(kept, "difference of the share evoked", margin=margin)
+    findings += [*words, *_conditions(kept), *contrasts]
+    tables = {"per word": per_word, "per image and word": rows}
+    return section_of(kept, "Evoked or not", findings, tables, notes, question="evoked")
 
 
 def _once(group: Answers) -> dict[str, int]:

@@ -87,9 +87,9 @@ class EvokedWords(WordScales):
         return {"evoked": evoked_figure(section)}
 
     @classmethod
-    def simulated_answer(cls, page: Page, asked: PageQuestion, one: SimulatedParticipant) -> str:
+    def simulated_answer(cls, page: Page, asked: PageQuestion, participant: SimulatedParticipant) -> str:
         """Return whether an image evokes a word: what is typical of both, the effect, and the participant's bias."""
-        likely = one.yes(one.typical(asked) + one.shift(asked) + one.bias / 2)
+        likely = participant.yes(participant.typical(asked) + participant.shift(asked) + participant.bias / 2)
         return "evoked" if likely else "not evoked"
 
     def _set_count(self, setting: DesignContext) -> int:

@@ -15,7 +15,7 @@ from scipy import stats
 from tactogram.errors import DataError, ParameterError
 from tactogram.statistics.equivalence import paired_equivalence
 from tactogram.statistics.summary import summary
-from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, verdict_of
+from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, section_of, verdict_of
 from tactogram.study.analysis.paired import paired_findings
 from tactogram.study.answers import Answer, Answers
 
@@ -56,14 +56,10 @@ def analyse_magnitude(answers: Answers, *, margin: float | None = None) -> Analy
     findings, slopes = _exponents(above, logs, margin)
     if not findings:
         notes += ("intensities are not known: no exponent; give a column intensity",)
-    return AnalysisSection(
+    return section_of(
+        above,
         "Magnitude estimation",
-        above.rows[0].design,
-        above.rows[0].question,
-        len(means),
-        len(above),
-        any(above.column("simulated")),
-        tuple(findings),
+        findings,
         {"geometric means": rows, **({"exponent per participant": slopes} if slopes else {})},
         notes,
     )

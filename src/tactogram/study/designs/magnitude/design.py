@@ -127,9 +127,9 @@ class MagnitudeEstimation(SingleStimulus):
         return {"magnitude": magnitude_figure(section)}
 
     @classmethod
-    def simulated_answer(cls, page: Page, asked: PageQuestion, one: SimulatedParticipant) -> str:
+    def simulated_answer(cls, page: Page, asked: PageQuestion, participant: SimulatedParticipant) -> str:
         """Return a number that grows with intensity by the participant's own power law."""
-        return one.number(asked, one.exponent * _log_intensity(page))
+        return participant.number(asked, participant.exponent * _log_intensity(page))
 
     def _standard(self, setting: DesignContext) -> Stimulus | None:
         return next((stimulus for stimulus in setting.stimuli if stimulus.name == self.standard), None)

@@ -21,7 +21,8 @@ from tactogram.study.analysis.bradley_terry import (
     gap_errors,
     strengths_by_participant,
 )
-from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, verdict_of
+from tactogram.study.analysis.exact import exact_finding
+from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, section_of, verdict_of
 from tactogram.study.answers import Answer, Answers
 
 Numbers = NDArray[np.float64]
@@ -83,17 +84,7 @@ def analyse_preference(answers: Answers, *, margin: float | None = None) -> Anal
         f"strengths have a weak prior (SD {PRIOR_SD:g}), so that what always wins stays finite",
         f"{transitive} circular triads in participants' own choices: what no order of strengths explains",
     )
-    return AnalysisSection(
-        "Preference",
-        kept.rows[0].design,
-        kept.rows[0].question,
-        len(people),
-        len(kept),
-        any(kept.column("simulated")),
-        tuple(findings),
-        {"strengths (log, mean 0)": rows},
-        notes,
-    )
+    return section_of(kept, "Preference", findings, {"strengths (log, mean 0)": rows}, notes)
 
 
 def _item(stimulus: str, condition: str) -> str:
@@ -183,17 +174,12 @@ def _pairs(
         if direct:
             share = share_of(int(np.floor(wins[a, b])), direct)
             findings.append(
-                Finding(
+                exact_finding(
                     name,
-                    "exact binomial of this pair alone, uncorrected",
-                    "check",
+                    share,
                     "share preferring the first",
-                    share.share,
-                    *share.wilson,
-                    share.p,
-                    verdict_of(share.p),
-                    direct,
-                    people,
+                    test="exact binomial of this pair alone, uncorrected",
+                    participants=people,
                     note="takes answers as independent",
                 )
             )

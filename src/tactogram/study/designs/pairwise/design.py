@@ -20,6 +20,7 @@ import numpy as np
 from pydantic import Field
 
 from tactogram.errors import ParameterError
+from tactogram.study.analysis.bradley_terry import bradley_terry, curvature
 from tactogram.study.designs.design import Design, MarginScale, ab_question
 from tactogram.study.orders import generator, ordered
 from tactogram.study.power.assumptions import PowerAssumptions
@@ -150,11 +151,11 @@ class PairwiseComparison(Design):
         return {"trials": (self.total(setting),), "items": len(setting.stimuli)}
 
     @classmethod
-    def simulated_answer(cls, page: Page, asked: PageQuestion, one: SimulatedParticipant) -> str:
+    def simulated_answer(cls, page: Page, asked: PageQuestion, participant: SimulatedParticipant) -> str:
         """Return the item that a participant prefers, by the difference of their own strengths."""
-        gap = one.strength(asked.stimulus, asked.condition)
-        gap -= one.strength(asked.other, asked.other_condition)
-        return asked.side if one.yes(gap) else one.other_option(asked, asked.side)
+        gap = participant.strength(asked.stimulus, asked.condition)
+        gap -= participant.strength(asked.other, asked.other_condition)
+        return asked.side if participant.yes(gap) else participant.other_option(asked, asked.side)
 
     def _sides(self, setting: DesignContext, participant: Participant) -> list[str]:
         """Return where the first of the pair of each trial is: drawn, whatever was answered."""
@@ -205,31 +206,11 @@ def posterior(won: Sequence[Comparison], count: int, *, prior_sd: float) -> tupl
     covariance : float64 array, shape (stimulus, stimulus)
         Inverse of the negative Hessian at the mode.
     """
-    precision = np.eye(count) / prior_sd**2
-    utility = np.zeros(count)
-    winners, losers = (np.array([pair[i] for pair in won], dtype=int) for i in (0, 1))
-    hessian = precision
-    for _ in range(50):
-        p = 1 / (1 + np.exp(utility[losers] - utility[winners]))
-        gradient = -precision @ utility
-        np.add.at(gradient, winners, 1 - p)
-        np.add.at(gradient, losers, p - 1)
-        weight = p * (1 - p)
-        hessian = precision.copy()
-        for i, j, sign in (
-            (winners, winners, 1),
-            (losers, losers, 1),
-            (winners, losers, -1),
-            (losers, winners, -1),
-        ):
-            np.add.at(hessian, (i, j), sign * weight)
-        step = np.linalg.solve(hessian, gradient)
-        # The log posterior is concave; a bounded Newton step cannot run away from a far start.
-        step *= min(1.0, 2.0 / max(float(np.abs(step).max()), 1e-12))
-        utility = utility + step
-        if np.abs(step).max() < 1e-10:
-            break
-    return utility, np.linalg.inv(hessian)
+    wins = np.zeros((count, count))
+    for winner, loser in won:
+        wins[winner, loser] += 1
+    mode = bradley_terry(wins, prior_sd=prior_sd, tolerance=1e-10)
+    return mode, np.linalg.inv(curvature(wins, mode, prior_sd=prior_sd))
 
 
 def expected_information(mean: np.ndarray, covariance: np.ndarray, pairs: Sequence[Comparison]) -> np.ndarray:

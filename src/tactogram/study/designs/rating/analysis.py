@@ -29,7 +29,7 @@ from tactogram.statistics.comparison import (
     student_t,
 )
 from tactogram.statistics.multiplicity import holm
-from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, verdict_of
+from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, section_of, verdict_of
 from tactogram.study.analysis.item_contrasts import item_contrasts
 from tactogram.study.analysis.ordinal import ordinal_findings
 from tactogram.study.analysis.paired import holm_paired
@@ -114,16 +114,13 @@ def analyse_words(
             findings += item_contrasts(kept, f"difference of {errors.measure}", margin=margin, per_word=True)
     if targets is None:
         notes += ("no target scores were given: scores are compared, not their errors",)
-    return AnalysisSection(
+    return section_of(
+        kept,
         "Words" + (": mean absolute error" if targets else ": scores"),
-        kept.rows[0].design,
-        "words",
-        len(errors.participants),
-        len(kept),
-        any(kept.column("simulated")),
-        tuple(findings),
+        findings,
         {errors.measure: overall, f"{errors.measure}, per word": rows},
         notes,
+        question="words",
     )
 
 

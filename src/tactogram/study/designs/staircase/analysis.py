@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import DataError
 from tactogram.statistics.summary import summary
-from tactogram.study.analysis.findings import AnalysisSection, Finding, answered
+from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, section_of
 from tactogram.study.analysis.paired import paired_findings
 from tactogram.study.analysis.psychometric import PsychometricFit, fit_psychometric, reversal_threshold
 from tactogram.study.analysis.threshold import SETTLED_3_DOWN, Threshold, estimate_threshold, settled_share
@@ -86,14 +86,10 @@ def analyse_staircases(
                 findings.append(_mean(values, name, role, how, measure, kept))
         findings += _between(held, names, role, unit, margin, len(kept))
     findings += [_pooled(name, kept, guess, share, rng, draws, at) for name in names if _fits(kept, name)]
-    return AnalysisSection(
+    return section_of(
+        kept,
         "Staircases",
-        kept.rows[0].design,
-        kept.rows[0].question,
-        len(set(kept.column("participant"))),
-        len(kept),
-        any(kept.column("simulated")),
-        tuple(findings),
+        findings,
         {f"thresholds, {unit}": [_row(key, own, fits, turned) for key, own in tracks.items()]},
         (*notes, *_notes(tracks, fits, turned, share)),
     )

@@ -182,13 +182,13 @@ class Staircase(Design):
         return {"trials": (typical_trials(self),)}
 
     @classmethod
-    def simulated_share(cls, page: Page, one: SimulatedParticipant) -> float:
+    def simulated_share(cls, page: Page, participant: SimulatedParticipant) -> float:
         """Return the share correct at the intensity of a trial: a cumulative normal above guessing, with lapses."""
         from scipy.special import ndtr
 
         asked = page.asked[0]
-        above = asked.values["A"] - one.threshold_db - one.shift(asked)
-        return float(0.5 + (0.5 - one.effect.lapse) * ndtr(above / one.effect.spread_db))
+        above = asked.values["A"] - participant.threshold_db - participant.shift(asked)
+        return float(0.5 + (0.5 - participant.effect.lapse) * ndtr(above / participant.effect.spread_db))
 
     def start(self) -> StaircaseTrack:
         """Return a staircase before its first trial."""

@@ -15,7 +15,7 @@ from tactogram.errors import DataError
 from tactogram.statistics.clustered import mixed_difference
 from tactogram.statistics.comparison import student_t
 from tactogram.statistics.summary import summary
-from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, verdict_of
+from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, section_of, verdict_of
 from tactogram.study.analysis.paired import holm_paired, paired_findings
 from tactogram.study.answers import Answers
 
@@ -62,13 +62,9 @@ def analyse_realism(answers: Answers, *, margin: float | None = None, unit: str 
     notes += (
         "Student's t as printed takes every mark as independent, which repeated marks of one person are not",
     )
-    return AnalysisSection(
+    return section_of(
+        kept,
         f"Realism: {names[0]} and {names[1]}",
-        kept.rows[0].design,
-        kept.rows[0].question,
-        len(set(kept.column("participant"))),
-        len(kept),
-        any(kept.column("simulated")),
         (*findings, *per),
         {f"marks per texture, {unit}": rows},
         notes,
