@@ -212,7 +212,7 @@ def test_state_comes_back_from_a_file(facts, tmp_path):
 
 @every
 def test_resumed_is_never_interrupted(facts, tmp_path):
-    """Stopped after half the steps of the last stage, saved, and gone on with in a new process's place."""
+    """Stopped after half the steps of the last stage, saved, and continued in a new process's place."""
     learner = built(facts)
     examples = training(facts)
     *first, last = learner.stages(examples)

@@ -310,7 +310,7 @@ class Generator(Protocol):
 
 @runtime_checkable
 class RatedGenerator(Generator, Protocol):
-    """A generator that goes by words and knows what people said of what it learned from."""
+    """A generator conditioned on words and knows what people said of what it learned from."""
 
     @property
     def rated_means(self) -> Mapping[str, NDArray[np.float64]]:

@@ -114,7 +114,7 @@ def test_figure_7_of_real_answers_is_made_by_the_same_command(tmp_path, made_up)
     assert found["word_map"]["told_by"] == "people"
     with (tmp_path / "items.csv").open(newline="") as file:
         assert [row["item"] for row in csv.DictReader(file)] == items
-    assert all(run[3] for run in made_up.trained), "finished runs are gone on with, not made again"
+    assert all(run[3] for run in made_up.trained), "finished runs are continued, not made again"
 
 
 @pytest.mark.parametrize("groups", ["", "A,F", "a"])

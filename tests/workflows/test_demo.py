@@ -34,7 +34,7 @@ def test_the_whole_chain_leaves_a_report(tmp_path, monkeypatch, capsys):
     said = capsys.readouterr().out
     assert str(tmp_path / "demo" / "report.html") in said
     assert f"recording accuracy {100 * result['recording_accuracy']:.1f} %" in said
-    assert f"of {result['none_of_these']['unknown']} strokes are called none of these" in said
+    assert f"of {result['none_of_these']['unknown']} strokes over a surface absent from training" in said
     assert json.loads((tmp_path / "demo/result.json").read_text()) == json.loads(json.dumps(result))
     assert result["simulated"] is True
     assert result["recording_accuracy"] > 2 / len(KNOWN)

@@ -1,4 +1,4 @@
-"""Verbs that ask what an actuator does, and that give it a drive."""
+"""Verbs that calibrate, track and drive actuators."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def add_verbs(verbs: Verbs) -> None:
     verbs.add("transducer", transducer)(
         "sweep",
         metavar="SWEEP.csv",
-        help="columns frequency_hz, conductance_s, susceptance_s; or a log of `track`, of which its sweep is read",
+        help="columns frequency_hz, conductance_s, susceptance_s; or a log of `track`, whose sweep is read",
     )
     _track_options(verbs.add("track", track))
     _play_options(verbs.add("play", play))
@@ -48,7 +48,7 @@ def calibrate(a: Arguments) -> None:
 
 
 def transducer(a: Arguments) -> None:
-    """Tell a transducer's resonance and Q from its measured admittance."""
+    """Identify a transducer's resonance and Q from its measured admittance."""
     from tactogram.workflows.rendering.actuators import transducer
 
     result = transducer(a.sweep)
@@ -115,8 +115,8 @@ def _calibrate_options(add: Add) -> None:
         help="columns voltage_v_rms, friction; person and normal_force_n if known",
     )
     add("--out", required=True, metavar="F.toml")
-    add("--force", type=float, metavar="N", help="normal force, where the table does not say it")
-    add("--confidence", type=float, default=0.95, help="of the intervals (default %(default)g)")
+    add("--force", type=float, metavar="N", help="normal force, where the table does not state it")
+    add("--confidence", type=float, default=0.95, help="confidence of the intervals (default %(default)g)")
 
 
 def _track_options(add: Add) -> None:

@@ -1,4 +1,4 @@
-"""Verbs on what can be recorded from, and on logs of it."""
+"""Verbs on sources of samples and their logs."""
 
 from __future__ import annotations
 
@@ -11,35 +11,37 @@ from tactogram.cli.printing import Arguments, columns, print_result, text_of
 def add_verbs(verbs: Verbs) -> None:
     """Add what each verb takes."""
     add = verbs.add("sources", sources)
-    add("--find", type=float, default=0.5, metavar="S", help="how long to look for streams on the network")
+    add("--find", type=float, default=0.5, metavar="S", help="time to search for streams on the network")
 
     add = verbs.add("capture-log", capture_log)
     add("file", metavar="FILE", help="a log of a TWE-Lite receiver or a board, or an .xdf file")
     add("--out", metavar="F", help="a file, by suffix; several signals are numbered")
-    add("--data", metavar="DIR", help="a store; made if it is not there")
-    add("--material", help="what was touched (needed with --data)")
+    add("--data", metavar="DIR", help="a store; created if it does not exist")
+    add("--material", help="material touched (required with --data)")
     add("--speed", type=float, metavar="MM_S")
     add("--force", type=float, metavar="N")
     add("--contactor", help="what touched it, e.g. finger or pen")
-    add("--kind", choices=("twelite", "serial"), help="what wrote the log, where it does not show")
+    add("--kind", choices=("twelite", "serial"), help="what wrote the log, where it is not evident")
     add("--sender", metavar="SID", help="only this sensor")
     add("--rate", type=float, metavar="HZ", help="nominal rate; needed where the log has no times")
     add(
-        "--fill", choices=("linear", "hold"), help="fill gaps (default: a signal for each piece between them)"
+        "--fill",
+        choices=("linear", "hold"),
+        help="fill gaps (default: one signal for each stretch between them)",
     )
     add("--most", type=float, default=0.1, metavar="S", help="longest gap that is filled")
-    add("--least", type=float, default=0.5, metavar="S", help="shorter pieces are left out")
+    add("--least", type=float, default=0.5, metavar="S", help="omit shorter stretches")
     add(
         "--set",
         action="append",
         default=[],
         metavar="KEY=VALUE",
-        help="of a board: time, unit, scale, axes, …",
+        help="for a board: time, unit, scale, axes, …",
     )
 
 
 def sources(a: Arguments) -> None:
-    """List what can be recorded from, and what is not installed for it."""
+    """List the sources that can be recorded from, and what each lacks."""
     from tactogram.workflows.capture.logs import list_sources
 
     found = list_sources(find_s=a.find)
@@ -48,7 +50,7 @@ def sources(a: Arguments) -> None:
 
 
 def capture_log(a: Arguments) -> None:
-    """Read a log of a sensor offline into files or a store, with its gaps."""
+    """Import a sensor's log into files or a store, with its gaps."""
     from tactogram.recipe import parse_changes
     from tactogram.workflows.capture.logs import capture_log
 

@@ -27,32 +27,36 @@ def add_verbs(verbs: Verbs) -> None:
         "--session",
         default="",
         metavar="NAME",
-        help="what this session is called (default: the plan and the subject)",
+        help="name of the session (default: the plan and the subject)",
     )
-    add("--subject", metavar="CODE", help="who strokes; a code, since it goes into the store")
+    add("--subject", metavar="CODE", help="who strokes, as a code, since the store keeps it")
     add("--set", action="append", default=[], metavar="KEY=VALUE", help="change a value of the plan")
-    add("--recognise", metavar="RUN", help="a classifier that says what each take sounds like")
-    add("--yes", action="store_true", help="ask nobody: accept good takes, redo bad ones, skip after three")
+    add("--recognise", metavar="RUN", help="classifier that recognises each take")
+    add(
+        "--yes",
+        action="store_true",
+        help="ask no questions: accept good takes, redo bad ones, skip after three",
+    )
     add("--silent", action="store_true", help="no metronome")
     models_option(add)
 
     add = verbs.add("live", live)
     add("run_folder", metavar="RUN")
     add("--source", required=True, metavar="ADDRESS", help=SOURCE)
-    add("--window", type=float, metavar="S", help="seconds judged at a time (default: the network's input)")
+    add("--window", type=float, metavar="S", help="length of a window (default: the network's input)")
     add(
         "--hop",
         type=float,
         metavar="S",
-        help="seconds from one window to the next (default: a quarter of it)",
+        help="time from one window to the next (default: a quarter of a window)",
     )
-    add("--rate", type=float, metavar="HZ", help="the source's rate, where it does not say")
-    add("--seconds", type=float, metavar="S", help="stop after so long (default: until Ctrl-C)")
+    add("--rate", type=float, metavar="HZ", help="the source's rate, where it states none")
+    add("--seconds", type=float, metavar="S", help="stop after this time (default: at Ctrl-C)")
     models_option(add)
 
 
 def capture(a: Arguments) -> None:
-    """Record a session by a plan, or go on with one: every accepted take is kept at once."""
+    """Record a session by a plan, or continue one; every accepted take is stored at once."""
     from tactogram.errors import ParameterError
     from tactogram.recipe import parse_changes
     from tactogram.workflows.capture.session import capture, plans
@@ -81,7 +85,7 @@ def capture(a: Arguments) -> None:
 
 
 def live(a: Arguments) -> None:
-    """Say what a sensor feels while it feels it, by a trained classifier."""
+    """Classify what a sensor touches, live."""
     from tactogram.workflows.capture.live import live
 
     with _shown(a) as (begin, show):
@@ -138,14 +142,14 @@ def _shown(
 
 
 def _session_text(result: dict[str, Any]) -> str:
-    done = f"{result['accepted']} takes accepted, {result['redone']} made again, {result['skipped']} skipped"
+    done = f"{result['accepted']} takes accepted, {result['redone']} redone, {result['skipped']} skipped"
     why = f" ({result['stopped']})" if result["stopped"] else ""
     simulated = " (simulated source)" if result["simulated"] else ""
     lines = [f"session {result['session']}{simulated}: {done}, {result['left']} left{why}"]
     lines.append(f"store: {result['store']}, {result['recordings']} recordings")
-    lines.append(f"diary and raw logs: {result['folder']}")
+    lines.append(f"journal and raw logs: {result['folder']}")
     if result["left"]:
-        lines.append("run the same command to go on")
+        lines.append("run the same command to continue")
     return "\n".join(lines)
 
 
@@ -153,7 +157,7 @@ def _live_text(result: dict[str, Any]) -> str:
     latency, none = result["latency"], result["none_of_these"]
     simulated = " (simulated)" if result["simulated"] else ""
     lines = [
-        f"{result['judged']} of {result['windows']} windows judged{simulated}, {result['skipped']} skipped"
+        f"{result['judged']} of {result['windows']} windows classified{simulated}, {result['skipped']} skipped"
         + ("" if none is None else f", {none} like none of these")
     ]
     lines += [f"  {name:24} {count}" for name, count in result["materials"].items()]

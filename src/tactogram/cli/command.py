@@ -1,4 +1,4 @@
-"""The command ``tactogram``: one verb, its result, and what is said where something is wrong."""
+"""Command ``tactogram``: one verb, its result, and one line for an error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verbs on data sets: import, simulate, look at, check, add to, rate."""
+"""Verbs on data sets: import, simulate, inspect, check, extend, rate."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tactogram.errors import ParameterError
 
 def add_verbs(verbs: Verbs) -> None:
     """Add what each verb takes."""
-    verbs = verbs.group("data", "import, simulate, look at and check data sets")
+    verbs = verbs.group("data", "import, simulate, inspect and check data sets")
     verbs.add("list", data_list)
     _import_options(verbs.add("import", data_import))
     _simulate_options(verbs.add("simulate", data_simulate))
@@ -53,7 +53,7 @@ def data_import(a: Arguments) -> None:
 
 
 def data_simulate(a: Arguments) -> None:
-    """Make a data set of simulated surfaces."""
+    """Simulate a data set of surfaces."""
     from tactogram.workflows.data.simulate import simulate_to_store
     from tactogram.workflows.progress import shown
 
@@ -77,12 +77,12 @@ def _speeds(text: str) -> list[float]:
         return [float(part) for part in text.split(",")]
     except ValueError:
         raise ParameterError(
-            f"speeds must be numbers with commas between them, as 50,100,200; got {text}"
+            f"speeds must be numbers separated by commas, such as 50,100,200; got {text}"
         ) from None
 
 
 def data_info(a: Arguments) -> None:
-    """Say what a store holds."""
+    """Describe what a store holds."""
     from tactogram.workflows.data.stores import store_info
 
     facts = store_info(a.path)
@@ -100,7 +100,7 @@ def data_ratings(a: Arguments) -> None:
 
 
 def data_check(a: Arguments) -> int:
-    """Read every shard of a store and compare it with its hash."""
+    """Check every shard of a store against its hash."""
     from tactogram.workflows.data.stores import check_store
 
     facts = check_store(a.path)
@@ -109,7 +109,7 @@ def data_check(a: Arguments) -> int:
 
 
 def data_compact(a: Arguments) -> None:
-    """Write many small shards of a store, one per take of a session, anew as few large ones."""
+    """Merge the small shards of a store, one per take of a session, into few large ones."""
     from tactogram.workflows.data.stores import compact_store
     from tactogram.workflows.progress import shown
 
@@ -119,7 +119,7 @@ def data_compact(a: Arguments) -> None:
 
 
 def data_add(a: Arguments) -> None:
-    """Put a recording into a store."""
+    """Add a recording to a store."""
     from tactogram.workflows.data.stores import add_signal
 
     facts = add_signal(
@@ -140,7 +140,7 @@ def data_add(a: Arguments) -> None:
 
 
 def data_like(a: Arguments) -> None:
-    """Find the recordings of a store whose spectra are nearest to a file's; no run is needed."""
+    """Find the recordings of a store whose spectra are nearest to a file's, without a trained run."""
     from tactogram.signal.io import read_signal
     from tactogram.workflows.recognition.spectral_search import find_similar
 
@@ -150,7 +150,7 @@ def data_like(a: Arguments) -> None:
 
 
 def data_rate(a: Arguments) -> None:
-    """Put tables of ratings into a store."""
+    """Add tables of ratings to a store."""
     from tactogram.recipe import parse_changes
     from tactogram.workflows.data.rating_tables import rate_store
 
@@ -162,14 +162,14 @@ def _import_options(add: Add) -> None:
     add("set", metavar="SET", help="one of `tactogram data list`; `folder` for MATERIAL/*.wav and the like")
     add("path", metavar="PATH")
     add("--out", required=True, metavar="DIR")
-    add("--skip-bad", action="store_true", help="report broken files and go on without them")
+    add("--skip-bad", action="store_true", help="report broken files and continue without them")
     add(
         "--set",
         dest="options",
         action="append",
         default=[],
         metavar="KEY=VALUE",
-        help="what the files do not say, e.g. rate=1000",
+        help="what the files do not state, e.g. rate=1000",
     )
     add("--workers", type=int, help="processes (default: all cores)")
 
@@ -181,13 +181,18 @@ def _simulate_options(add: Add) -> None:
     add("--per-class", type=int, metavar="N", help="recordings per class")
     add("--rate", type=float, metavar="HZ")
     add("--seconds", type=float, help="length of a recording")
-    add("--speeds", metavar="MM_S,MM_S,...", help="of the strokes (default: the paper's)")
-    add("--photographs", type=int, metavar="N", help="of each surface, up to 9 places (default: one picture)")
+    add("--speeds", metavar="MM_S,MM_S,...", help="stroking speeds (default: the paper's)")
+    add(
+        "--photographs",
+        type=int,
+        metavar="N",
+        help="photographs of each surface, up to 9 places (default: one picture)",
+    )
     add(
         "--raters",
         type=int,
         metavar="N",
-        help="simulated people who score, in sets with ratings (default: the paper's)",
+        help="simulated raters, in sets with ratings (default: the paper's)",
     )
     add("--workers", type=int, help="processes (default: all cores)")
 
@@ -196,25 +201,25 @@ def _add_options(add: Add) -> None:
     add("path", metavar="DIR")
     add("file", metavar="FILE")
     add("--material", required=True, metavar="NAME")
-    add("--stream", default=None, help="what it is (default: the store's only stream)")
+    add("--stream", default=None, help="name of the stream (default: the store's only one)")
     add("--speed", type=float, metavar="MM_S", help="stroking speed, mm/s")
     add("--force", type=float, metavar="N", help="normal force, N")
     for name, text in (
-        ("contactor", "what touched it"),
-        ("session", "when"),
-        ("subject", "by whom, as a code"),
+        ("contactor", "what touched the surface"),
+        ("session", "name of the session"),
+        ("subject", "who stroked, as a code"),
     ):
         add(f"--{name}", metavar="NAME", help=text)
-    add("--photograph", metavar="FILE", help="a picture of what was touched")
-    add("--simulated", action="store_true", help="a formula or a model made it")
+    add("--photograph", metavar="FILE", help="photograph of the surface")
+    add("--simulated", action="store_true", help="the signal was computed, not measured")
     signal_options(add)
 
 
 def _like_options(add: Add) -> None:
     add("path", metavar="DIR")
     add("file", metavar="FILE")
-    add("--stream", default=None, help="what is searched (default: as in training)")
-    add("--count", type=int, default=5, help="how many to show (default %(default)s)")
+    add("--stream", default=None, help="stream to search (default: as in training)")
+    add("--count", type=int, default=5, help="number of results (default %(default)s)")
     signal_options(add)
 
 
@@ -231,7 +236,7 @@ def _rate_options(add: Add) -> None:
         default="7-point",
         help="7-point, evoked, LOW:HIGH or LOW:HIGH:STEP (default %(default)s)",
     )
-    add("--replace", action="store_true", help="in the place of ratings that are there already")
+    add("--replace", action="store_true", help="replace existing ratings")
     add(
         "--set",
         dest="options",
@@ -249,5 +254,5 @@ def _ratings_options(add: Add) -> None:
     add(
         "--wide",
         action="store_true",
-        help="a row per rater and item with a column per word, not a row per score",
+        help="one row per rater and item and one column per word, instead of one row per score",
     )

@@ -13,12 +13,12 @@ def add_verbs(verbs: Verbs) -> None:
     """Add what each verb takes."""
     add = verbs.add("convert", convert)
     add("source", metavar="A", help="a signal, a haptic file, or a folder of them")
-    add("target", metavar="B", nargs="?", help="a file, by suffix; of a folder a folder")
-    add("--check", action="store_true", help="only say whether A is valid, and what is wrong with it")
+    add("target", metavar="B", nargs="?", help="a file, by suffix; a folder if A is one")
+    add("--check", action="store_true", help="only validate A, and list what is wrong with it")
     add(
         "--format",
         "--to",
-        help="of B: android, vibration or gamepad (.json); of a folder any: ahap, haptic, hjif, wav, …",
+        help="format of B: android, vibration or gamepad (.json); any for a folder: ahap, haptic, hjif, wav, …",
     )
     add("--axis", metavar="NAME|dft321|mean", help="write one axis")
     signal_options(add)
@@ -29,10 +29,10 @@ def add_verbs(verbs: Verbs) -> None:
         "--full-scale",
         type=float,
         metavar="X",
-        help="what 1 in a haptic B, else integer full scale in A, means, in the unit",
+        help="value of 1 in a haptic B, or of integer full scale in A, in the signal's unit",
     )
     add("--modality", help='of HJIF, e.g. "Vibrotactile Texture" (default: by unit)')
-    add("--play-at", type=float, metavar="MM_S", help="speed at which a signal over displacement is met")
+    add("--play-at", type=float, metavar="MM_S", help="finger speed for a signal over displacement")
     add("--resample", type=float, metavar="HZ", help="rate of B")
     add("--subtype", help="sample format of B, e.g. PCM_16, PCM_24, FLOAT")
 
@@ -47,7 +47,7 @@ def convert(a: Arguments) -> int:
 
     if a.check:
         if a.target is not None:
-            raise ParameterError("--check takes one file and writes none; leave B out")
+            raise ParameterError("--check takes one file and writes none; omit B")
         facts = jobs.check(a.source, format=a.format)
         print_result(a, facts, _checked_text(facts))
         return 0 if facts["valid"] else 1

@@ -1,4 +1,4 @@
-"""Verbs that make signals and images."""
+"""Verbs that generate signals and images."""
 
 from __future__ import annotations
 
@@ -11,24 +11,32 @@ from tactogram.cli.printing import Arguments, print_result, text_of
 def add_verbs(verbs: Verbs) -> None:
     """Add what each verb takes."""
     add = verbs.add("generate", generate)
-    add("run_folders", metavar="RUN", nargs="+", help="two for an image and a vibration from the same words")
+    add(
+        "run_folders",
+        metavar="RUN",
+        nargs="+",
+        help="one run, or two for an image and a vibration from the same words",
+    )
     models_option(add)
     what = verbs.parser("generate").add_mutually_exclusive_group()
     what.add_argument("--material", metavar="NAME")
     what.add_argument("--mix", metavar="A=0.6,B=0.4", help="weights by material")
     add("--words", metavar="rough=6,sticky=2", help="scores from 1 to 7 by word")
-    add("--rest", choices=("mean",), help="words that are not named: the mean over the run's rated items")
-    add("--like", metavar="ITEM", help="words that are not named: as this rated surface or image was scored")
-    add("--vibration", metavar="FILE", help="a recording of the surface, for models that start from one")
-    add("--rater", metavar="RUN", action="append", default=[], help="a rater that scores what was made")
-    add("--image", metavar="FILE", help="a photograph of the surface")
+    add("--rest", choices=("mean",), help="fill the other words with the mean over the run's rated items")
+    add("--like", metavar="ITEM", help="fill the other words with the scores of this rated surface or image")
+    add("--vibration", metavar="FILE", help="recording of the surface, for models that start from one")
+    add("--rater", metavar="RUN", action="append", default=[], help="rater model that scores the result")
+    add("--image", metavar="FILE", help="photograph of the surface")
     add("--speed", type=float, metavar="MM_S", help="stroking speed, mm/s")
     add("--force", type=float, metavar="N", help="normal force, N")
     add("--seconds", type=float, help="length (default: the model's own)")
     add("--seed", type=int, default=0)
-    add("--count", type=int, default=1, help="how many (default %(default)s)")
+    add("--count", type=int, default=1, help="number of results (default %(default)s)")
     add(
-        "--out", required=True, metavar="FILE", help=".wav, .flac, .csv, .npz, .xlsx, .png; of words a folder"
+        "--out",
+        required=True,
+        metavar="FILE",
+        help=".wav, .flac, .csv, .npz, .xlsx or .png; a folder for words",
     )
 
     add = verbs.add("mix", mix)
@@ -38,7 +46,7 @@ def add_verbs(verbs: Verbs) -> None:
     models_option(add)
     add("--mode", choices=("sum", "add"), default="sum", help="weights that sum to 1, or A at 1 and B added")
     add("--steps", type=int, default=11, help="weights of B from 0 to 1 (default %(default)s)")
-    add("--signals", type=int, default=6, help="measured at each step (default %(default)s)")
+    add("--signals", type=int, default=6, help="signals measured at each step (default %(default)s)")
     add("--speed", type=float, metavar="MM_S", help="stroking speed, mm/s")
     add("--force", type=float, metavar="N", help="normal force, N")
     add("--seconds", type=float, help="length of each (default: the model's own)")
@@ -47,7 +55,7 @@ def add_verbs(verbs: Verbs) -> None:
 
 
 def generate(a: Arguments) -> None:
-    """Make signals or images with a trained generator, or both from the same words with two."""
+    """Generate signals or images with a trained run, or both from the same words with two."""
     from pathlib import Path
 
     from tactogram.errors import ParameterError
@@ -60,7 +68,7 @@ def generate(a: Arguments) -> None:
     if len(runs) > 1 or any(by_words.values()) or conditions_on_words(runs[0]):
         for name in ("material", "mix", "image", "speed", "force"):
             if getattr(a, name) is not None:
-                raise ParameterError(f"--{name} is not for models that go by words")
+                raise ParameterError(f"--{name} is not for models conditioned on words")
         _generate_from_words(a, runs)
         return
     material = {a.material: 1.0} if a.material else parse_mix(a.mix) if a.mix else None
@@ -79,7 +87,7 @@ def generate(a: Arguments) -> None:
     lines = [row["file"] for row in written]
     if "taken_for" in seen:
         sure = f", confidence {seen['confidence']:.2f}" if "confidence" in seen else ""
-        lines.append(f"photograph taken for {seen['taken_for']}{sure}")
+        lines.append(f"photograph classified as {seen['taken_for']}{sure}")
     if "differ_by" in seen:
         lines.append(f"they differ by {seen['differ_by']}")
     print_result(a, {"files": written}, "\n".join(lines))
@@ -105,13 +113,13 @@ def _generate_from_words(a: Arguments, runs: list[Any]) -> None:
     )
     note = result["scores"][0]
     lines = [row["file"] for row in result["files"]]
-    lines.append(f"asked: {text_of(note['asked']) or 'nothing'}")
+    lines.append(f"requested: {text_of(note['asked']) or 'nothing'}")
     if note["filled"]:
         lines.append(f"filled with the {note['filled_from']}: {text_of(note['filled'])}")
     for each in result["scores"]:
         number = f" {each['number']}" if len(result["scores"]) > 1 else ""
         lines += [
-            f"taken for the {what}{number}: {text_of(facts['taken'])}"
+            f"used for the {what}{number}: {text_of(facts['taken'])}"
             for what, facts in each["made"].items()
             if "taken" in facts
         ]
@@ -120,12 +128,12 @@ def _generate_from_words(a: Arguments, runs: list[Any]) -> None:
             for what, said in each.get("predicted", {}).items()
         ]
     if note["simulated"]:
-        lines.append("learned from simulated data")
+        lines.append("trained on simulated data")
     print_result(a, result, "\n".join(lines))
 
 
 def mix(a: Arguments) -> None:
-    """Mix two materials step by step, and measure where each step lies between them."""
+    """Generate a ladder of mixes of two materials, and measure where each step lies."""
     from pathlib import Path
 
     from tactogram.workflows.evaluation.mixing_ladder import mixing_ladder

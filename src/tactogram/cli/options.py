@@ -1,4 +1,4 @@
-"""Options that several verbs share, and how a verb is added."""
+"""Options that several verbs share, and the registration of verbs."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Verbs:
 
 def models_option(add: Add) -> None:
     """Add ``--models``."""
-    add("--models", action="append", default=[], metavar="DIR", help="a folder with further models")
+    add("--models", action="append", default=[], metavar="DIR", help="folder of further models")
 
 
 def designs_option(add: Add) -> None:
@@ -76,7 +76,7 @@ def training_options(add: Add, *, more_by: str = "", data_required: bool = True)
         "--data",
         required=data_required,
         metavar="DIR",
-        help="a store made by `data import` or `data simulate`",
+        help="store made by `data import` or `data simulate`",
     )
     add(
         "--recipe",
@@ -86,23 +86,28 @@ def training_options(add: Add, *, more_by: str = "", data_required: bool = True)
     )
     add("--set", action="append", default=[], metavar="KEY=VALUE", help="change a value of the recipe")
     add("--band", type=float, nargs=2, metavar=("LO", "HI"), help="pass band in Hz; as --set prepare.band=…")
-    add("--split", default="", metavar="last=N|all", help="keep the last N recordings of a class for testing")
+    add(
+        "--split",
+        default="",
+        metavar="last=N|all",
+        help="keep the last N recordings of a class for testing, or none",
+    )
     add(
         "--by",
         default="recording",
-        help=f"recording, session, subject, material or condition: never on two sides{more_by}",
+        help=f"unit of the split, never on two sides: recording, session, subject, material or condition{more_by}",
     )
     add(
         "--label",
         default="material",
-        help="what makes a class, e.g. material+contactor (default %(default)s)",
+        help="definition of a class, e.g. material+contactor (default %(default)s)",
     )
     add(
         "--where",
         action="append",
         default=[],
         metavar="KEY=VALUE",
-        help="only recordings that have it, e.g. material=cork|tile, or have not: material=!cork",
+        help="use only matching recordings, e.g. material=cork|tile, or material=!cork for all others",
     )
     add("--accelerator", default="auto", help="auto, cpu, cuda or mps (default %(default)s)")
     models_option(add)
@@ -110,9 +115,9 @@ def training_options(add: Add, *, more_by: str = "", data_required: bool = True)
 
 def signal_options(add: Add) -> None:
     """Add what `signal_arguments` reads: what a file of a signal does not say."""
-    add("--unit", help="unit of the samples, where the file does not say: m/s^2, m/s, m, N, V or 1")
-    add("--rate", type=float, metavar="HZ", help="sampling rate, where the file does not say")
-    add("--axes", help="names of the columns or channels to read, e.g. x,y,z")
+    add("--unit", help="unit of the samples, where the file does not state it: m/s^2, m/s, m, N, V or 1")
+    add("--rate", type=float, metavar="HZ", help="sampling rate, where the file does not state it")
+    add("--axes", help="columns or channels to read, e.g. x,y,z")
 
 
 def training_arguments(a: Arguments) -> dict[str, Any]:

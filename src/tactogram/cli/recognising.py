@@ -1,4 +1,4 @@
-"""Verbs that say what a recording is, feels like, or is like."""
+"""Verbs that classify, score and search recordings."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def add_verbs(verbs: Verbs) -> None:
 
     add = verbs.add("score", score)
     add("run_folder", metavar="RUN")
-    add("files", metavar="FILE", nargs="+", help="signals, or images where the run is of images")
+    add("files", metavar="FILE", nargs="+", help="signals, or images for a run trained on images")
     models_option(add)
     signal_options(add)
 
@@ -26,15 +26,15 @@ def add_verbs(verbs: Verbs) -> None:
     add(
         "--data",
         metavar="DIR",
-        help="a data set to search in, added recordings too (default: what was trained on)",
+        help="data set to search, added recordings included (default: the training data)",
     )
-    add("--count", type=int, default=5, help="how many to show (default %(default)s)")
+    add("--count", type=int, default=5, help="number of results (default %(default)s)")
     models_option(add)
     signal_options(add)
 
 
 def classify(a: Arguments) -> None:
-    """Name the material of recordings."""
+    """Classify the material of recordings."""
     from tactogram.signal.io import read_signal
     from tactogram.workflows.recognition.classify import classify
     from tactogram.workflows.training.train import load_run
@@ -49,7 +49,7 @@ def classify(a: Arguments) -> None:
 
 
 def score(a: Arguments) -> None:
-    """Score recordings, generated signals or images in sensory words, as a rater model has it."""
+    """Predict word scores of recordings, generated signals or images with a rater model."""
     from tactogram.workflows.recognition.score import score_file
     from tactogram.workflows.training.train import load_run
 
@@ -67,7 +67,7 @@ def score(a: Arguments) -> None:
 
 
 def search(a: Arguments) -> None:
-    """Find what is most like a recording, or say that nothing is."""
+    """Find the recordings nearest to a file, or report none of these."""
     from tactogram.signal.io import read_signal
     from tactogram.workflows.recognition.search import search
 

@@ -1,4 +1,4 @@
-"""Verbs that bring signals to displays."""
+"""Verbs that render signals for displays and measure displays."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tactogram.cli.printing import Arguments, columns, lines_of, print_result, t
 def add_verbs(verbs: Verbs) -> None:
     """Add what each verb takes."""
     add = verbs.add("displays", displays)
-    add("name", nargs="?", metavar="NAME|FILE", help="show this one; by default all are listed")
+    add("name", nargs="?", metavar="NAME|FILE", help="display to show (default: list all)")
     _changes_option(add)
 
     add = verbs.add("render", render)
@@ -27,40 +27,49 @@ def add_verbs(verbs: Verbs) -> None:
         "--out",
         required=True,
         metavar="F",
-        help="the drive: .wav, .csv, .npz …; F.report.json stands beside it",
+        help="the drive: .wav, .csv, .npz …; F.report.json is written beside it",
     )
     add(
         "--as",
         dest="how",
         metavar="WAY",
-        help="how axes become one: dft321, mean, channels or an axis's name",
+        help="how axes become one: dft321, mean, channels or the name of an axis",
     )
-    add("--speed", type=float, metavar="MM_S", help="of the finger, for a signal over displacement")
-    add("--calibration", metavar="F.toml", help="of an electrovibration display, as `calibrate` wrote it")
-    add("--person", metavar="NAME", help="whose of the calibration, where it holds several")
-    add("--figure", action="store_true", help="draw the report, too: F.report.png")
+    add("--speed", type=float, metavar="MM_S", help="finger speed, for a signal over displacement")
+    add(
+        "--calibration",
+        metavar="F.toml",
+        help="calibration of an electrovibration display, as `calibrate` wrote it",
+    )
+    add("--person", metavar="NAME", help="person, where the calibration holds several")
+    add("--figure", action="store_true", help="also draw the report: F.report.png")
     signal_options(add)
     _changes_option(add)
 
     add = verbs.add("sweep", sweep)
     add("display", metavar="NAME|FILE")
     add("--out", required=True, metavar="F")
-    add("--seconds", type=float, default=10.0, help="of the sweep (default %(default)g)")
-    add("--share", type=float, default=0.25, help="of the display's limit (default %(default)g)")
+    add("--seconds", type=float, default=10.0, help="length of the sweep, s (default %(default)g)")
+    add(
+        "--share",
+        type=float,
+        default=0.25,
+        help="amplitude as a share of the display's limit (default %(default)g)",
+    )
     add("--band", type=float, nargs=2, metavar=("LO", "HI"), help="Hz; by default the display's")
     _changes_option(add)
 
     add = verbs.add("response", response)
     add("played", metavar="PLAYED", help="the sweep, as `sweep` wrote it")
-    add("recorded", nargs="+", metavar="RECORDED", help="what came out; several takes are averaged")
+    add("recorded", nargs="+", metavar="RECORDED", help="the measured output; several takes are averaged")
     add("--out", required=True, metavar="F.csv")
-    add("--axis", help="of the recordings")
+    add("--axis", help="axis of the recordings")
     add("--band", type=float, nargs=2, metavar=("LO", "HI"), help="Hz; by default the sweep's")
     signal_options(add)
 
 
 def displays(a: Arguments) -> None:
-    """List the displays that are known, or show one."""
+    """List the displays, or show one."""
     from tactogram.recipe import parse_changes
     from tactogram.workflows.rendering.render import list_displays, show_display
 
@@ -74,7 +83,7 @@ def displays(a: Arguments) -> None:
 
 
 def render(a: Arguments) -> None:
-    """Write the drive that renders a signal on a display, with a report of what that changed."""
+    """Render a signal to the drive of a display, with a report of what changed."""
     from tactogram.recipe import parse_changes
     from tactogram.workflows.rendering.render import render
 
@@ -97,7 +106,7 @@ def render(a: Arguments) -> None:
 
 
 def sweep(a: Arguments) -> None:
-    """Write the sweep that a display's response is measured with."""
+    """Write the sweep that measures a display's response."""
     from tactogram.recipe import parse_changes
     from tactogram.workflows.rendering.render import write_sweep
 
@@ -113,7 +122,7 @@ def sweep(a: Arguments) -> None:
 
 
 def response(a: Arguments) -> None:
-    """Tell a display's response from a sweep that was played and what was recorded of it."""
+    """Identify a display's response from a played sweep and its recording."""
     from tactogram.workflows.rendering.render import write_identified
 
     facts = write_identified(

@@ -17,13 +17,13 @@ def add_verbs(verbs: Verbs) -> None:
         action="append",
         default=[],
         metavar="KEY=VALUE",
-        help="what the experiment leaves open, e.g. model=ar_texture",
+        help="option of the experiment, e.g. model=ar_texture",
     )
     add(
         "--out",
         metavar="DIR",
-        help="folder for its results (default runs/EXPERIMENT); what a run that was cut short, or smaller, made there "
-        "is not made again",
+        help="folder for its results (default runs/EXPERIMENT); results of an interrupted or smaller run are "
+        "reused",
     )
 
     models_option(verbs.add("table", table))

@@ -1,4 +1,4 @@
-"""Verbs that look around: the demo, what is installed, which models there are."""
+"""Verbs for a first look: the demo, the installation check, the list of models."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def add_verbs(verbs: Verbs) -> None:
     add(
         "--device",
         metavar="NAME",
-        help="try this one: serial, lsl, daq, dwf (or digilent), audio, null, osc or mouse",
+        help="test one device: serial, lsl, daq, dwf (or digilent), audio, null, osc or mouse",
     )
 
     add = verbs.add("models", models)
@@ -24,7 +24,7 @@ def add_verbs(verbs: Verbs) -> None:
 
 
 def demo(a: Arguments) -> None:
-    """Simulate, classify, search and give a voice to surfaces; leaves a report."""
+    """Simulate, classify, search, generate and evaluate surfaces, and write a report."""
     from tactogram.workflows.demo import demo
     from tactogram.workflows.progress import shown
 
@@ -32,18 +32,18 @@ def demo(a: Arguments) -> None:
         result = demo(a.out, seed=a.seed, progress=progress)
     unmet = result["none_of_these"]
     text = [
-        f"simulated strokes named rightly: {accuracies(result)}",
-        f"of a surface never met {100 * unmet['unknown_rejected']:.0f} % of {unmet['unknown']} strokes are called "
-        "none of these",
+        f"simulated strokes classified correctly: {accuracies(result)}",
+        f"of {unmet['unknown']} strokes over a surface absent from training, "
+        f"{100 * unmet['unknown_rejected']:.0f} % are classified as none of these",
         f"mixtures: {result['mixing']}",
-        f"report, with pictures and sounds (open it in a browser): {result['report']}",
-        "the same in the browser, to play with: tactogram studio",
+        f"report with pictures and sounds (open it in a browser): {result['report']}",
+        "to explore the same in the browser: tactogram studio",
     ]
     print_result(a, result, "\n".join(text))
 
 
 def doctor(a: Arguments) -> None:
-    """Say what is installed, what is missing and what for, and which device is used."""
+    """Check the installation: what is installed, what is missing and what for, and the compute device."""
     from tactogram.workflows.doctor import doctor
 
     if a.device:

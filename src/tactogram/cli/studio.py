@@ -22,7 +22,7 @@ def add_verbs(verbs: Verbs) -> None:
         "--folder",
         default=".",
         metavar="DIR",
-        help="the workspace: where runs, data and studies lie (default: here)",
+        help="the workspace: folder of runs, data and studies (default: the current one)",
     )
     models_option(add)
     designs_option(add)
@@ -30,17 +30,17 @@ def add_verbs(verbs: Verbs) -> None:
 
 def server_options(add: Add) -> None:
     """Add where a server listens, how it is encrypted, and whether a browser opens."""
-    add("--port", type=int, default=8123, help="0 takes a free one (default %(default)s)")
+    add("--port", type=int, default=8123, help="port; 0 takes a free one (default %(default)s)")
     add(
         "--host",
         default="127.0.0.1",
-        help="what to listen on, 0.0.0.0 for all addresses; beyond this machine a token is drawn and printed "
+        help="address to listen on, 0.0.0.0 for all; beyond this machine a token is drawn and printed "
         "(default %(default)s)",
     )
     add(
         "--https",
         action="store_true",
-        help="encrypt, with a certificate that is made and kept in the workspace; tablets need it for sound thread, "
+        help="encrypt with a certificate that is created and kept in the workspace; tablets need it for audio, "
         "camera and clipboard",
     )
     add("--certificate", metavar="FILE", help="encrypt with a certificate of your own (PEM)")
@@ -73,7 +73,7 @@ def shown_qr_code(address: str) -> str:
 
 
 def studio(a: Arguments) -> int:
-    """Open the studio in the browser: make, touch, train, send, and studies with people."""
+    """Open the studio in the browser: generate, touch, train, send, and run studies."""
     with bound_port(a) as port:
         from tactogram.studio.context import Studio
         from tactogram.studio.server.application import ServerAnnouncement, serve

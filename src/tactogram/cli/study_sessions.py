@@ -1,4 +1,4 @@
-"""Verbs for a session that is being taken: `study progress`, `note`, `abort`, `end`."""
+"""Verbs for a running session: `study progress`, `note`, `abort`, `end`."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ def add_session_verbs(study: Verbs) -> None:
 
     add = study.add("note", note)
     add("folder", metavar="DIR", help="folder of the session")
-    add("text", metavar="TEXT", help="what is to be remembered; no names")
-    add("--participant", metavar="CODE", help="whom it is about; by default the whole study")
+    add("text", metavar="TEXT", help="text of the note; no names of people")
+    add("--participant", metavar="CODE", help="participant the note is about (default: the whole study)")
 
     add = study.add("abort", abort)
     add("folder", metavar="DIR", help="folder of the session")
-    add("code", metavar="CODE", help="of the participant")
-    add("--undo", action="store_true", help="let them go on again")
+    add("code", metavar="CODE", help="code of the participant")
+    add("--undo", action="store_true", help="let the participant continue")
 
     add = study.add("end", end)
     add("folder", metavar="DIR", help="folder of the session")
-    add("--undo", action="store_true", help="let it go on again")
+    add("--undo", action="store_true", help="let the study continue")
 
 
 def progress(a: Arguments) -> None:
-    """Say where each participant of a session stands."""
+    """Show the progress of each participant in a session."""
     from tactogram.study.session.states import called, counted
     from tactogram.workflows.study.sessions import session_progress
 
@@ -51,7 +51,7 @@ def progress(a: Arguments) -> None:
 
 
 def note(a: Arguments) -> None:
-    """Write down what the experimenter saw."""
+    """Add an experimenter's note to a session."""
     from tactogram.workflows.study.sessions import write_note
 
     facts = write_note(a.folder, a.text, code=a.participant)
@@ -59,7 +59,7 @@ def note(a: Arguments) -> None:
 
 
 def abort(a: Arguments) -> None:
-    """End a participant's session now; what was answered stays."""
+    """End a participant's session now; the answers so far are kept."""
     from tactogram.workflows.study.sessions import abort_participant
 
     facts = abort_participant(a.folder, a.code, undo=a.undo)
@@ -67,7 +67,7 @@ def abort(a: Arguments) -> None:
 
 
 def end(a: Arguments) -> None:
-    """End a study: nobody joins, and who has not finished does not go on."""
+    """End a study: nobody can join, and unfinished participants cannot continue."""
     from tactogram.workflows.study.sessions import end_session
 
     facts = end_session(a.folder, undo=a.undo)

@@ -20,48 +20,54 @@ def add_verbs(verbs: Verbs) -> None:
 
     add = study.add("check", check)
     add("study", metavar="FILE|NAME", help="a study: a TOML file, or one of `study list`")
-    add("--stimuli", action="store_true", help="make and render every stimulus, too")
+    add("--stimuli", action="store_true", help="also generate and render every stimulus")
     _changes_option(add)
 
     add = study.add("run", run)
     add(
         "study",
         metavar="FILE|NAME|DIR",
-        help="a study: a TOML file, or one of `study list`; or the folder of a session, which goes on",
+        help="a study: a TOML file, or one of `study list`; or the folder of a session to continue",
     )
-    add("--out", metavar="DIR", help="folder of a study's session; made, or gone on with")
+    add("--out", metavar="DIR", help="folder of the session; created, or continued")
     server_options(add)
     add(
         "--device",
         default="audio",
-        help="where played_by = 'server' plays: audio, audio:NAME or null (default %(default)s)",
+        help="device for played_by = 'server': audio, audio:NAME or null (default %(default)s)",
     )
     add(
         "--full-scale",
         type=float,
         metavar="X",
-        help="what the device's full scale is, in the unit of the display's drive",
+        help="the device's full scale, in the unit of the display's drive",
     )
     add(
         "--participants",
         metavar="CODE,CODE,…",
-        help="codes to enrol beforehand; else people get one as they join",
+        help="codes to enrol beforehand; otherwise people get one as they join",
     )
     _changes_option(add)
 
     add = study.add("simulate", simulate)
     add("study", metavar="FILE|NAME")
-    add("--out", required=True, metavar="DIR", help="folder of the session; made, or gone on with")
-    add("--participants", type=int, default=20, metavar="N", help="simulated ones (default %(default)s)")
+    add("--out", required=True, metavar="DIR", help="folder of the session; created, or continued")
+    add(
+        "--participants",
+        type=int,
+        default=20,
+        metavar="N",
+        help="number of simulated participants (default %(default)s)",
+    )
     add(
         "--effect",
         action="append",
         default=[],
         metavar="KEY=VALUE",
-        help="what is true of them, e.g. d_prime=1 or shift.generated=-10; by default no effect",
+        help="true effect, e.g. d_prime=1 or shift.generated=-10 (default: none)",
     )
-    add("--seed", type=int, default=0, help="of their answers (default %(default)s)")
-    add("--play", action="store_true", help="make and render stimuli and log their hashes")
+    add("--seed", type=int, default=0, help="seed of their answers (default %(default)s)")
+    add("--play", action="store_true", help="generate and render stimuli and log their hashes")
     _changes_option(add)
 
     add = study.add("export", export)
@@ -71,7 +77,7 @@ def add_verbs(verbs: Verbs) -> None:
 
     add = study.add("withdraw", withdraw)
     add("folder", metavar="DIR", help="folder of the session")
-    add("code", metavar="CODE", help="of the participant")
+    add("code", metavar="CODE", help="code of the participant")
 
     add_session_verbs(study)
     _analyse_options(study.add("analyse", analyse))
@@ -99,7 +105,7 @@ def designs(a: Arguments) -> None:
 
 
 def check(a: Arguments) -> None:
-    """Check a study's file and say what it asks of a participant."""
+    """Check a study's file and describe what it asks of a participant."""
     from tactogram.recipe import parse_changes
     from tactogram.workflows.study.studies import check_study
 
@@ -109,7 +115,7 @@ def check(a: Arguments) -> None:
 
 
 def run(a: Arguments) -> int:
-    """Serve a study to participants, and its progress to the experimenter, until Ctrl-C; run again it goes on."""
+    """Serve a study to participants and its progress to the experimenter; run again to continue."""
     import sys
 
     from tactogram.recipe import parse_changes
@@ -124,7 +130,7 @@ def run(a: Arguments) -> int:
         }
         print_result(a, facts, lines_of(told) + ("" if port.loopback else shown_qr_code(facts["join"])))
         sys.stdout.flush()
-        sys.stderr.write("Ctrl-C ends it; run again it goes on\n")
+        sys.stderr.write("Ctrl-C ends it; run again to continue\n")
 
     with bound_port(a) as port:
         from tactogram.studio.pages.studies.run import run_study
@@ -145,7 +151,7 @@ def run(a: Arguments) -> int:
 
 
 def simulate(a: Arguments) -> None:
-    """Let simulated participants take a study, with an effect that is put in, or none."""
+    """Let simulated participants take a study, with or without an effect."""
     import sys
 
     from tactogram.recipe import parse_changes
@@ -180,7 +186,7 @@ def export(a: Arguments) -> None:
 
 
 def withdraw(a: Arguments) -> None:
-    """Delete a participant and all that is kept of them; tables exported before are to be exported again."""
+    """Delete a participant and all their data; export tables again afterwards."""
     from tactogram.workflows.study.sessions import withdraw
 
     facts = withdraw(a.folder, a.code)
@@ -188,7 +194,7 @@ def withdraw(a: Arguments) -> None:
 
 
 def analyse(a: Arguments) -> None:
-    """Test what answers show, as the publication did and as repeated answers ask for, with intervals and verdicts."""
+    """Analyse answers, as published and with repeated measures, with intervals and verdicts."""
     from tactogram.datasets.ratings.ratings import SEVEN_POINT, scale_of
     from tactogram.workflows.study.analysis import analyse_study, margins_of
 
@@ -215,7 +221,7 @@ def analyse(a: Arguments) -> None:
 
 
 def power(a: Arguments) -> None:
-    """Say what a study of some size can show, before it is run: exactly, and with simulated participants."""
+    """Compute the power of a study before it is run: exactly, and with simulated participants."""
     from tactogram.workflows.progress import shown
     from tactogram.workflows.study.power import study_power
 
@@ -248,49 +254,50 @@ def _analyse_options(add: Add) -> None:
         metavar="DIR",
         help="folder for report.html, analysis.json, analysis.txt and the figures",
     )
-    add("--design", help="only these rows; of another's table what all its rows are: see `study designs`")
+    add(
+        "--design",
+        help="only rows of this design; for a foreign table the design of all its rows: see `study designs`",
+    )
     add(
         "--margin",
         action="append",
         default=[],
         metavar="QUESTION=VALUE",
-        help="what counts as equal, instead of the study file's, as in which=0.1; what differs is reported as given "
+        help="margin of equivalence that replaces the study file's, e.g. which=0.1; reported as set "
         "afterwards",
     )
-    add("--alpha", type=float, help="instead of the study file's; likewise")
+    add("--alpha", type=float, help="significance level that replaces the study file's; likewise reported")
     add(
         "--practice",
         action="store_true",
-        help="analyse the practice trials, in the place of those that count",
+        help="analyse the practice trials instead of those that count",
     )
-    add(
-        "--targets", metavar="F", help="ratings, or answers to a study of words, that scores are held against"
-    )
-    add("--targets-scale", metavar="SCALE", help="of that table (default 7-point)")
-    add("--reference", metavar="CONDITION", help="instead: the condition whose mean scores are the targets")
+    add("--targets", metavar="F", help="target scores: ratings, or answers to a study of words")
+    add("--targets-scale", metavar="SCALE", help="scale of the target scores (default 7-point)")
+    add("--reference", metavar="CONDITION", help="condition whose mean scores are the targets instead")
     add(
         "--column",
         action="append",
         default=[],
         metavar="NAME=HEADING",
-        help="another's table: the heading of one of our columns, e.g. participant=subject",
+        help="foreign table: heading of one of our columns, e.g. participant=subject",
     )
     add(
         "--constant",
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help="another's table: what a column is in every row, e.g. question=which",
+        help="foreign table: value of a column in every row, e.g. question=which",
     )
-    add("--encoding", default="utf-8-sig", help="of another's table (default %(default)s)")
-    add("--draws", type=int, default=2000, help="of the bootstraps (default %(default)s)")
-    add("--seed", type=int, default=0, help="of the bootstraps (default %(default)s)")
+    add("--encoding", default="utf-8-sig", help="encoding of a foreign table (default %(default)s)")
+    add("--draws", type=int, default=2000, help="draws of the bootstraps (default %(default)s)")
+    add("--seed", type=int, default=0, help="seed of the bootstraps (default %(default)s)")
     add("--no-figures", action="store_true", help="write no PNG")
     add(
         "--language",
         choices=("en", "ja"),
         default="en",
-        help="of the names of items and conditions in the report, where the study gives names (default %(default)s)",
+        help="language of item and condition names in the report (default %(default)s)",
     )
 
 
@@ -298,22 +305,22 @@ def _power_options(add: Add) -> None:
     add(
         "design",
         metavar="TABLE|FILE|NAME",
-        help="a power table, see `study designs`; or a study, whose margin, alpha and trials are taken",
+        help="a power table, see `study designs`; or a study, whose margin, alpha and trials are used",
     )
-    add("--participants", metavar="N,N,…", help="sizes of the study")
-    add("--trials", metavar="N,N,…", help="trials of each participant")
-    add("--effect", type=float, help="the truth that power is of")
-    add("--person-sd", type=float, help="spread of people's own effects")
-    add("--trial-sd", type=float, help="spread of single answers")
-    add("--margin", type=float, help="what counts as equal")
-    add("--items", type=int, help="how many are compared with each other")
+    add("--participants", metavar="N,N,…", help="numbers of participants")
+    add("--trials", metavar="N,N,…", help="trials per participant")
+    add("--effect", type=float, help="true effect")
+    add("--person-sd", type=float, help="standard deviation of effects between people")
+    add("--trial-sd", type=float, help="standard deviation of single answers")
+    add("--margin", type=float, help="margin of equivalence")
+    add("--items", type=int, help="number of items compared with each other")
     add(
         "--simulations",
         type=int,
         default=2000,
         help="studies of simulated participants per row (default %(default)s)",
     )
-    add("--seed", type=int, default=0, help="of the simulations (default %(default)s)")
+    add("--seed", type=int, default=0, help="seed of the simulations (default %(default)s)")
 
 
 def _pairs(option: str, texts: list[str]) -> dict[str, str]:
@@ -334,13 +341,13 @@ def _counts(option: str, text: str | None) -> tuple[int, ...]:
     try:
         return tuple(int(part) for part in text.split(",")) if text else ()
     except ValueError:
-        raise ParameterError(f"{option} needs whole numbers divided by commas, got {text!r}") from None
+        raise ParameterError(f"{option} needs whole numbers separated by commas, got {text!r}") from None
 
 
 def _withdrawn_text(facts: dict[str, Any]) -> str:
     return (
         f"deleted: {facts['answers_deleted']} answers and the code; {facts['participants_left']} participants left\n"
-        "tables and folders that were exported before still hold them: delete those, and export again"
+        "earlier exports still hold them: delete those, and export again"
     )
 
 

@@ -1,4 +1,4 @@
-"""Verbs that train and judge models, and pack what they leave."""
+"""Verbs that train and evaluate models, and pack runs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tactogram.cli.stopping import catch_stop_signals
 def add_verbs(verbs: Verbs) -> None:
     """Add what each verb takes."""
     add = verbs.add("train", train)
-    add("model", metavar="MODEL", nargs="?", help="left out with --resume RUN")
+    add("model", metavar="MODEL", nargs="?", help="omit with --resume RUN")
     training_options(add, data_required=False)
     add("--out", metavar="RUN", help="the run's folder (default runs/MODEL-RECIPE-ID)")
     add(
@@ -20,31 +20,31 @@ def add_verbs(verbs: Verbs) -> None:
         nargs="?",
         const="",
         metavar="RUN",
-        help="go on with RUN as it was asked for; without RUN with that in --out, if it was asked for the same",
+        help="continue RUN with its own settings; without RUN, the run in --out if its settings are the same",
     )
-    add("--devices", type=int, default=1, help="how many GPUs (default %(default)s)")
+    add("--devices", type=int, default=1, help="number of GPUs (default %(default)s)")
 
     add = verbs.add("crossval", crossval)
     add("model", metavar="MODEL")
-    training_options(add, more_by="; of a predictor of ratings item, rater or both")
+    training_options(add, more_by="; for a predictor of ratings: item, rater or both")
     add("--folds", type=int, default=10, help="default %(default)s")
     add("--only-folds", type=int, metavar="N", help="run only the first N of them")
-    add("--repeats", type=int, default=3, help="of a predictor of ratings: how often folds are drawn anew")
+    add("--repeats", type=int, default=3, help="for a predictor of ratings: how often folds are redrawn")
     add("--out", metavar="DIR", help="folder for figures and report (default under runs)")
 
     add = verbs.add("evaluate", evaluate)
     add("run_folder", metavar="RUN")
     models_option(add)
-    add("--data", metavar="DIR", help="a data set to judge on (default: the run's own test part)")
-    add("--unknown", action="store_true", help="add the materials that were left out of training")
+    add("--data", metavar="DIR", help="data set to evaluate on (default: the run's own test part)")
+    add("--unknown", action="store_true", help="also use the materials that were left out of training")
     add(
         "--judging",
         action="append",
         metavar="KEY=VALUE",
         default=[],
-        help="of a generator: steps, window_s, longest_s, most or seed of what it is judged with",
+        help="for a generator: steps, window_s, longest_s, most or seed of the reference models",
     )
-    add("--rater", metavar="RUN", help="of a generator that goes by words: the rater model that judges it")
+    add("--rater", metavar="RUN", help="for a generator conditioned on words: the rater model that scores it")
 
     verbs = verbs.group("run", "pack a run into one file, or unpack one")
     add = verbs.add("export", run_export)
@@ -56,7 +56,7 @@ def add_verbs(verbs: Verbs) -> None:
 
 
 def train(a: Arguments) -> None:
-    """Train a model on a data set, or go on with a run."""
+    """Train a model on a data set, or continue a run."""
     from tactogram.workflows.progress import shown
     from tactogram.workflows.training.resume import resume
     from tactogram.workflows.training.train import train
@@ -92,7 +92,7 @@ def _only_resumes(a: Arguments) -> None:
     said |= {"--label": a.label != "material"}
     if given := [name for name, value in said.items() if value]:
         a.usage_error(
-            f"--resume {a.resume} goes on as the run was asked for: leave {', '.join(given)} away, or begin another "
+            f"--resume {a.resume} continues the run with its own settings: omit {', '.join(given)}, or start another "
             "run with --out"
         )
 
@@ -120,7 +120,7 @@ def crossval(a: Arguments) -> None:
 
 
 def evaluate(a: Arguments) -> None:
-    """Judge a run on recordings that it was not trained on."""
+    """Evaluate a run on recordings that it was not trained on."""
     from tactogram.recipe import parse_changes
     from tactogram.validation import validated
     from tactogram.workflows.evaluation.evaluate import evaluate
@@ -139,7 +139,7 @@ def evaluate(a: Arguments) -> None:
     elif "spread" in result:
         lines = _images_lines(result)
     elif "told_by" in result:
-        lines = [f"mean absolute error to the surfaces' scores, told by {result['told_by']}"]
+        lines = [f"mean absolute error to the surfaces' scores, rated by {result['told_by']}"]
         lines += [
             f"{name}: {text_of(row['mae'])} (of {row['targets']} surfaces)"
             for name, row in result["conditions"].items()
@@ -173,23 +173,23 @@ def run_import(a: Arguments) -> None:
 
 
 def _images_lines(result: Any) -> list[str]:
-    """Return what a generator's images differ by, and how far they follow their labels, as lines."""
+    """Return the spread and the label fidelity of a generator's images, as lines."""
     lines = []
     if spread := result["spread"]:
         lines = [
-            f"two images differ by {spread['noise_spread']:.3g} (one label, other noise) and "
-            f"{spread['label_spread']:.3g} (one noise, other label); two real ones by {spread['real_spread']:.3g}",
+            f"two images differ by {spread['noise_spread']:.3g} (same label, other noise) and "
+            f"{spread['label_spread']:.3g} (same noise, other label); two real ones by {spread['real_spread']:.3g}",
             f"collapsed: {result['collapse'] or 'no'}",
         ]
     if "following" in result:
         told = result["following"]
         lines.append(
-            f"follows its label, told by {result['told_by']}: correlation {told['correlation']:.2f}, slope "
+            f"label fidelity, scored by {result['told_by']}: correlation {told['correlation']:.2f}, slope "
             f"{told['slope']:.2f}, error {told['error']:.3f}, to other labels {told['error_of_others']:.3f} (of 1)"
         )
     else:
-        lines.append("whether images follow their label: give --rater RUN, a rater trained on rated images")
-    return [*lines, f"judged on: {result['data']['split']}"]
+        lines.append("for label fidelity give --rater RUN, a rater model trained on rated images")
+    return [*lines, f"evaluated on: {result['data']['split']}"]
 
 
 def _crossval_ratings(a: Arguments) -> None:
@@ -199,7 +199,7 @@ def _crossval_ratings(a: Arguments) -> None:
 
     if a.split or a.only_folds:
         raise ParameterError(
-            "--split and --only-folds are of classifiers; a predictor takes --folds and --repeats"
+            "--split and --only-folds are for classifiers; a predictor takes --folds and --repeats"
         )
     taken = ("by", "where", "recipe", "changes", "accelerator", "model_folders")
     arguments = {name: value for name, value in training_arguments(a).items() if name in taken}

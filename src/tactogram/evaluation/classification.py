@@ -33,12 +33,12 @@ class ClassificationResult:
 
     @property
     def window_accuracy(self) -> float:
-        """Share of windows named rightly, 0..1."""
+        """Share of windows classified correctly, 0..1."""
         return float(np.trace(self.windows) / self.windows.sum())
 
     @property
     def recording_accuracy(self) -> float:
-        """Share of recordings named rightly, 0..1."""
+        """Share of recordings classified correctly, 0..1."""
         return float(np.trace(self.recordings) / self.recordings.sum())
 
     @property

@@ -264,7 +264,7 @@ def weak_pairs(
     materials : sequence of str, optional
         The classes; by default those of ``examples``, sorted.
     cache_mib : float
-        How much memory finished crops may take, MiB. More data than that is made anew when asked for.
+        How much memory finished crops may take, MiB. More data than that is recreated when asked for.
 
     Raises
     ------

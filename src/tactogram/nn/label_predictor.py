@@ -171,7 +171,7 @@ class PredictorTraining:
         return torch.cat(parts).clone()
 
     def accuracy(self, pairs: WeakPairs) -> float:
-        """Return the share of the photographs' crops that are named rightly; of known materials only."""
+        """Return the share of the photographs' crops that are classified correctly; of known materials only."""
         right = []
         for part in np.array_split(photo_crops(pairs), max(1, len(photo_crops(pairs)) // 64)):
             photo, places = photos_of(pairs, part)

@@ -150,7 +150,7 @@ class PictureTraining:
         return figures
 
     def validate(self, examples: Sequence[Example], make: Make) -> dict[str, float]:
-        """Return how far pictures of unseen photographs are from real ones, and how often these are named rightly."""
+        """Return the distance of pictures of unseen photographs, and their classification accuracy."""
         pairs = self.unseen(examples)
         if pairs is None:
             return {}

@@ -111,7 +111,7 @@ class Trunk(nn.Module):
         return super().train(mode and not self.frozen)
 
     def load(self) -> None:
-        """Load the pretrained weights, once; a run that is gone on with has its own.
+        """Load the pretrained weights, once; a run that is continued has its own.
 
         Raises
         ------

@@ -65,7 +65,7 @@ class Comparison:
     pairs : tuple of Pair
         Every two conditions, in the order in which these were given.
     correction : str
-        How ``p`` of the pairs answers for their number.
+        How ``p`` of the pairs is corrected for multiple comparisons.
     overall : tuple of (float, float), optional
         Statistic and p over all conditions at once.
     left_out : int

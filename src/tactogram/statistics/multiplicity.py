@@ -1,4 +1,4 @@
-"""p that answer for their number."""
+"""p-values corrected for multiple comparisons."""
 
 from __future__ import annotations
 

@@ -180,7 +180,7 @@ def _classified(classifier: LoadedRun, judged: dict[str, Any]) -> ReportSection:
                 "The network of Saga et al. (2020): six 1 x 5 convolutions that treat the three axes alike. It is "
                 f"judged on strokes that it was not trained on; {UNKNOWN} was left out altogether."
             ),
-            ReportTable(("named rightly", "share", "95 % interval (Wilson)", "of"), rows),
+            ReportTable(("classified correctly", "share", "95 % interval (Wilson)", "of"), rows),
             ReportFigure(
                 confusion_figure(counts, judged["materials"]),
                 "Windows of each surface (row), and what they were taken for (column).",

@@ -215,7 +215,7 @@ def test_a_rater_scores_what_it_knows(tmp_path):
         ([pictures()], "x.wav", "--out for images must be a folder or end in .png"),
         ([vibrations()], "x.png", "--out for signals must be a folder or end in .wav"),
         ([pictures(), vibrations(("rough", "dry"))], "pair", "runs must be of the same words: sight has"),
-        ([rater()], "pair", "judge: judge_model does not go by words"),
+        ([rater()], "pair", "judge: judge_model is not conditioned on words"),
     ],
 )
 def test_what_makes_no_pair_is_refused_and_nothing_written(tmp_path, runs, out, message):
@@ -257,7 +257,7 @@ def test_the_command_gives_an_image_and_says_what_it_filled(image_run, tmp_path,
         == 0
     )
     said = capsys.readouterr().out
-    assert "asked: rough 6" in said
+    assert "requested: rough 6" in said
     assert "filled with the mean over the 5 rated items of run (simulated raters): " in said
     assert "learned from simulated data" in said
     assert read_image(out).size == (16, 16)
@@ -265,7 +265,7 @@ def test_the_command_gives_an_image_and_says_what_it_filled(image_run, tmp_path,
     assert main(["generate", str(image_run), "--words", "rough=6", "--out", out]) == 1
     assert "a score is needed of sleek, sticky" in capsys.readouterr().err
     assert main(["generate", str(image_run), "--rest", "mean", "--speed", "10", "--out", out]) == 1
-    assert "--speed is not for models that go by words" in capsys.readouterr().err
+    assert "--speed is not for models conditioned on words" in capsys.readouterr().err
 
 
 def test_python_takes_words_on_the_scale_of_the_run(image_run):
@@ -339,9 +339,11 @@ def test_what_does_not_judge_images_is_refused_in_a_line(image_run, image_rater)
         evaluate(image_run, unknown=True)
     with pytest.raises(ParameterError, match="tactile_image_cgan is not a predictor of scores"):
         evaluate(image_run, rater=image_run)
-    with pytest.raises(ParameterError, match="--rater judges generators that go by words; rater is none"):
+    with pytest.raises(ParameterError, match="--rater judges generators conditioned on words; rater is none"):
         evaluate(image_rater, rater=image_rater)
     with pytest.raises(ParameterError, match="crossval is for classifiers and predictors of ratings"):
         crossval("tactile_image_cgan", image_run)
-    with pytest.raises(ParameterError, match="mixes are of materials; tactile_image_cgan goes by words"):
+    with pytest.raises(
+        ParameterError, match="mixes are of materials; tactile_image_cgan is conditioned on words"
+    ):
         mixing_ladder(image_run, "a", "b", out=image_run.parent / "ladder")

@@ -90,7 +90,7 @@ def test_what_a_run_has_said_is_not_said_again(run, capsys):
     with pytest.raises(SystemExit) as stopped:
         main(["train", "--resume", str(run.folder), "stroke_cnn", "--split", "all", "--set", "seed=1"])
     assert stopped.value.code == 2
-    assert "leave MODEL, --set, --split away" in capsys.readouterr().err
+    assert "omit MODEL, --set, --split" in capsys.readouterr().err
 
 
 def test_a_finished_run_is_given_as_it_is(run, capsys):

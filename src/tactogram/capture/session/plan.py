@@ -99,7 +99,7 @@ class SessionPlan(BaseModel):
     @field_validator("materials", "contactors", "speeds_mm_s", mode="before")
     @classmethod
     def _listed(cls, values: Any) -> Any:
-        """Take one value, or names divided by commas, as a command line has them."""
+        """Take one value, or names separated by commas, as a command line has them."""
         if isinstance(values, str):
             return [part.strip() for part in values.split(",") if part.strip()]
         return [values] if isinstance(values, int | float) else values

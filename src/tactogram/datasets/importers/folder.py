@@ -69,7 +69,7 @@ def find(
     axes: str | Sequence[str] = "",
     stream: str = "",
 ) -> list[ImportItem]:
-    """Return an item per signal file; those in the folders ``items``, divided by commas, are of no material."""
+    """Return an item per signal file; those in the folders ``items``, separated by commas, are of no material."""
     rows = _table(folder / TABLE)
     said = _said(unit, rate, axes, stream)
     signals = _signals(folder)

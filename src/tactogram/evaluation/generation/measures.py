@@ -30,10 +30,12 @@ MEMORY_MEASURES: Mapping[str, MeasureInfo] = {
     "training_correlation": MeasureInfo("largest correlation with the training data, median", "lower"),
 }
 CLASSIFIER_MEASURES: Mapping[str, MeasureInfo] = {
-    "recognised_accuracy": MeasureInfo("named rightly by the stroke_cnn trained on real", "higher"),
-    "tested_on_generated_accuracy": MeasureInfo("named rightly by a discriminant trained on real", "higher"),
+    "recognised_accuracy": MeasureInfo("classified correctly by the stroke_cnn trained on real", "higher"),
+    "tested_on_generated_accuracy": MeasureInfo(
+        "classified correctly by a discriminant trained on real", "higher"
+    ),
     "trained_on_generated_accuracy": MeasureInfo(
-        "real named rightly by a discriminant trained on it", "higher"
+        "real classified correctly by a discriminant trained on it", "higher"
     ),
 }
 TITLES: Mapping[str, str] = {name: measure.title for name, measure in SIGNAL_MEASURES.items()} | {

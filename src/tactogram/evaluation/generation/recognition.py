@@ -16,7 +16,7 @@ from tactogram.signal import Signal
 def measure_classification(
     classifier: Classifier, cut: Mapping[str, Mapping[str, PieceSet]]
 ) -> dict[str, dict[str, float | None]]:
-    """Return the share of each set's pieces that ``classifier`` names rightly; the floor is the test pieces.
+    """Return the share of each set's pieces that ``classifier`` classifies correctly; the floor is the test pieces.
 
     None for materials that it does not know.
     """

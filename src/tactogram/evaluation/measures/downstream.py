@@ -45,7 +45,7 @@ def transfer_accuracy(
     Returns
     -------
     Accuracy
-        The mean over materials of the share named rightly, 0..1, with Wilson's 95 % interval, which takes every
+        The mean over materials of the share classified correctly, 0..1, with Wilson's 95 % interval, which takes every
         signal of ``tested`` as independent: pieces of one recording are not.
 
     Raises

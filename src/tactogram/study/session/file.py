@@ -46,7 +46,7 @@ class SessionFile:
     DataError
         If the folder holds another study, or a file that is no session store.
     ParameterError
-        If a study cannot be begun or gone on with there.
+        If a study cannot be begun or continued there.
     """
 
     def __init__(self, folder: Path, study: Study | None = None) -> None:

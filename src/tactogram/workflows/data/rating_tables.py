@@ -36,7 +36,7 @@ def rate_store(
         As `tactogram.datasets.ratings.ratings.scale_of` takes it.
     settings : mapping, optional
         How to read the tables: ``column.rater``, ``column.WORD``, … (the table's heading of it), ``words`` and
-        ``ignore`` (names divided by commas), ``item`` (``plate{:0>2}``, or one for each file, divided by commas),
+        ``ignore`` (names separated by commas), ``item`` (``plate{:0>2}``, or one for each file, divided by commas),
         ``encoding``.
     replace : bool
         Whether ratings that are there already may go.

@@ -216,7 +216,7 @@ def _report(path: Path, figures: Mapping[str, Any], result: ClassificationResult
     summary = (
         f"{figures['model']} on {data['name']}: {100 * result.recording_accuracy:.1f} % of recordings "
         f"(95 % interval {100 * low:.1f}–{100 * high:.1f} %) and {100 * result.window_accuracy:.1f} % of "
-        f"windows named rightly; chance is {100 * figures['chance']:.1f} %. Split: {figures['split']}."
+        f"windows classified correctly; chance is {100 * figures['chance']:.1f} %. Split: {figures['split']}."
     )
     per_material = [
         (name, row["window_accuracy"], row["recording_accuracy"], row["recordings"])

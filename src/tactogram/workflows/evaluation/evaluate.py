@@ -50,7 +50,7 @@ def evaluate(
     judging : Judging, optional
         How much is spent on judging a generator.
     rater : path, optional
-        A run of a predictor of ratings, by which a generator that goes by words is judged. One of signals needs it;
+        A run of a predictor of ratings, by which a generator conditioned on words is judged. One of signals needs it;
         one of images is asked without it only what its images differ by.
 
     Returns
@@ -126,7 +126,7 @@ def _check_rated(
     """Refuse what makes no sense of a model that goes by ratings."""
     predicts = loaded.facts.task == "prediction"
     if unknown:
-        raise ParameterError(f"{loaded.run.name}: --unknown is for models that name materials; leave it away")
+        raise ParameterError(f"{loaded.run.name}: --unknown is for models that name materials; omit it")
     if data is not None and not predicts:
         raise ParameterError(
             f"{loaded.run.name}: {loaded.facts.name} is judged on the ratings of its own data; leave --data away"
@@ -137,7 +137,7 @@ def _check_rated(
 
 def _no_words(loaded: LoadedRun) -> ParameterError:
     return ParameterError(
-        f"{loaded.run.name}: --rater judges generators that go by words; {loaded.facts.name} is none"
+        f"{loaded.run.name}: --rater judges generators conditioned on words; {loaded.facts.name} is none"
     )
 
 
@@ -361,7 +361,7 @@ def _accuracy(result: ClassificationResult) -> ReportSection:
         ("chance", 1 / len(result.materials), "–", "–"),
     ]
     table = ReportTable(
-        ("named rightly", "share", "95 % interval", "of"),
+        ("classified correctly", "share", "95 % interval", "of"),
         rows,
         "Recordings are judged by the mean log probability of their windows. Interval: Wilson.",
     )

@@ -67,7 +67,9 @@ def mix_ladder(
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     if conditions_on_words(loaded):
-        raise ParameterError(f"{loaded.run.name}: mixes are of materials; {loaded.facts.name} goes by words")
+        raise ParameterError(
+            f"{loaded.run.name}: mixes are of materials; {loaded.facts.name} is conditioned on words"
+        )
     if mode not in MODES:
         raise ParameterError(f"mode must be one of {', '.join(MODES)}, got {mode!r}")
     if start == end:

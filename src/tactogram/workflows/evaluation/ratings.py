@@ -1,4 +1,4 @@
-"""Evaluation by ratings: of predictors, and of generators that are conditioned on words."""
+"""Evaluation by ratings: of predictors, and of generators conditioned on words."""
 
 from __future__ import annotations
 

@@ -83,8 +83,8 @@ def ask(
     Raises
     ------
     ParameterError
-        For a run that does not go by words, runs of different words, an unknown word or item, a score off the scale, or
-        words that are missing, each by name.
+        For a run that is not conditioned on words, runs of different words, an unknown word or item, a score off the
+        scale, or missing words, each by name.
     """
     names = _names(runs)
     given: dict[str, float] = {}
@@ -147,7 +147,7 @@ def scale_of(run: LoadedRun) -> tuple[float, float]:
 def _names(runs: Sequence[LoadedRun]) -> tuple[str, ...]:
     for run in runs:
         if not conditions_on_words(run):
-            raise ParameterError(f"{run.run.name}: {run.facts.name} does not go by words")
+            raise ParameterError(f"{run.run.name}: {run.facts.name} is not conditioned on words")
     first = runs[0]
     for other in runs[1:]:
         if set(other.any_kind.words) != set(first.any_kind.words):

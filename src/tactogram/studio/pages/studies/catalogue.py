@@ -157,7 +157,7 @@ def analysis_folder(workspace: Workspace, source: Path) -> Path:
 
 
 def counts_of(text: str, what: str) -> tuple[int, ...]:
-    """Return whole numbers divided by commas; () of an empty text.
+    """Return whole numbers separated by commas; () of an empty text.
 
     Raises
     ------
@@ -167,11 +167,11 @@ def counts_of(text: str, what: str) -> tuple[int, ...]:
     try:
         return tuple(int(part) for part in text.split(",") if part.strip())
     except ValueError:
-        raise ParameterError(f"{what} must be whole numbers divided by commas, got {text[:60]!r}") from None
+        raise ParameterError(f"{what} must be whole numbers separated by commas, got {text[:60]!r}") from None
 
 
 def pairs_of(text: str, what: str) -> dict[str, str]:
-    """Return ``name=value`` pairs divided by commas; {} of an empty text.
+    """Return ``name=value`` pairs separated by commas; {} of an empty text.
 
     Raises
     ------
@@ -182,7 +182,7 @@ def pairs_of(text: str, what: str) -> dict[str, str]:
     for part in filter(None, (part.strip() for part in text.split(","))):
         name, sign, value = part.partition("=")
         if not sign or not name.strip() or not value.strip():
-            raise ParameterError(f"{what} must be name=value, divided by commas, got {part[:60]!r}")
+            raise ParameterError(f"{what} must be name=value, separated by commas, got {part[:60]!r}")
         found[name.strip()] = value.strip()
     return found
 
