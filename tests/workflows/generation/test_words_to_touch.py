@@ -259,7 +259,7 @@ def test_the_command_gives_an_image_and_says_what_it_filled(image_run, tmp_path,
     said = capsys.readouterr().out
     assert "requested: rough 6" in said
     assert "filled with the mean over the 5 rated items of run (simulated raters): " in said
-    assert "learned from simulated data" in said
+    assert "trained on simulated data" in said
     assert read_image(out).size == (16, 16)
     assert read_image_metadata(out)["scores"]["rough"] == 6.0
     assert main(["generate", str(image_run), "--words", "rough=6", "--out", out]) == 1
