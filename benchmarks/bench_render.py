@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 
 from tactogram.rendering.displays.catalogue import open_display, shipped
 from tactogram.rendering.drive.fit import fit
-from tactogram.rendering.drive.level import parse_level
+from tactogram.rendering.level import parse_level
 from tactogram.signal import Signal, resample
 
 RATE, SECONDS = 1000.0, 10.0

@@ -15,7 +15,7 @@ import os
 import numpy as np
 
 from tactogram.rendering.displays.catalogue import open_display
-from tactogram.rendering.drive.level import parse_level
+from tactogram.rendering.level import parse_level
 from tactogram.rendering.streaming.backends import Clock, run_miniaudio, run_unpaced
 from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.output import DisplayOutput

@@ -13,8 +13,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from tactogram.rendering.drive.friction_calibration import FrictionMeasurements, calibrated
-from tactogram.rendering.drive.level import Level
 from tactogram.rendering.families.electrovibration import Settings, friction
+from tactogram.rendering.level import Level
 from tactogram.rendering.streaming.electrovibration import ElectrovibrationStream
 from tactogram.signal import Signal
 

@@ -26,13 +26,14 @@ from tactogram.rendering.displays.catalogue import open_display, shipped
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.drive.figures import drive_figure
 from tactogram.rendering.drive.fit import Drive, fit
-from tactogram.rendering.drive.level import parse_level
+from tactogram.rendering.level import parse_level
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_signal
 from tactogram.signal.io.atomic import write_text
 from tactogram.workflows.generation.generate import generate
 from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.training.train import load_run, train
+from tactogram.workflows.training.loaded_run import load_run
+from tactogram.workflows.training.train import train
 
 DATA: Mapping[str, tuple[str, dict[str, Any]]] = {
     "material": ("stroking9", {"photographs": 9, "per_class": 8}),

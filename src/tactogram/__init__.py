@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from tactogram.workflows.recognition.search import search as search
     from tactogram.workflows.streaming.settings import StreamSettings as StreamSettings
     from tactogram.workflows.streaming.stream import stream as stream
-    from tactogram.workflows.training.train import load_run as load_run
+    from tactogram.workflows.training.loaded_run import load_run as load_run
     from tactogram.workflows.training.train import train as train
 
 _PLACES = {
@@ -35,7 +35,7 @@ _PLACES = {
     "write_signal": "tactogram.signal.io",
     "open_store": "tactogram.datasets",
     "train": "tactogram.workflows.training.train",
-    "load_run": "tactogram.workflows.training.train",
+    "load_run": "tactogram.workflows.training.loaded_run",
     "crossval": "tactogram.workflows.evaluation.crossval",
     "evaluate": "tactogram.workflows.evaluation.evaluate",
     "classify": "tactogram.workflows.recognition.classify",

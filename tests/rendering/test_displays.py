@@ -10,7 +10,7 @@ from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.catalogue import open_display, shipped
 from tactogram.rendering.displays.families import MODULES
 from tactogram.rendering.drive.fit import fit
-from tactogram.rendering.drive.level import parse_level
+from tactogram.rendering.level import parse_level
 from tactogram.signal import Signal
 
 DISPLAYS = sorted(shipped())

@@ -19,7 +19,7 @@ from tactogram.datasets.store.store import problems
 from tactogram.errors import ParameterError
 from tactogram.workflows.capture.live import LiveClassifier, live
 from tactogram.workflows.capture.session import capture, with_log
-from tactogram.workflows.training.train import load_run
+from tactogram.workflows.training.loaded_run import load_run
 
 PLAN = """
 materials = ["cork", "tile"]

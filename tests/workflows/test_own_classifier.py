@@ -10,7 +10,9 @@ from tactogram.workflows.evaluation.crossval import crossval
 from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.recognition.classify import classify
 from tactogram.workflows.recognition.search import search
-from tactogram.workflows.training.train import load_run, train
+from tactogram.workflows.training.loaded_run import load_run
+from tactogram.workflows.training.run_archive import export_run, import_run
+from tactogram.workflows.training.train import train
 
 FACTS = """
 title = "The nearest mean of lag-1 autocorrelation"
@@ -90,8 +92,26 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def loaded(folder, store, tmp_path_factory):
     out = tmp_path_factory.mktemp("runs") / "nearest"
-    train("nearest_mean", store, out=out, accelerator="cpu", model_folders=[folder])
-    return load_run(out, model_folders=[folder])
+    train("nearest_mean", store, out=out, accelerator="cpu", model_folders=[folder.parent])
+    return load_run(out)
+
+
+def test_its_folder_is_remembered_but_not_from_another_machine(folder, loaded, tmp_path):
+    assert loaded.facts.folder == folder.resolve()
+    export_run(loaded.run.folder, tmp_path / "run.zip")
+    import_run(tmp_path / "run.zip", tmp_path / "there")
+    with pytest.raises(ParameterError, match="or of a folder given by --models, got 'nearest_mean'"):
+        load_run(tmp_path / "there")
+    assert load_run(tmp_path / "there", model_folders=[folder]).facts.folder == folder.resolve()
+
+
+def test_a_folder_that_is_gone_or_relative_is_not_looked_in(loaded, monkeypatch, folder):
+    for named in ("/nowhere/at/all", folder.parent.name):
+        monkeypatch.chdir(folder.parents[1])
+        monkeypatch.setattr(type(loaded.run), "data", {**loaded.run.data, "model_folders": [named]})
+        with pytest.raises(ParameterError, match="model must be one of"):
+            load_run(loaded.run.folder)
+        monkeypatch.undo()
 
 
 def test_it_is_evaluated_by_whole_recordings(loaded):

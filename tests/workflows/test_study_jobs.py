@@ -5,7 +5,7 @@ import pytest
 
 from tactogram.cli import main
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering.drive.level import parse_level
+from tactogram.rendering.level import parse_level
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
 from tactogram.study.session.store import SessionStore

@@ -20,10 +20,11 @@ from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.generation.generate import generate, generate_files, parse_mix
 from tactogram.workflows.recognition.classify import classify
 from tactogram.workflows.recognition.search import search
+from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.plan import select
 from tactogram.workflows.training.resume import resume
 from tactogram.workflows.training.run_archive import export_run, import_run
-from tactogram.workflows.training.train import load_run, train
+from tactogram.workflows.training.train import train
 
 
 def test_a_run_holds_what_made_it(run, store, tiny):

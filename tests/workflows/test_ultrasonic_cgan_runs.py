@@ -6,7 +6,8 @@ import pytest
 from tactogram.datasets import Ratings, Recording, create_store
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
-from tactogram.workflows.training.train import load_run, train
+from tactogram.workflows.training.loaded_run import load_run
+from tactogram.workflows.training.train import train
 
 WORDS = ("rough", "sticky")
 

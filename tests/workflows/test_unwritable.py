@@ -14,6 +14,7 @@ from tactogram.workflows.data.convert import convert_folder
 from tactogram.workflows.evaluation import crossval
 from tactogram.workflows.evaluation import mixing_ladder as mixing
 from tactogram.workflows.evaluation.evaluate import evaluate
+from tactogram.workflows.training import loaded_run
 from tactogram.workflows.training import train as training
 
 NOWHERE = Path(__file__) / "made"
@@ -82,10 +83,10 @@ def test_nothing_is_judged_mixed_or_converted_for_a_folder_that_cannot_be_writte
         lambda *_, **__: pytest.fail("judged all the same"),
     )
     monkeypatch.setattr(mixing, "mix_ladder", lambda *_, **__: pytest.fail("mixed all the same"))
-    loaded = training.load_run(run.folder)
+    loaded = loaded_run.load_run(run.folder)
     with pytest.raises(ParameterError, match="cannot be written"):
         mixing.mixing_ladder(loaded, "cork", "tile", out=NOWHERE)
-    unwritable = training.LoadedRun(
+    unwritable = loaded_run.LoadedRun(
         type(run)(NOWHERE), loaded.facts, loaded.recipe, loaded.any_kind, loaded.model
     )
     with pytest.raises(ParameterError, match="cannot be written"):

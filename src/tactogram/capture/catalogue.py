@@ -11,7 +11,6 @@ from urllib.parse import parse_qsl
 from pydantic import BaseModel, ConfigDict, Field
 
 from tactogram.capture.logs.log import kind_of
-from tactogram.capture.logs.raw_log import log_facts, log_pieces
 from tactogram.capture.source import Source
 from tactogram.capture.sources.audio import AudioFormat, AudioSource, audio_inputs
 from tactogram.capture.sources.digilent import DigilentSource, ScopeFormat, digilent_devices
@@ -20,6 +19,7 @@ from tactogram.capture.sources.nidaq import AnalogFormat, NiSource, ni_devices
 from tactogram.capture.sources.serial_csv import CsvFormat, CsvSource
 from tactogram.capture.sources.twelite import TweliteSource
 from tactogram.capture.stream.byte_stream import BAUD, Replay, SerialPort
+from tactogram.capture.stream.raw_log import log_facts, log_pieces
 from tactogram.capture.twelite.simulator import SimulatedPort, SimulatedReceiver
 from tactogram.errors import DeviceError, MissingExtraError, ParameterError
 from tactogram.extras import imported, lsl

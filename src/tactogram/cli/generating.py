@@ -61,7 +61,7 @@ def generate(a: Arguments) -> None:
     from tactogram.errors import ParameterError
     from tactogram.workflows.generation.generate import generate_files, parse_mix
     from tactogram.workflows.generation.word_scores import conditions_on_words
-    from tactogram.workflows.training.train import load_run
+    from tactogram.workflows.training.loaded_run import load_run
 
     runs = [load_run(folder) for folder in a.run_folders]
     by_words = {"words": a.words, "rest": a.rest, "like": a.like, "vibration": a.vibration, "rater": a.rater}

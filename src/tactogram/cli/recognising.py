@@ -37,7 +37,7 @@ def classify(a: Arguments) -> None:
     """Classify the material of recordings."""
     from tactogram.signal.io import read_signal
     from tactogram.workflows.recognition.classify import classify
-    from tactogram.workflows.training.train import load_run
+    from tactogram.workflows.training.loaded_run import load_run
 
     loaded = load_run(a.run_folder)
     results = {file: classify(loaded, read_signal(file, **signal_arguments(a))) for file in a.files}
@@ -51,7 +51,7 @@ def classify(a: Arguments) -> None:
 def score(a: Arguments) -> None:
     """Predict word scores of recordings, generated signals or images with a rater model."""
     from tactogram.workflows.recognition.score import score_file
-    from tactogram.workflows.training.train import load_run
+    from tactogram.workflows.training.loaded_run import load_run
 
     loaded = load_run(a.run_folder, model_folders=a.models)
     results = {file: score_file(loaded, file, **signal_arguments(a)) for file in a.files}

@@ -75,8 +75,8 @@ def shown_qr_code(address: str) -> str:
 def studio(a: Arguments) -> int:
     """Open the studio in the browser: generate, touch, train, send, and run studies."""
     with bound_port(a) as port:
+        from tactogram.studio.application import ServerAnnouncement, serve
         from tactogram.studio.context import Studio
-        from tactogram.studio.server.application import ServerAnnouncement, serve
 
         def ready(answering: ServerAnnouncement) -> None:
             told = {

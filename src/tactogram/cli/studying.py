@@ -133,7 +133,7 @@ def run(a: Arguments) -> int:
         sys.stderr.write("Ctrl-C ends it; run again to continue\n")
 
     with bound_port(a) as port:
-        from tactogram.studio.pages.studies.run import run_study
+        from tactogram.studio.study_server import run_study
 
         run_study(
             a.study,

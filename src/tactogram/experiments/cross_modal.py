@@ -30,7 +30,8 @@ from tactogram.signal.io import write_image, write_signal
 from tactogram.signal.io.atomic import write_text
 from tactogram.workflows.evaluation.word_signals import generate_rated_surfaces
 from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.training.train import load_run, train
+from tactogram.workflows.training.loaded_run import load_run
+from tactogram.workflows.training.train import train
 
 PEOPLE = 20
 """In each of the two groups. Sec. II-D; n = 2,400 answers of 12 plates and 10 words in Fig. 5."""

@@ -27,7 +27,8 @@ from tactogram.signal import Image
 from tactogram.signal.io.atomic import write_text
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.recognition.score import score
-from tactogram.workflows.training.train import load_run, train
+from tactogram.workflows.training.loaded_run import load_run
+from tactogram.workflows.training.train import train
 
 WEIGHTS = (1, 1000, 5000, 10000)
 """Sec. II-C."""

@@ -35,7 +35,7 @@ from tactogram.experiments.image_cells import (
     store_of,
 )
 from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.training.train import load_run
+from tactogram.workflows.training.loaded_run import load_run
 
 TRIALS = 2
 """Noises that the figure shows. Fig. 4, "Images from two trials are shown"."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from tactogram.studio.pages.home.first_voices import StarterData
 from tactogram.studio.participants.sessions import SessionRegistry
 from tactogram.studio.workspace.folder import Workspace
 from tactogram.studio.workspace.shelf import ResultArchive
+from tactogram.studio.workspace.starter_data import StarterData
 
 
 @dataclass(frozen=True)

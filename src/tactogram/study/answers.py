@@ -57,7 +57,7 @@ class Answer:
     played_sha256 : str
         Of the samples that were played for this answer; several are joined by ``+``.
     level, display : str
-        How strong, as `tactogram.rendering.drive.level.parse_level` reads it, and on what.
+        How strong, as `tactogram.rendering.level.parse_level` reads it, and on what.
     seed : int
         Of the study's order.
     simulated : bool

@@ -32,7 +32,8 @@ from tactogram.workflows.evaluation.mixing_ladder import mix_ladder
 from tactogram.workflows.evaluation.reference_models import EvaluationSettings
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.recognition.search import search
-from tactogram.workflows.training.train import LoadedRun, load_run, test_part, train
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run, test_part
+from tactogram.workflows.training.train import train
 
 MARK = "made-by-tactogram-demo"
 UNKNOWN = "cork-sheet"

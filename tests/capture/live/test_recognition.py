@@ -7,7 +7,7 @@ import pytest
 
 from tactogram.capture.live.recognition import Classification, Latencies, guesses, window_signal
 from tactogram.capture.live.terminal_view import line, panel
-from tactogram.capture.stream.feed import Feed
+from tactogram.capture.session.feed import Feed
 from tactogram.errors import ParameterError
 
 

@@ -8,8 +8,8 @@ import pytest
 from rich.console import Console as RichConsole
 
 from tactogram.capture.session.console import CaptureStatus, LineConsole
+from tactogram.capture.session.feed import MeterReading
 from tactogram.capture.session.terminal import TerminalConsole, panel
-from tactogram.capture.stream.feed import MeterReading
 
 KEYS = {"a": "accept", "r": "redo", "q": "stop"}
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tactogram.capture import open_source
-from tactogram.capture.stream.feed import Feed
+from tactogram.capture.session.feed import Feed
 from tactogram.capture.stream.monitor import TappedSource
 
 

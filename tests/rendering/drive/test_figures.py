@@ -6,7 +6,7 @@ import pytest
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.figures import drive_figure
 from tactogram.rendering.drive.fit import fit
-from tactogram.rendering.drive.level import parse_level
+from tactogram.rendering.level import parse_level
 from tactogram.signal import Signal
 
 

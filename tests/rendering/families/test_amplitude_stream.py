@@ -11,9 +11,9 @@ from hypothesis.extra import numpy as hnp
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.fit import fit
-from tactogram.rendering.drive.level import parse_level
 from tactogram.rendering.families.amplitude_stream import Settings, register_bytes, setup_registers
 from tactogram.rendering.families.pattern import _on_off, runs
+from tactogram.rendering.level import parse_level
 from tactogram.signal import Signal
 from tactogram.signal.perception import detection_threshold
 

@@ -7,7 +7,6 @@ from pydantic import ValidationError
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.fit import fit
-from tactogram.rendering.drive.level import Level
 from tactogram.rendering.families.electrovibration import (
     Settings,
     friction,
@@ -16,6 +15,7 @@ from tactogram.rendering.families.electrovibration import (
     slewed,
     voltage,
 )
+from tactogram.rendering.level import Level
 from tactogram.rendering.streaming.electrovibration import ElectrovibrationStream
 from tactogram.signal import Signal
 from tactogram.signal.filters import butterworth

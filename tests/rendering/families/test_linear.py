@@ -7,7 +7,7 @@ from scipy import fft
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.catalogue import display_of, open_display
 from tactogram.rendering.drive.fit import fit
-from tactogram.rendering.drive.level import parse_level
+from tactogram.rendering.level import parse_level
 from tactogram.signal import Signal, sensation_level_db
 from tactogram.signal.kinematics import integrate
 

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.fit import fit
-from tactogram.rendering.drive.level import parse_level
 from tactogram.rendering.families.tablet import CORNERS, Settings, directions, drive, slackless
+from tactogram.rendering.level import parse_level
 from tactogram.signal import Signal
 
 T = np.arange(2000) / 1000

@@ -7,7 +7,6 @@ from pydantic import ValidationError
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.fit import fit
-from tactogram.rendering.drive.level import Level
 from tactogram.rendering.drive.modulation import (
     KNEE,
     attained,
@@ -15,6 +14,7 @@ from tactogram.rendering.drive.modulation import (
     soft_limited,
 )
 from tactogram.rendering.families.ultrasonic import Settings, modulated
+from tactogram.rendering.level import Level
 from tactogram.rendering.transducer.circuit import Transducer
 from tactogram.rendering.transducer.simulation import demodulated, simulate_envelope, simulate_waveform
 from tactogram.signal import Signal

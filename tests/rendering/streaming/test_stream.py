@@ -15,7 +15,7 @@ import pytest
 
 from tactogram.errors import DataError, DeviceError, ParameterError
 from tactogram.rendering.displays.catalogue import open_display
-from tactogram.rendering.drive.level import parse_level
+from tactogram.rendering.level import parse_level
 from tactogram.rendering.streaming import backends
 from tactogram.rendering.streaming.backends import (
     Clock,

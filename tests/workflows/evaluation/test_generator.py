@@ -12,8 +12,9 @@ from tactogram.signal import Signal
 from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.evaluation.generator import evaluate_generator
 from tactogram.workflows.evaluation.reference_models import JUDGES, EvaluationSettings
-from tactogram.workflows.training import train as training
-from tactogram.workflows.training.train import load_run, train
+from tactogram.workflows.training import loaded_run
+from tactogram.workflows.training.loaded_run import load_run
+from tactogram.workflows.training.train import train
 
 QUICK, HASTY = EvaluationSettings(steps=60), EvaluationSettings(steps=4, most=4)
 COLUMNS = {"model", "floor", "ceiling", "nearest_other", "ar_texture", "replay"}
@@ -40,7 +41,7 @@ def figures(voice):
 
 def judged(loaded):
     """The result alone: no page is written."""
-    store, split = training.test_part(loaded.run)
+    store, split = loaded_run.test_part(loaded.run)
     train, test = (Examples(store, part, loaded.as_trained) for part in (split.train, split.test))
     return evaluate_generator(loaded, list(test), train, judging=HASTY)[0]
 

@@ -7,7 +7,8 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.report import write_report
 from tactogram.signal.io import read_metadata, read_signal
 from tactogram.workflows.evaluation.mixing_ladder import mix_ladder, mixing_ladder, recorded
-from tactogram.workflows.training.train import load_run, train
+from tactogram.workflows.training.loaded_run import load_run
+from tactogram.workflows.training.train import train
 
 SMALL = {"steps": 3, "signals": 3, "seconds": 1.0}
 

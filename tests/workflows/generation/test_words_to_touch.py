@@ -20,7 +20,8 @@ from tactogram.workflows.evaluation.mixing_ladder import mixing_ladder
 from tactogram.workflows.generation.generate import generate, parse_words
 from tactogram.workflows.generation.word_scores import ask, rated_means
 from tactogram.workflows.generation.words_to_touch import generate_from_words
-from tactogram.workflows.training.train import LoadedRun, load_run, train
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run
+from tactogram.workflows.training.train import train
 
 WORDS = ("rough", "sleek", "sticky")
 

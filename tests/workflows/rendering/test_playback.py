@@ -10,7 +10,7 @@ from tactogram.cli import main
 from tactogram.errors import DeviceError, ParameterError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.fit import fit
-from tactogram.rendering.drive.level import parse_level
+from tactogram.rendering.level import parse_level
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
 from tactogram.workflows.rendering.playback import Playback, full_scale_of, outputs, play_drive

@@ -9,8 +9,8 @@ from tactogram.model import ImageKind, SignalKind
 from tactogram.recipe import Preparation
 from tactogram.signal import Image, Signal
 from tactogram.training.run import Run
+from tactogram.workflows.training.loaded_run import LoadedRun
 from tactogram.workflows.training.rated_examples import RatingData
-from tactogram.workflows.training.train import LoadedRun
 
 FACTS = {"name": "test", "licence": "CC0-1.0", "simulated": True}
 

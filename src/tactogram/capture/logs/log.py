@@ -9,14 +9,14 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.capture.logs.raw_log import log_facts, log_pieces
 from tactogram.capture.source import SourceEnded
 from tactogram.capture.sources.serial_csv import CsvFormat, CsvSource
 from tactogram.capture.sources.twelite import SensorTimelines, facts_of_bytes
 from tactogram.capture.stream.byte_stream import Replay
 from tactogram.capture.stream.rate_estimate import RateEstimate
-from tactogram.capture.stream.sequence import TimelineSegment
+from tactogram.capture.stream.raw_log import log_facts, log_pieces
 from tactogram.capture.twelite.parser import TweliteParser
+from tactogram.capture.twelite.sequence import TimelineSegment
 from tactogram.errors import DataError
 
 Kind = Literal["twelite", "serial"]

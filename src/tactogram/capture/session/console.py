@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Protocol, Self, TextIO
 
-from tactogram.capture.stream.feed import MeterReading
+from tactogram.capture.session.feed import MeterReading
 
 
 @dataclass(frozen=True)

@@ -15,13 +15,13 @@ from time import monotonic, sleep
 from typing import Any
 
 from tactogram.capture.session.console import CaptureStatus, Console
+from tactogram.capture.session.feed import Feed
 from tactogram.capture.session.journal import Journal
 from tactogram.capture.session.metronome import Metronome, SilentMetronome, interval_s
 from tactogram.capture.session.plan import PlannedTake, SessionPlan
 from tactogram.capture.session.take import RECEIVED, Take, bridged, recording_of
 from tactogram.capture.session.take_checks import TakeAssessment, checked
 from tactogram.capture.source import Source, SourceEnded, SourceLost
-from tactogram.capture.stream.feed import Feed
 from tactogram.datasets import Store
 from tactogram.datasets.store.appending import append_recording, recovered
 from tactogram.errors import DataError, ParameterError, TactogramError

@@ -20,7 +20,7 @@ from rich.table import Table
 from rich.text import Text
 
 from tactogram.capture.session.console import CaptureStatus
-from tactogram.capture.stream.feed import MeterReading
+from tactogram.capture.session.feed import MeterReading
 
 FLOOR_DB, TOP_DB = -40.0, 0.0
 """What the meter spans, dB relative to full scale; without a full scale relative to `NO_FULL_SCALE`."""

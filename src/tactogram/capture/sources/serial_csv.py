@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from tactogram.capture.logs.raw_log import LoggedStream
 from tactogram.capture.source import Block, SourceEnded
 from tactogram.capture.stream.byte_stream import ByteStream
 from tactogram.capture.stream.csv_lines import CsvParser
 from tactogram.capture.stream.rate_estimate import RateEstimate, RateMeter
+from tactogram.capture.stream.raw_log import LoggedStream
 from tactogram.errors import ParameterError, UnitError
 from tactogram.signal.units import parse_seconds, parse_unit, split_heading
 

@@ -11,12 +11,12 @@ from typing import Any, Self
 
 import numpy as np
 
-from tactogram.capture.logs.raw_log import LoggedStream
 from tactogram.capture.source import Block, SourceEnded
 from tactogram.capture.stream.byte_stream import ByteStream
-from tactogram.capture.stream.sequence import Timeline, TimelineSegment
+from tactogram.capture.stream.raw_log import LoggedStream
 from tactogram.capture.twelite.messages import AXES, Packet
 from tactogram.capture.twelite.parser import TweliteParser
+from tactogram.capture.twelite.sequence import Timeline, TimelineSegment
 from tactogram.errors import ParameterError
 from tactogram.signal.units import STANDARD_GRAVITY
 

@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from tactogram.capture.logs.raw_log import RawLog
 from tactogram.capture.source import SourceEnded, SourceLost
 from tactogram.capture.stream.byte_stream import SerialPort
+from tactogram.capture.stream.raw_log import RawLog
 from tactogram.capture.twelite.messages import (
     FIFO_SAMPLES,
     MILLI_G,

@@ -38,7 +38,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.datasets.cells import finite_number
-from tactogram.datasets.importing import ImportItem
+from tactogram.datasets.importer import ImportItem
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.autoregressive import AutoregressiveModel

@@ -8,7 +8,7 @@ from typing import Any, Protocol, cast
 from pydantic import BaseModel
 
 from tactogram.rendering.displays.display import Display, Family
-from tactogram.rendering.drive.level import Level
+from tactogram.rendering.level import Level
 from tactogram.signal.signal import Signal
 
 MODULES: dict[Family, str] = {

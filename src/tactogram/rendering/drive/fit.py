@@ -11,10 +11,10 @@ from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.displays.families import family_module
 from tactogram.rendering.drive.axes import combined
-from tactogram.rendering.drive.level import Level
 from tactogram.rendering.drive.mean_removal import without_constant
 from tactogram.rendering.drive.report import SENTENCES, FitReport, amount, signal_facts
 from tactogram.rendering.drive.safety import safe
+from tactogram.rendering.level import Level
 from tactogram.signal.displacement import played
 from tactogram.signal.signal import Signal
 

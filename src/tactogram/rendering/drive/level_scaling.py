@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.drive.level import Level
 from tactogram.rendering.drive.report import amount, percent
+from tactogram.rendering.level import Level
 from tactogram.signal.perception import sensation_level_db
 from tactogram.signal.signal import Signal
 

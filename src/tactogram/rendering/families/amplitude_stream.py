@@ -16,9 +16,9 @@ from pydantic import BaseModel, ConfigDict, Field
 from scipy import signal as dsp
 
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.drive.level import Level
 from tactogram.rendering.drive.report import percent
 from tactogram.rendering.drive.strength import correlation, strength
+from tactogram.rendering.level import Level
 from tactogram.signal.signal import Signal
 
 PLAYBACK_REGISTER = 0x02

@@ -26,9 +26,9 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.drive.level import Level
 from tactogram.rendering.drive.modulation import limited, shaped
 from tactogram.rendering.drive.report import percent
+from tactogram.rendering.level import Level
 from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
 

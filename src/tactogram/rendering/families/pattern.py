@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.drive.level import Level
 from tactogram.rendering.drive.strength import correlation, strength
+from tactogram.rendering.level import Level
 from tactogram.signal.signal import Signal
 
 

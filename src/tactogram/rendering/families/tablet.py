@@ -22,8 +22,8 @@ from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.displays.response import edges
 from tactogram.rendering.drive.band_table import out_of_band_db
-from tactogram.rendering.drive.level import Level
 from tactogram.rendering.drive.report import amount
+from tactogram.rendering.level import Level
 from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
 

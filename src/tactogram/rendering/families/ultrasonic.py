@@ -23,10 +23,10 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.drive.level import Level
 from tactogram.rendering.drive.modulation import limited, scaled_within, shaped
 from tactogram.rendering.drive.report import amount, percent
 from tactogram.rendering.drive.safety import fade_window
+from tactogram.rendering.level import Level
 from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
 

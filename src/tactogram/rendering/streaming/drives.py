@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.displays.response import EDGE_OCTAVES
-from tactogram.rendering.drive.level import Level
 from tactogram.rendering.drive.level_scaling import kinematic_power
 from tactogram.rendering.drive.modulation import pre_emphasis
 from tactogram.rendering.families import electrovibration, linear, ultrasonic
+from tactogram.rendering.level import Level
 from tactogram.rendering.streaming.electrovibration import ElectrovibrationStream
 from tactogram.rendering.streaming.equaliser import Equaliser, EqualiserDesign, equaliser
 from tactogram.rendering.streaming.finger_path import MotionBlock

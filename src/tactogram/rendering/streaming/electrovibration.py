@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.drive.level import Level
 from tactogram.rendering.drive.modulation import limited
 from tactogram.rendering.drive.path_playback import PathPlayback
 from tactogram.rendering.families.electrovibration import HIGHEST_HZ, Settings, friction_target, voltage
+from tactogram.rendering.level import Level
 from tactogram.signal.signal import Signal
 
 

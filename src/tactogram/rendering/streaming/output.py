@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.drive.fit import fit
-from tactogram.rendering.drive.level import Level
 from tactogram.rendering.drive.safety import DriveGuard
 from tactogram.rendering.families import linear, ultrasonic
+from tactogram.rendering.level import Level
 from tactogram.rendering.streaming.drives import (
     ElectrovibrationDrive,
     LinearDrive,

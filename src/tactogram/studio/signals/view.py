@@ -12,7 +12,7 @@ from typing import Any
 
 from tactogram.errors import TactogramError
 from tactogram.signal import Signal
-from tactogram.studio.pages.layout import in_background, report_errors
+from tactogram.studio.layout import in_background, report_errors
 from tactogram.studio.signals.pictures import (
     card_height,
     spectrogram_png,

@@ -11,13 +11,13 @@ import numpy as np
 
 from tactogram.capture import open_source
 from tactogram.capture.live.recognition import Classification, Latencies, WindowClassification, guesses
-from tactogram.capture.stream.feed import Feed
+from tactogram.capture.session.feed import Feed
 from tactogram.capture.stream.monitor import BlockListener, TappedSource
 from tactogram.errors import ParameterError, RunError
 from tactogram.model import window_of
 from tactogram.signal import Signal
-from tactogram.workflows.recognition.search import KEPT, SurfaceIndex
-from tactogram.workflows.training.train import LoadedRun, load_run, part_examples, test_part
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run, part_examples, test_part
+from tactogram.workflows.training.surface_index import KEPT, SurfaceIndex
 
 CONTEXT_S = 0.5
 """What is heard before a window where the run's recipe has a band-pass: it settles there, not in the window. At the

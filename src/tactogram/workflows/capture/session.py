@@ -140,7 +140,7 @@ def _next_log(folder: Path) -> Path:
 
 def _listening(run: Path | str) -> Recognise:
     # Torch is imported for this alone: a session without it begins at once.
-    from tactogram.workflows.training.train import load_run
+    from tactogram.workflows.training.loaded_run import load_run
 
     loaded = load_run(run)
 

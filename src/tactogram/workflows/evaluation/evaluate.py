@@ -24,8 +24,8 @@ from tactogram.workflows.evaluation.reference_models import EvaluationSettings
 from tactogram.workflows.evaluation.word_images import evaluate_images, generates_images
 from tactogram.workflows.evaluation.word_signals import evaluate_rated_surfaces
 from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.recognition.search import SurfaceIndex, calibration_text
-from tactogram.workflows.training.train import LoadedRun, load_run, part_examples, test_part
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run, part_examples, test_part
+from tactogram.workflows.training.surface_index import SurfaceIndex, calibration_text
 
 
 def evaluate(

@@ -34,7 +34,7 @@ from tactogram.workflows.evaluation.reference_models import (
     tactile_kind,
 )
 from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.training.train import LoadedRun
+from tactogram.workflows.training.loaded_run import LoadedRun
 
 
 def evaluate_generator(

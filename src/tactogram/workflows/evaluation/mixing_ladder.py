@@ -24,7 +24,7 @@ from tactogram.training.seeds import child_seed
 from tactogram.workflows.generation.generate import generate
 from tactogram.workflows.generation.word_scores import conditions_on_words
 from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.training.train import LoadedRun, load_run, test_part
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run, test_part
 
 
 def mix_ladder(

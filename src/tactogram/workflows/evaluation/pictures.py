@@ -24,7 +24,7 @@ from tactogram.features.photo_pairs import WeakPairs
 from tactogram.model import PictureGenerator
 from tactogram.training.seeds import torch_seeded
 from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.training.train import LoadedRun, load_run, part_examples, test_part
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run, part_examples, test_part
 
 MOST_PAIRS = 256
 """Pairs of the test part that are judged, evenly spread over it."""

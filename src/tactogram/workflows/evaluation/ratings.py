@@ -21,8 +21,8 @@ from tactogram.signal import Image, Signal
 from tactogram.signal.io.atomic import write_text
 from tactogram.statistics.figures import error_figure
 from tactogram.workflows.evaluation.rating_crossval import Rateable, predicted_scores, words_table
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run, test_part
 from tactogram.workflows.training.rated_examples import RatingData
-from tactogram.workflows.training.train import LoadedRun, load_run, test_part
 
 Floats = NDArray[np.float64]
 MODEL = "rater model"

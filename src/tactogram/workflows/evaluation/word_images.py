@@ -14,8 +14,8 @@ from tactogram.evaluation.ratings.label_following import label_fidelity
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText
 from tactogram.model import ImageKind, Predictor, RatedGenerator, SpreadReporter
 from tactogram.signal import Image
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run, test_part
 from tactogram.workflows.training.rated_examples import RatingData
-from tactogram.workflows.training.train import LoadedRun, load_run, test_part
 
 LABELS, DRAWS = 12, 8
 """Labels, at most, and noises of each that a generator is judged over: as many labels as the paper has plates."""

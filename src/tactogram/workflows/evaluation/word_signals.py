@@ -19,8 +19,8 @@ from tactogram.model import Example, feature_description
 from tactogram.signal import Signal
 from tactogram.signal.full_scale import straight_to_display
 from tactogram.workflows.evaluation.ratings import evaluate_reproduction, predicted_ratings
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run, test_part
 from tactogram.workflows.training.rated_examples import RatingData
-from tactogram.workflows.training.train import LoadedRun, load_run, test_part
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from tactogram.model import Condition, NoiselessGenerator, PhotographClassifier
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import WRITABLE, read_image, write_image, write_signal
 from tactogram.training.seeds import child_seed
-from tactogram.workflows.training.train import LoadedRun, load_run
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 
 LONGEST_S = 3600.0
 """Longest signal that is made in one go, in s."""

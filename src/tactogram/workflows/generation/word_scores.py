@@ -12,7 +12,7 @@ from tactogram.datasets.ratings.ratings import SEVEN_POINT
 from tactogram.datasets.ratings.words import word_of
 from tactogram.errors import ParameterError
 from tactogram.model import RatedGenerator
-from tactogram.workflows.training.train import LoadedRun
+from tactogram.workflows.training.loaded_run import LoadedRun
 
 Rest = Literal["mean"]
 

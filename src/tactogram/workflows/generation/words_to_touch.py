@@ -23,7 +23,7 @@ from tactogram.workflows.generation.generate import (
     write_made,
 )
 from tactogram.workflows.generation.word_scores import Rest, WordRequest, ask, scale_of
-from tactogram.workflows.training.train import LoadedRun, load_run
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 
 NAMES = {"image": "image.png", "signal": "vibration.wav"}
 """What is written into a folder, by what a model gives."""

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.signal import Signal
-from tactogram.workflows.recognition.search import SurfaceIndex
-from tactogram.workflows.training.train import LoadedRun, load_run
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run
+from tactogram.workflows.training.surface_index import SurfaceIndex
 
 
 def classify(run: Path | str | LoadedRun, signal: Signal) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from tactogram.errors import ParameterError
 from tactogram.model import ImageKind, NoveltyReporter, Predictor
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_image, read_signal
-from tactogram.workflows.training.train import LoadedRun, load_run
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 
 
 def score(run: Path | str | LoadedRun, given: Signal | Image) -> dict[str, Any]:

@@ -1,161 +1,27 @@
 """The search engine for surfaces: the nearest recordings to a new one, and an honest "none of these".
 
-Saga et al. propose their classifier "as a search engine for surface material retrieval". A recording is
-embedded as the last hidden layer of the classifier averaged over its windows, scaled to length 1. What is
-nearest is looked up in a vector index. A recording is "none of these" when it is farther from everything
-known than `KEPT` of the recordings of known materials are: the k-nearest-neighbour test of Sun et al. 2022
-("Out-of-distribution detection with deep nearest neighbors"), its threshold calibrated on recordings that
-the network was not trained on.
+Saga et al. propose their classifier "as a search engine for surface material retrieval". The index is that of the run
+(`workflows.training.surface_index`), or one of another store.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
-from usearch.index import Index
 
 from tactogram.datasets import Examples, Segment, Store, label_of, open_store
-from tactogram.errors import ParameterError, RunError
-from tactogram.model import Embedder, Example
+from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.io.atomic import atomic_write
-from tactogram.training.run import Run
-from tactogram.workflows.training.train import LoadedRun, load_run
-
-KEPT = 0.95
-"""Share of recordings of known materials that the threshold lets pass."""
-
-EXACT_BELOW = 20_000
-"""Recordings up to which every one is compared; above, the index's graph is walked."""
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run
+from tactogram.workflows.training.surface_index import EXACT_BELOW, SurfaceIndex, embeddings
 
 GRAPH_DEPTH = 500
 """Neighbours that are asked of the graph: materials beyond them are not listed."""
-
-
-class SurfaceIndex:
-    """Embedded recordings, and the distance beyond which something is none of them.
-
-    Parameters
-    ----------
-    vectors : float32 array, shape (recording, feature)
-        Of length 1.
-    ids, materials : sequence of str
-        A recording each.
-    threshold : float
-        Cosine distance, 0..2.
-    calibrated_on : int
-        How many recordings the threshold follows from.
-    """
-
-    def __init__(
-        self,
-        vectors: NDArray[np.float32],
-        ids: Sequence[str],
-        materials: Sequence[str],
-        *,
-        threshold: float,
-        calibrated_on: int,
-    ) -> None:
-        self.ids, self.materials = list(ids), list(materials)
-        self.threshold, self.calibrated_on = threshold, calibrated_on
-        self.index: Any = Index(ndim=vectors.shape[1], metric="cos", dtype="f32")
-        self.index.add(np.arange(len(vectors)), vectors)
-
-    def nearest(self, vector: NDArray[np.float32], count: int) -> list[dict[str, Any]]:
-        """Return the ``count`` nearest recordings: ``id``, ``material``, ``distance`` (cosine, 0..2)."""
-        exact = len(self.ids) <= EXACT_BELOW
-        found: Any = self.index.search(_unit(vector[None])[0], min(count, len(self.ids)), exact=exact)
-        return [
-            {"id": self.ids[int(key)], "material": self.materials[int(key)], "distance": float(distance)}
-            for key, distance in zip(found.keys, found.distances, strict=True)
-        ]
-
-    def save(self, run: Run) -> None:
-        """Write ``search.usearch`` and ``search.json`` into the run."""
-        with atomic_write(run.folder / "search.usearch") as part:
-            self.index.save(str(part))
-        run.write_json(
-            "search.json",
-            {
-                "version": 1,
-                "ids": self.ids,
-                "materials": self.materials,
-                "threshold": self.threshold,
-                "kept": KEPT,
-                "calibrated_on": self.calibrated_on,
-            },
-        )
-
-    @classmethod
-    def load(cls, run: Run) -> SurfaceIndex:
-        """Return the index of ``run``.
-
-        Raises
-        ------
-        RunError
-            If the run has none: only classifiers trained with `tactogram train` have.
-        """
-        if not (run.folder / "search.json").is_file():
-            raise RunError(f"{run.folder}: has no search index; search needs a trained classifier")
-        facts = run.read_json("search.json")
-        found = cls.__new__(cls)
-        found.ids, found.materials = facts["ids"], facts["materials"]
-        found.threshold, found.calibrated_on = facts["threshold"], facts["calibrated_on"]
-        try:
-            found.index = Index.restore(str(run.folder / "search.usearch"))
-        except (OSError, RuntimeError, ValueError) as error:
-            raise RunError(f"{run.folder / 'search.usearch'}: not a readable index: {error}") from error
-        if found.index is None or len(found.index) != len(found.ids):
-            raise RunError(f"{run.folder / 'search.usearch'}: is not the index that search.json describes")
-        return found
-
-
-def build_index(embedder: Embedder, known: Sequence[Example], kept_apart: Sequence[Example]) -> SurfaceIndex:
-    """Return an index over ``known``, its threshold calibrated on ``kept_apart``.
-
-    Parameters
-    ----------
-    embedder : Embedder
-    known : sequence of Example
-        What can be found.
-    kept_apart : sequence of Example
-        Recordings of known materials that ``embedder`` was not trained on. Where there are none, each known
-        recording is held against the others, which is optimistic.
-
-    Raises
-    ------
-    ParameterError
-        If ``known`` is empty.
-    """
-    if not known:
-        raise ParameterError("an index needs at least one recording, got none")
-    vectors = _embed(embedder, known)
-    if len(kept_apart):
-        distances = 1 - (_embed(embedder, kept_apart) @ vectors.T).max(axis=1)
-    else:
-        similarity = vectors @ vectors.T
-        np.fill_diagonal(similarity, -1)
-        distances = 1 - similarity.max(axis=1)
-    # The conformal quantile: at least KEPT of new recordings pass, however few the threshold follows from.
-    rank = min(len(distances), int(np.ceil((len(distances) + 1) * KEPT)))
-    threshold = float(np.sort(distances)[rank - 1])
-    return SurfaceIndex(
-        vectors,
-        [example.id for example in known],
-        [str(example.material) for example in known],
-        threshold=threshold,
-        calibrated_on=len(kept_apart),
-    )
-
-
-def index_run(run: Run, embedder: Embedder, known: Sequence[Example], kept_apart: Sequence[Example]) -> None:
-    """Build the index of a run that was just trained and save it there."""
-    build_index(embedder, known, kept_apart).save(run)
 
 
 def search(
@@ -225,7 +91,7 @@ def _index_of(loaded: LoadedRun, store: Store, threshold: float, calibrated_on: 
     missing = [id for id in names if id not in held]
     if missing:
         examples = Examples(store, map(Segment, missing), loaded.as_trained, label=label)
-        held |= dict(zip(missing, _embed(loaded.embedder, examples), strict=True))
+        held |= dict(zip(missing, embeddings(loaded.embedder, examples), strict=True))
         with atomic_write(file) as part:
             np.savez(part, ids=np.array(list(held)), vectors=np.stack(list(held.values())))
     return SurfaceIndex(
@@ -244,19 +110,3 @@ def _held(file: Path) -> dict[str, NDArray[np.float32]]:
             return dict(zip(values["ids"].tolist(), values["vectors"], strict=True))
     except (OSError, ValueError, KeyError, BadZipFile):
         return {}
-
-
-def calibration_text(recordings: int) -> str:
-    """Return a sentence on what the threshold for "none of these" was set on."""
-    if recordings:
-        return f"The threshold was set on {recordings} recordings that were not trained on."
-    return "The threshold was set on the training recordings, each against the others, which is optimistic."
-
-
-def _embed(embedder: Embedder, examples: Sequence[Example]) -> NDArray[np.float32]:
-    return _unit(np.stack([embedder.embed(example.signal) for example in examples]))
-
-
-def _unit(vectors: NDArray[np.float32]) -> NDArray[np.float32]:
-    unit: NDArray[np.float32] = vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)
-    return unit

@@ -13,11 +13,11 @@ from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.catalogue import open_display, shipped
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.displays.response import write_response
-from tactogram.rendering.displays.sweep import exponential_sweep, identify
 from tactogram.rendering.drive.fit import Drive, fit
 from tactogram.rendering.drive.friction_calibration import calibration_of
-from tactogram.rendering.drive.level import Level, parse_level
+from tactogram.rendering.drive.sweep import exponential_sweep, identify
 from tactogram.rendering.families import electrovibration
+from tactogram.rendering.level import Level, parse_level
 from tactogram.signal import Signal
 from tactogram.signal.io import WRITABLE, read_metadata, read_signal, write_signal
 from tactogram.signal.io.atomic import atomic_write

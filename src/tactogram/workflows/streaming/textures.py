@@ -16,7 +16,7 @@ from tactogram.rendering.streaming.textures import AutoregressiveTexture, Stream
 from tactogram.signal import Signal
 from tactogram.signal.io import read_metadata, read_signal
 from tactogram.workflows.generation.generate import generate
-from tactogram.workflows.training.train import LoadedRun, load_run
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 
 MOST_TEXTURES = 16
 """Textures that are streamed together where no mix says which."""

@@ -19,7 +19,7 @@ from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.rendering.displays.catalogue import open_display, shipped
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.drive.fit import Drive, fit
-from tactogram.rendering.drive.level import Level, parse_level
+from tactogram.rendering.level import Level, parse_level
 from tactogram.signal import Image, Signal
 from tactogram.signal.autoregressive_fit import fit_autoregressive
 from tactogram.signal.io import read_image, read_signal

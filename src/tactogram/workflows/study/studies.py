@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import DataError
-from tactogram.rendering.drive.level import parse_level
+from tactogram.rendering.level import parse_level
 from tactogram.study.designs import designs
 from tactogram.study.study_file import Study, shipped_studies
 from tactogram.study.trials import PresentedStimulus

@@ -59,7 +59,12 @@ def import_run(file: Path | str, out: Path | str) -> dict[str, Any]:
                 raise RunError(f"{file}: would unpack to more than {LARGEST_BYTES >> 30} GiB")
             packed.extractall(part)
             count = len(packed.infolist())
-        Run.open(part).facts()
+        run = Run.open(part)
+        run.facts()
+        if "model_folders" in (
+            data := run.data
+        ):  # of another machine: code is never loaded from where a file says
+            run.write_json("data.json", {key: value for key, value in data.items() if key != "model_folders"})
         part.chmod(0o755)
         part.rename(target)
     except (OSError, zipfile.BadZipFile, zlib.error, RuntimeError, NotImplementedError, EOFError) as error:

@@ -1,48 +1,37 @@
-"""Training of a model on a store or on given examples, and loading of runs."""
+"""Training of a model on a store, or on given examples."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel
-
-from tactogram import models
 from tactogram.datasets import (
-    Examples,
     Label,
-    Split,
-    Store,
-    open_store,
     require_photographs,
     signal_kind,
 )
 from tactogram.datasets.splits.split import By
-from tactogram.errors import ParameterError, RunError, StoppedError
+from tactogram.errors import ParameterError, StoppedError
 from tactogram.model import (
     CheckpointSelector,
     Classifier,
     Embedder,
     Example,
     FigureReporter,
-    Generator,
     Kind,
     Learner,
     OutcomeReporter,
-    Predictor,
-    SignalKind,
 )
-from tactogram.recipe import Preparation, Recipe
-from tactogram.signal import Signal
+from tactogram.recipe import Recipe
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.writable import check_writable
 from tactogram.training.device import make_fabric
 from tactogram.training.loop import BEGINNING, TrainingPosition, fit
 from tactogram.training.run import Run
 from tactogram.workflows.progress import ProgressCallback, silent
+from tactogram.workflows.training.loaded_run import part_examples
 from tactogram.workflows.training.plan import TrainingPlan, TrainingRequest, planned
 from tactogram.workflows.training.run_folder import begin, claim_run, discard_run
 from tactogram.workflows.training.run_lock import run_lock
@@ -54,99 +43,6 @@ Stop = Callable[[], bool]
 def never() -> bool:
     """Return False: nobody asks a training to stop."""
     return False
-
-
-@dataclass(frozen=True)
-class LoadedRun:
-    """A finished run, ready for use.
-
-    ``model`` is of the protocol that ``facts.task`` says, and of the optional ones of `tactogram.model` that it keeps.
-    """
-
-    run: Run
-    facts: models.ModelInfo
-    recipe: Recipe
-    any_kind: Kind
-    model: object
-
-    @property
-    def kind(self) -> SignalKind:
-        """What every signal of the run has in common; refuses a run of images."""
-        if not isinstance(self.any_kind, SignalKind):
-            raise ParameterError(f"{self.run.name}: {self.facts.name} is of images, not of signals")
-        return self.any_kind
-
-    @property
-    def generator(self) -> Generator:
-        """The model; refuses one that does not generate."""
-        if not isinstance(self.model, Generator):
-            raise ParameterError(f"{self.run.name}: {self.facts.name} does not generate")
-        return self.model
-
-    @property
-    def classifier(self) -> Classifier:
-        """The model; refuses one that does not classify."""
-        if not isinstance(self.model, Classifier):
-            raise ParameterError(f"{self.run.name}: {self.facts.name} is not a classifier")
-        return self.model
-
-    @property
-    def predictor(self) -> Predictor:
-        """The model; refuses one that predicts no scores."""
-        if not isinstance(self.model, Predictor):
-            raise ParameterError(f"{self.run.name}: {self.facts.name} is not a predictor of scores")
-        return self.model
-
-    @property
-    def embedder(self) -> Embedder:
-        """The model; refuses one that does not turn signals into vectors."""
-        if not isinstance(self.model, Embedder):
-            raise ParameterError(f"{self.run.name}: {self.facts.name} has no embedding to search by")
-        return self.model
-
-    @property
-    def config(self) -> BaseModel:
-        """The model's own configuration."""
-        return self.facts.config(self.recipe.config)
-
-    @property
-    def simulated(self) -> bool:
-        """Whether any of the training data was simulated."""
-        return self.any_kind.simulated
-
-    def prepare(self, signal: Signal) -> Signal:
-        """Return ``signal`` as the model was trained on it: axes, band and rate of the recipe."""
-        prepared = self.as_trained.apply(signal)
-        self.kind.check(prepared)
-        return prepared
-
-    @property
-    def as_trained(self) -> Preparation:
-        """The recipe's preparation, to the rate of the training signals whatever a recording's own is."""
-        return self.recipe.prepare.model_copy(update={"rate": float(self.kind.rate)})
-
-
-def load_run(folder: Path | str, *, device: str = "cpu", model_folders: Sequence[Path] = ()) -> LoadedRun:
-    """Return the finished run in ``folder``.
-
-    Raises
-    ------
-    RunError
-        If there is none, it is not finished, or its files are broken.
-    """
-    from tactogram.training.checkpoint import load_state
-
-    run = Run.open(Path(folder))
-    kind, recipe = run.kind(), run.recipe
-    facts = models.find(recipe.model, model_folders)
-    model = facts.build(facts.config(recipe.config), kind, seed=recipe.seed, device=device)
-    state, _ = load_state(run.folder / "model.safetensors")
-    try:
-        model.load_state(state)
-    except (KeyError, TypeError, ValueError, RuntimeError) as error:
-        line = str(error).split("\n")[0]
-        raise RunError(f"{run.folder}: the weights are not of the recipe beside them: {line}") from error
-    return LoadedRun(run, facts, recipe, kind, model)
 
 
 def train(
@@ -310,7 +206,7 @@ def _finish(
 ) -> None:
     """Write what a learner leaves behind."""
     if isinstance(learner, Classifier) and isinstance(learner, Embedder):
-        from tactogram.workflows.recognition.search import index_run
+        from tactogram.workflows.training.surface_index import index_run
 
         index_run(run, learner, examples, validation)
     outcome = {"outcome": learner.outcome()} if isinstance(learner, OutcomeReporter) else {}
@@ -367,12 +263,6 @@ def run_training(
     fit(learner, examples, seed=recipe.seed, start=start, rank=rank, on_step=on_step)
 
 
-def part_examples(store: Store, split: Split, part: str, prepare: Preparation, *, label: Label) -> Examples:
-    """Return one part of ``split``, with the photographs it may use where they were split too."""
-    photographs = split.photographs.get(part, ()) if split.photographs else None
-    return Examples(store, split.parts[part], prepare, label=label, photographs=photographs)
-
-
 def _preparing(progress: ProgressCallback, stop: Stop) -> Callable[[int, int], None]:
     """Return what shows how far the preparation is, and ends it where ``stop`` says so."""
 
@@ -390,26 +280,3 @@ def _draw(run: Run, learner: Learner) -> None:
     for name, figure in drawn.items():
         with atomic_write(run.folder / "figures" / f"{name}.png") as part:
             figure.savefig(part, dpi=120, format="png")
-
-
-def test_part(run: Run) -> tuple[Store, Split]:
-    """Return the store that ``run`` was trained on and the split it used.
-
-    Raises
-    ------
-    RunError
-        If the store is gone, or recordings of the split are. What was added to it since does no harm: a
-        recording's id follows from its samples.
-    """
-    facts = run.data
-    try:
-        store = open_store(facts["path"])
-    except Exception as error:
-        raise RunError(f"{run.folder}: its data is not at {facts['path']} any more; give --data") from error
-    split = Split.load(run.folder / "split.json")
-    if missing := [s.id for part in split.parts.values() for s in part if s.id not in store]:
-        raise RunError(
-            f"{facts['path']}: {len(missing)} recordings of the run are gone from it (first: {missing[0]}); "
-            "give --data for recordings kept apart"
-        )
-    return store, split

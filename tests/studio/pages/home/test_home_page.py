@@ -66,7 +66,7 @@ def test_on_a_tablet_nothing_is_wider_than_the_screen(tab):
 
 
 def test_an_interrupted_start_is_taken_up_again(tmp_path):
-    from tactogram.studio.pages.home.first_voices import StarterData
+    from tactogram.studio.workspace.starter_data import StarterData
 
     first = StarterData(tmp_path / "first")
     (first.store / "half").mkdir(parents=True)
@@ -78,7 +78,7 @@ def test_an_interrupted_start_is_taken_up_again(tmp_path):
 
 
 def test_why_the_first_surfaces_could_not_be_made_is_told(tmp_path):
-    from tactogram.studio.pages.home.first_voices import StarterData
+    from tactogram.studio.workspace.starter_data import StarterData
 
     first = StarterData(tmp_path)
     first._follow([sys.executable, "-c", "print('learning'); raise SystemExit('no space is left')"])

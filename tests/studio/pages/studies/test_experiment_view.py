@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.studio.pages.studies import run as study_run
+from tactogram.studio import study_server
+from tactogram.studio.application import ServerAnnouncement
 from tactogram.studio.pages.studies.catalogue import (
     begun,
     copy_study,
@@ -29,7 +30,6 @@ from tactogram.studio.pages.studies.experiment_view import (
 )
 from tactogram.studio.pages.studies.joining import reached_at
 from tactogram.studio.participants.prepared import PreparedStimuli
-from tactogram.studio.server.application import ServerAnnouncement
 from tactogram.studio.workspace.folder import Workspace
 from tactogram.study.session.store import SessionStore
 from tactogram.study.study_file import shipped_studies
@@ -198,17 +198,17 @@ def test_forms_are_read_in_a_line():
 
 
 def test_a_study_that_cannot_be_served_is_refused_before_it_is_begun(tmp_path, monkeypatch):
-    monkeypatch.setattr(study_run, "serve", lambda *_, **__: pytest.fail("served"))
+    monkeypatch.setattr(study_server, "serve", lambda *_, **__: pytest.fail("served"))
     with pytest.raises(ParameterError, match="no such study"):
-        study_run.run_study("nothing", tmp_path / "session", None)
+        study_server.run_study("nothing", tmp_path / "session", None)
     with pytest.raises(ParameterError, match="a study needs --out"):
-        study_run.run_study("abx", None, None)
+        study_server.run_study("abx", None, None)
     with pytest.raises(DataError, match="no study was begun here"):
-        study_run.run_study(tmp_path, None, None)
+        study_server.run_study(tmp_path, None, None)
     with pytest.raises(ParameterError, match="never a name"):
-        study_run.run_study("abx", tmp_path / "session", None, codes=["Hanako"])
+        study_server.run_study("abx", tmp_path / "session", None, codes=["Hanako"])
     with pytest.raises(ParameterError, match="full scale"):
-        study_run.run_study(
+        study_server.run_study(
             "abx", tmp_path / "session", None, changes={"played_by": "server", "display": "voice-coil"}
         )
     assert not (tmp_path / "session").exists()
@@ -216,9 +216,9 @@ def test_a_study_that_cannot_be_served_is_refused_before_it_is_begun(tmp_path, m
 
 def test_a_session_goes_on_as_it_was_begun_under_the_addresses_that_others_are_given(session, monkeypatch):
     served, told = [], []
-    monkeypatch.setattr(study_run, "serve", lambda *given, **options: served.append((*given, options)))
+    monkeypatch.setattr(study_server, "serve", lambda *given, **options: served.append((*given, options)))
     monkeypatch.setattr(PreparedStimuli, "begin", lambda self: None)  # nobody feels them
-    study_run.run_study(session.path.parent, None, "port", codes=["p1", "P3"], ready=told.append)
+    study_server.run_study(session.path.parent, None, "port", codes=["p1", "P3"], ready=told.append)
     [(studio, listening, options)] = served
     assert (listening, options["path"]) == ("port", "/experiment/pilot")
     assert [one.code for one in session.participants()] == ["P1", "P2", "P3"]
@@ -231,7 +231,7 @@ def test_a_session_goes_on_as_it_was_begun_under_the_addresses_that_others_are_g
     assert facts["certificate_sha256"] == "AA:BB"
     studio.sessions.close()
     with pytest.raises(ParameterError, match="leave out --out and --set"):
-        study_run.run_study(session.path.parent, None, None, changes={"seed": 2})
+        study_server.run_study(session.path.parent, None, None, changes={"seed": 2})
 
 
 def test_a_qr_code_leads_where_a_tablet_can_go():

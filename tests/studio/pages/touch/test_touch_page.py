@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 from tactogram.rendering.displays.catalogue import open_display
-from tactogram.rendering.drive.level import parse_level
 from tactogram.rendering.drive.strength import strength
 from tactogram.rendering.families import pattern
+from tactogram.rendering.level import parse_level
 from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.motion import MotionSample, MotionSettings
 from tactogram.rendering.streaming.simulated_hand import SimulatedHand
@@ -29,7 +29,7 @@ from tactogram.signal.io import write_signal
 from tactogram.signal.synthesis import synthesise
 from tactogram.signal.texture_map import TextureMap
 from tactogram.studio.pages.touch.tables import table_of_map
-from tactogram.workflows.training.train import load_run
+from tactogram.workflows.training.loaded_run import load_run
 
 RATE, MOST = 48_000.0, 128
 VOICES = "studio/first/voices"

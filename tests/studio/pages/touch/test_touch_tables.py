@@ -9,8 +9,8 @@ import pytest
 
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.rendering.displays.catalogue import open_display
-from tactogram.rendering.drive.level import parse_level
 from tactogram.rendering.drive.strength import strength
+from tactogram.rendering.level import parse_level
 from tactogram.rendering.streaming.surface import SurfaceTexture
 from tactogram.rendering.streaming.texture_table import TextureTable
 from tactogram.rendering.streaming.textures import AutoregressiveTexture

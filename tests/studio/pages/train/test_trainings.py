@@ -27,9 +27,9 @@ from tactogram.studio.pages.train.run_facts import figures, run_facts
 from tactogram.studio.pages.train.trainings import StudioTask, TaskQueue, command_line, free_name
 from tactogram.studio.pages.train.widgets import state_of
 from tactogram.studio.workspace.folder import Workspace
+from tactogram.workflows.generation.preview import sample, sample_choices
 from tactogram.workflows.training.compatibility import check_training
 from tactogram.workflows.training.plan import TrainingRequest
-from tactogram.workflows.training.preview import sample, sample_choices
 from tactogram.workflows.training.run_lock import run_lock
 from tactogram.workflows.training.train import train
 

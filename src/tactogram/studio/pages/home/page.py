@@ -7,7 +7,7 @@ from pathlib import Path
 from nicegui import ui
 
 from tactogram.studio.context import Studio
-from tactogram.studio.pages.layout import page
+from tactogram.studio.layout import page
 
 ERRANDS = (
     ("Make", "/make", "Generate touch from materials, photographs or words; see, hear and compare it."),

@@ -18,8 +18,8 @@ from typing import Any, Literal
 
 from tactogram.capture import Block, Source, SourceEnded, open_source
 from tactogram.capture.live.recognition import WindowClassification
+from tactogram.capture.session.feed import Feed
 from tactogram.capture.session.plan import SessionPlan
-from tactogram.capture.stream.feed import Feed
 from tactogram.capture.stream.monitor import TappedSource
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal.io.atomic import write_text

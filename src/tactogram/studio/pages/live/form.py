@@ -10,7 +10,7 @@ from nicegui import app, ui
 from tactogram.capture.session.plan import SessionPlan, shipped_plans
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.studio.context import Studio
-from tactogram.studio.pages.layout import in_background, report_errors
+from tactogram.studio.layout import in_background, report_errors
 from tactogram.studio.pages.live.choices import (
     SourceChoice,
     classifiers,

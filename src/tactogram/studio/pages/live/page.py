@@ -10,7 +10,7 @@ from nicegui.events import KeyEventArguments
 
 from tactogram.errors import ParameterError
 from tactogram.studio.context import Studio
-from tactogram.studio.pages.layout import in_background, page, report_errors
+from tactogram.studio.layout import in_background, page, report_errors
 from tactogram.studio.pages.live.choices import session_state
 from tactogram.studio.pages.live.desk import LiveRunner
 from tactogram.studio.pages.live.form import LiveForm

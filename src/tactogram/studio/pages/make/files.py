@@ -11,7 +11,7 @@ from nicegui import ui
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal
-from tactogram.studio.pages.layout import in_background, report_errors
+from tactogram.studio.layout import in_background, report_errors
 from tactogram.studio.pages.make.form import Crop
 from tactogram.studio.workspace.uploads import read_uploaded_image, read_uploaded_signal, safe_name
 

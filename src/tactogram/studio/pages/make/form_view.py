@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from tactogram.errors import TactogramError
-from tactogram.studio.pages.layout import in_background, report_errors
+from tactogram.studio.layout import in_background, report_errors
 from tactogram.studio.pages.make.files import draw_photo, draw_vibration
 from tactogram.studio.pages.make.form import LONGEST_S, MOST_COUNT, MOST_SEED
 from tactogram.studio.pages.make.materials_view import draw_label, draw_mix

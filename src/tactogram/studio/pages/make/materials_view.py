@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from tactogram.errors import TactogramError
-from tactogram.studio.pages.layout import in_background, report_errors
+from tactogram.studio.layout import in_background, report_errors
 from tactogram.studio.pages.make.map_picture import map_html
 from tactogram.studio.pages.make.material_map import point_of, weights_at
 

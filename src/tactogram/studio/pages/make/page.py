@@ -11,7 +11,7 @@ from nicegui import app, ui
 
 from tactogram.errors import DataError, FailedTrainingError, TactogramError
 from tactogram.studio.context import Studio
-from tactogram.studio.pages.layout import page, report_errors, show_error
+from tactogram.studio.layout import page, report_errors, show_error
 from tactogram.studio.pages.make.desk import MakePageState
 from tactogram.studio.pages.make.form import GenerationRequest
 from tactogram.studio.pages.make.form_view import draw_form

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from tactogram.errors import DataError, TactogramError
-from tactogram.studio.pages.layout import in_background, report_errors
+from tactogram.studio.layout import in_background, report_errors
 from tactogram.studio.signals.view import SignalEntry, signal_cards
 from tactogram.studio.workspace.shelf import KeptResult
 from tactogram.studio.workspace.shelf_view import ask_title

@@ -25,7 +25,7 @@ from tactogram.studio.pages.make.material_map import levels_db, positions
 from tactogram.studio.workspace.folder import Workspace
 
 if TYPE_CHECKING:
-    from tactogram.workflows.training.train import LoadedRun
+    from tactogram.workflows.training.loaded_run import LoadedRun
 
 MOST_LOADED = 4
 MAP_S = 1.0
@@ -130,7 +130,7 @@ class RunCatalogue:
         key = (choice.folder, (choice.folder / "model.json").stat().st_mtime_ns)
         with self._lock:
             if key not in self._loaded:
-                from tactogram.workflows.training.train import load_run
+                from tactogram.workflows.training.loaded_run import load_run
 
                 self._loaded[key] = load_run(choice.folder)
                 while len(self._loaded) > MOST_LOADED:

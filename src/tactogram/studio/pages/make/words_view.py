@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from tactogram.datasets.ratings.ratings import SEVEN_POINT
-from tactogram.studio.pages.layout import report_errors
+from tactogram.studio.layout import report_errors
 from tactogram.studio.pages.make.form import word_label
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from nicegui import ui
 
 from tactogram.datasets import RecordingInfo, Store
 from tactogram.errors import TactogramError
-from tactogram.studio.pages.layout import in_background, page, report_errors
+from tactogram.studio.layout import in_background, page, report_errors
 from tactogram.studio.pages.materials.media import HEAD, MaterialsContext, address, draw_recording, picture
 from tactogram.studio.pages.materials.recordings import (
     FIELDS,

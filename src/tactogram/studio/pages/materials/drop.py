@@ -14,7 +14,7 @@ from tactogram.signal import Signal
 from tactogram.signal.io import READABLE, SignalFile, read_file
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.files import SOUND
-from tactogram.studio.pages.layout import NumberField, busy, in_background, page, report_errors, upload
+from tactogram.studio.layout import NumberField, busy, in_background, page, report_errors, upload
 from tactogram.studio.pages.materials.media import HEAD, MaterialsContext, address
 from tactogram.studio.pages.materials.neighbours import draw_near
 from tactogram.studio.pages.train.trainings import free_name

@@ -10,7 +10,7 @@ from nicegui import app, ui
 from tactogram.errors import TactogramError
 from tactogram.models import available
 from tactogram.signal import Signal
-from tactogram.studio.pages.layout import busy, in_background, report_errors
+from tactogram.studio.layout import busy, in_background, report_errors
 from tactogram.studio.pages.materials.media import MaterialsContext, draw_recording
 from tactogram.studio.pages.train.run_facts import run_facts
 from tactogram.workflows.recognition.spectral_search import find_similar
@@ -95,7 +95,8 @@ def _found(
             store, signal, stream=stream or None, count=COUNT, without=without, cache=cache
         ) | {"unit": "dB"}
     # Brings torch.
-    from tactogram.workflows.recognition.search import calibration_text, search
+    from tactogram.workflows.recognition.search import search
+    from tactogram.workflows.training.surface_index import calibration_text
 
     near = search(workspace.inside(run), signal, data=store.path, count=COUNT + len(without))
     nearest = [each for each in near["nearest"] if each["id"] not in without][:COUNT]

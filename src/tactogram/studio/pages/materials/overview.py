@@ -8,7 +8,7 @@ from nicegui import ui
 
 from tactogram.datasets import Store
 from tactogram.errors import TactogramError
-from tactogram.studio.pages.layout import in_background, report_errors
+from tactogram.studio.layout import in_background, report_errors
 from tactogram.studio.pages.materials.media import MaterialsContext, address
 from tactogram.studio.pages.train.trainings import StudioTask, TaskStatus
 from tactogram.studio.pages.train.widgets import TrainContext, badge, set_progress

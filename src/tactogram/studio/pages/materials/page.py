@@ -10,7 +10,7 @@ from nicegui import ui
 
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.studio.context import Studio
-from tactogram.studio.pages.layout import NumberField, in_background, page, report_errors
+from tactogram.studio.layout import NumberField, in_background, page, report_errors
 from tactogram.studio.pages.materials import data_set, drop, recording
 from tactogram.studio.pages.materials.media import HEAD, MaterialsContext, add_routes
 from tactogram.studio.pages.materials.overview import DataSetsPage

@@ -7,7 +7,7 @@ from PIL import Image as Pillow
 
 from tactogram.datasets import Store
 from tactogram.errors import TactogramError
-from tactogram.studio.pages.layout import in_background, page
+from tactogram.studio.layout import in_background, page
 from tactogram.studio.pages.materials.media import HEAD, MaterialsContext, address, facts_list
 from tactogram.studio.pages.materials.neighbours import draw_near
 from tactogram.studio.pages.materials.recordings import describe_recording, picture_of, stream_of

@@ -12,7 +12,7 @@ from nicegui import app, ui
 
 from tactogram.errors import TactogramError
 from tactogram.studio.context import Studio
-from tactogram.studio.pages.layout import page, report_errors
+from tactogram.studio.layout import page, report_errors
 from tactogram.studio.pages.reports.catalogue import (
     ReportFile,
     experiments_with_results,

@@ -9,7 +9,7 @@ from nicegui import ui
 
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.signal.io import read_signal
-from tactogram.studio.pages.layout import in_background, report_errors
+from tactogram.studio.layout import in_background, report_errors
 from tactogram.studio.pages.send.cards import command_line
 from tactogram.studio.pages.send.played_log import played_lately
 from tactogram.studio.pages.send.sending import DriveRequest, SendResult, SendService

@@ -12,7 +12,7 @@ from tactogram.errors import TactogramError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.friction_calibration import read_calibrations
 from tactogram.signal import Signal
-from tactogram.studio.pages.layout import busy, in_background, report_errors
+from tactogram.studio.layout import busy, in_background, report_errors
 from tactogram.studio.pages.send.cards import SignalFields, command_line, form_beside_result, last_sent, there
 from tactogram.studio.pages.send.device import DeviceCard
 from tactogram.studio.pages.send.sending import DriveRequest, SelectedSignal, SendService

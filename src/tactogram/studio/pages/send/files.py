@@ -16,7 +16,7 @@ from tactogram.rendering.files.envelope import envelope_of
 from tactogram.rendering.files.reduction import to_one_axis
 from tactogram.signal import Signal
 from tactogram.signal.displacement import played
-from tactogram.studio.pages.layout import busy, in_background, report_errors
+from tactogram.studio.layout import busy, in_background, report_errors
 from tactogram.studio.pages.send.cards import SignalFields, command_line, form_beside_result, last_sent, there
 from tactogram.studio.pages.send.losses import losses_table
 from tactogram.studio.pages.send.sending import FileRequest, SelectedSignal, SendResult, SendService

@@ -12,7 +12,7 @@ from nicegui.events import UploadEventArguments
 from tactogram.errors import TactogramError
 from tactogram.signal.io import write_signal
 from tactogram.studio.context import Studio
-from tactogram.studio.pages.layout import in_background, page, report_errors, upload
+from tactogram.studio.layout import in_background, page, report_errors, upload
 from tactogram.studio.pages.send.display import DisplayCards
 from tactogram.studio.pages.send.files import FileCards
 from tactogram.studio.pages.send.sending import SelectedSignal, SendService

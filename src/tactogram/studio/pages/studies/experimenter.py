@@ -14,7 +14,7 @@ from starlette.responses import FileResponse, PlainTextResponse, Response
 from tactogram.errors import TactogramError
 from tactogram.recipe import parse_changes
 from tactogram.studio.context import Studio
-from tactogram.studio.pages.layout import busy, in_background, page, report_errors
+from tactogram.studio.layout import busy, in_background, page, report_errors
 from tactogram.studio.pages.studies.experiment_view import (
     ParticipantRow,
     SessionView,

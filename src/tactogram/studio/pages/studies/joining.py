@@ -8,7 +8,7 @@ from urllib.parse import urlsplit
 
 from nicegui import ui
 
-from tactogram.studio.pages.layout import in_background, report_errors
+from tactogram.studio.layout import in_background, report_errors
 from tactogram.studio.server.listening import is_loopback
 from tactogram.studio.server.qr_code import svg_qr_code
 

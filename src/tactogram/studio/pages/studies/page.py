@@ -9,7 +9,7 @@ from nicegui import events, ui
 
 from tactogram.recipe import parse_changes
 from tactogram.studio.context import Studio
-from tactogram.studio.pages.layout import busy, in_background, page, report_errors, upload
+from tactogram.studio.layout import busy, in_background, page, report_errors, upload
 from tactogram.studio.pages.studies.catalogue import (
     STUDIES,
     SessionEntry,

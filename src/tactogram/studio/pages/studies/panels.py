@@ -8,7 +8,7 @@ from urllib.parse import quote
 from nicegui import ui
 
 from tactogram.errors import ParameterError
-from tactogram.studio.pages.layout import busy, in_background, report_errors
+from tactogram.studio.layout import busy, in_background, report_errors
 from tactogram.studio.pages.studies.catalogue import (
     SessionEntry,
     analysis_folder,

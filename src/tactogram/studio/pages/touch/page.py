@@ -15,7 +15,7 @@ from nicegui import app, events, ui
 
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.studio.context import Studio
-from tactogram.studio.pages.layout import in_background, page, report_errors, upload
+from tactogram.studio.layout import in_background, page, report_errors, upload
 from tactogram.studio.pages.touch.offers import TextureOrigin
 from tactogram.studio.pages.touch.pictures import picture_of
 from tactogram.studio.pages.touch.sources import TextureLayout, TextureRequest, TouchSources

@@ -32,7 +32,7 @@ from tactogram.studio.workspace.folder import Workspace
 from tactogram.studio.workspace.shelf import ResultArchive
 
 if TYPE_CHECKING:
-    from tactogram.workflows.training.train import LoadedRun
+    from tactogram.workflows.training.loaded_run import LoadedRun
 
 T = TypeVar("T")
 TextureLayout = Literal["auto", "table", "path", "x", "y"]
@@ -211,7 +211,7 @@ class TouchSources:
 
     def _loaded(self, path: Path) -> LoadedRun:
         def load() -> LoadedRun:
-            from tactogram.workflows.training.train import load_run
+            from tactogram.workflows.training.loaded_run import load_run
 
             return load_run(path)
 

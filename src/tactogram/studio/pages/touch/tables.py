@@ -19,9 +19,9 @@ from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.drive.axes import combined
-from tactogram.rendering.drive.level import Level
 from tactogram.rendering.drive.strength import strength
 from tactogram.rendering.families.pattern import Settings
+from tactogram.rendering.level import Level
 from tactogram.rendering.streaming.contact import ContactSettings
 from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.simulated_hand import SimulatedHand

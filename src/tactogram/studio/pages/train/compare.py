@@ -11,7 +11,7 @@ from fastapi import Query
 from nicegui import ui
 
 from tactogram.errors import ParameterError
-from tactogram.studio.pages.layout import in_background, page
+from tactogram.studio.layout import in_background, page
 from tactogram.studio.pages.train.log import curves, metrics
 from tactogram.studio.pages.train.run_facts import RunSummary, run_facts
 from tactogram.studio.pages.train.widgets import TrainContext, loss_options

@@ -10,7 +10,7 @@ from nicegui import app, ui
 
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.models import ModelInfo, available
-from tactogram.studio.pages.layout import busy, in_background, report_errors
+from tactogram.studio.layout import busy, in_background, report_errors
 from tactogram.studio.pages.train.config_form import RecipeField, assignments, settings_of, shown
 from tactogram.studio.pages.train.request import BYS, SPLIT_TEXTS, SPLITS, RunRequest, describe_model
 from tactogram.studio.pages.train.trainings import command_line, free_name

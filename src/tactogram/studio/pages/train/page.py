@@ -7,7 +7,7 @@ from urllib.parse import quote
 from nicegui import ui
 
 from tactogram.studio.context import Studio
-from tactogram.studio.pages.layout import in_background, page, report_errors
+from tactogram.studio.layout import in_background, page, report_errors
 from tactogram.studio.pages.train import compare, form, watch
 from tactogram.studio.pages.train.run_facts import RunSummary, run_facts
 from tactogram.studio.pages.train.trainings import StudioTask, TaskStatus, trainings_of

@@ -13,7 +13,7 @@ from PIL import Image as Pillow
 from tactogram.errors import ParameterError
 from tactogram.models import available
 from tactogram.signal.io import read_image, read_image_metadata, read_metadata
-from tactogram.studio.pages.layout import busy, in_background, page, report_errors
+from tactogram.studio.layout import busy, in_background, page, report_errors
 from tactogram.studio.pages.train.log import checkpoint_step, curves, metrics, thinned
 from tactogram.studio.pages.train.run_facts import run_facts
 from tactogram.studio.pages.train.trainings import StudioTask, TaskStatus
@@ -367,13 +367,13 @@ class _RunView:
 
 
 def _offered(run: Path) -> list[str]:
-    from tactogram.workflows.training.preview import sample_choices  # brings torch
+    from tactogram.workflows.generation.preview import sample_choices  # brings torch
 
     return sample_choices(run)
 
 
 def _sample(run: Path, of: str | None) -> None:
-    from tactogram.workflows.training.preview import sample  # brings torch
+    from tactogram.workflows.generation.preview import sample  # brings torch
 
     sample(run, of=of)
 

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import ParameterError
+from tactogram.studio.application import ServerAnnouncement, serve
 from tactogram.studio.context import Studio
 from tactogram.studio.pages.studies.experiment_view import address_of
 from tactogram.studio.participants.playing import ServerDisplay
 from tactogram.studio.participants.sessions import SessionRegistry
-from tactogram.studio.server.application import ServerAnnouncement, serve
 from tactogram.studio.server.listening import ListeningPort
 from tactogram.study.session.participants import checked_code
 from tactogram.study.session.store import SessionStore

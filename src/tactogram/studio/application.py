@@ -20,7 +20,7 @@ from tactogram.studio.server.secret_files import write_secret
 if TYPE_CHECKING:
     from tactogram.studio.server.guard import RequestGuard
 
-STATIC = Path(__file__).parents[1] / "static"
+STATIC = Path(__file__).parent / "static"
 PAGES = ("home", "make", "touch", "materials", "train", "send", "live", "studies", "reports")
 """Folders that have a ``page``, in the order of the navigation."""
 
@@ -69,7 +69,7 @@ def make_app(
     from nicegui import ui
     from nicegui.storage import Storage
 
-    from tactogram.studio.pages.layout import show_error
+    from tactogram.studio.layout import show_error
     from tactogram.studio.participants.routes import participant_router
     from tactogram.studio.server.guard import RequestGuard
     from tactogram.studio.server.guard_rules import GuardSettings

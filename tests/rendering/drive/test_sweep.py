@@ -6,7 +6,7 @@ from scipy import fft
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
-from tactogram.rendering.displays.sweep import exponential_sweep, identify
+from tactogram.rendering.drive.sweep import exponential_sweep, identify
 from tactogram.signal import Signal
 
 COIL = open_display("voice-coil")

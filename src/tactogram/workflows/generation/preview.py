@@ -7,15 +7,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from tactogram import models
 from tactogram.datasets import Split, Store, label_of, signal_kind
 from tactogram.errors import ParameterError, RunError
 from tactogram.model import Condition, Generator, ImageKind, Kind, RatedGenerator
 from tactogram.signal import Image
 from tactogram.training.run import Run
 from tactogram.workflows.generation.generate import generate, run_provenance, write_made
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run, model_of, part_examples, test_part
 from tactogram.workflows.training.rated_examples import RatingData
-from tactogram.workflows.training.train import LoadedRun, load_run, part_examples, test_part
 
 SAMPLE_S = 2.0
 
@@ -35,7 +34,7 @@ def load_unfinished(folder: Path | str, *, model_folders: Sequence[Path] = ()) -
     if not path.is_file():
         raise RunError(f"{run.folder}: has no checkpoint yet; wait for the first one")
     recipe, (store, split) = run.recipe, test_part(run)
-    facts = models.find(recipe.model, model_folders)
+    facts = model_of(run, model_folders)
     kind: Kind
     if facts.learns_from == "recordings":
         examples = part_examples(store, split, "train", recipe.prepare, label=run.data["label"])
@@ -58,7 +57,7 @@ def sample_choices(folder: Path | str) -> list[str]:
         If there is no run, or the data that it goes by is gone.
     """
     run = Run.open(Path(folder))
-    facts = models.find(run.recipe.model)
+    facts = model_of(run)
     if "image" in facts.needs:
         return _photographed(*test_part(run))
     if run.finished:

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactogram.capture.stream.sequence import LONGEST_GAP, MOST_LOST, Timeline
 from tactogram.capture.twelite.messages import Packet
+from tactogram.capture.twelite.sequence import LONGEST_GAP, MOST_LOST, Timeline
 
 
 def packet(sequence, arrival=float("nan"), *, mode="fifo", value=None):

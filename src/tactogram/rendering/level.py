@@ -1,4 +1,4 @@
-"""How strong a rendered signal shall be: always said, never guessed."""
+"""Level of a drive: how strong a rendered signal shall be, always stated and never guessed."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tactogram.capture import SourceEnded, open_source, read_log
-from tactogram.capture.logs.raw_log import RawLog, escaped, log_pieces, unescaped
+from tactogram.capture.stream.raw_log import RawLog, escaped, log_pieces, unescaped
 from tactogram.capture.twelite.simulator import SimulatedReceiver, transmissions, write_log
 from tactogram.errors import DataError
 

@@ -5,8 +5,8 @@ import pytest
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.drive.axes import combined
-from tactogram.rendering.drive.level import Level, parse_level
 from tactogram.rendering.drive.report import FitReport, percent, signal_facts
+from tactogram.rendering.level import Level, parse_level
 from tactogram.signal import Signal, dft321
 
 

@@ -4,7 +4,7 @@ import logging
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.studio.pages import layout
+from tactogram.studio import layout
 
 
 def refuse():

@@ -1,0 +1,177 @@
+"""A finished run, ready for use, and the data that it was split from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import BaseModel
+
+from tactogram import models
+from tactogram.datasets import (
+    Examples,
+    Label,
+    Split,
+    Store,
+    open_store,
+)
+from tactogram.errors import ParameterError, RunError
+from tactogram.model import (
+    Classifier,
+    Embedder,
+    Generator,
+    Kind,
+    Predictor,
+    SignalKind,
+)
+from tactogram.recipe import Preparation, Recipe
+from tactogram.signal import Signal
+from tactogram.training.run import Run
+
+
+@dataclass(frozen=True)
+class LoadedRun:
+    """A finished run, ready for use.
+
+    ``model`` is of the protocol that ``facts.task`` says, and of the optional ones of `tactogram.model` that it keeps.
+    """
+
+    run: Run
+    facts: models.ModelInfo
+    recipe: Recipe
+    any_kind: Kind
+    model: object
+
+    @property
+    def kind(self) -> SignalKind:
+        """What every signal of the run has in common; refuses a run of images."""
+        if not isinstance(self.any_kind, SignalKind):
+            raise ParameterError(f"{self.run.name}: {self.facts.name} is of images, not of signals")
+        return self.any_kind
+
+    @property
+    def generator(self) -> Generator:
+        """The model; refuses one that does not generate."""
+        if not isinstance(self.model, Generator):
+            raise ParameterError(f"{self.run.name}: {self.facts.name} does not generate")
+        return self.model
+
+    @property
+    def classifier(self) -> Classifier:
+        """The model; refuses one that does not classify."""
+        if not isinstance(self.model, Classifier):
+            raise ParameterError(f"{self.run.name}: {self.facts.name} is not a classifier")
+        return self.model
+
+    @property
+    def predictor(self) -> Predictor:
+        """The model; refuses one that predicts no scores."""
+        if not isinstance(self.model, Predictor):
+            raise ParameterError(f"{self.run.name}: {self.facts.name} is not a predictor of scores")
+        return self.model
+
+    @property
+    def embedder(self) -> Embedder:
+        """The model; refuses one that does not turn signals into vectors."""
+        if not isinstance(self.model, Embedder):
+            raise ParameterError(f"{self.run.name}: {self.facts.name} has no embedding to search by")
+        return self.model
+
+    @property
+    def config(self) -> BaseModel:
+        """The model's own configuration."""
+        return self.facts.config(self.recipe.config)
+
+    @property
+    def simulated(self) -> bool:
+        """Whether any of the training data was simulated."""
+        return self.any_kind.simulated
+
+    def prepare(self, signal: Signal) -> Signal:
+        """Return ``signal`` as the model was trained on it: axes, band and rate of the recipe."""
+        prepared = self.as_trained.apply(signal)
+        self.kind.check(prepared)
+        return prepared
+
+    @property
+    def as_trained(self) -> Preparation:
+        """The recipe's preparation, to the rate of the training signals whatever a recording's own is."""
+        return self.recipe.prepare.model_copy(update={"rate": float(self.kind.rate)})
+
+
+def load_run(folder: Path | str, *, device: str = "cpu", model_folders: Sequence[Path] = ()) -> LoadedRun:
+    """Return the finished run in ``folder``.
+
+    Parameters
+    ----------
+    folder : path
+    device : str
+        Where the model computes.
+    model_folders : sequence of Path
+        Folders with further models, besides those that the run was begun with.
+
+    Raises
+    ------
+    RunError
+        If there is none, it is not finished, or its files are broken.
+    """
+    from tactogram.training.checkpoint import load_state
+
+    run = Run.open(Path(folder))
+    kind, recipe = run.kind(), run.recipe
+    facts = model_of(run, model_folders)
+    model = facts.build(facts.config(recipe.config), kind, seed=recipe.seed, device=device)
+    state, _ = load_state(run.folder / "model.safetensors")
+    try:
+        model.load_state(state)
+    except (KeyError, TypeError, ValueError, RuntimeError) as error:
+        line = str(error).split("\n")[0]
+        raise RunError(f"{run.folder}: the weights are not of the recipe beside them: {line}") from error
+    return LoadedRun(run, facts, recipe, kind, model)
+
+
+def model_of(run: Run, model_folders: Sequence[Path] = ()) -> models.ModelInfo:
+    """Return the model of a run, looked for in ``model_folders`` and then in the folders that the run was begun with.
+
+    Raises
+    ------
+    ParameterError
+        If there is none of its name.
+    """
+    name, begun_with = run.recipe.model, map(Path, run.data.get("model_folders", ()))
+    if name not in models.available(model_folders):
+        model_folders = (
+            *model_folders,
+            *(path for path in begun_with if path.is_absolute() and path.is_dir()),
+        )
+    return models.find(name, model_folders)
+
+
+def part_examples(store: Store, split: Split, part: str, prepare: Preparation, *, label: Label) -> Examples:
+    """Return one part of ``split``, with the photographs it may use where they were split too."""
+    photographs = split.photographs.get(part, ()) if split.photographs else None
+    return Examples(store, split.parts[part], prepare, label=label, photographs=photographs)
+
+
+def test_part(run: Run) -> tuple[Store, Split]:
+    """Return the store that ``run`` was trained on and the split it used.
+
+    Raises
+    ------
+    RunError
+        If the store is gone, or recordings of the split are. What was added to it since does no harm: a
+        recording's id follows from its samples.
+    """
+    facts = run.data
+    try:
+        store = open_store(facts["path"])
+    except Exception as error:
+        raise RunError(f"{run.folder}: its data is not at {facts['path']} any more; give --data") from error
+    split = Split.load(run.folder / "split.json")
+    if missing := [s.id for part in split.parts.values() for s in part if s.id not in store]:
+        raise RunError(
+            f"{facts['path']}: {len(missing)} recordings of the run are gone from it (first: {missing[0]}); "
+            "give --data for recordings kept apart"
+        )
+    return store, split
