@@ -103,10 +103,15 @@ class SimulatedParticipant:
         others = [option.value for option in asked.question.options if option.value != but]
         return others[self.rng.integers(len(others))] if len(others) > 1 else others[0]
 
-    def any_option(self, asked: PageQuestion) -> str:
-        """Return one of the options of a question at random."""
-        options = asked.question.options
-        return options[self.rng.integers(len(options))].value
+    def choice(self, asked: PageQuestion) -> str:
+        """Return an option: of two with different values the higher by its logit for this item, else any of them."""
+        options = [option.value for option in asked.question.options]
+        values = [asked.values.get(option, math.nan) for option in options]
+        if len(options) != 2 or not abs(values[0] - values[1]) > 0:  # nor where one has no value
+            return options[self.rng.integers(len(options))]
+        high = options[int(values[1] > values[0])]
+        likely = self.yes(self.typical(asked) + self.shift(asked) + self.bias / 2)
+        return high if likely else self.other_option(asked, high)
 
     def yes(self, logit: float) -> bool:
         """Return whether a yes, of that logit, is said."""
@@ -161,7 +166,7 @@ class SimulatedParticipant:
     def _questionnaire(self, asked: PageQuestion) -> str:
         question = asked.question
         if question.kind == "choice":
-            return question.options[self.rng.integers(len(question.options))].value
+            return self.choice(asked)
         if question.kind == "text":
             return "(simulated)"
         low = question.low if math.isfinite(question.low) else 20

@@ -153,7 +153,7 @@ class Design(BaseModel, ABC):
 
         Parameters
         ----------
-        section : Section
+        section : AnalysisSection
             One that `analyse` returned.
         answers : Answers
             What it was made from.
@@ -177,13 +177,13 @@ class Design(BaseModel, ABC):
     def simulated_answer(cls, page: Page, asked: PageQuestion, participant: SimulatedParticipant) -> str:
         """Return what a simulated participant answers to a question of a page.
 
-        By default the right answer as often as `simulated_share` says, one of several options at random, and on a scale
-        what is typical of the item, the effect that was put in, the participant's bias and noise.
+        By default the right answer as often as `simulated_share` says; else by what is typical of the item, the effect
+        that was put in, the participant's bias and noise.
         """
         if asked.right:
             return participant.right_or_wrong(asked, cls.simulated_share(page, participant))
         if asked.question.kind == "choice":
-            return participant.any_option(asked)
+            return participant.choice(asked)
         return "(simulated)" if asked.question.kind == "text" else participant.on_scale(asked)
 
     @classmethod

@@ -18,7 +18,7 @@ from tactogram.study.orders import generator
 from tactogram.study.power.assumptions import EXACT, PowerAssumptions
 from tactogram.study.questions import AnswerOption, Question
 from tactogram.study.stimuli import Stimulus
-from tactogram.study.trials import DesignContext, Page, PageQuestion, Participant
+from tactogram.study.trials import DesignContext, PageQuestion, Participant
 from tactogram.study.wording import Wording
 
 if TYPE_CHECKING:
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
     from tactogram.study.analysis.findings import AnalysisSection
     from tactogram.study.answers import Answers
-    from tactogram.study.simulated_participants import SimulatedParticipant
     from tactogram.study.study_analysis import AnalysisPlan
 
 
@@ -85,12 +84,6 @@ class EvokedWords(WordScales):
         from tactogram.study.designs.evoked.figures import evoked_figure
 
         return {"evoked": evoked_figure(section)}
-
-    @classmethod
-    def simulated_answer(cls, page: Page, asked: PageQuestion, participant: SimulatedParticipant) -> str:
-        """Return whether an image evokes a word: what is typical of both, the effect, and the participant's bias."""
-        likely = participant.yes(participant.typical(asked) + participant.shift(asked) + participant.bias / 2)
-        return "evoked" if likely else "not evoked"
 
     def _set_count(self, setting: DesignContext) -> int:
         return -(-len(setting.stimuli) // self.set_size)
