@@ -15,6 +15,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from tactogram.rendering.displays.catalogue import open_display, shipped
+from tactogram.rendering.displays.families import display_family
 from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.level import parse_level
 from tactogram.signal import Signal, resample
@@ -35,7 +36,7 @@ def row(name: str) -> dict[str, Any]:
     rng = np.random.default_rng(0)
     x = rng.standard_normal((3, round(RATE * SECONDS))).astype(np.float32)
     texture = Signal(x, RATE, "m/s^2")
-    if display.family == "electrovibration":
+    if display_family(display.family).renders == "friction":
         texture = Signal(0.5 + 0.1 * x[:1], RATE, "1")
     one = texture.select(texture.axes[0])
     fit(texture, display, level=level)

@@ -13,9 +13,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from tactogram.rendering.drive.friction_calibration import FrictionMeasurements, calibrated
-from tactogram.rendering.families.electrovibration import Settings, friction
+from tactogram.rendering.families.electrovibration import ElectrovibrationStream, Settings, friction
 from tactogram.rendering.level import Level
-from tactogram.rendering.streaming.electrovibration import ElectrovibrationStream
 from tactogram.signal import Signal
 
 figure, (left, middle, right) = plt.subplots(1, 3, figsize=(14.5, 4.2), layout="constrained")

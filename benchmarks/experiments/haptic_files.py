@@ -13,7 +13,14 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.files import FORMATS, check_file, read_haptic, to_one_axis, write_haptic
+from tactogram.rendering.files import (
+    check_file,
+    haptic_format,
+    haptic_formats,
+    read_haptic,
+    to_one_axis,
+    write_haptic,
+)
 from tactogram.rendering.files.conversion import losses
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
@@ -46,7 +53,7 @@ def run(folder: Path, *, paper: bool, progress: ProgressCallback, data: str = ""
     if not paths:
         raise ParameterError("data must be a folder with the WAV files of VibViz")
     paths = paths if paper else paths[::4]
-    formats: dict[str, dict[str, Any]] = {name: _empty() for name in (*SIGNAL_FORMATS, *FORMATS)}
+    formats: dict[str, dict[str, Any]] = {name: _empty() for name in (*SIGNAL_FORMATS, *haptic_formats())}
     rates, axes, seconds = set(), set(), 0.0
     for path in paths:
         signal = read_signal(path, unit="1")
@@ -84,12 +91,12 @@ def _through(name: str, signal: Signal, place: Path, found: dict[str, Any]) -> l
         loss = losses(signal, read_signal(path))
         found["valid"] += 1
     else:
-        path = place.with_suffix(FORMATS[name].suffix)
+        path = place.with_suffix(haptic_format(name).suffix)
         written = write_haptic(path, signal, format=name)
         found["valid"] += check_file(path, format=name)["valid"]
         found["scaled"] += written["full_scale"] != 1.0
         found["reduced"] += written["reduced_by"] is not None
-        one = signal if FORMATS[name].holds == "waveform" else to_one_axis(signal)[0]
+        one = signal if haptic_format(name).holds == "waveform" else to_one_axis(signal)[0]
         loss = losses(one, read_haptic(path, format=name).signal)
     found["bytes"] += path.stat().st_size
     path.unlink()

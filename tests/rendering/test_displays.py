@@ -8,7 +8,7 @@ import pytest
 
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.catalogue import open_display, shipped
-from tactogram.rendering.displays.families import MODULES
+from tactogram.rendering.displays.families import FAMILIES, display_family
 from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.level import parse_level
 from tactogram.signal import Signal
@@ -45,7 +45,7 @@ def fitted(signal, display, level):
 
 
 def test_every_family_has_a_display():
-    assert {open_display(name).family for name in DISPLAYS} == set(MODULES)
+    assert {open_display(name).family for name in DISPLAYS} == set(FAMILIES.names())
 
 
 @pytest.fixture(params=DISPLAYS)
@@ -131,7 +131,7 @@ def test_silence_stays_silence_or_a_steady_rest(name):
 def test_a_stronger_signal_at_a_gain_is_not_rendered_weaker(name):
     display = open_display(name)
     level = parse_level("gain=0.001")
-    unit = "1" if display.family == "electrovibration" else "m/s^2"
+    unit = "1" if display_family(display.family).renders == "friction" else "m/s^2"
     soft, loud = (fit(noise(unit, size=size), display, level=level).signal.samples for size in (1.0, 2.0))
     assert np.ptp(loud) >= np.ptp(soft)
 

@@ -9,12 +9,13 @@ import pytest
 
 from tactogram.cli import main
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering.files import FORMATS, check_file
+from tactogram.rendering.files import check_file, haptic_formats
 from tactogram.signal import Signal
 from tactogram.signal.io import WRITABLE, read_metadata, read_signal, write_signal
 from tactogram.workflows.data.convert import check, convert, convert_folder
 
 RATE = 2000
+FORMATS = haptic_formats()
 NAMES = {f"x{suffix}": None for suffix in WRITABLE} | {f"{n}{k.suffix}": n for n, k in FORMATS.items()}
 """Files by name, with their format where the suffix does not say it."""
 GOLDEN = Path(__file__).parents[1] / "rendering" / "files" / "golden"
@@ -87,13 +88,16 @@ def test_friction_is_felt_at_a_speed(tmp_path):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"target": "b.json"}, "which kind of .json: android, vibration, gamepad"),
-        ({"target": "b.ahap", "format": "haptic"}, "--format haptic is for .haptic, got b.ahap"),
-        ({"target": "b.wav", "format": "csv"}, "--format csv is for .csv, got b.wav"),
-        ({"target": "b.wav", "format": "mp3"}, "--format must be one of ahap"),
+        (
+            {"target": "b.json"},
+            "several formats are written as .json; format must be one of android, gamepad, vibration",
+        ),
+        ({"target": "b.ahap", "format": "haptic"}, "format haptic is written as .haptic, got b.ahap"),
+        ({"target": "b.wav", "format": "csv"}, "format csv is written as .csv, got b.wav"),
+        ({"target": "b.wav", "format": "mp3"}, "format must be one of ahap"),
         ({"target": "b.ahap", "subtype": "PCM_16"}, "--subtype is of WAV and FLAC"),
-        ({"target": "b.wav", "modality": "Force"}, "--modality is of HJIF"),
-        ({"target": "b.ahap", "modality": "Force"}, "--modality is of HJIF"),
+        ({"target": "b.wav", "modality": "Force"}, "modality is for haptic formats, b.wav is none"),
+        ({"target": "b.ahap", "modality": "Force"}, "Apple. has no modalities; omit modality"),
         ({"target": "b.ahap", "axis": "q"}, "--axis must be one of a, dft321, mean"),
         ({"target": "b.mp3"}, "suffix must be one of"),
     ],
@@ -140,7 +144,7 @@ def test_two_files_that_would_become_one_are_refused(tmp_path):
     with pytest.raises(ParameterError, match="would both become"):
         convert_folder(tmp_path / "in", tmp_path / "out", format="ahap")
     assert not (tmp_path / "out").exists()
-    with pytest.raises(ParameterError, match="--to must be one of ahap"):
+    with pytest.raises(ParameterError, match="format must be one of ahap"):
         convert_folder(tmp_path / "in", tmp_path / "out", format="mp3")
     (tmp_path / "none").mkdir()
     with pytest.raises(DataError, match="no file in it can be read"):
@@ -190,6 +194,7 @@ def test_the_command_says_what_is_lost(tmp_path, capsys):
     ("arguments", "message"),
     [
         (["a.wav"], "needs A and B"),
+        ([], "needs A and B"),
         (["a.wav", "b.ahap", "--check"], "leave B out"),
         ([".", "out"], "a folder needs --to"),
     ],
@@ -198,3 +203,12 @@ def test_the_command_refuses_in_one_line(tmp_path, monkeypatch, capsys, argument
     monkeypatch.chdir(tmp_path)
     assert main(["convert", *arguments]) == 1
     assert message in capsys.readouterr().err
+
+
+def test_every_format_is_listed(capsys):
+    assert main(["convert", "--list", "--json"]) == 0
+    listed = json.loads(capsys.readouterr().out)
+    assert set(listed) == {*FORMATS, *(suffix.removeprefix(".") for suffix in WRITABLE)}
+    assert listed["ahap"] == {"title": "AHAP (Apple)", "suffix": ".ahap", "holds": "envelope"}
+    assert main(["convert", "--list"]) == 0
+    assert "on and off" in capsys.readouterr().out

@@ -12,13 +12,14 @@ from tactogram.cli.printing import Arguments, columns, lines_of, print_result, t
 def add_verbs(verbs: Verbs) -> None:
     """Add what each verb takes."""
     add = verbs.add("convert", convert)
-    add("source", metavar="A", help="a signal, a haptic file, or a folder of them")
+    add("source", metavar="A", nargs="?", help="a signal, a haptic file, or a folder of them")
     add("target", metavar="B", nargs="?", help="a file, by suffix; a folder if A is one")
+    add("--list", action="store_true", help="list the formats")
     add("--check", action="store_true", help="only validate A, and list what is wrong with it")
     add(
         "--format",
         "--to",
-        help="format of B: android, vibration or gamepad (.json); any for a folder: ahap, haptic, hjif, wav, …",
+        help="format of B, one of --list: if several share its suffix (.json), or for a folder",
     )
     add("--axis", metavar="NAME|dft321|mean", help="write one axis")
     signal_options(add)
@@ -31,7 +32,7 @@ def add_verbs(verbs: Verbs) -> None:
         metavar="X",
         help="value of 1 in a haptic B, or of integer full scale in A, in the signal's unit",
     )
-    add("--modality", help='of HJIF, e.g. "Vibrotactile Texture" (default: by unit)')
+    add("--modality", help='of HJIF and formats like it, e.g. "Vibrotactile Texture" (default: by unit)')
     add("--play-at", type=float, metavar="MM_S", help="finger speed for a signal over displacement")
     add("--resample", type=float, metavar="HZ", help="rate of B")
     add("--subtype", help="sample format of B, e.g. PCM_16, PCM_24, FLOAT")
@@ -45,6 +46,13 @@ def convert(a: Arguments) -> int:
     from tactogram.workflows.data import convert as jobs
     from tactogram.workflows.progress import shown
 
+    if a.list:
+        formats = jobs.list_formats()
+        rows = [(name, facts["suffix"], facts["title"], facts["holds"]) for name, facts in formats.items()]
+        print_result(a, formats, columns([("name", "suffix", "", "holds"), *rows]))
+        return 0
+    if a.source is None:
+        raise ParameterError("convert needs A and B; --check takes A alone, --list neither")
     if a.check:
         if a.target is not None:
             raise ParameterError("--check takes one file and writes none; omit B")
@@ -52,7 +60,7 @@ def convert(a: Arguments) -> int:
         print_result(a, facts, _checked_text(facts))
         return 0 if facts["valid"] else 1
     if a.target is None:
-        raise ParameterError("convert needs A and B; --check takes A alone")
+        raise ParameterError("convert needs A and B; --check takes A alone, --list neither")
     options = {
         **signal_arguments(a),
         "columns": a.columns.split(",") if a.columns else None,
@@ -70,7 +78,7 @@ def convert(a: Arguments) -> int:
         print_result(a, facts, _converted_text(facts))
         return 0
     if a.format is None:
-        raise ParameterError("a folder needs --to FORMAT, such as --to ahap")
+        raise ParameterError("a folder needs --to FORMAT, one of --list")
     with shown() as progress:
         facts = jobs.convert_folder(a.source, a.target, format=a.format, progress=progress, **options)
     print_result(a, facts, _folder_text(facts))

@@ -7,16 +7,9 @@ from pydantic import ValidationError
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.fit import fit
-from tactogram.rendering.families.electrovibration import (
-    Settings,
-    friction,
-    friction_target,
-    modulated,
-    slewed,
-    voltage,
-)
+from tactogram.rendering.families.electrovibration import ElectrovibrationStream, Settings, friction, voltage
+from tactogram.rendering.families.electrovibration.friction import friction_target, modulated, slewed
 from tactogram.rendering.level import Level
-from tactogram.rendering.streaming.electrovibration import ElectrovibrationStream
 from tactogram.signal import Signal
 from tactogram.signal.filters import butterworth
 

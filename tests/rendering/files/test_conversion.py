@@ -9,12 +9,13 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering.files import FORMATS, check_file, read_haptic, to_one_axis, write_haptic
+from tactogram.rendering.files import check_file, haptic_formats, read_haptic, to_one_axis, write_haptic
 from tactogram.rendering.files.conversion import losses
 from tactogram.rendering.files.documents import encoded
 from tactogram.rendering.files.loss import loss_between
 from tactogram.signal import Signal
 
+FORMATS = haptic_formats()
 RATE = 2000
 ENVELOPES = [name for name, kind in FORMATS.items() if kind.holds != "waveform"]
 
@@ -184,7 +185,7 @@ def test_a_missing_file_and_a_strange_json_are_named(tmp_path):
     with pytest.raises(DataError, match="no such file"):
         check_file(tmp_path / "x.ahap")
     (tmp_path / "x.json").write_text('{"a": 1}')
-    with pytest.raises(DataError, match="is none of ahap, haptic, hjif"):
+    with pytest.raises(DataError, match="is none of ahap, android, gamepad"):
         check_file(tmp_path / "x.json")
 
 
@@ -311,7 +312,7 @@ def test_what_is_written_has_not_changed(tmp_path, golden, format):
     made = json.loads((tmp_path / "x").read_text())
     if "date" in made:
         made["date"] = "2026-01-01"
-    kept = json.loads(golden(f"burst-{format}.json", encoded(made)))
+    kept = json.loads(golden(f"burst-{format}.json", encoded(made).decode()))
     _compare(made, kept)
     assert FORMATS[format].validate(kept) == []
 

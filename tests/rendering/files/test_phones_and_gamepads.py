@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
+from tactogram.rendering.files.documents import DocumentHeader
 from tactogram.rendering.files.envelope import envelope_of
 from tactogram.rendering.files.formats import android, gamepad, vibration
 from tactogram.signal import Signal
@@ -23,7 +24,7 @@ def level(document, module, time):
 
 
 def test_android_steps_are_whole_ms_and_0_to_255():
-    document = android.encode(bursts((0.2, 0.5)), "")
+    document = android.encode(bursts((0.2, 0.5)), DocumentHeader())
     assert android.validate(document) == []
     assert sum(document["timings"]) == 1000
     at = np.repeat(document["amplitudes"], document["timings"])
@@ -32,7 +33,7 @@ def test_android_steps_are_whole_ms_and_0_to_255():
 
 
 def test_android_joins_equal_steps():
-    document = android.encode(Signal(np.zeros(RATE), RATE, "1"), "")
+    document = android.encode(Signal(np.zeros(RATE), RATE, "1"), DocumentHeader())
     assert (document["timings"], document["amplitudes"]) == ([1000], [0])
 
 
@@ -61,7 +62,7 @@ def test_android_repetition_is_left_out_and_said():
 
 
 def test_a_pattern_vibrates_in_its_odd_entries():
-    document = vibration.encode(bursts((0.2, 0.5), (0.7, 0.8)), "")
+    document = vibration.encode(bursts((0.2, 0.5), (0.7, 0.8)), DocumentHeader())
     assert vibration.validate(document) == []
     assert document["pattern"] == pytest.approx([0, 200, 300, 200, 100], abs=12)
     assert level(document, vibration, [0.1, 0.35, 0.6, 0.75]) == pytest.approx([0, 1, 0, 1], abs=0.05)
@@ -78,9 +79,11 @@ def test_short_pauses_are_filled_and_short_pulses_lengthened():
 
 def test_a_long_vibration_is_split_and_a_busy_one_made_coarser():
     t = np.arange(25 * RATE) / RATE
-    long = vibration.encode(Signal(np.sin(2 * np.pi * 150 * t), RATE, "1"), "")
+    long = vibration.encode(Signal(np.sin(2 * np.pi * 150 * t), RATE, "1"), DocumentHeader())
     assert long["pattern"] == [10000, 0, 10000, 0, 5000]
-    busy = vibration.encode(bursts(*[(k / 10, k / 10 + 0.05) for k in range(100)], seconds=10), "")
+    busy = vibration.encode(
+        bursts(*[(k / 10, k / 10 + 0.05) for k in range(100)], seconds=10), DocumentHeader()
+    )
     assert vibration.validate(busy) == []
     assert len(busy["pattern"]) <= 99
 
@@ -95,7 +98,7 @@ def test_a_long_vibration_is_split_and_a_busy_one_made_coarser():
 )
 def test_what_no_pattern_can_hold_is_refused(signal, message):
     with pytest.raises(ParameterError, match=message):
-        vibration.encode(signal, "")
+        vibration.encode(signal, DocumentHeader())
 
 
 @pytest.mark.parametrize(
@@ -122,7 +125,7 @@ def test_a_bare_list_is_a_pattern_and_a_last_pause_does_not_count():
 
 def test_slow_drives_the_strong_motor_and_fast_the_weak_one():
     for hz, strong, weak in ((50, 0.8, 0), (250, 0, 0.8)):
-        document = gamepad.encode(bursts((0, 1), hz=hz), "")
+        document = gamepad.encode(bursts((0, 1), hz=hz), DocumentHeader())
         assert gamepad.validate(document) == []
         effect = document["effects"][len(document["effects"]) // 2]
         assert (effect["strongMagnitude"], effect["weakMagnitude"]) == pytest.approx((strong, weak), abs=0.03)
@@ -131,7 +134,7 @@ def test_slow_drives_the_strong_motor_and_fast_the_weak_one():
 
 def test_a_long_rumble_is_a_sequence_of_at_most_5_s():
     t = np.arange(12 * RATE) / RATE
-    document = gamepad.encode(Signal(np.sin(2 * np.pi * 150 * t), RATE, "1"), "")
+    document = gamepad.encode(Signal(np.sin(2 * np.pi * 150 * t), RATE, "1"), DocumentHeader())
     durations = [effect["duration"] for effect in document["effects"]]
     assert (sum(durations), max(durations)) == (12_000, 5000)
 

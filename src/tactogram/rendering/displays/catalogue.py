@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.displays.display import Display, Family
-from tactogram.rendering.displays.families import family_module
+from tactogram.rendering.displays.display import Display
+from tactogram.rendering.displays.families import FAMILIES, display_family
 from tactogram.rendering.displays.response import read_response
 from tactogram.text_files import read_toml
 from tactogram.validation import validated, with_changes
@@ -64,18 +64,15 @@ def display_of(values: Mapping[str, Any], *, where: str = "display", folder: Pat
         If a key or value is wrong.
     """
     values = dict(values)
-    families = get_args(Family)
-    if values.get("family") not in families:
-        raise ParameterError(
-            f"{where}: family must be one of {', '.join(families)}, got {values.get('family')!r}"
-        )
-    family: Family = values["family"]
+    family = values.get("family")
+    if not isinstance(family, str) or family not in FAMILIES:
+        raise ParameterError(f"{where}: family must be one of {', '.join(FAMILIES.names())}, got {family!r}")
     if "settings" in values:
         raise ParameterError(f"{where}: the settings of a {family} display stand in a table [{family}]")
     own = values.pop(family, {})
     if not isinstance(own, Mapping):
         raise ParameterError(f"{where}: [{family}] must be a table, got {own!r}")
-    settings = validated(family_module(family).Settings, own, where=f"{where}: {family}")
+    settings = validated(display_family(family).settings, own, where=f"{where}: {family}")
     response = values.get("response")
     if isinstance(response, Mapping) and isinstance(response.get("file"), str):
         points = read_response(folder / response["file"])

@@ -1,23 +1,13 @@
-"""What a display is: the facts of a TOML file that decide how a signal becomes its drive.
+"""Display: the facts of a TOML file that decide how a signal becomes its drive.
 
 A *drive* is what is sent to a display: volts, parts of full scale, newtons of a string, register values. What comes out
-of the display, on the skin, is its *output*; a `Response` leads from one to the other where it was measured.
-
-A family is a module of `rendering.displays.families.MODULES` with a pydantic model ``Settings`` (frozen, unknown keys
-refused) and one pure function::
-
-    drive(signal, settings, *, display, level) -> (Signal, facts)
-
-``signal`` is over time, in its own unit and at its own rate: one axis, or all of them (`rendering.drive.axes`).
-The drive comes back at ``display.rate``, in ``display.unit``, axes named as ``display.channels``. ``facts`` are JSON
-values; three keys hold sentences for people, each a list of str: ``scaled``, ``clipped`` and ``unreachable``; ``faded``
-is true where the family began and ended at rest before it set the level. Fades else, DC and the last word on the limits
-are `tactogram.rendering.drive.safety`'s, after the family.
+of the display, on the skin, is its *output*; a `Response` leads from one to the other where it was measured. How a
+signal becomes a drive is the `DisplayFamily`'s.
 """
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, field_validator, model_validator
 
@@ -25,7 +15,6 @@ from tactogram.errors import ParameterError
 from tactogram.rendering.displays.response import ResponseSource
 from tactogram.signal.signal import UNITS
 
-Family = Literal["linear", "ultrasonic", "electrovibration", "tablet", "amplitude_stream", "pattern"]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
@@ -38,7 +27,8 @@ class Display(BaseModel):
     """As it is called on the command line."""
     title: str
     """What it is, in one line."""
-    family: Family
+    family: str
+    """Name of its `DisplayFamily`."""
     source: str = ""
     """Where the numbers come from; says which were assumed."""
     rate: Positive

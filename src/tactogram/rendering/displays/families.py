@@ -1,38 +1,30 @@
-"""The families of displays: which module turns a signal into the drive of each."""
+"""Display families by name, found by looking into the folder ``rendering.families`` and further ones."""
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import Any, Protocol, cast
+from tactogram.errors import ParameterError
+from tactogram.plugins import PluginGroup
+from tactogram.rendering.displays.family import DisplayFamily
 
-from pydantic import BaseModel
-
-from tactogram.rendering.displays.display import Display, Family
-from tactogram.rendering.level import Level
-from tactogram.signal.signal import Signal
-
-MODULES: dict[Family, str] = {
-    "linear": "tactogram.rendering.families.linear",
-    "ultrasonic": "tactogram.rendering.families.ultrasonic",
-    "electrovibration": "tactogram.rendering.families.electrovibration",
-    "tablet": "tactogram.rendering.families.tablet",
-    "amplitude_stream": "tactogram.rendering.families.amplitude_stream",
-    "pattern": "tactogram.rendering.families.pattern",
-}
+FAMILIES = PluginGroup(
+    "display family",
+    "tactogram.rendering.families",
+    "tactogram.display_families",
+    "TACTOGRAM_DISPLAY_FAMILIES",
+)
+"""Modules with a ``FAMILY``, a `DisplayFamily`."""
 
 
-class FamilyModule(Protocol):
-    """What a family's module holds, see `tactogram.rendering.displays.display`."""
+def display_family(name: str) -> DisplayFamily:
+    """Return a family by name.
 
-    Settings: type[BaseModel]
-
-    def drive(
-        self, signal: Signal, settings: Any, *, display: Display, level: Level
-    ) -> tuple[Signal, dict[str, Any]]:
-        """Return the drive of ``signal``, and JSON facts on what was scaled, clipped or cannot be reached."""
-        ...
-
-
-def family_module(family: Family) -> FamilyModule:
-    """Return the module of a family, loaded on first use."""
-    return cast("FamilyModule", import_module(MODULES[family]))
+    Raises
+    ------
+    ParameterError
+        If there is none of that name, or its module declares none.
+    """
+    module = FAMILIES.module(name)
+    family = getattr(module, "FAMILY", None)
+    if not isinstance(family, DisplayFamily) or family.name != name:
+        raise ParameterError(f"{module.__file__}: must define FAMILY, a DisplayFamily called {name!r}")
+    return family

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from tactogram.rendering.displays.display import Display
+from tactogram.rendering.displays.families import display_family
 from tactogram.rendering.drive.fit import Drive
 from tactogram.rendering.drive.report import SENTENCES
 from tactogram.signal.signal import Signal
@@ -22,14 +23,6 @@ COLUMNS = 2500
 """… longer ones are drawn as the range of the samples that share a column."""
 SLOW_HZ = 600.0
 """Up to this rate a drive is drawn in steps, as the device holds it."""
-CLOSE_UP_S = {
-    "ultrasonic": 0.02,
-    "electrovibration": 0.05,
-    "tablet": 0.1,
-    "amplitude_stream": 0.5,
-    "pattern": 1.0,
-}
-"""Length of the close-up by family, s."""
 
 
 def drive_figure(drive: Drive, display: Display, *, title: str = "") -> Figure:
@@ -50,7 +43,7 @@ def drive_figure(drive: Drive, display: Display, *, title: str = "") -> Figure:
     if drive.report.facts.get("bands"):
         _octaves(upper.add_subplot(grid[:, 1]), drive.report.facts["bands"], drive.source.unit)
     else:
-        seconds = CLOSE_UP_S.get(display.family, 0.1)
+        seconds = display_family(display.family).close_up_s
         strongest = int(np.abs(drive.source.samples).max(axis=0).argmax()) / drive.source.rate
         start = float(np.clip(strongest - seconds / 2, 0, max(0, drive.source.seconds - seconds)))
         near = (start, min(start + seconds, drive.source.seconds))

@@ -9,7 +9,7 @@ import numpy as np
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.families import family_module
+from tactogram.rendering.displays.families import display_family
 from tactogram.rendering.drive.axes import combined
 from tactogram.rendering.drive.mean_removal import without_constant
 from tactogram.rendering.drive.report import SENTENCES, FitReport, amount, signal_facts
@@ -90,7 +90,7 @@ def fit(
         scaled.append(constant)
     source, words = combined(signal, axes if axes is not None else display.axes)
     scaled.append(words)
-    raw, facts = family_module(display.family).drive(source, display.settings, display=display, level=level)
+    raw, facts = display_family(display.family).drive(source, display.settings, display=display, level=level)
     drive, safety = safe(raw, display, faded=bool(facts.pop("faded", False)))
     scaled += [*facts.get("scaled", []), *_lost_to_fades(raw, drive, display)]
     clipped = list(facts.get("clipped", []))

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
 from scipy import signal as dsp
 
 from tactogram.errors import UnitError
@@ -19,28 +20,20 @@ from tactogram.signal.perception import FELT_HZ, detection_threshold, sensation_
 from tactogram.signal.signal import Signal
 
 
-class StrengthSettings(Protocol):
-    """What a family's settings say of it."""
+class StrengthSettings(BaseModel):
+    """Settings of displays that can only be told how strong to vibrate."""
 
-    @property
-    def smoothing_ms(self) -> float:
-        """Length of the window (Hann) over which power is averaged."""
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
-    @property
-    def output_at_full(self) -> float | None:
-        """Amplitude of the display's acceleration at full drive, m/s^2; None is not known."""
-
-    @property
-    def frequency_hz(self) -> float:
-        """At which it vibrates then."""
-
-    @property
-    def over(self) -> Literal["scale", "clip", "refuse"]:
-        """What is done where it would have to be stronger than at full drive."""
-
-    @property
-    def clip_share(self) -> float:
-        """Up to which share of the time that is clipped."""
+    frequency_hz: float = Field(gt=0)
+    """At which it vibrates."""
+    output_at_full: float | None = Field(default=None, gt=0)
+    """Amplitude of the acceleration at full drive, m/s^2; None is not known."""
+    smoothing_ms: float = Field(default=20.0, gt=0)
+    """Window (Hann) over which the power of the signal is averaged, ms."""
+    over: Literal["scale", "clip", "refuse"] = "scale"
+    """Where more than ``clip_share`` would be above full drive: make all of it weaker, clip, or refuse."""
+    clip_share: float = Field(default=0.01, ge=0, lt=1)
 
 
 @dataclass(frozen=True, eq=False)

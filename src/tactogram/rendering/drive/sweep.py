@@ -11,6 +11,7 @@ from scipy import signal as dsp
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
+from tactogram.rendering.displays.families import display_family
 from tactogram.rendering.drive.safety import fade_window
 from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
@@ -55,10 +56,12 @@ def exponential_sweep(
     ParameterError
         If the display is not linear, the band does not lie below half the rate, or level or times are out of range.
     """
-    if display.family != "linear":
+    family = display_family(display.family)
+    if not family.swept:
+        instead = f"; {family.measured_by}" if family.measured_by else ""
         raise ParameterError(
-            f"{display.name} is {display.family}: a sweep is for displays of the family linear, whose drive has the "
-            "shape of their output; `transducer` measures an ultrasonic one, `calibrate` an electrovibration display"
+            f"{display.name} is {family.name}: a sweep is for displays whose drive has the shape of their output"
+            f"{instead}"
         )
     low, high = band or display.band or (10.0, 0.45 * display.rate)
     if not 0 < low < high < display.rate / 2:

@@ -1,1 +1,1 @@
-"""Display families, one module each."""
+"""Display families, one file or folder each; every module declares a ``FAMILY``."""

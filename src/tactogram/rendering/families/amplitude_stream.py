@@ -12,12 +12,13 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 from scipy import signal as dsp
 
 from tactogram.rendering.displays.display import Display
+from tactogram.rendering.displays.family import DisplayFamily
 from tactogram.rendering.drive.report import percent
-from tactogram.rendering.drive.strength import correlation, strength
+from tactogram.rendering.drive.strength import StrengthSettings, correlation, strength
 from tactogram.rendering.level import Level
 from tactogram.signal.signal import Signal
 
@@ -26,32 +27,21 @@ FULL = 127
 """Largest magnitude of the register's signed 8 bits that is used in both directions."""
 
 
-class Settings(BaseModel):
+class Settings(StrengthSettings):
     """The actuator, and how its driver is set."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     actuator: Literal["erm", "lra"]
     """An ERM's acceleration goes with the square of its speed, an LRA's with its drive."""
     loop: Literal["closed", "open"] = "closed"
     """Who overdrives and brakes: the driver (closed), or the stream (open)."""
-    frequency_hz: float = Field(gt=0)
-    """Of an LRA's resonance; of an ERM at rated drive."""
-    output_at_full: float | None = Field(default=None, gt=0)
-    """Amplitude of the acceleration at rated drive, m/s^2; None is not known."""
     rise_ms: float = Field(default=30.0, gt=0)
     """Time constant of the amplitude, or of the motor's speed, ms."""
-    smoothing_ms: float = Field(default=20.0, gt=0)
-    """Window over which the strength of the signal is taken, ms."""
     start: float = Field(default=0.0, ge=0, lt=1)
     """Drive, of rated, below which nothing moves; what would lie below is left silent."""
     rated_share: float = Field(default=0.7, gt=0, le=1)
     """Open loop: rated voltage over overdrive clamp, the rest is for overdrive."""
     overdrive: bool = True
     """Open loop: whether the stream overdrives and brakes, so that the actuator follows faster than it would."""
-    over: Literal["scale", "clip", "refuse"] = "scale"
-    """Where more than ``clip_share`` would have to be stronger than rated: make all of it weaker, clip, or refuse."""
-    clip_share: float = Field(default=0.01, ge=0, lt=1)
 
 
 def drive(
@@ -146,3 +136,12 @@ def _one_frequency(settings: Settings) -> str:
         else "an LRA vibrates only at"
     )
     return f"what the frequencies are: {kind} {settings.frequency_hz:g} Hz; what remains is how strong it is"
+
+
+FAMILY = DisplayFamily(
+    name="amplitude_stream",
+    settings=Settings,
+    drive=drive,
+    sampled=False,
+    close_up_s=0.5,
+)

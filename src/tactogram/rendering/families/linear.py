@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,14 +12,19 @@ from scipy import fft
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.response import InverseResponse, edges, inverse
+from tactogram.rendering.displays.family import DisplayFamily
+from tactogram.rendering.displays.response import EDGE_OCTAVES, InverseResponse, edges, inverse
 from tactogram.rendering.drive.band_table import band_table, out_of_band_db
+from tactogram.rendering.drive.equaliser import Equaliser, EqualiserDesign, equaliser
 from tactogram.rendering.drive.level_scaling import MOTION, factor_of, kinematic_power, within_limits
 from tactogram.rendering.drive.safety import settled
 from tactogram.rendering.level import Level
 from tactogram.signal.perception import sensation_level_db
 from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
+
+if TYPE_CHECKING:
+    from tactogram.rendering.streaming.finger_path import MotionBlock
 
 PADDING_S = 0.25
 """Silence on both sides, s, in which a response may ring."""
@@ -229,3 +235,70 @@ def _per_channel(signal: Signal, display: Display) -> tuple[Signal, list[str]]:
 def _levels(wanted: Signal, rendered: Signal) -> dict[str, float | None]:
     levels = {"wanted": sensation_level_db(wanted), "rendered": sensation_level_db(rendered)}
     return {name: value if np.isfinite(value) else None for name, value in levels.items()}
+
+
+class LinearStream:
+    """Drive of a linear display, block by block: a factor, and a causal equaliser of the response."""
+
+    runs_on = False
+
+    def __init__(self, display: Display, unit: str, facts: Mapping[str, Any]) -> None:
+        settings = display.settings
+        if not isinstance(settings, Settings):
+            raise ParameterError(f"{display.name}: expected a linear display, got {display.family}")
+        self._channels = len(display.channels)
+        self._factor = float(facts["factor"])
+        self.equalises = display.response is not None and settings.equalise != "none"
+        self._equaliser = Equaliser(_stream_design(display, settings, kinematic_power(unit, display)))
+        self.delay_s = self.design.facts()["delay_ms"] / 1e3
+
+    @property
+    def design(self) -> EqualiserDesign:
+        """The filter in use."""
+        return self._equaliser.design
+
+    def process(self, block: NDArray[np.float32], motion: MotionBlock | None = None) -> NDArray[np.float64]:
+        """Return the drive, one axis on every channel, or an axis per channel."""
+        x = self._equaliser.process(block * self._factor)
+        if len(x) == 1 < self._channels:
+            return np.repeat(x, self._channels, axis=0)
+        return np.asarray(x[: self._channels], np.float64)
+
+    def facts(self) -> dict[str, Any]:
+        """Return the factor and what the equaliser does."""
+        return {"factor": self._factor, "equaliser": {"on": self.equalises, **self.design.facts()}}
+
+
+def _stream_design(display: Display, settings: Settings, motion: int) -> EqualiserDesign:
+    """Return a filter with the magnitude that `drive` has: band, capped inverse, unit."""
+    response, band = display.response, reachable_band(display)
+    # A file's cosine edges lie inside of the band; between them and its ends the two may differ.
+    inner = (band[0] * 2**EDGE_OCTAVES, band[1] / 2**EDGE_OCTAVES)
+    checked = inner if inner[0] < inner[1] else band
+    if response is None or settings.equalise == "none":
+        gain = 1.0 if response is None else 1 / abs(complex(response.at(settings.reference_hz)))
+        return equaliser(display.rate, band, lambda f: gain * (2 * np.pi * f) ** motion, checked=checked)
+    known = np.geomspace(max(band[0], 1.0), band[1], 2000)
+    least = np.abs(response.at(known)).max() / 10 ** (settings.cap_db / 20)
+
+    def wanted(frequency: NDArray[np.float64]) -> NDArray[np.float64]:
+        size = np.maximum(np.abs(response.at(frequency)), least)
+        return np.asarray((2 * np.pi * frequency) ** motion / size)
+
+    return equaliser(display.rate, band, wanted, checked=checked)
+
+
+def _equalised(settings: Settings, on: bool) -> Settings:
+    how = settings.equalise if on and settings.equalise != "none" else "full" if on else "none"
+    return settings.model_copy(update={"equalise": how})
+
+
+FAMILY = DisplayFamily(
+    name="linear",
+    settings=Settings,
+    drive=drive,
+    stream_signal=LinearStream,
+    equalise=_equalised,
+    measured_by="measure it with `tactogram sweep` and `tactogram response`",
+    swept=True,
+)

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.drive.strength import correlation, strength
+from tactogram.rendering.displays.family import DisplayFamily
+from tactogram.rendering.drive.strength import StrengthSettings, correlation, strength
 from tactogram.rendering.level import Level
 from tactogram.signal.signal import Signal
 
 
-class Settings(BaseModel):
+class Settings(StrengthSettings):
     """What a phone's vibrator can be told."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     strengths: int = Field(default=255, ge=1, le=255)
     """Steps of strength above silence: 255 with amplitude control, 1 for on and off alone."""
@@ -25,13 +24,6 @@ class Settings(BaseModel):
     """Shortest on and off time of a vibrator without strengths, ms."""
     frequency_hz: float = Field(default=175.0, gt=0)
     """At which it vibrates; phones do not tell."""
-    output_at_full: float | None = Field(default=None, gt=0)
-    """Amplitude of its acceleration at full strength, m/s^2; None is not known."""
-    smoothing_ms: float = Field(default=20.0, gt=0)
-    """Window over which the strength of the signal is taken, ms."""
-    over: Literal["scale", "clip", "refuse"] = "scale"
-    """Where more than ``clip_share`` would have to be stronger than full: make all of it weaker, clip, or refuse."""
-    clip_share: float = Field(default=0.01, ge=0, lt=1)
 
 
 def drive(
@@ -95,3 +87,12 @@ def _on_off(share: NDArray[np.float64], shortest: int) -> NDArray[np.float64]:
         owed -= state
         lasted += 1
     return values
+
+
+FAMILY = DisplayFamily(
+    name="pattern",
+    settings=Settings,
+    drive=drive,
+    sampled=False,
+    close_up_s=1.0,
+)

@@ -20,6 +20,7 @@ from scipy.optimize import linprog
 
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.display import Display
+from tactogram.rendering.displays.family import DisplayFamily
 from tactogram.rendering.displays.response import edges
 from tactogram.rendering.drive.band_table import out_of_band_db
 from tactogram.rendering.drive.report import amount
@@ -203,3 +204,11 @@ def _banded(plane: Signal, band: tuple[float, float]) -> NDArray[np.float64]:
     frequency = np.fft.rfftfreq(x.shape[1], 1 / plane.rate).astype(np.float64)
     kept = np.fft.irfft(np.fft.rfft(x, axis=1) * edges(frequency, band), n=x.shape[1], axis=1)
     return np.asarray(kept[:, : len(plane)])
+
+
+FAMILY = DisplayFamily(
+    name="tablet",
+    settings=Settings,
+    drive=drive,
+    hazard="Strings pull at a finger: begin with a small share of the limit.",
+)

@@ -15,29 +15,36 @@ References
 from __future__ import annotations
 
 import math
-from typing import Any, Literal, Self
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError, UnitError
+from tactogram.rendering.displays.carrier import CarrierSettings
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.drive.modulation import limited, scaled_within, shaped
+from tactogram.rendering.displays.family import DisplayFamily
+from tactogram.rendering.drive.equaliser import Equaliser, EqualiserDesign, equaliser
+from tactogram.rendering.drive.modulation import limited, pre_emphasis, scaled_within, shaped
 from tactogram.rendering.drive.report import amount, percent
 from tactogram.rendering.drive.safety import fade_window
 from tactogram.rendering.level import Level
 from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
 
+if TYPE_CHECKING:
+    from tactogram.rendering.streaming.finger_path import MotionBlock
+
 BAND = (0.0, 1000.0)
 """Of the envelope, Hz: the publication's signals end at 1 kHz."""
 
 
-class Settings(BaseModel):
+class Settings(CarrierSettings):
     """How a signal becomes the drive of an ultrasonic display: the generator's voltage, before the amplifier."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    resonant: ClassVar[bool] = True
 
     carrier_hz: float = Field(default=28_200.0, gt=0)
     """The transducer's resonance. Sec. III-C; resonance tracking moves it."""
@@ -66,8 +73,6 @@ class Settings(BaseModel):
     """Most that pre-emphasis raises a frequency, dB."""
     loop: bool = False
     """The clip is one period of what is played again and again: pre-emphasis goes round the seam, nothing is faded."""
-    output: Literal["waveform", "envelope"] = "waveform"
-    """The carrier and all, or its amplitude alone, for a generator that makes the carrier itself."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -86,6 +91,11 @@ class Settings(BaseModel):
         return at_transducer / self.amplifier_gain
 
     @property
+    def signed_envelope(self) -> bool:
+        """Whether the envelope turns the carrier's sign."""
+        return self.mapping == "suppressed-carrier"
+
+    @property
     def modulated_depth(self) -> float:
         """Depth m in use: friction uses the whole range of amplitudes."""
         return 1.0 if self.mapping == "friction" else self.depth
@@ -93,8 +103,7 @@ class Settings(BaseModel):
     @property
     def carrier_v(self) -> float:
         """Amplitude A that the signal modulates, V, 0 to peak."""
-        suppressed = self.mapping == "suppressed-carrier"
-        return self.peak_v if suppressed else self.peak_v / (1 + self.modulated_depth)
+        return self.peak_v if self.signed_envelope else self.peak_v / (1 + self.modulated_depth)
 
 
 def drive(
@@ -114,11 +123,7 @@ def drive(
         If the display's limit is below what the settings allow, it has several channels, or `modulated` refuses.
     """
     display.check_volts(settings.peak_v, lower="limit_v")
-    if (
-        settings.output == "envelope"
-        and settings.mapping == "suppressed-carrier"
-        and display.floor > -settings.peak_v
-    ):
+    if settings.output == "envelope" and settings.signed_envelope and display.floor > -settings.peak_v:
         raise ParameterError(
             f"{display.name}: a suppressed carrier's envelope has both signs; set lowest to {-settings.peak_v:g}, if "
             "the generator can turn the carrier's sign"
@@ -213,7 +218,7 @@ def modulated(
         else "lower the level",
     )
     depth = settings.modulated_depth
-    if settings.mapping == "suppressed-carrier":
+    if settings.signed_envelope:
         envelope = settings.peak_v * depth * modulating
     else:
         envelope = settings.carrier_v * (1 + depth * modulating)
@@ -342,3 +347,82 @@ def _wanted(signal: Signal, settings: Settings) -> tuple[Signal, list[float] | N
             f"the friction coefficient is {low:g} throughout: there is nothing to play, or give friction_range"
         )
     return signal.with_samples(1 - 2 * (mu - low) / (high - low)), [low, high]
+
+
+class UltrasonicStream:
+    """Drive of an ultrasonic display, block by block; the carrier's phase continues from block to block."""
+
+    runs_on = False
+
+    def __init__(self, display: Display, unit: str, facts: Mapping[str, Any]) -> None:
+        settings = display.settings
+        if not isinstance(settings, Settings):
+            raise ParameterError(f"{display.name}: expected an ultrasonic display, got {display.family}")
+        if settings.mapping != "vibration":
+            raise ParameterError(
+                f"{display.name}: only the mapping vibration can be streamed so far, got {settings.mapping}"
+            )
+        self._settings = settings
+        self._full_scale = float(facts["full_scale"])
+        self.equalises = settings.pre_emphasis
+        self._equaliser = Equaliser(_stream_design(display, settings))
+        self.delay_s = self.design.facts()["delay_ms"] / 1e3
+        self._turn = 2 * np.pi * settings.carrier_hz / display.rate
+        self._sent = 0
+        self.limited = 0
+
+    @property
+    def design(self) -> EqualiserDesign:
+        """The filter in use."""
+        return self._equaliser.design
+
+    def process(self, block: NDArray[np.float32], motion: MotionBlock | None = None) -> NDArray[np.float64]:
+        """Return the drive, float64, shape (1, time)."""
+        s = self._settings
+        x = self._equaliser.process(np.asarray(block[:1], np.float64) / self._full_scale)
+        self.limited += int(np.count_nonzero(np.abs(x) > 1))
+        envelope = s.carrier_v * (1 + s.modulated_depth * np.clip(x, -1, 1))
+        if s.output == "envelope":
+            return np.asarray(envelope)
+        # Reduced to one turn, since a float loses the phase of a carrier within hours.
+        phase = (self._turn * (self._sent + np.arange(x.shape[1]))) % (2 * np.pi)
+        self._sent += x.shape[1]
+        return np.asarray(envelope * np.sin(phase))
+
+    def facts(self) -> dict[str, Any]:
+        """Return full scale, the carrier, how many samples were over-modulated, and what the equaliser does."""
+        return {
+            "full_scale": self._full_scale,
+            "carrier_hz": self._settings.carrier_hz,
+            "over_modulated_samples": self.limited,
+            "equaliser": {"on": self.equalises, **self.design.facts()},
+        }
+
+
+def _stream_design(display: Display, settings: Settings) -> EqualiserDesign:
+    """Return a filter with the magnitude that `modulated` has: band, and capped pre-emphasis."""
+    band = display.band or BAND
+    if not (settings.pre_emphasis and settings.q):
+        return equaliser(display.rate, band, np.ones_like)
+    cutoff, cap = settings.carrier_hz / (2 * settings.q), settings.cap_db
+    return equaliser(display.rate, band, lambda f: np.abs(pre_emphasis(f, cutoff_hz=cutoff, cap_db=cap)))
+
+
+def _response_known(display: Display) -> bool:
+    return isinstance(display.settings, Settings) and display.settings.q is not None
+
+
+FAMILY = DisplayFamily(
+    name="ultrasonic",
+    settings=Settings,
+    drive=drive,
+    stream_signal=UltrasonicStream,
+    equalise=lambda settings, on: settings.model_copy(update={"pre_emphasis": on}),
+    response_known=_response_known,
+    measured_by="its q is wanted, which `tactogram transducer` tells from a measured admittance",
+    hazard=(
+        "The transducer runs at a high voltage behind the amplifier: keep hands off its terminals, and begin with the "
+        "amplifier turned down."
+    ),
+    close_up_s=0.02,
+)

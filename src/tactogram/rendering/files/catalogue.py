@@ -1,140 +1,83 @@
-"""The haptic file formats: names, suffixes, and what writes, reads and checks each."""
+"""Haptic file formats by name and by suffix, found by looking into the folder ``formats`` and further ones."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering.files import hjif_rules
-from tactogram.rendering.files.documents import DecodedDocument
-from tactogram.rendering.files.formats import ahap, android, gamepad, haptic, hjif, vibration
-from tactogram.signal import Signal
+from tactogram.plugins import PluginGroup
+from tactogram.rendering.files.format import HapticFormat
+
+FORMATS = PluginGroup(
+    "haptic format",
+    "tactogram.rendering.files.formats",
+    "tactogram.haptic_formats",
+    "TACTOGRAM_HAPTIC_FORMATS",
+)
+"""Modules with a ``FORMAT``, a `HapticFormat`."""
 
 
-@dataclass(frozen=True)
-class HapticFormat:
-    """A format that holds parts of full scale.
-
-    Parameters
-    ----------
-    name : str
-        As ``--format`` takes it.
-    title : str
-    suffix : str
-        ``.json`` is shared.
-    holds : {"waveform", "envelope", "on and off"}
-        A waveform keeps all axes; the others are of one.
-    encode : function of Signal and str
-        The document of a signal within full scale, with a description.
-    decode : function of a valid document and a rate in Hz
-    validate : function of JSON values
-        What is wrong with them, a line each.
-    """
-
-    name: str
-    title: str
-    suffix: str
-    holds: Literal["waveform", "envelope", "on and off"]
-    encode: Callable[[Signal, str], dict[str, Any]]
-    decode: Callable[[Any, float], DecodedDocument]
-    validate: Callable[[Any], list[str]]
+def haptic_formats() -> dict[str, HapticFormat]:
+    """Return every haptic format by name."""
+    return {name: haptic_format(name) for name in FORMATS.names()}
 
 
-FORMATS = {
-    format.name: format
-    for format in (
-        HapticFormat("ahap", "AHAP (Apple)", ".ahap", "envelope", ahap.encode, ahap.decode, ahap.validate),
-        HapticFormat(
-            "haptic",
-            ".haptic v1 (Meta)",
-            ".haptic",
-            "envelope",
-            haptic.encode,
-            haptic.decode,
-            haptic.validate,
-        ),
-        HapticFormat(
-            "hjif", "HJIF (MPEG)", ".hjif", "waveform", hjif.encode, hjif.decode, hjif_rules.validate
-        ),
-        HapticFormat(
-            "android",
-            "Android waveform",
-            ".json",
-            "envelope",
-            android.encode,
-            android.decode,
-            android.validate,
-        ),
-        HapticFormat(
-            "vibration",
-            "W3C vibration pattern",
-            ".json",
-            "on and off",
-            vibration.encode,
-            vibration.decode,
-            vibration.validate,
-        ),
-        HapticFormat(
-            "gamepad",
-            "Gamepad effects",
-            ".json",
-            "envelope",
-            gamepad.encode,
-            gamepad.decode,
-            gamepad.validate,
-        ),
-    )
-}
-SHARED = ".json"
-SUFFIXES = tuple(dict.fromkeys(format.suffix for format in FORMATS.values()))
-
-
-def format_for(path: Path, name: str | None = None) -> HapticFormat | None:
-    """Return the format that a file is to be written in: the named one, else by its suffix; None if it is not haptic.
+def haptic_format(name: str) -> HapticFormat:
+    """Return a haptic format by name.
 
     Raises
     ------
     ParameterError
-        If there is no such format, or the suffix is shared and no name given.
+        If there is none of that name, or its module declares none.
+    """
+    module = FORMATS.module(name)
+    format = getattr(module, "FORMAT", None)
+    if not isinstance(format, HapticFormat) or format.name != name:
+        raise ParameterError(f"{module.__file__}: must define FORMAT, a HapticFormat called {name!r}")
+    return format
+
+
+def haptic_suffixes() -> tuple[str, ...]:
+    """Return the suffixes of all haptic formats."""
+    return tuple(dict.fromkeys(format.suffix for format in haptic_formats().values()))
+
+
+def formats_with(suffix: str) -> list[HapticFormat]:
+    """Return the haptic formats whose files have a suffix."""
+    return [format for format in haptic_formats().values() if format.suffix == suffix.lower()]
+
+
+def format_for(path: Path, name: str | None = None) -> HapticFormat | None:
+    """Return the format to write a file in: the named one, else by its suffix; None if it is not haptic.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such format, or several share the suffix and none is named.
     """
     if name is not None:
-        if name not in FORMATS:
-            raise ParameterError(f"--format must be one of {', '.join(FORMATS)}, got {name!r}")
-        return FORMATS[name]
-    suffix = path.suffix.lower()
-    if suffix == SHARED:
-        sharing = ", ".join(f.name for f in FORMATS.values() if f.suffix == SHARED)
-        raise ParameterError(f"{path}: say with --format which kind of {SHARED}: {sharing}")
-    return next((format for format in FORMATS.values() if format.suffix == suffix), None)
+        return haptic_format(name)
+    candidates = formats_with(path.suffix)
+    if len(candidates) > 1:
+        names = ", ".join(format.name for format in candidates)
+        raise ParameterError(
+            f"{path}: several formats are written as {path.suffix}; format must be one of {names}"
+        )
+    return candidates[0] if candidates else None
 
 
-def format_of(document: Any, path: Path) -> HapticFormat:
-    """Return the format of a document that was read: by the suffix, or by what is in it where that is shared.
+def recognised_format(document: Any, path: Path) -> HapticFormat:
+    """Return the format of a document whose file's suffix is unknown or shared.
 
     Raises
     ------
     DataError
-        If it is none of these.
+        If no format recognises it.
     """
-    suffix = path.suffix.lower()
-    if suffix != SHARED:
-        found = next((format for format in FORMATS.values() if format.suffix == suffix), None)
-        if found is not None:
-            return found
-    keys = set(document) if isinstance(document, dict) else set()
-    for name, telling in (
-        ("android", {"timings"}),
-        ("gamepad", {"effects"}),
-        ("vibration", {"pattern"}),
-        ("ahap", {"Pattern"}),
-        ("haptic", {"signals"}),
-        ("hjif", {"perceptions"}),
-    ):
-        if telling <= keys:
-            return FORMATS[name]
-    if isinstance(document, list):
-        return FORMATS["vibration"]
-    raise DataError(f"{path}: is none of {', '.join(FORMATS)}; say with --format what it is meant to be")
+    formats = haptic_formats()
+    recognised = (format for format in formats.values() if format.recognise(document))
+    format = next(recognised, None)
+    if format is None:
+        raise DataError(f"{path}: is none of {', '.join(formats)}; name the format that it is meant to have")
+    return format

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,19 +11,18 @@ import numpy as np
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.drive.mean_removal import without_constant
-from tactogram.rendering.files.catalogue import FORMATS, HapticFormat, format_of
-from tactogram.rendering.files.documents import encoded, parse
+from tactogram.rendering.files.catalogue import formats_with, haptic_format, recognised_format
+from tactogram.rendering.files.documents import DocumentHeader, parse
 from tactogram.rendering.files.envelope import envelope_of
-from tactogram.rendering.files.formats import hjif
+from tactogram.rendering.files.format import HapticFormat
 from tactogram.rendering.files.loss import loss_between
 from tactogram.rendering.files.reduction import to_one_axis
 from tactogram.signal import Signal
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.description import SignalDescription
-from tactogram.signal.io.description import decode as described
+from tactogram.signal.io.description import decode as read_description
+from tactogram.signal.resampling import resample
 
-READ_RATE = 8000.0
-"""Rate at which a carrier is made for a file that holds an envelope, Hz."""
 MOST_BYTES = 500_000_000
 """Largest file that is read."""
 GRAVITY = 1.0
@@ -60,9 +58,9 @@ def read_haptic(path: Path | str, *, format: str | None = None, rate: float | No
     ----------
     path : Path
     format : str, optional
-        One of `FORMATS`; by default by suffix, and where that is shared by what is in the file.
+        Name of one; by default by suffix, and where several share it by what is in the file.
     rate : float, Hz, optional
-        Of the carrier, by default `READ_RATE`; of a waveform by default its own.
+        Of the carrier, by default `envelope.READ_RATE`; of a waveform by default its own.
 
     Raises
     ------
@@ -75,8 +73,8 @@ def read_haptic(path: Path | str, *, format: str | None = None, rate: float | No
         more = f" (and {len(problems) - 1} more: convert --check)" if len(problems) > 1 else ""
         raise DataError(f"{path}: not valid {kind.title}: {problems[0]}{more}")
     try:
-        return _decoded(document, kind, path, rate)
-    except ParameterError as error:
+        return _decoded(document, kind, rate)
+    except (DataError, ParameterError) as error:
         raise DataError(f"{path}: {error}") from error
 
 
@@ -86,7 +84,7 @@ def check_file(path: Path | str, *, format: str | None = None) -> dict[str, Any]
     Raises
     ------
     DataError
-        If it is not there, or of none of `FORMATS`.
+        If it is not there, or no format recognises it.
     """
     path = Path(path)
     document, kind = _read(path, format)
@@ -112,14 +110,14 @@ def write_haptic(
         Replaced once all is written.
     signal : Signal
     format : str
-        One of `FORMATS`.
+        Name of one, see `haptic_formats`.
     axis : str, optional
         As `to_one_axis`; a waveform format keeps all axes by default.
     full_scale : float, optional
         What 1 in the file stands for, in the signal's unit. By default 1 for a signal of unit 1 that fits, else the
         peak: of the samples in a waveform, of the envelope in an envelope. The file says it in its description.
     modality : str, optional
-        Of HJIF.
+        One of the format's; by default by unit.
     metadata : mapping, optional
         Goes along in the description.
 
@@ -134,11 +132,10 @@ def write_haptic(
     Raises
     ------
     ParameterError
-        If the format cannot hold the signal; nothing is written then.
+        If there is no such format or modality, or the format cannot hold the signal; nothing is written then.
     """
-    path, kind = Path(path), _named(format)
-    if modality is not None and kind.name != "hjif":
-        raise ParameterError(f"--modality is of HJIF; {kind.title} has none")
+    path, kind = Path(path), haptic_format(format)
+    _check_modality(kind, modality)
     if kind.holds != "waveform" and signal.domain != "time":
         raise ParameterError(f"{kind.title} is over time; say how fast the finger moves with --play-at MM_S")
     signal, constant = without_constant(signal, least=GRAVITY)
@@ -146,21 +143,22 @@ def write_haptic(
     scale = _full_scale(chosen, kind, full_scale)
     ready = chosen.with_samples(chosen.samples.astype(np.float64) / scale, unit="1")
     if kind.holds == "waveform":
+        if kind.highest_rate is not None and ready.domain == "time" and ready.rate > kind.highest_rate:
+            ready = resample(ready, kind.highest_rate)
         # Resampling may swing a little beyond full scale.
-        ready = hjif.prepared(ready)
         over = float(np.abs(ready.samples).max())
         if full_scale is None and over > 1:
             scale, ready = scale * over, ready.with_samples(ready.samples / np.float32(over))
     facts = dict(metadata or {})
     # The format's own 1 is `full_scale`; the rate is that of what was written.
     whole = SignalDescription(ready.rate, chosen.unit, chosen.axes, chosen.domain, scale, facts)
-    document = _encoded(kind, ready, chosen.unit, whole.encode(), modality)
+    document = kind.encode(ready, DocumentHeader(whole.encode(), chosen.unit, modality))
     if problems := kind.validate(document):
         raise ParameterError(f"{kind.title} cannot hold this signal: {problems[0]}")
-    text = encoded(document).encode("ascii")
-    back = _decoded(document, kind, path, None)
+    content = kind.serialise(document)
+    back = _decoded(document, kind, None)
     with atomic_write(path) as part:
-        part.write_bytes(text)
+        part.write_bytes(content)
     return {
         "format": kind.name,
         "holds": kind.holds,
@@ -171,7 +169,7 @@ def write_haptic(
         "resampled_to": ready.rate if ready.rate != chosen.rate else None,
         "carrier": {k: v for k, v in back.facts.items() if k.startswith("carrier")} or None,
         "loss": losses(chosen, back.signal),
-        "bytes": len(text),
+        "bytes": len(content),
     }
 
 
@@ -184,23 +182,17 @@ def losses(original: Signal, copy: Signal) -> dict[str, Any]:
     return by_axis if len(by_axis) > 1 else next(iter(by_axis.values()))
 
 
-def _encoded(
-    kind: HapticFormat, signal: Signal, unit: str, description: str, modality: str | None
-) -> dict[str, Any]:
-    encode = kind.encode
-    if kind.name == "hjif":
-        usual = "Friction" if signal.domain == "displacement" else "Vibrotactile"
-        encode = partial(hjif.encode, modality=modality or hjif.BY_UNIT.get(unit, usual))
-    return encode(signal, description)
+def _check_modality(kind: HapticFormat, modality: str | None) -> None:
+    if modality is None or modality in kind.modalities:
+        return
+    if not kind.modalities:
+        raise ParameterError(f"{kind.title} has no modalities; omit modality")
+    raise ParameterError(f"modality must be one of {', '.join(kind.modalities)}, got {modality!r}")
 
 
-def _decoded(document: Any, kind: HapticFormat, path: Path, rate: float | None) -> HapticFile:
-    text = _description_in(document)
-    ours = described(text, str(path)) if text else None
-    if kind.holds == "waveform":
-        found = hjif.decode(document, rate, exact_rate=ours.rate if ours else None)
-    else:
-        found = kind.decode(document, rate or READ_RATE)
+def _decoded(document: Any, kind: HapticFormat, rate: float | None) -> HapticFile:
+    found = kind.decode(document, rate)
+    ours = read_description(found.description, kind.title) if found.description else None
     signal, scale = found.signal, ours.full_scale if ours else None
     if ours is not None:
         factor = scale or 1.0
@@ -214,18 +206,6 @@ def _decoded(document: Any, kind: HapticFormat, path: Path, rate: float | None) 
         )
     metadata = dict(ours.metadata) if ours else {"comment": found.description} if found.description else {}
     return HapticFile(signal, metadata, {"format": kind.name, "full_scale": scale, **found.facts})
-
-
-def _description_in(document: Any) -> str:
-    """Return what a valid document says of itself, wherever its format has that."""
-    if not isinstance(document, dict):
-        return ""
-    for holder in (document, document.get("metadata"), document.get("Metadata")):
-        if isinstance(holder, dict):
-            for key in ("description", "Description"):
-                if isinstance(holder.get(key), str):
-                    return str(holder[key])
-    return ""
 
 
 def _full_scale(signal: Signal, kind: HapticFormat, asked: float | None) -> float:
@@ -243,17 +223,13 @@ def _full_scale(signal: Signal, kind: HapticFormat, asked: float | None) -> floa
     return peak
 
 
-def _read(path: Path, format: str | None) -> tuple[Any, HapticFormat]:
+def _read(path: Path, name: str | None) -> tuple[Any, HapticFormat]:
     if not path.is_file():
         raise DataError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}")
     if path.stat().st_size > MOST_BYTES:
         raise DataError(f"{path}: must be at most {MOST_BYTES} bytes, got {path.stat().st_size}")
-    kind = _named(format) if format else None
+    candidates = [haptic_format(name)] if name else formats_with(path.suffix)
+    if len(candidates) == 1:
+        return candidates[0].parse(path.read_bytes(), path), candidates[0]
     document = parse(path.read_bytes(), path)
-    return document, kind or format_of(document, path)
-
-
-def _named(format: str) -> HapticFormat:
-    if format not in FORMATS:
-        raise ParameterError(f"--format must be one of {', '.join(FORMATS)}, got {format!r}")
-    return FORMATS[format]
+    return document, recognised_format(document, path)

@@ -1,8 +1,9 @@
-"""JSON documents against their description: everything that is wrong with them, a line each."""
+"""Documents of haptic formats: JSON, its validation, and what a document states beside the signal."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,25 @@ MOST_SAMPLES = 2**25
 """Of what a document plays: more than an hour at 8 kHz."""
 
 
+@dataclass(frozen=True)
+class DocumentHeader:
+    """What a document states beside the samples.
+
+    Parameters
+    ----------
+    description : str
+        Free text; this package writes unit, level and metadata into it.
+    unit : str
+        Of the signal before it became parts of full scale.
+    modality : str, optional
+        One of the format's own; by default by unit.
+    """
+
+    description: str = ""
+    unit: str = "1"
+    modality: str | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class DecodedDocument:
     """What a document holds.
@@ -28,7 +48,7 @@ class DecodedDocument:
     signal : Signal
         Of unit 1: parts of full scale.
     description : str
-        The document's own words; what this package wrote into it is there.
+        As `DocumentHeader`.
     facts : dict
         How the signal came about: the carrier that was assumed, what was left out.
     """
@@ -71,9 +91,14 @@ def sample_count(seconds: float, rate: float) -> int:
     return round(count)
 
 
-def encoded(document: Any) -> str:
-    """Return a document as one compact line of ASCII."""
-    return json.dumps(document, separators=(",", ":"), allow_nan=False) + "\n"
+def encoded(document: Any) -> bytes:
+    """Return a document as one compact line of JSON in ASCII."""
+    return (json.dumps(document, separators=(",", ":"), allow_nan=False) + "\n").encode("ascii")
+
+
+def has_key(key: str) -> Callable[[Any], bool]:
+    """Return a function that tells whether a document is an object with ``key``."""
+    return lambda document: isinstance(document, dict) and key in document
 
 
 def problems_of(kind: type[BaseModel], document: Any) -> list[str]:

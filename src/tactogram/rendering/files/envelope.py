@@ -43,6 +43,11 @@ LONGEST_PIECE = 200
 """Points within which `thinned` looks at once: its time stays proportional to the length."""
 UNKNOWN_HZ = 150.0
 """Frequency of a signal that has none."""
+READ_RATE = 8000.0
+"""Rate of a carrier unless another is wanted, Hz."""
+PHONE_HZ = 170.0
+"""Assumed where a phone's file states no frequency: linear resonant actuators of phones resonate at 150 to 200 Hz. A
+choice."""
 
 
 @dataclass(frozen=True)
@@ -160,14 +165,21 @@ def envelope_of(
     return Envelope(signal.seconds, times, ducked, times, frequency, found)
 
 
-def carrier(envelope: Envelope, rate: float) -> Signal:
+def carrier(envelope: Envelope, rate: float | None = None) -> Signal:
     """Return a vibration of this envelope: a sine whose frequency and strength follow it, of unit 1.
+
+    Parameters
+    ----------
+    envelope : Envelope
+    rate : float, Hz, optional
+        By default `READ_RATE`.
 
     Raises
     ------
     ParameterError
         If no sample would be left at ``rate``, or the carrier reaches half of it.
     """
+    rate = rate or READ_RATE
     count = sample_count(envelope.seconds, rate)
     if count < 1:
         raise ParameterError(f"{envelope.seconds:g} s at {rate:g} Hz leave no sample; give a higher rate")
@@ -192,6 +204,17 @@ def carrier(envelope: Envelope, rate: float) -> Signal:
 def pulse_shape(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return a pulse of amplitude 1 at times after it set in, s."""
     return np.asarray(np.where(seconds >= 0, np.cos(np.pi / 2 * np.clip(seconds / PULSE_S, 0, 1)) ** 2, 0.0))
+
+
+def stepped_envelope(edges: NDArray[np.float64], strength: NDArray[np.float64], hz: float) -> Envelope:
+    """Return the envelope that is constant between ``edges`` (s), at one frequency."""
+    return Envelope(
+        float(edges[-1]),
+        np.repeat(edges, 2)[1:-1],
+        np.repeat(strength, 2),
+        np.array([0.0]),
+        np.array([hz]),
+    )
 
 
 def time_steps(signal: Signal, step_ms: int, *, what: str) -> tuple[NDArray[np.int64], NDArray[np.float64]]:

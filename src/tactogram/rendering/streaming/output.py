@@ -1,14 +1,12 @@
-"""From blocks of a texture to blocks of a display's drive, causally, with the display's own guard at the end.
+"""Display output: blocks of a texture to blocks of a display's drive, causally, guarded at the end.
 
 `tactogram.rendering.drive.fit` sees a whole signal; a stream has only the past. So a *rehearsal* (seconds of the same
-textures under a simulated hand) is fitted first, with its level and its report, and the factor that it found is kept;
-what makes up for the response is an `equaliser`, in the family's `drives`.
-An electrovibration display needs no rehearsal: the whole of its surface is known.
+textures under a simulated hand) is fitted first, with its level and its report, and its factor is kept. A family that
+streams a whole surface needs no rehearsal.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any
 
@@ -17,16 +15,11 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
+from tactogram.rendering.displays.families import display_family
+from tactogram.rendering.displays.family import StreamDrive
 from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.drive.safety import DriveGuard
-from tactogram.rendering.families import linear, ultrasonic
 from tactogram.rendering.level import Level
-from tactogram.rendering.streaming.drives import (
-    ElectrovibrationDrive,
-    LinearDrive,
-    StreamDrive,
-    UltrasonicDrive,
-)
 from tactogram.rendering.streaming.finger_path import MotionBlock
 from tactogram.rendering.streaming.surface import SurfaceTexture
 from tactogram.signal.signal import Signal
@@ -41,8 +34,8 @@ class DisplayOutput:
     ----------
     display : Display
     rehearsed : Signal or SurfaceTexture
-        Some seconds of what will be streamed, at the display's rate: its level decides the factor. For an
-        electrovibration display the surface itself.
+        Some seconds of what will be streamed, at the display's rate: its level decides the factor. For a family that
+        streams surfaces the surface itself.
     level : Level
 
     Attributes
@@ -57,31 +50,27 @@ class DisplayOutput:
     """
 
     def __init__(self, display: Display, rehearsed: Signal | SurfaceTexture, *, level: Level) -> None:
-        makers: dict[str, Callable[[Display, str, Mapping[str, Any]], StreamDrive]] = {
-            "linear": LinearDrive,
-            "ultrasonic": UltrasonicDrive,
-        }
-        if display.family not in (*makers, "electrovibration"):
-            raise ParameterError(
-                f"{display.name}: displays of the family {display.family} cannot be streamed to so far; "
-                f"streaming is for {', '.join(makers)} and electrovibration displays: render a file for it instead"
-            )
-        self.display = display
+        self.display, self.family = display, display_family(display.family)
         self.drive: StreamDrive
-        if display.family == "electrovibration":
+        self.rehearsal: dict[str, Any] | None = None
+        if self.family.stream_surface is not None:
             if not isinstance(rehearsed, SurfaceTexture):
                 raise ParameterError(
                     f"{display.name}: streams one surface, a friction coefficient over displacement; got "
                     "what is not a surface"
                 )
-            self.drive = ElectrovibrationDrive(display, rehearsed, level)
-            self.rehearsal: dict[str, Any] | None = None
-        else:
+            self.drive = self.family.stream_surface(display, rehearsed, level)
+        elif self.family.stream_signal is not None:
             if not isinstance(rehearsed, Signal):
                 raise ParameterError(f"{display.name}: the level is found on a signal, got a surface")
             report = fit(rehearsed, display, level=level).report
-            self.drive = makers[display.family](display, rehearsed.unit, report.facts)
+            self.drive = self.family.stream_signal(display, rehearsed.unit, report.facts)
             self.rehearsal = report.as_json()
+        else:
+            raise ParameterError(
+                f"{display.name}: displays of the family {display.family} cannot be streamed to: render a file for it "
+                "instead"
+            )
         self.guard = DriveGuard(display)
         self.clipped = 0
 
@@ -97,8 +86,7 @@ class DisplayOutput:
 
     def missing(self, count: int) -> Block:
         """Return what is sent while there is nothing to send: a fade to rest, then rest."""
-        if isinstance(self.drive, ElectrovibrationDrive):
-            # Its carrier goes on while it fades: held at an instant it would be a direct voltage.
+        if self.drive.runs_on:
             with suppress(Exception):
                 return self.guard.leaving(self.drive.process(np.zeros((1, count), np.float32), None))
         return self.guard.missing(count)
@@ -117,16 +105,13 @@ class DisplayOutput:
 
     def sentence(self) -> str | None:
         """Return what is made up for of the response, how late and how near to a file's; None where nothing could."""
-        if isinstance(self.drive, ElectrovibrationDrive):
+        found = self.drive.facts().get("equaliser")
+        if found is None:
             return None
-        found = self.drive.facts()["equaliser"]
         late = f"{found['delay_samples']:.1f} samples ({found['delay_ms']:.2f} ms) at {found['reference_hz']:g} Hz"
         if not found["on"]:
-            why = (
-                "is left as it is"
-                if _known(self.display)
-                else f"is not known: {_MEASURE[self.display.family]}"
-            )
+            known = self.family.response_known(self.display)
+            why = "is left as it is" if known else f"is not known: {self.family.measured_by}"
             return f"equaliser: none, the response of {self.display.name} {why}; the band's edges are late by {late}"
         low, high = found["checked_hz"]
         return (
@@ -144,27 +129,11 @@ def equalised(display: Display, *, on: bool) -> Display:
     ParameterError
         If its family has no equaliser, or it is asked for where the response is not known.
     """
-    if on and not _known(display) and display.family in _MEASURE:
+    family = display_family(display.family)
+    if family.equalise is None:
+        raise ParameterError(f"{display.name}: the family {family.name} has no equaliser to switch")
+    if on and not family.response_known(display):
         raise ParameterError(
-            f"{display.name}: its response is not known, so nothing can be made up for; {_MEASURE[display.family]}"
+            f"{display.name}: its response is not known, so nothing can be made up for; {family.measured_by}"
         )
-    settings = display.settings
-    if isinstance(settings, linear.Settings):
-        how = settings.equalise if on and settings.equalise != "none" else "full" if on else "none"
-        return display.of(settings=settings.model_copy(update={"equalise": how}))
-    if isinstance(settings, ultrasonic.Settings):
-        return display.of(settings=settings.model_copy(update={"pre_emphasis": on}))
-    raise ParameterError(f"{display.name}: the family {display.family} has no equaliser to switch")
-
-
-_MEASURE = {
-    "linear": "measure it with `tactogram sweep` and `tactogram response`",
-    "ultrasonic": "its q is wanted, which `tactogram transducer` tells from a measured admittance",
-}
-
-
-def _known(display: Display) -> bool:
-    """Say whether what the display does to a frequency was measured or stated."""
-    if isinstance(display.settings, ultrasonic.Settings):
-        return display.settings.q is not None
-    return display.response is not None
+    return display.of(settings=family.equalise(display.settings, on))

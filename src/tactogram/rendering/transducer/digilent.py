@@ -24,7 +24,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from tactogram.errors import DeviceError, ParameterError, UnitError
 from tactogram.extras import device_errors, imported
-from tactogram.rendering.families import electrovibration, ultrasonic
+from tactogram.rendering.displays.carrier import CarrierSettings
 from tactogram.signal.signal import Signal
 from tactogram.validation import validated
 
@@ -54,9 +54,7 @@ class GeneratorSettings(BaseModel):
     """Serial number; empty for the first device."""
 
 
-def generator(
-    settings: ultrasonic.Settings | electrovibration.Settings, *, channel: int = 1, serial: str = ""
-) -> GeneratorSettings:
+def generator(settings: CarrierSettings, *, channel: int = 1, serial: str = "") -> GeneratorSettings:
     """Return what a display's settings ask of the device.
 
     Raises
@@ -69,7 +67,7 @@ def generator(
             f"the device gives {LARGEST_V:g} V, the settings allow {settings.peak_v:g} V at the generator: set the "
             "amplifier's gain"
         )
-    if isinstance(settings, ultrasonic.Settings) and settings.mapping == "suppressed-carrier":
+    if settings.signed_envelope:
         raise ParameterError("the AM node cannot turn the sign of a carrier: use the mapping vibration")
     values = {
         "carrier_hz": settings.carrier_hz,

@@ -11,7 +11,7 @@ from pkgutil import iter_modules
 from types import ModuleType
 
 from tactogram.errors import ParameterError
-from tactogram.plugins import entry_point_modules, further_folders, import_path
+from tactogram.plugins import entry_point_modules, further_folders, import_plugin, module_files
 from tactogram.study.designs.design import Design, MarginScale
 
 ENTRY_POINTS = "tactogram.designs"
@@ -93,10 +93,10 @@ def _classes(folders: tuple[Path, ...]) -> Iterator[type[Design]]:
     for found in iter_modules([str(Path(__file__).parent)]):
         yield from _in(import_module(f"{PACKAGE}.{found.name}"))
     for name in entry_point_modules(ENTRY_POINTS):
-        yield from _some(import_module(name), name)
+        yield from _some(import_plugin(name), name)
     for folder in folders:
-        for path in _files(folder):
-            yield from _some(_imported(path), str(path))
+        for path in module_files(folder, "study design"):
+            yield from _some(import_plugin(path), str(path))
 
 
 def _some(module: ModuleType, where: str) -> list[type[Design]]:
@@ -113,23 +113,3 @@ def _in(module: ModuleType) -> Iterator[type[Design]]:
             continue
         if kind_of(value) and f"{value.__module__}.".startswith(f"{module.__name__}."):
             yield value
-
-
-def _files(given: Path) -> list[Path]:
-    """Return a file or package itself, and of another folder the files and packages that lie there."""
-    if given.is_file() or (given / "__init__.py").is_file():
-        return [given]
-    packages = [file.parent for file in given.glob("*/__init__.py")]
-    files = [path for path in sorted((*given.glob("*.py"), *packages)) if not path.name.startswith("_")]
-    if not files:
-        raise ParameterError(f"{given}: must be a study design or a folder of such, found none")
-    return files
-
-
-def _imported(path: Path) -> ModuleType:
-    try:
-        return import_path(path)
-    except ParameterError:
-        raise
-    except Exception as error:  # whatever is wrong with somebody's file
-        raise ParameterError(f"{path}: cannot be imported: {type(error).__name__}: {error}") from error

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import DataError, ParameterError, TactogramError
-from tactogram.rendering.files.catalogue import FORMATS, SUFFIXES, format_for
+from tactogram.rendering.files.catalogue import format_for, haptic_formats, haptic_suffixes
 from tactogram.rendering.files.conversion import check_file, read_haptic, write_haptic
 from tactogram.rendering.files.reduction import to_one_axis
 from tactogram.signal import Signal
@@ -20,7 +20,7 @@ from tactogram.signal.resampling import resample
 from tactogram.workflows.progress import ProgressCallback, silent
 
 SIGNAL_FORMATS = tuple(suffix.removeprefix(".") for suffix in WRITABLE)
-"""Formats of signals by name, beside `FORMATS`."""
+"""Formats of signals by name, beside `haptic_formats`."""
 
 
 def convert(
@@ -43,7 +43,7 @@ def convert(
 ) -> dict[str, Any]:
     """Write the signal in ``source`` to ``target``, in the format of its suffix; metadata goes along.
 
-    Haptic files (`tactogram.rendering.files.FORMATS`) are read and written, too. What they hold is parts of full scale,
+    Haptic files (`tactogram.rendering.files`) are read and written, too. What they hold is parts of full scale,
     mostly an envelope instead of samples: what was scaled and what is lost is in the result, and in the file.
 
     Parameters
@@ -52,8 +52,7 @@ def convert(
         As in `tactogram.signal.io.read_signal` and `write_signal`, or a haptic file. ``target`` is replaced if it is
         there, once all is written, and may be ``source``.
     format : str, optional
-        Of ``target``, where its suffix is shared: android, vibration or gamepad for .json. Any other must agree with
-        it.
+        Of ``target``, where several haptic formats share its suffix. Any other must agree with it.
     unit, rate, axes, columns, time, sheet : optional
         What ``source`` does not say, as in `read_signal`; of a haptic file ``rate`` is that of the carrier.
     full_scale : float, optional
@@ -67,7 +66,7 @@ def convert(
     axis : str, optional
         Write one axis: a name, ``dft321`` or ``mean``. Formats that hold one take DFT321 of three, else the mean.
     modality : str, optional
-        Of HJIF, such as ``Vibrotactile Texture``; by default by unit.
+        Of a haptic format that distinguishes modalities; by default by unit.
 
     Returns
     -------
@@ -111,7 +110,7 @@ def convert(
         how = written["reduced_by"]
     else:
         if modality is not None:
-            raise ParameterError("--modality is of HJIF; leave it out")
+            raise ParameterError(f"modality is for haptic formats, {target.name} is none; leave it out")
         if axis is not None:
             signal, how = to_one_axis(signal, axis)
         write_signal(target, signal, metadata=metadata, subtype=subtype)
@@ -145,7 +144,7 @@ def convert_folder(
     source, target : Path
         Folders; ``target`` gets the same names with the suffix of ``format``.
     format : str
-        A suffix of `WRITABLE` without its dot, or one of `FORMATS`.
+        A suffix of `WRITABLE` without its dot, or a haptic format.
     progress : Progress
     options
         As `convert`, for every file.
@@ -164,15 +163,14 @@ def convert_folder(
         If there is no such format, two files would become one, or ``target`` cannot be written to.
     """
     source, target = Path(source), Path(target)
-    if format not in (*FORMATS, *SIGNAL_FORMATS):
-        raise ParameterError(f"--to must be one of {', '.join((*FORMATS, *SIGNAL_FORMATS))}, got {format!r}")
-    suffix = FORMATS[format].suffix if format in FORMATS else f".{format}"
+    suffix = _suffix_of(format)
     present = sorted(p for p in source.rglob("*") if p.is_file() and not p.name.startswith("."))
     if target.resolve() != source.resolve():
         present = [p for p in present if not p.resolve().is_relative_to(target.resolve())]
-    paths = [p for p in present if p.suffix.lower() in (*READABLE, *SUFFIXES)]
+    suffixes = (*READABLE, *haptic_suffixes())
+    paths = [p for p in present if p.suffix.lower() in suffixes]
     if not paths:
-        raise DataError(f"{source}: no file in it can be read; known are {', '.join((*READABLE, *SUFFIXES))}")
+        raise DataError(f"{source}: no file in it can be read; known are {', '.join(suffixes)}")
     made: dict[Path, Path] = {}
     for path in paths:
         place = (target / path.relative_to(source)).with_suffix(suffix)
@@ -195,6 +193,17 @@ def convert_folder(
         "files": files,
         "failed": failed,
         "left_out": len(present) - len(paths),
+    }
+
+
+def list_formats() -> dict[str, dict[str, str]]:
+    """Return every format by name: ``title``, ``suffix``, and what it ``holds``."""
+    haptic = {
+        name: {"title": kind.title, "suffix": kind.suffix, "holds": kind.holds}
+        for name, kind in haptic_formats().items()
+    }
+    return haptic | {
+        name: {"title": "", "suffix": f".{name}", "holds": "waveform"} for name in SIGNAL_FORMATS
     }
 
 
@@ -221,28 +230,31 @@ def check(path: Path | str, *, format: str | None = None) -> dict[str, Any]:
 
 
 def _haptic_name(format: str | None, target: Path) -> str | None:
-    """Return the haptic format that is asked for by name; None where the suffix says all."""
+    """Return the name of the haptic format to write; None where the suffix says it, or the format is not haptic."""
     if format is None:
         return None
-    suffix = target.suffix.lower()
-    if format in FORMATS:
-        if suffix != FORMATS[format].suffix:
-            raise ParameterError(f"--format {format} is for {FORMATS[format].suffix}, got {target.name}")
-        return format
+    suffix = _suffix_of(format)
+    if target.suffix.lower() != suffix:
+        raise ParameterError(f"format {format} is written as {suffix}, got {target.name}")
+    return format if format not in SIGNAL_FORMATS else None
+
+
+def _suffix_of(format: str) -> str:
+    formats = haptic_formats()
+    if format in formats:
+        return formats[format].suffix
     if format not in SIGNAL_FORMATS:
         raise ParameterError(
-            f"--format must be one of {', '.join((*FORMATS, *SIGNAL_FORMATS))}, got {format!r}"
+            f"format must be one of {', '.join((*formats, *SIGNAL_FORMATS))}, got {format!r}"
         )
-    if suffix != f".{format}":
-        raise ParameterError(f"--format {format} is for .{format}, got {target.name}")
-    return None
+    return f".{format}"
 
 
 def _read(
     source: Path, options: dict[str, Any]
 ) -> tuple[Signal, dict[str, Any], dict[str, Any] | None, dict[str, Any] | None]:
     """Return signal, metadata, timing and, of a haptic file, how it was read."""
-    if source.suffix.lower() not in SUFFIXES:
+    if source.suffix.lower() not in haptic_suffixes():
         file = read_file(source, **options)
         metadata = file.metadata
         timing = None if file.timing is None else asdict(file.timing)

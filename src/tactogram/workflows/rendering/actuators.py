@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import ParameterError
+from tactogram.rendering.displays.carrier import CarrierSettings
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.friction_calibration import calibrated, read_pairs, write_calibrations
 from tactogram.rendering.drive.safety import safe
-from tactogram.rendering.families import electrovibration, ultrasonic
 from tactogram.rendering.transducer.circuit import fitted, read_sweep
 from tactogram.rendering.transducer.digilent import AnalogDiscovery, generator
 from tactogram.signal.io import read_signal
@@ -161,13 +161,10 @@ def play(
         raise ParameterError(f"--loop must be a number of seconds > 0, got {loop_s:g}")
     known = open_display(display)
     settings = known.settings
-    if (
-        not isinstance(settings, ultrasonic.Settings | electrovibration.Settings)
-        or settings.output != "envelope"
-    ):
+    if not isinstance(settings, CarrierSettings) or settings.output != "envelope":
         raise ParameterError(
-            f"{known.name} has no carrier that a device could make: give a display of the family ultrasonic or "
-            "electrovibration with output = 'envelope'"
+            f"{known.name} has no carrier that a device could make: give a display whose drive is a modulated carrier, "
+            "with output = 'envelope'"
         )
     drive = read_signal(Path(file))
     if drive.unit != known.unit or len(drive.axes) != 1 or drive.domain != "time":

@@ -19,6 +19,7 @@ from tactogram.errors import DeviceError, ParameterError, TactogramError
 from tactogram.extras import device_errors, imported, silenced
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.displays.display import Display
+from tactogram.rendering.displays.families import display_family
 from tactogram.rendering.drive.safety import DriveGuard
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal
@@ -98,7 +99,7 @@ def full_scale_of(display: Display, device: str, asked: float | None = None) -> 
             f"{display.name} is driven in {display.unit}: a sound card cannot; write the drive and give it to the "
             "device's own program"
         )
-    if display.family in ("pattern", "amplitude_stream"):
+    if not display_family(display.family).sampled:
         raise ParameterError(
             f"{display.name} takes strengths, {display.rate:g} a second, no samples: a sound card cannot give them; "
             "write the drive, or a haptic file"

@@ -12,11 +12,11 @@ import numpy as np
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.catalogue import open_display, shipped
 from tactogram.rendering.displays.display import Display
+from tactogram.rendering.displays.families import display_family
 from tactogram.rendering.displays.response import write_response
 from tactogram.rendering.drive.fit import Drive, fit
 from tactogram.rendering.drive.friction_calibration import calibration_of
 from tactogram.rendering.drive.sweep import exponential_sweep, identify
-from tactogram.rendering.families import electrovibration
 from tactogram.rendering.level import Level, parse_level
 from tactogram.signal import Signal
 from tactogram.signal.io import WRITABLE, read_metadata, read_signal, write_signal
@@ -147,16 +147,17 @@ def calibrated_display(
         If there is no such calibration, the display is of another family, or ``kept`` (changes by dotted key) holds one
         of the constants: whose it then is could not be said.
     """
-    if display.family != "electrovibration":
+    family = display_family(display.family)
+    if not family.calibrated:
         raise ParameterError(
-            f"{display.name}: a calibration is for an electrovibration display, this one is {display.family}"
+            f"{display.name}: a calibration is for an electrostatic display, this one is {family.name}"
         )
     found = calibration_of(calibration, person)
     constants = found.settings()
-    if both := [key for key in kept if key.removeprefix("electrovibration.") in constants]:
+    if both := [key for key in kept if key.removeprefix(f"{family.name}.") in constants]:
         raise ParameterError(f"{both[0]} comes from {calibration}: leave out --set or --calibration")
     settings = {**display.settings.model_dump(), **constants}
-    checked = validated(electrovibration.Settings, settings, where=f"{calibration}: {found.person}")
+    checked = validated(family.settings, settings, where=f"{calibration}: {found.person}")
     return display.of(settings=checked)
 
 

@@ -14,8 +14,8 @@ import numpy as np
 from tactogram.capture.catalogue import open_source
 from tactogram.capture.stream.axis_pair import PairRecorder
 from tactogram.errors import ParameterError
+from tactogram.rendering.displays.carrier import CarrierSettings
 from tactogram.rendering.displays.catalogue import open_display
-from tactogram.rendering.families import ultrasonic
 from tactogram.rendering.transducer.admittance import (
     Carrier,
     MeasuredAdmittance,
@@ -139,10 +139,9 @@ def track(
             raise ParameterError(f"{out}: a log's suffix must be .csv, got {Path(out).suffix!r}")
         check_writable(Path(out))
     known = open_display(display).settings
-    if not isinstance(known, ultrasonic.Settings) or known.output != "envelope":
+    if not isinstance(known, CarrierSettings) or not known.resonant or known.output != "envelope":
         raise ParameterError(
-            f"{display}: its generator must make the carrier: give a display of the family ultrasonic with output = "
-            "'envelope'"
+            f"{display}: its generator must make the carrier: give a display with a resonance and output = 'envelope'"
         )
     tables = _tables(changes or {})
     low, high = known.carrier_hz * (1 - BAND), known.carrier_hz * (1 + BAND)

@@ -9,6 +9,7 @@ from typing import Any
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.displays.display import Display
+from tactogram.rendering.displays.families import display_family
 from tactogram.rendering.level import parse_level
 from tactogram.rendering.streaming.backends import Clock, run_unpaced
 from tactogram.rendering.streaming.contact import ContactSettings
@@ -106,7 +107,7 @@ def stream(
     output = None
     if opened is not None and level is not None:
         rehearsed: Signal | SurfaceTexture
-        if opened.family == "electrovibration":
+        if display_family(opened.family).stream_surface is not None:
             rehearsed = _only_surface(textures, opened.name)
         else:
             rehearsed = _rehearsal(textures, weights, contact, rate, most, settings.seed)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
+from tactogram.rendering.files.documents import DocumentHeader
 from tactogram.rendering.files.envelope import envelope_of
 from tactogram.rendering.files.formats import ahap
 from tactogram.signal import Signal
@@ -49,7 +50,7 @@ def played(*entries):
 
 
 def test_limits_of_points_and_durations_are_kept():
-    document = ahap.encode(noise(65), "")
+    document = ahap.encode(noise(65), DocumentHeader())
     assert ahap.validate(document) == []
     events = [e["Event"] for e in document["Pattern"] if "Event" in e]
     durations = [e["EventDuration"] for e in events if e["EventType"] == "HapticContinuous"]
@@ -60,7 +61,7 @@ def test_limits_of_points_and_durations_are_kept():
 
 
 def test_each_curve_begins_where_the_one_before_ended():
-    document = ahap.encode(noise(3), "")
+    document = ahap.encode(noise(3), DocumentHeader())
     curves = [
         e["ParameterCurve"]
         for e in document["Pattern"]
@@ -116,7 +117,7 @@ def test_a_transient_is_short():
 def test_an_onset_becomes_a_transient():
     t = np.arange(RATE) / RATE
     x = np.where(np.abs(t - 0.5) < 0.003, np.sin(2 * np.pi * 250 * t), 0.02 * np.sin(2 * np.pi * 90 * t))
-    document = ahap.encode(Signal(0.9 * x, RATE, "1"), "")
+    document = ahap.encode(Signal(0.9 * x, RATE, "1"), DocumentHeader())
     times = [
         e["Event"]["Time"]
         for e in document["Pattern"]
@@ -126,7 +127,9 @@ def test_an_onset_becomes_a_transient():
 
 
 def test_two_events_make_one_vibration_without_a_seam():
-    document = ahap.encode(Signal(0.5 * np.sin(2 * np.pi * 150 * np.arange(31 * 1000) / 1000), 1000, "1"), "")
+    document = ahap.encode(
+        Signal(0.5 * np.sin(2 * np.pi * 150 * np.arange(31 * 1000) / 1000), 1000, "1"), DocumentHeader()
+    )
     x = ahap.decode(document, RATE).signal.samples[0]
     seam = x[30 * RATE - 200 : 30 * RATE + 200]
     assert np.abs(np.diff(seam)).max() < 1.1 * 0.5 * 2 * np.pi * 150 / RATE
@@ -181,4 +184,4 @@ def test_unknown_keys_and_audio_are_left_alone():
 
 def test_too_short_a_signal_is_refused():
     with pytest.raises(ParameterError, match="at least 1e-05 s"):
-        ahap.encode(Signal(np.ones(1), 1e6, "1"), "")
+        ahap.encode(Signal(np.ones(1), 1e6, "1"), DocumentHeader())

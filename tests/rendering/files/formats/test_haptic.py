@@ -7,6 +7,7 @@ import pytest
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.files import read_haptic
+from tactogram.rendering.files.documents import DocumentHeader
 from tactogram.rendering.files.envelope import envelope_of
 from tactogram.rendering.files.formats import haptic
 from tactogram.signal import Signal
@@ -91,7 +92,7 @@ def test_without_frequencies_the_middle_is_taken():
 def test_a_burst_gets_an_emphasis_that_is_valid():
     t = np.arange(8000) / 8000
     x = np.where(np.abs(t - 0.5) < 0.003, np.sin(2 * np.pi * 250 * t), 0.02 * np.sin(2 * np.pi * 90 * t))
-    document = haptic.encode(Signal(0.9 * x, 8000, "1"), "")
+    document = haptic.encode(Signal(0.9 * x, 8000, "1"), DocumentHeader())
     assert haptic.validate(document) == []
     emphasised = [point for point in amplitude(document) if "emphasis" in point]
     assert any(abs(point["time"] - 0.5) < 0.005 for point in emphasised)
@@ -100,4 +101,4 @@ def test_a_burst_gets_an_emphasis_that_is_valid():
 
 def test_too_short_a_signal_is_refused():
     with pytest.raises(ParameterError, match="at least 1e-05 s"):
-        haptic.encode(Signal(np.ones(1), 1e6, "1"), "")
+        haptic.encode(Signal(np.ones(1), 1e6, "1"), DocumentHeader())

@@ -4,7 +4,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from tactogram.rendering.files.catalogue import FORMATS
+from tactogram.rendering.files.catalogue import haptic_formats
 from tactogram.rendering.files.conversion import check_file
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
@@ -77,7 +77,7 @@ def test_a_kept_result_becomes_every_file(tab, kept, tmp_path):
     tab.get_by_role("button", name="Write and check").click()
     files = tab.get_by_role("region", name="Files")
     files.get_by_role("table").wait_for()
-    for name, kind in FORMATS.items():
+    for name, kind in haptic_formats().items():
         link = f"Cork-{name}{kind.suffix}" if kind.suffix == ".json" else f"Cork{kind.suffix}"
         assert check_file(saved(tab, link, tmp_path), format=name)["valid"]
     with zipfile.ZipFile(saved(tab, "All of them and the table as a zip", tmp_path)) as archive:

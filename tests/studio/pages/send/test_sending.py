@@ -11,7 +11,7 @@ from tactogram.cli import main
 from tactogram.datasets import open_store
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.displays.catalogue import open_display
-from tactogram.rendering.files.catalogue import FORMATS
+from tactogram.rendering.files.catalogue import haptic_formats
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
 from tactogram.studio.pages.send.losses import losses_table
@@ -94,7 +94,7 @@ def test_a_display_outside_of_the_workspace_is_not_opened(sending):
 
 def test_all_formats_come_checked_with_what_they_lose(sending):
     sent = sending.file(FileRequest(sending.of))
-    assert set(sent.found["files"]) == set(FORMATS)
+    assert set(sent.found["files"]) == set(haptic_formats())
     assert all(facts["problems"] == [] for facts in sent.found["files"].values())
     with zipfile.ZipFile(sent.folder / sent.found["zip"]) as archive:
         names = set(archive.namelist())
@@ -103,7 +103,7 @@ def test_all_formats_come_checked_with_what_they_lose(sending):
     assert "SIMULATED.txt" in names
     # Three axes in HJIF, one in each of the others.
     assert [row["format"] for row in rows].count("hjif") == 3
-    assert len(rows) == 3 + len(FORMATS) - 1
+    assert len(rows) == 3 + len(haptic_formats()) - 1
 
 
 def test_one_format_is_the_file_of_the_command(sending, monkeypatch):

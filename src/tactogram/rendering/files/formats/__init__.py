@@ -1,1 +1,1 @@
-"""Haptic file formats, one module each."""
+"""Haptic file formats, one file or folder each; every module declares a ``FORMAT``."""

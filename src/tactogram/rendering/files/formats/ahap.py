@@ -16,7 +16,14 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.files.documents import MOST_ENTRIES, DecodedDocument, DocumentPart, problems_of
+from tactogram.rendering.files.documents import (
+    MOST_ENTRIES,
+    DecodedDocument,
+    DocumentHeader,
+    DocumentPart,
+    has_key,
+    problems_of,
+)
 from tactogram.rendering.files.envelope import (
     PULSE_S,
     Envelope,
@@ -26,6 +33,7 @@ from tactogram.rendering.files.envelope import (
     envelope_of,
     thinned,
 )
+from tactogram.rendering.files.format import HapticFormat
 from tactogram.signal import Signal
 
 SPAN = FrequencySpan(65.0, 300.0)
@@ -169,7 +177,7 @@ def validate(document: Any) -> list[str]:
     return problems_of(Pattern, document)
 
 
-def encode(signal: Signal, description: str) -> dict[str, Any]:
+def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
     """Return the document of a signal of one axis whose envelope is within 0 to 1.
 
     Raises
@@ -194,12 +202,12 @@ def encode(signal: Signal, description: str) -> dict[str, Any]:
     entries += _curves("HapticSharpnessControl", envelope.times, sharpness, SHARPNESS_STEP)
     return {
         "Version": 1.0,
-        "Metadata": {"Project": "tactogram", "Description": description},
+        "Metadata": {"Project": "tactogram", "Description": header.description},
         "Pattern": sorted(entries, key=lambda entry: float(next(iter(entry.values()))["Time"])),
     }
 
 
-def decode(document: Any, rate: float) -> DecodedDocument:
+def decode(document: Any, rate: float | None = None) -> DecodedDocument:
     """Return what a valid document plays, as a carrier of `SPAN`'s frequencies at ``rate``."""
     pattern = Pattern.model_validate(document)
     events = [entry.event for entry in pattern.entries if entry.event is not None]
@@ -345,3 +353,15 @@ def _check_range(name: str, value: float, known: dict[str, tuple[float, float]])
     low, high = known.get(name, (-np.inf, np.inf))
     if not low <= value <= high:
         raise ValueError(f"{name} must be {low:g} to {high:g}, got {value:g}")
+
+
+FORMAT = HapticFormat(
+    name="ahap",
+    title="AHAP (Apple)",
+    suffix=".ahap",
+    holds="envelope",
+    encode=encode,
+    decode=decode,
+    validate=validate,
+    recognise=has_key("Pattern"),
+)

@@ -11,13 +11,19 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from tactogram.rendering.files.documents import MOST_ENTRIES, DecodedDocument, DocumentPart, problems_of
-from tactogram.rendering.files.envelope import Envelope, carrier, envelope_of, time_steps
+from tactogram.rendering.files.documents import (
+    MOST_ENTRIES,
+    DecodedDocument,
+    DocumentHeader,
+    DocumentPart,
+    has_key,
+    problems_of,
+)
+from tactogram.rendering.files.envelope import PHONE_HZ, carrier, envelope_of, stepped_envelope, time_steps
+from tactogram.rendering.files.format import HapticFormat
 from tactogram.signal import Signal
 
 STEP_MS = 10
-CARRIER_HZ = 170.0
-"""Assumed for reading back: linear resonant actuators of phones resonate around 150 to 200 Hz. A choice."""
 STRONGEST = 255
 LONGEST_MS = 24 * 3600 * 1000
 
@@ -53,7 +59,7 @@ def validate(document: Any) -> list[str]:
     return problems_of(Waveform, document)
 
 
-def encode(signal: Signal, description: str) -> dict[str, Any]:
+def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
     """Return the document of a signal of one axis whose envelope is within 0 to 1.
 
     Raises
@@ -70,18 +76,18 @@ def encode(signal: Signal, description: str) -> dict[str, Any]:
         "timings": [int(ms) for ms in np.diff(np.append(edges[first], edges[-1]))],
         "amplitudes": [int(a) for a in strength[first]],
         "repeat": -1,
-        "description": description,
+        "description": header.description,
     }
 
 
-def decode(document: Any, rate: float) -> DecodedDocument:
-    """Return what a valid document plays once, as a carrier of `CARRIER_HZ` at ``rate``."""
+def decode(document: Any, rate: float | None = None) -> DecodedDocument:
+    """Return what a valid document plays once, as a carrier of `PHONE_HZ` at ``rate``."""
     waveform = Waveform.model_validate(document)
     edges = np.concatenate([[0], np.cumsum(waveform.timings)]) / 1e3
     strength = np.array(waveform.amplitudes) / STRONGEST
-    envelope = steps(edges, strength, CARRIER_HZ)
+    envelope = stepped_envelope(edges, strength, PHONE_HZ)
     facts: dict[str, Any] = {
-        "carrier_hz": [CARRIER_HZ],
+        "carrier_hz": [PHONE_HZ],
         "carrier_from": "nothing in the file: a phone's usual",
     }
     if waveform.repeat >= 0:
@@ -89,14 +95,13 @@ def decode(document: Any, rate: float) -> DecodedDocument:
     return DecodedDocument(carrier(envelope, rate), waveform.description, facts)
 
 
-def steps(
-    edges: np.typing.NDArray[np.float64], strength: np.typing.NDArray[np.float64], hz: float
-) -> Envelope:
-    """Return the envelope that is constant between ``edges`` (s), at one frequency."""
-    return Envelope(
-        float(edges[-1]),
-        np.repeat(edges, 2)[1:-1],
-        np.repeat(strength, 2),
-        np.array([0.0]),
-        np.array([hz]),
-    )
+FORMAT = HapticFormat(
+    name="android",
+    title="Android waveform",
+    suffix=".json",
+    holds="envelope",
+    encode=encode,
+    decode=decode,
+    validate=validate,
+    recognise=has_key("timings"),
+)

@@ -12,9 +12,16 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from tactogram.rendering.files.documents import MOST_ENTRIES, DecodedDocument, DocumentPart, problems_of
-from tactogram.rendering.files.envelope import HIGHEST_HZ, carrier, envelope_of, time_steps
-from tactogram.rendering.files.formats.android import steps
+from tactogram.rendering.files.documents import (
+    MOST_ENTRIES,
+    DecodedDocument,
+    DocumentHeader,
+    DocumentPart,
+    has_key,
+    problems_of,
+)
+from tactogram.rendering.files.envelope import HIGHEST_HZ, carrier, envelope_of, stepped_envelope, time_steps
+from tactogram.rendering.files.format import HapticFormat
 from tactogram.signal import Signal
 
 LONGEST_MS = 5000
@@ -69,7 +76,7 @@ def validate(document: Any) -> list[str]:
     return problems_of(Sequence, document)
 
 
-def encode(signal: Signal, description: str) -> dict[str, Any]:
+def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
     """Return the document of a signal of one axis whose envelope is within 0 to 1.
 
     Raises
@@ -102,18 +109,30 @@ def encode(signal: Signal, description: str) -> dict[str, Any]:
         "format": "gamepad-effects",
         "type": "dual-rumble",
         "effects": effects,
-        "description": description,
+        "description": header.description,
     }
 
 
-def decode(document: Any, rate: float) -> DecodedDocument:
+def decode(document: Any, rate: float | None = None) -> DecodedDocument:
     """Return what a valid document plays, as two carriers of `STRONG_HZ` and `WEAK_HZ` at ``rate``."""
     sequence = Sequence.model_validate(document)
     spans = [ms for effect in sequence.effects for ms in (effect.delay, effect.duration)]
     edges = np.concatenate([[0], np.cumsum(spans)]) / 1e3
     strong = np.array([m for effect in sequence.effects for m in (0.0, effect.strong)])
     weak = np.array([m for effect in sequence.effects for m in (0.0, effect.weak)])
-    slow = carrier(steps(edges, strong, STRONG_HZ), rate)
-    fast = carrier(steps(edges, weak, WEAK_HZ), rate)
+    slow = carrier(stepped_envelope(edges, strong, STRONG_HZ), rate)
+    fast = carrier(stepped_envelope(edges, weak, WEAK_HZ), rate)
     facts = {"carrier_hz": [STRONG_HZ, WEAK_HZ], "carrier_from": "nothing in the file: two motors' usual"}
     return DecodedDocument(slow.with_samples(slow.samples + fast.samples), sequence.description, facts)
+
+
+FORMAT = HapticFormat(
+    name="gamepad",
+    title="Gamepad effects",
+    suffix=".json",
+    holds="envelope",
+    encode=encode,
+    decode=decode,
+    validate=validate,
+    recognise=has_key("effects"),
+)

@@ -12,7 +12,14 @@ import numpy as np
 from pydantic import Field
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.files.documents import MOST_ENTRIES, DecodedDocument, DocumentPart, problems_of
+from tactogram.rendering.files.documents import (
+    MOST_ENTRIES,
+    DecodedDocument,
+    DocumentHeader,
+    DocumentPart,
+    has_key,
+    problems_of,
+)
 from tactogram.rendering.files.envelope import (
     Envelope,
     FrequencySpan,
@@ -21,6 +28,7 @@ from tactogram.rendering.files.envelope import (
     envelope_of,
     thinned,
 )
+from tactogram.rendering.files.format import HapticFormat
 from tactogram.signal import Signal
 
 SPAN = FrequencySpan(55.0, 200.0)
@@ -106,7 +114,7 @@ def validate(document: Any) -> list[str]:
     return [*_amplitude_problems(envelopes.amplitude), *_frequency_problems(envelopes)]
 
 
-def encode(signal: Signal, description: str) -> dict[str, Any]:
+def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
     """Return the document of a signal of one axis whose envelope is within 0 to 1.
 
     Raises
@@ -140,7 +148,7 @@ def encode(signal: Signal, description: str) -> dict[str, Any]:
             "source": "",
             "project": "",
             "tags": [],
-            "description": description,
+            "description": header.description,
         },
         "signals": {
             "continuous": {
@@ -159,7 +167,7 @@ def encode(signal: Signal, description: str) -> dict[str, Any]:
     }
 
 
-def decode(document: Any, rate: float) -> DecodedDocument:
+def decode(document: Any, rate: float | None = None) -> DecodedDocument:
     """Return what a valid document plays, as a carrier of `SPAN`'s frequencies at ``rate``.
 
     An emphasis adds what it has more than the envelope. Without frequencies the middle of the span is taken.
@@ -230,3 +238,15 @@ def _frequency_problems(envelopes: Envelopes) -> list[str]:
         if times and not times[0] <= point.time <= times[-1]:
             found.append(f"{where}: outside the amplitude envelope, {times[0]:g} to {times[-1]:g} s")
     return found
+
+
+FORMAT = HapticFormat(
+    name="haptic",
+    title=".haptic v1 (Meta)",
+    suffix=".haptic",
+    holds="envelope",
+    encode=encode,
+    decode=decode,
+    validate=validate,
+    recognise=has_key("signals"),
+)

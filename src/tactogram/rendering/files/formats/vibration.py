@@ -14,9 +14,15 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.files.documents import DecodedDocument, DocumentPart, problems_of
-from tactogram.rendering.files.envelope import carrier, envelope_of
-from tactogram.rendering.files.formats.android import CARRIER_HZ, steps
+from tactogram.rendering.files.documents import (
+    DecodedDocument,
+    DocumentHeader,
+    DocumentPart,
+    has_key,
+    problems_of,
+)
+from tactogram.rendering.files.envelope import PHONE_HZ, carrier, envelope_of, stepped_envelope
+from tactogram.rendering.files.format import HapticFormat
 from tactogram.signal import Signal
 
 MOST_ENTRIES = 99
@@ -48,7 +54,7 @@ def validate(document: Any) -> list[str]:
     return problems_of(Vibration, _whole(document))
 
 
-def encode(signal: Signal, description: str) -> dict[str, Any]:
+def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
     """Return the document of a signal of one axis: where it is strong, there is vibration.
 
     What makes more entries than fit loses its shortest pauses, then more.
@@ -75,18 +81,20 @@ def encode(signal: Signal, description: str) -> dict[str, Any]:
                 f"a vibration pattern holds {MOST_ENTRIES} entries of {LONGEST_MS} ms, {length} ms do not fit; cut it"
             )
         pattern = _entries(_cleaned(on, shortest))
-    return {"format": "w3c-vibration", "pattern": pattern, "description": description}
+    return {"format": "w3c-vibration", "pattern": pattern, "description": header.description}
 
 
-def decode(document: Any, rate: float) -> DecodedDocument:
-    """Return what a valid document plays, as a carrier of `CARRIER_HZ` at ``rate``."""
+def decode(document: Any, rate: float | None = None) -> DecodedDocument:
+    """Return what a valid document plays, as a carrier of `PHONE_HZ` at ``rate``."""
     vibration = Vibration.model_validate(_whole(document))
     # The last entry counts only if it vibrates (W3C: an even pattern loses its last entry).
     pattern = vibration.pattern[: len(vibration.pattern) - (len(vibration.pattern) + 1) % 2]
     edges = np.concatenate([[0], np.cumsum(pattern)]) / 1e3
     strength = np.array([1.0, 0.0] * (len(pattern) // 2) + [1.0])
-    facts = {"carrier_hz": [CARRIER_HZ], "carrier_from": "nothing in the file: a phone's usual"}
-    return DecodedDocument(carrier(steps(edges, strength, CARRIER_HZ), rate), vibration.description, facts)
+    facts = {"carrier_hz": [PHONE_HZ], "carrier_from": "nothing in the file: a phone's usual"}
+    return DecodedDocument(
+        carrier(stepped_envelope(edges, strength, PHONE_HZ), rate), vibration.description, facts
+    )
 
 
 def _whole(document: Any) -> Any:
@@ -124,3 +132,15 @@ def _entries(on: NDArray[np.bool_]) -> list[int]:
     while len(found) % 2 == 0 or found[-1] == 0:
         found.pop()
     return found
+
+
+FORMAT = HapticFormat(
+    name="vibration",
+    title="W3C vibration pattern",
+    suffix=".json",
+    holds="on and off",
+    encode=encode,
+    decode=decode,
+    validate=validate,
+    recognise=lambda document: has_key("pattern")(_whole(document)),
+)

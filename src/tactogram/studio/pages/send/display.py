@@ -10,6 +10,7 @@ from nicegui import ui
 
 from tactogram.errors import TactogramError
 from tactogram.rendering.displays.catalogue import open_display
+from tactogram.rendering.displays.families import display_family
 from tactogram.rendering.drive.friction_calibration import read_calibrations
 from tactogram.signal import Signal
 from tactogram.studio.layout import busy, in_background, report_errors
@@ -120,7 +121,7 @@ class DisplayCards:
             on_change=self._level_chosen,
         ).props('aria-label="Level: how strong"')
         self._level_value()
-        if display.family == "electrovibration":
+        if display_family(display.family).calibrated:
             self._calibration_fields()
 
     @ui.refreshable_method

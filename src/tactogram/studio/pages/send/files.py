@@ -10,7 +10,7 @@ from nicegui import ui
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.drive.mean_removal import without_constant
-from tactogram.rendering.files.catalogue import FORMATS
+from tactogram.rendering.files.catalogue import haptic_format, haptic_formats
 from tactogram.rendering.files.conversion import GRAVITY, read_haptic
 from tactogram.rendering.files.envelope import envelope_of
 from tactogram.rendering.files.reduction import to_one_axis
@@ -51,7 +51,7 @@ class FileCards:
         with ui.element("section").classes("card w-full").props('aria-label="File format"'):
             ui.label("File format").classes("h2")
             names = {"": "all that can hold it"}
-            names |= {name: f"{kind.title} ({kind.suffix})" for name, kind in FORMATS.items()}
+            names |= {name: f"{kind.title} ({kind.suffix})" for name, kind in haptic_formats().items()}
             self._format = ui.select(
                 names, label="Format", value=self.kept.get("format", ""), on_change=self._told_format
             ).classes("w-full")
@@ -66,7 +66,7 @@ class FileCards:
         self._told_format()
 
     def _told_format(self) -> None:
-        kind = FORMATS.get(str(self._format.value))
+        kind = haptic_formats().get(str(self._format.value))
         self._holds.text = "" if kind is None else f"It {HOLDS[kind.holds]}."
 
     @report_errors
@@ -120,7 +120,7 @@ class FileCards:
 
     def _downloads(self, sent: SendResult, files: Mapping[str, Any]) -> None:
         for name, facts in files.items():
-            kind = FORMATS[name]
+            kind = haptic_format(name)
             with ui.row().classes("items-center gap-2 w-full"):
                 if "refused" in facts:
                     ui.label(f"{kind.title}: {facts['refused']}").classes("text-negative")
@@ -165,7 +165,7 @@ def envelopes(sending: SendService, sent: SendResult) -> dict[str, tuple[list[fl
         if "file" in facts:
             back = read_haptic(sent.folder / facts["file"], format=name).signal
             if back.domain == "time":
-                curves[FORMATS[name].title] = _curve(to_one_axis(back, None)[0])
+                curves[haptic_format(name).title] = _curve(to_one_axis(back, None)[0])
     return curves
 
 
@@ -221,7 +221,7 @@ def _loss_table(files: Mapping[str, Any]) -> None:
         with ui.element("tbody"):
             for row in rows:
                 with ui.element("tr"):
-                    ui.element("th").props('scope="row"')._text = FORMATS[row["format"]].title
+                    ui.element("th").props('scope="row"')._text = haptic_format(row["format"]).title
                     if axes:
                         ui.element("td")._text = row["axis"]
                     for key in LOSSES:
@@ -232,7 +232,7 @@ def _loss_table(files: Mapping[str, Any]) -> None:
 def loss_text(row: Mapping[str, Any], key: str) -> str:
     """Return one loss as people read it; of a file without a waveform there is none to compare."""
     value = row[key]
-    if key in ("waveform_correlation", "snr_db") and FORMATS[row["format"]].holds != "waveform":
+    if key in ("waveform_correlation", "snr_db") and haptic_format(row["format"]).holds != "waveform":
         return "none"
     if value is None:
         return "none"

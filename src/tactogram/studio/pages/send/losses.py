@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from tactogram.rendering.files.catalogue import FORMATS
+from tactogram.rendering.files.catalogue import formats_with, haptic_format
 from tactogram.signal.io.atomic import atomic_write
 
 
@@ -32,8 +32,8 @@ def losses_table(files: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 def file_name(stem: str, name: str) -> str:
     """Return a name that says the format also where formats share a suffix."""
-    suffix = FORMATS[name].suffix
-    return f"{stem}-{name}{suffix}" if suffix == ".json" else f"{stem}{suffix}"
+    suffix = haptic_format(name).suffix
+    return f"{stem}-{name}{suffix}" if len(formats_with(suffix)) > 1 else f"{stem}{suffix}"
 
 
 def zip_files(folder: Path, name: str, files: Mapping[str, Any], *, simulated: bool) -> None:

@@ -19,7 +19,7 @@ from tactogram.datasets import open_store
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.recipe import parse_changes
 from tactogram.rendering.displays.catalogue import shipped
-from tactogram.rendering.files.catalogue import FORMATS
+from tactogram.rendering.files.catalogue import haptic_formats
 from tactogram.signal import Signal
 from tactogram.signal.io import READABLE, read_metadata, read_signal, write_signal
 from tactogram.studio.pages.send.losses import file_name, zip_files
@@ -280,9 +280,10 @@ class SendService:
             If the one that is asked for cannot hold it; nothing is kept then.
         """
         chosen = self.chosen(order.of)
-        names = [order.format] if order.format else list(FORMATS)
-        if order.format and order.format not in FORMATS:
-            raise ParameterError(f"format must be one of {', '.join(FORMATS)}, got {order.format[:40]!r}")
+        formats = haptic_formats()
+        if order.format and order.format not in formats:
+            raise ParameterError(f"format must be one of {', '.join(formats)}, got {order.format[:40]!r}")
+        names = [order.format] if order.format else list(formats)
         named = Path(chosen.title).stem if order.of.startswith("file:") else chosen.title
         stem = re.sub(r"[^A-Za-z0-9_-]+", "-", named)[:40].strip("-") or "touch"
 

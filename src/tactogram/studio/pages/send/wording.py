@@ -7,6 +7,7 @@ from typing import Any
 
 from tactogram.rendering.displays.catalogue import shipped
 from tactogram.rendering.displays.display import Display
+from tactogram.rendering.displays.families import display_family
 
 LEVELS = {
     "physical": "Physical: what comes out is the signal, in its own unit. Recordings played back so often feel weak.",
@@ -38,20 +39,10 @@ HOLDS = {
 def warnings_of(display: Display, report: Mapping[str, Any]) -> list[str]:
     """Return what may hurt somebody or break something, the worst first."""
     found = []
-    if display.family == "electrovibration":
-        found.append(
-            f"A voltage touches a person, up to {report['drive']['peak']:.3g} V here: play it only through an "
-            "amplifier that limits the current. Limits in software do not replace one."
-        )
-    if display.family == "ultrasonic":
-        found.append(
-            "The transducer runs at a high voltage behind the amplifier: keep hands off its terminals, and begin with "
-            "the amplifier turned down."
-        )
-    elif display.unit == "V" and display.family != "electrovibration":
+    if hazard := display_family(display.family).hazard:
+        found.append(hazard.format(peak=report["drive"]["peak"]))
+    elif display.unit == "V":
         found.append("The drive is in V at the actuator: set the amplifier before anybody touches it.")
-    if display.family == "tablet":
-        found.append("Strings pull at a finger: begin with a small share of the limit.")
     if display.name in shipped():
         found.append(
             "This display's numbers were not measured on a device; what comes out of yours may be stronger. Begin weak."

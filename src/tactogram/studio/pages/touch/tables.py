@@ -19,8 +19,7 @@ from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.drive.axes import combined
-from tactogram.rendering.drive.strength import strength
-from tactogram.rendering.families.pattern import Settings
+from tactogram.rendering.drive.strength import StrengthSettings, strength
 from tactogram.rendering.level import Level
 from tactogram.rendering.streaming.contact import ContactSettings
 from tactogram.rendering.streaming.engine import Engine
@@ -210,7 +209,6 @@ def _head(name: str, texture: StreamingTexture, *, rate: float, simulated: bool)
     if peak == 0:
         raise ParameterError(f"{name} is silent: there is nothing to feel")
     phone = open_display(PHONE)
-    settings = _phone_settings(phone)
     return {
         "version": VERSION,
         "name": name,
@@ -223,7 +221,7 @@ def _head(name: str, texture: StreamingTexture, *, rate: float, simulated: bool)
         "phone": {
             "display": PHONE,
             "step_ms": 1e3 / phone.rate,
-            "shortest_steps": max(1, round(settings.shortest_ms / 1e3 * phone.rate)),
+            "shortest_steps": max(1, round(phone.settings.model_dump()["shortest_ms"] / 1e3 * phone.rate)),
         },
     }
 
@@ -270,9 +268,9 @@ def _envelope(texture: SurfaceTexture, speed_mm_s: float) -> tuple[NDArray[np.fl
     return (found.share / gain).astype(np.float32), texture.length_mm / len(found.share)
 
 
-def _phone_settings(phone: Display) -> Settings:
-    if not isinstance(phone.settings, Settings):
-        raise ParameterError(f"{phone.name}: expected a display of patterns, got {phone.family}")
+def _phone_settings(phone: Display) -> StrengthSettings:
+    if not isinstance(phone.settings, StrengthSettings):
+        raise ParameterError(f"{phone.name}: expected a display of strengths, got {phone.family}")
     return phone.settings
 
 

@@ -3,17 +3,27 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tactogram.errors import ParameterError
+from tactogram.rendering.displays.display import Display
 from tactogram.rendering.drive.modulation import limited
 from tactogram.rendering.drive.path_playback import PathPlayback
-from tactogram.rendering.families.electrovibration import HIGHEST_HZ, Settings, friction_target, voltage
+from tactogram.rendering.families.electrovibration.friction import (
+    HIGHEST_HZ,
+    Settings,
+    friction_target,
+    voltage,
+)
 from tactogram.rendering.level import Level
 from tactogram.signal.signal import Signal
+
+if TYPE_CHECKING:
+    from tactogram.rendering.streaming.finger_path import MotionBlock
+    from tactogram.rendering.streaming.surface import SurfaceTexture
 
 
 class ElectrovibrationStream:
@@ -114,3 +124,43 @@ class ElectrovibrationStream:
         """Return the last block, from the present voltage to zero in ``release_s``; all later ones are zero."""
         self._stopped = True
         return self.process(None, math.ceil(1 / self._release) + 1)
+
+
+class SurfaceStream:
+    """Drive of an electrovibration display, block by block, from the whole surface; see `ElectrovibrationStream`.
+
+    It plays the surface itself and not the engine's blocks of it: hysteresis, slew and watchdog are its own, and
+    transients of landings, which are no friction, are left out. Beyond the surface's ends it is mirrored.
+    """
+
+    delay_s = 0.0
+    runs_on = True
+
+    def __init__(self, display: Display, surface: SurfaceTexture, level: Level) -> None:
+        settings = display.settings
+        if not isinstance(settings, Settings):
+            raise ParameterError(
+                f"{display.name}: expected an electrovibration display, got {display.family}"
+            )
+        display.check_volts(settings.peak_v, lower="v_max")
+        self._along = surface.along
+        self._stream = ElectrovibrationStream(
+            surface.signal,
+            settings,
+            rate=display.rate,
+            level=level,
+            highest_hz=display.band[1] if display.band else HIGHEST_HZ,
+        )
+
+    def process(self, block: NDArray[np.float32], motion: MotionBlock | None = None) -> NDArray[np.float64]:
+        """Return the voltage at the generator, float64, shape (1, time); ``block`` says only how long it is."""
+        count = block.shape[1]
+        if motion is None or motion.count != count:
+            return np.asarray(self._stream.process(None, count)[None], np.float64)
+        place = {"path": motion.path_mm, "x": motion.x_mm, "y": motion.y_mm}[self._along]
+        touching = bool(motion.contact[:count].any())
+        return np.asarray(self._stream.process(place[:count], count, contact=touching)[None], np.float64)
+
+    def facts(self) -> dict[str, Any]:
+        """Return what was scaled and clipped of the whole surface, and what cannot be reached."""
+        return {"fitted": self._stream.facts}

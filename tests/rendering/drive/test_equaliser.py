@@ -9,9 +9,9 @@ from scipy import signal as dsp
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.displays.response import ResonatorResponse
+from tactogram.rendering.drive.equaliser import WITHIN_DB, Equaliser, _cut, _impulse, equaliser
 from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.level import parse_level
-from tactogram.rendering.streaming.equaliser import WITHIN_DB, Equaliser, _cut, _impulse, equaliser
 from tactogram.rendering.streaming.output import DisplayOutput, equalised
 from tactogram.rendering.transducer.circuit import Transducer
 from tactogram.rendering.transducer.simulation import simulate_envelope

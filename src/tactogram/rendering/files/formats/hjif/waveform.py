@@ -1,4 +1,4 @@
-"""HJIF, the JSON form of MPEG's haptics (ISO/IEC 23090-31): the waveform itself, as dense curves.
+"""Waveforms in HJIF documents, as dense curves.
 
 How a file sounds was read in the reference software (MPEGGroup/HapticReferenceSoftware, BSD): interpolation, ticks,
 base signals, and that a channel's bands add up, are limited to -1..1 and multiplied by its gain.
@@ -20,10 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering.files.documents import DecodedDocument, sample_count
-from tactogram.rendering.files.hjif_rules import MODALITIES, MOST_TICKS, Band, Channel, Effect, Haptics
+from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, sample_count
+from tactogram.rendering.files.envelope import READ_RATE
+from tactogram.rendering.files.formats.hjif.rules import MOST_TICKS, Band, Channel, Effect, Haptics
 from tactogram.signal import Signal
-from tactogram.signal.resampling import resample
+from tactogram.signal.io.description import decode as read_description
 
 HIGHEST_RATE = 8000.0
 """Above this a signal is resampled, Hz: touch ends at 1 kHz, and a file has about 50 bytes per sample."""
@@ -33,45 +34,27 @@ DIGITS = 6
 """Decimals of an amplitude: -120 dB of full scale."""
 TRANSIENT_MS = 22.0
 """Length of a transient, two periods of a sine, in the reference software."""
-READ_RATE = 8000.0
-"""Of a file that states none."""
-
 BY_UNIT = {"m/s^2": "Acceleration", "m/s": "Velocity", "m": "Position", "N": "Force"}
 
 
-def prepared(signal: Signal) -> Signal:
-    """Return what `encode` writes: the signal, resampled to `HIGHEST_RATE` where it is above that."""
-    return (
-        resample(signal, HIGHEST_RATE) if signal.rate > HIGHEST_RATE and signal.domain == "time" else signal
-    )
-
-
-def encode(signal: Signal, description: str, *, modality: str | None = None) -> dict[str, Any]:
+def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
     """Return the document of a signal within -1 to 1, a channel per axis.
 
-    Parameters
-    ----------
-    signal : Signal
-        As `prepared`. Its unit says the modality: Acceleration for m/s^2 and so on, Friction for 1 over displacement,
-        Vibrotactile else.
-    description : str
-    modality : str, optional
-        One of `MODALITIES`.
+    By default the modality follows from the header's unit: Acceleration for m/s^2 and so on; for other units Friction
+    over displacement, else Vibrotactile.
 
     Raises
     ------
     ParameterError
-        If the rate does not fit into ticks, or there is no such modality.
+        If the rate does not fit into ticks.
     """
-    if modality is not None and modality not in MODALITIES:
-        raise ParameterError(f"--modality must be one of {', '.join(MODALITIES)}, got {modality!r}")
     steps = max(1, math.ceil(FINEST_TICKS / signal.rate))
     timescale = round(signal.rate * steps)
     if timescale > MOST_TICKS or len(signal.axes) > 65_535:
         raise ParameterError(
             f"HJIF holds {MOST_TICKS} ticks per s (or mm) at most, got {timescale}; use --resample"
         )
-    usual = BY_UNIT.get(signal.unit, "Friction" if signal.domain == "displacement" else "Vibrotactile")
+    usual = "Friction" if signal.domain == "displacement" else "Vibrotactile"
     top = min(round(signal.rate / 2), timescale)
     channels = [
         {
@@ -108,7 +91,7 @@ def encode(signal: Signal, description: str, *, modality: str | None = None) -> 
         "profile": "Main",
         "level": 1 if len(signal.axes) <= 127 else 2,
         "date": datetime.now(UTC).date().isoformat(),
-        "description": description,
+        "description": header.description,
         "timescale": timescale,
         "avatars": [],
         "perceptions": [
@@ -116,7 +99,7 @@ def encode(signal: Signal, description: str, *, modality: str | None = None) -> 
                 "id": 0,
                 "avatar_id": 0,
                 "description": f"{signal.unit} over {signal.domain}",
-                "perception_modality": modality or usual,
+                "perception_modality": header.modality or BY_UNIT.get(header.unit, usual),
                 "effect_library": [],
                 "reference_devices": [{"id": 0, "name": "unspecified"}],
                 "channels": channels,
@@ -126,16 +109,15 @@ def encode(signal: Signal, description: str, *, modality: str | None = None) -> 
     }
 
 
-def decode(document: Any, rate: float | None = None, *, exact_rate: float | None = None) -> DecodedDocument:
+def decode(document: Any, rate: float | None = None) -> DecodedDocument:
     """Return the channels of a valid document's first perception, one axis each.
 
     Parameters
     ----------
     document : JSON values
     rate : float, Hz, optional
-        Of the result; by default the channels' ``frequency_sampling``, else `READ_RATE`.
-    exact_rate : float, Hz or per mm, optional
-        Of a file that `encode` wrote, where it stands in the description: ticks and ``frequency_sampling`` are whole.
+        Of the result; by default that in the description of a file that this package wrote (ticks and
+        ``frequency_sampling`` are whole numbers), else the channels' ``frequency_sampling``, else `READ_RATE`.
 
     Raises
     ------
@@ -146,6 +128,8 @@ def decode(document: Any, rate: float | None = None, *, exact_rate: float | None
     perception = next((p for p in haptics.perceptions if p.channels), None)
     if perception is None:
         raise DataError("the file has no perception with a channel: there is nothing to feel")
+    own = read_description(haptics.description, "HJIF") if haptics.description else None
+    exact_rate = own.rate if own is not None else None
     stated = [c.frequency_sampling for c in perception.channels if c.frequency_sampling]
     rate = rate or exact_rate or (float(max(stated)) if stated else READ_RATE)
     lengths = [_seconds(channel, haptics.timescale) for channel in perception.channels]

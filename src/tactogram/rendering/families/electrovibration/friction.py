@@ -22,9 +22,10 @@ from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError, UnitError
+from tactogram.rendering.displays.carrier import CarrierSettings
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.drive.modulation import limited, shaped
 from tactogram.rendering.drive.report import percent
@@ -36,10 +37,8 @@ HIGHEST_HZ = 1000.0
 """Of the friction, where a display gives no band: the playback of Grigorii et al. ends there."""
 
 
-class Settings(BaseModel):
+class Settings(CarrierSettings):
     """How a friction coefficient becomes the voltage of an electrovibration display. Voltages are at the electrode."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     newton_per_v2: float = Field(gt=0, allow_inf_nan=False)
     """k_e: attraction per square of the rms voltage, N/V^2. Calibrated; of the order of 1e-5."""
@@ -56,8 +55,6 @@ class Settings(BaseModel):
     (Grigorii et al. 2021)."""
     v_max: float = Field(gt=0, allow_inf_nan=False)
     """Largest voltage, 0 to peak. The amplifier must limit the current, too: no software does."""
-    amplifier_gain: float = Field(default=1.0, gt=0)
-    """Between generator and electrode; the drive is the generator's voltage."""
     carrier_hz: float = Field(default=10_000.0, gt=0)
     """Above what is felt. Grigorii & Colgate use 10 kHz and more."""
     slew_v_per_s: float = Field(default=200_000.0, gt=0, allow_inf_nan=False)
@@ -68,8 +65,6 @@ class Settings(BaseModel):
     """Wanted friction beyond v_max: make all increases smaller, clip, or refuse."""
     clip_share: float = Field(default=0.001, ge=0, lt=1)
     """Share of the samples beyond v_max that may be clipped without further ado."""
-    output: Literal["waveform", "envelope"] = "waveform"
-    """The carrier and all, or its amplitude alone."""
     hysteresis_mm: float = Field(default=0.1, ge=0)
     """Playing along a finger's path: a finger that turns back moves so far before the texture does."""
     watchdog_s: float = Field(default=0.05, gt=0, le=1)

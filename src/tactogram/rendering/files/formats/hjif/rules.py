@@ -1,4 +1,4 @@
-"""What an HJIF document (ISO/IEC 23090-31) must hold: the rules that the reference software checks, in one description.
+"""Rules of an HJIF document (ISO/IEC 23090-31), as the reference software checks them.
 
 The standard's JSON schema is not public. Required members, ranges and vocabulary were read in the reference software
 (MPEGGroup/HapticReferenceSoftware, BSD).

@@ -1,0 +1,128 @@
+"""Display family: what a module of `rendering.families` declares as its ``FAMILY``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel
+
+from tactogram.rendering.displays.display import Display
+from tactogram.rendering.level import Level
+from tactogram.signal.signal import Signal
+
+if TYPE_CHECKING:
+    from tactogram.rendering.streaming.finger_path import MotionBlock
+    from tactogram.rendering.streaming.surface import SurfaceTexture
+
+
+class DriveFunction(Protocol):
+    """Function from a signal to the drive of a display."""
+
+    def __call__(
+        self, signal: Signal, settings: Any, *, display: Display, level: Level
+    ) -> tuple[Signal, dict[str, Any]]:
+        """Return the drive and JSON facts.
+
+        Parameters
+        ----------
+        signal : Signal
+            Over time, in its own unit and at its own rate: one axis, or all of them (`rendering.drive.axes`).
+        settings : BaseModel
+            Of the family.
+        display : Display
+        level : Level
+
+        Returns
+        -------
+        drive : Signal
+            At ``display.rate``, in ``display.unit``, axes named as ``display.channels``. Fades, DC and the limits are
+            checked after it (`rendering.drive.safety`).
+        facts : dict
+            Three keys hold sentences, each a list of str: ``scaled``, ``clipped`` and ``unreachable``. ``faded`` is
+            true if the drive already begins and ends at rest.
+
+        Raises
+        ------
+        UnitError, ParameterError
+            If the level has no meaning for the signal or the display, or the settings do not fit.
+        """
+        ...
+
+
+class StreamDrive(Protocol):
+    """Drive of a display, block by block."""
+
+    delay_s: float
+    runs_on: bool
+    """Whether `process` is called on while nothing arrives: a carrier held at an instant would be a direct voltage."""
+
+    def process(self, block: NDArray[np.float32], motion: MotionBlock | None) -> NDArray[np.float64]:
+        """Return the drive of a block, float64, shape (channel, time).
+
+        Parameters
+        ----------
+        block : float32 array, shape (axis, time)
+        motion : MotionBlock or None
+            The finger over this block; None while its position is unknown.
+        """
+        ...
+
+    def facts(self) -> dict[str, Any]:
+        """Return what it does, as JSON values; ``equaliser`` among them if it has one."""
+        ...
+
+
+@dataclass(frozen=True)
+class DisplayFamily:
+    """A family of displays.
+
+    Parameters
+    ----------
+    name : str
+        That of the module's file, and of the table of settings in a display's file.
+    settings : type
+        Pydantic model, frozen, that refuses unknown keys.
+    drive : DriveFunction
+    renders : {"vibration", "friction"}
+        Friction is a coefficient, one axis of unit 1.
+    stream_signal : callable, optional
+        Returns a `StreamDrive` from the display, the unit of the signal and the facts of ``drive`` on a rehearsal.
+    stream_surface : callable, optional
+        The same from the display, the whole surface that will be played and the level. A family without either is not
+        streamed to.
+    equalise : callable, optional
+        Returns settings with the equaliser on or off.
+    response_known : callable
+        Whether the display's response is known, so that it can be equalised.
+    measured_by : str
+        How to measure the response, as an imperative sentence.
+    swept : bool
+        Whether the drive has the shape of the output, so that a sweep measures the response.
+    calibrated : bool
+        Whether `rendering.drive.friction_calibration` fits its settings to a person.
+    sampled : bool
+        False for a drive of strengths, a few hundred per second, which no sound card plays.
+    hazard : str
+        Warning before the drive is played; ``{peak}`` is its largest value.
+    close_up_s : float
+        Length of the close-up in the figure of a drive, s.
+    """
+
+    name: str
+    settings: type[BaseModel]
+    drive: DriveFunction
+    renders: Literal["vibration", "friction"] = "vibration"
+    stream_signal: Callable[[Display, str, Mapping[str, Any]], StreamDrive] | None = None
+    stream_surface: Callable[[Display, SurfaceTexture, Level], StreamDrive] | None = None
+    equalise: Callable[[Any, bool], BaseModel] | None = None
+    response_known: Callable[[Display], bool] = lambda display: display.response is not None
+    measured_by: str = ""
+    swept: bool = False
+    calibrated: bool = False
+    sampled: bool = True
+    hazard: str = ""
+    close_up_s: float = 0.1

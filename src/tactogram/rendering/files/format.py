@@ -1,0 +1,56 @@
+"""Haptic file format: what a module of `formats` declares as its ``FORMAT``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, encoded, parse
+from tactogram.signal import Signal
+
+
+@dataclass(frozen=True)
+class HapticFormat:
+    """A format that holds parts of full scale.
+
+    Parameters
+    ----------
+    name : str
+        That of the module's file.
+    title : str
+    suffix : str
+        May be shared with other formats.
+    holds : {"waveform", "envelope", "on and off"}
+        A waveform keeps all axes, the others hold one.
+    encode : callable
+        Returns the document of a signal whose samples (of a waveform) or envelope lie within full scale.
+    decode : callable
+        Returns what a valid document holds. The second argument is the wanted rate in Hz, or None.
+    validate : callable
+        Returns what is wrong with a document, a line each.
+    recognise : callable
+        Whether a document whose suffix is unknown or shared looks like this format.
+    modalities : tuple of str
+        Modalities that the format distinguishes; empty if it does not.
+    highest_rate : float, Hz, optional
+        Waveforms over time with a higher rate are resampled to it.
+    parse : callable
+        Returns the document in a file's bytes; the path is for errors. JSON by default.
+    serialise : callable
+        Returns a document as bytes. JSON by default.
+    """
+
+    name: str
+    title: str
+    suffix: str
+    holds: Literal["waveform", "envelope", "on and off"]
+    encode: Callable[[Signal, DocumentHeader], Any]
+    decode: Callable[[Any, float | None], DecodedDocument]
+    validate: Callable[[Any], list[str]]
+    recognise: Callable[[Any], bool]
+    modalities: tuple[str, ...] = ()
+    highest_rate: float | None = None
+    parse: Callable[[bytes, Path], Any] = parse
+    serialise: Callable[[Any], bytes] = encoded
