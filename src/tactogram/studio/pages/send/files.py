@@ -50,8 +50,7 @@ class FileCards:
     def _form(self) -> None:
         with ui.element("section").classes("card w-full").props('aria-label="File format"'):
             ui.label("File format").classes("h2")
-            names = {"": "all that can hold it"}
-            names |= {name: f"{kind.title} ({kind.suffix})" for name, kind in haptic_formats().items()}
+            names = {"": "all that can hold it", **self.sending.formats()}
             self._format = ui.select(
                 names, label="Format", value=self.kept.get("format", ""), on_change=self._told_format
             ).classes("w-full")

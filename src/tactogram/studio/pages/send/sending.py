@@ -227,6 +227,10 @@ class SendService:
                 found[self.workspace.name_of(path)] = str(values.get("title", path.stem))
         return found
 
+    def formats(self) -> dict[str, str]:
+        """Return the haptic formats: titles by name."""
+        return {name: f"{kind.title} ({kind.suffix})" for name, kind in haptic_formats().items()}
+
     def display_file(self, name: str) -> str:
         """Return how a display is opened: a shipped one by its name, another by its whole path inside."""
         return name if name in shipped() else str(self.workspace.inside(name))

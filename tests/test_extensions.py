@@ -1,0 +1,168 @@
+"""Extensions: a new one of a kind is one file, and no shared file names a built-in one."""
+
+import ast
+import re
+import shlex
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tactogram.cli import main
+from tactogram.plugins import PluginGroup
+from tactogram.rendering.displays.catalogue import open_display
+from tactogram.rendering.displays.families import FAMILIES
+from tactogram.rendering.drive.level import parse_level
+from tactogram.rendering.files.catalogue import FORMATS
+from tactogram.rendering.streaming.output import DisplayOutput
+from tactogram.signal import Signal
+from tactogram.signal.io import read_signal, write_signal
+from tactogram.studio.pages.send.sending import DriveRequest, FileRequest, SendService
+from tactogram.studio.workspace.folder import Workspace
+from tactogram.studio.workspace.shelf import ResultArchive
+
+ROOT = Path(__file__).parents[1]
+SOURCES = ROOT / "src/tactogram"
+ROOMS = (
+    "rendering",
+    "workflows/data",
+    "workflows/rendering",
+    "workflows/streaming",
+    "studio/pages/send",
+    "cli",
+)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of extension: its group, its recipe in CONTRIBUTING, and the folders where its names mean nothing else."""
+
+    group: PluginGroup
+    recipe: str
+    rooms: tuple[str, ...]
+
+    @property
+    def folder(self):
+        return SOURCES / self.group.package.removeprefix("tactogram.").replace(".", "/")
+
+
+KINDS = {
+    "haptic format": Kind(FORMATS, "haptic format", ROOMS),
+    "display family": Kind(FAMILIES, "display family", ROOMS),
+}
+OTHER_MEANINGS = {
+    ("haptic format", "rendering/families/ultrasonic.py", "vibration"): "a mapping of its signal",
+    ("haptic format", "rendering/displays/family.py", "vibration"): "what a display renders",
+    ("haptic format", "cli/generating.py", "vibration"): "a condition of models",
+    ("display family", "cli/capture_log.py", "linear"): "a way to fill gaps",
+    ("display family", "rendering/files/formats/vibration.py", "pattern"): "a key of its documents",
+}
+
+
+def naming(kind, name):
+    """Yield the shared source files that import a built-in module of a kind, or hold its name as a string."""
+    module = f"{kind.group.package}.{name}"
+    for path in SOURCES.rglob("*.py"):
+        if path.is_relative_to(kind.folder):
+            continue
+        place = path.relative_to(SOURCES).as_posix()
+        named = place.startswith(kind.rooms)
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            imported = isinstance(node, ast.ImportFrom) and (
+                f"{node.module}.".startswith(f"{module}.")
+                or (node.module == kind.group.package and any(alias.name == name for alias in node.names))
+            )
+            if imported or (named and isinstance(node, ast.Constant) and node.value == name):
+                yield place
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_shared_file_names_a_built_in_one(kind):
+    names = KINDS[kind].group.names()
+    assert len(names) > 3
+    found = {(kind, place, name) for name in names for place in naming(KINDS[kind], name)}
+    assert found <= set(OTHER_MEANINGS)
+
+
+@pytest.fixture(name="recipe")
+def recipe_fixture(request, tmp_path, monkeypatch):
+    """Write the files of a recipe in CONTRIBUTING; give its Python files and its commands."""
+    kind = KINDS[request.param]
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    block = re.search(rf"<!-- {kind.recipe} -->\n(.*?)<!-- /{kind.recipe} -->", text, re.DOTALL)[1]
+    *files, (_, commands) = re.findall(r"```(\w+)\n(.*?)```", block, re.DOTALL)
+    modules = []
+    for language, content in files:
+        path = tmp_path / re.match(r"# (\S+)\n", content)[1]
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(content, encoding="utf-8")
+        modules += [path] if language == "python" else []
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv(kind.group.variable, "mine")
+    yield modules, [shlex.split(line)[1:] for line in commands.splitlines()]
+    for path in modules:
+        sys.modules.pop(path.stem, None)
+
+
+@pytest.fixture(name="touch")
+def touch_fixture(tmp_path):
+    """Give a signal of half a second, written as touch.wav."""
+    t = np.arange(500) / 1000
+    signal = Signal(2 * np.sin(2 * np.pi * 50 * t) * (t > 0.25), 1000, "m/s^2")
+    write_signal(tmp_path / "touch.wav", signal)
+    return signal
+
+
+def sending(folder):
+    workspace = Workspace.at(folder)
+    return SendService(workspace, ResultArchive(workspace.own / "kept"))
+
+
+@pytest.mark.parametrize("recipe", ["haptic format"], indirect=True)
+def test_a_haptic_format_is_one_file(recipe, touch, tmp_path, capsys):
+    modules, commands = recipe
+    assert len(modules) == 1
+    assert [main(command) for command in commands] == [0, 0, 0]
+    assert "Taps, 0 to 9" in capsys.readouterr().out
+    assert main(["convert", "touch.taps", "back.wav"]) == 0
+    back = read_signal(tmp_path / "back.wav").samples[0]
+    halves = [np.sqrt(np.mean(half**2)) for half in (back[:1900], back[2100:])]
+    assert halves == pytest.approx([0, np.sqrt(2)], rel=0.06)
+    page = sending(tmp_path)
+    assert page.formats()["taps"] == "Taps, 0 to 9 (.taps)"
+    assert page.file(FileRequest("file:touch.wav", "taps")).found["files"]["taps"]["problems"] == []
+    (tmp_path / "wrong.taps").write_text('{"taps": [10]}')
+    assert main(["convert", "--check", "wrong.taps"]) == 1
+
+
+@pytest.mark.parametrize("recipe", ["display family"], indirect=True)
+def test_a_display_family_is_one_file(recipe, touch, tmp_path, capsys):
+    modules, commands = recipe
+    assert len(modules) == 1
+    assert [main(command) for command in commands] == [0, 0]
+    drive = read_signal(tmp_path / "drive.wav")
+    assert (drive.samples.min(), drive.samples.max()) == pytest.approx(
+        (0.1, 0.9), abs=0.011
+    )  # the last trough is faded
+    page = sending(tmp_path)
+    assert page.displays() == {"pump.toml": "A pump that is never off"}
+    sent = page.drive(DriveRequest("file:touch.wav", "pump.toml", "peak=1"))
+    assert sent.found["report"]["family"] == "biased"
+    output = DisplayOutput(open_display("pump.toml"), touch, level=parse_level("peak=1"))
+    output.process(np.zeros((1, 100), np.float32))  # fades in
+    factor = output.facts()["factor"]
+    assert factor == pytest.approx(0.2, rel=0.02)
+    assert output.process(touch.samples)[0, 300:] == pytest.approx(0.5 + factor * touch.samples[0, 300:])
+    capsys.readouterr()
+    (tmp_path / "pump.toml").write_text((tmp_path / "pump.toml").read_text().replace("biased", "pumped"))
+    assert main(["displays", "pump.toml"]) == 1
+    assert "family must be one of amplitude_stream, biased," in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_modules_are_listed_without_being_imported(kind, tmp_path, monkeypatch):
+    (tmp_path / "broken.py").write_text("raise ImportError('read, not imported')")
+    monkeypatch.setenv(KINDS[kind].group.variable, str(tmp_path / "broken.py"))
+    assert "broken" in KINDS[kind].group.names()
