@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tactogram.rendering.drive.level import parse_level
 
 from tactogram.cli import main
 from tactogram.plugins import PluginGroup
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.displays.families import FAMILIES
 from tactogram.rendering.files.catalogue import FORMATS
+from tactogram.rendering.level import parse_level
 from tactogram.rendering.streaming.output import DisplayOutput
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal

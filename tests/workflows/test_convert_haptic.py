@@ -195,7 +195,7 @@ def test_the_command_says_what_is_lost(tmp_path, capsys):
     [
         (["a.wav"], "needs A and B"),
         ([], "needs A and B"),
-        (["a.wav", "b.ahap", "--check"], "leave B out"),
+        (["a.wav", "b.ahap", "--check"], "omit B"),
         ([".", "out"], "a folder needs --to"),
     ],
 )
