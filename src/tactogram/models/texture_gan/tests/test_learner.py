@@ -1,3 +1,4 @@
+from functools import cache
 from itertools import islice
 
 import numpy as np
@@ -7,6 +8,7 @@ from scipy.signal import lfilter, welch
 
 from tactogram.errors import ParameterError
 from tactogram.model import Example, SignalKind, Stage
+from tactogram.models.texture_gan import learner as module
 from tactogram.models.texture_gan.config import Config
 from tactogram.models.texture_gan.learner import FIRST_HEARD, TextureGANLearner
 from tactogram.signal import Signal
@@ -22,6 +24,12 @@ SMALL = {
     "channels": (12, 8, 4), "batch_size": 4, "latent": 6, "steps": 6, "order": 8, "noise_bands": 2, "sinusoids": 3,
     "moving_average": 0.0, "adversarial": 1.0, "learning_rate": 1e-4, "generator_learning_rate": 1e-4,
 }  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def few_crops(monkeypatch):
+    """Measure the spread of the statistics on few crops: that takes most of so short a training."""
+    monkeypatch.setattr(module, "MEASURED", 32)
 
 
 def config(values=SMALL, **changes):
@@ -49,6 +57,12 @@ def trained(values=SMALL, data=None, **changes):
     made = learner(values, **changes)
     fit(made, data or examples(), seed=0)
     return made
+
+
+@cache
+def once():
+    """A trained model that no test changes."""
+    return trained()
 
 
 # -- training -----------------------------------------------------------------------------------------------
@@ -128,7 +142,7 @@ def test_level_is_kept():
 
 
 def test_a_longer_signal_begins_as_the_shorter_one():
-    made = trained()
+    made = once()
     asked = {"material": {"cork": 0.4, "tile": 0.6}}
     long = made.generate(asked, seconds=9.3, seed=5)
     assert len(long) == 9300
@@ -140,7 +154,7 @@ def test_a_longer_signal_begins_as_the_shorter_one():
 
 
 def test_pieces_are_joined_without_a_seam():
-    made = trained()
+    made = once()
     long = made.generate({"material": "tile"}, seconds=40.0, seed=0)
     hop = made.config.length - round(made.config.overlap * made.config.length)
     places = [p + d for p in range(hop, len(long) - 200, hop) for d in range(0, 128, 8)]
@@ -187,7 +201,7 @@ def test_labels_are_learned():
 
 
 def test_weights_go_in_as_given():
-    made = trained()
+    made = once()
     one = made.generate({"material": {"cork": 1.0, "tile": 0.5}}, seed=0)
     scaled = made.generate({"material": {"cork": 2.0, "tile": 1.0}}, seed=0)
     assert not np.array_equal(one.samples, scaled.samples)
@@ -220,7 +234,7 @@ def test_broken_conditions_are_one_line(condition, message):
 
 
 def test_latent_decides_the_piece_that_a_signal_begins_with():
-    made, length = trained(), config().length
+    made, length = once(), config().length
     one, other, by_seed = (
         made.generate({"material": "cork", **asked}, seconds=3.0, seed=0).samples
         for asked in ({"latent": np.linspace(-1, 1, 12)}, {"latent": np.linspace(1, -1, 12)}, {})
@@ -231,7 +245,7 @@ def test_latent_decides_the_piece_that_a_signal_begins_with():
 
 
 def test_the_same_seed_is_the_same_noise_under_any_condition():
-    made = trained()
+    made = once()
     latent = child_rng(5, "latent", FIRST_HEARD).uniform(-1, 1, made.config.latents)
     for material in ("cork", "tile"):
         by_seed = made.generate({"material": material}, seed=5).samples
