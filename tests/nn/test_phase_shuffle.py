@@ -8,7 +8,7 @@ from tactogram.nn.phase_shuffle import _Adjoint, _Shift, shift
 
 
 def row(*values):
-    return torch.tensor(values, dtype=torch.float).view(1, 1, -1, 1)
+    return torch.tensor(values, dtype=torch.float).view(1, 1, 1, -1)
 
 
 @pytest.mark.parametrize(
@@ -27,38 +27,36 @@ def test_ends_are_reflected(by, expected):
 
 def test_it_is_the_padding_and_cutting_of_wavegan():
     """As published: reflection padding on the one side, and a cut to the old length (Donahue et al., Sec. 3.3)."""
-    x = torch.randn(1, 2, 9, 3)
+    x = torch.randn(1, 2, 3, 9)
     for by in range(-4, 5):
-        padded = torch.nn.functional.pad(
-            x.permute(0, 1, 3, 2), (max(by, 0), max(-by, 0), 0, 0), mode="reflect"
-        )
+        padded = torch.nn.functional.pad(x, (max(by, 0), max(-by, 0), 0, 0), mode="reflect")
         cut = padded[..., max(-by, 0) : max(-by, 0) + 9]
-        torch.testing.assert_close(shift(x, torch.tensor([by])), cut.permute(0, 1, 3, 2))
+        torch.testing.assert_close(shift(x, torch.tensor([by])), cut)
 
 
 def test_all_axes_and_channels_of_an_item_move_alike_and_items_apart():
-    ramp = torch.arange(12.0).view(1, 1, 12, 1)
-    x = ramp + 100 * torch.arange(3).view(1, 3, 1, 1) + 1000 * torch.arange(4).view(1, 1, 1, 4)
+    ramp = torch.arange(12.0).view(1, 1, 1, 12)
+    x = ramp + 100 * torch.arange(3).view(1, 3, 1, 1) + 1000 * torch.arange(4).view(1, 1, 4, 1)
     with torch.random.fork_rng():
         torch.manual_seed(0)
         y = PhaseShuffle(2)(x.expand(200, -1, -1, -1))
     moved = y - x
-    assert torch.equal(moved, moved[:, :1, :, :1].expand_as(moved))
-    shifts = -moved[:, 0, 5, 0]
+    assert torch.equal(moved, moved[:, :1, :1].expand_as(moved))
+    shifts = -moved[:, 0, 0, 5]
     counts = torch.bincount((shifts + 2).long(), minlength=5)
     assert (counts > 20).all()
     assert counts.sum() == 200
 
 
 def test_derivatives():
-    x = torch.randn(5, 2, 6, 3, dtype=torch.double, requires_grad=True)
+    x = torch.randn(5, 2, 3, 6, dtype=torch.double, requires_grad=True)
     for operation in (_Shift, _Adjoint):
         assert gradcheck(lambda v, f=operation: f.apply(v, (-2, -1, 0, 1, 2)), x)
         assert gradgradcheck(lambda v, f=operation: f.apply(v, (-2, -1, 0, 1, 2)), x)
 
 
 def test_reach_of_none_leaves_everything_in_place():
-    x = torch.randn(2, 1, 4, 1)
+    x = torch.randn(2, 1, 1, 4)
     assert PhaseShuffle(0)(x) is x
 
 

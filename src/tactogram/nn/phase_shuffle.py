@@ -33,7 +33,7 @@ class PhaseShuffle(nn.Module):
         self.reach = reach
 
     def forward(self, x: Tensor) -> Tensor:
-        """Return ``x``, shape (item, axis, time, channel), moved; draws from torch's own generator."""
+        """Return ``x``, shape (item, axis, channel, time), moved; draws from torch's own generator."""
         if self.reach == 0:
             return x
         return shift(x, torch.randint(-self.reach, self.reach + 1, (len(x),)))
@@ -46,7 +46,7 @@ def shift(x: Tensor, shifts: Tensor) -> Tensor:
 
     Parameters
     ----------
-    x : Tensor, shape (item, axis, time, channel)
+    x : Tensor, shape (item, axis, channel, time)
     shifts : int64 Tensor, shape (item,), on the CPU
         Each less than ``time`` in size.
 
@@ -55,9 +55,9 @@ def shift(x: Tensor, shifts: Tensor) -> Tensor:
     ParameterError
         If a shift is as long as the signal.
     """
-    if int(shifts.abs().max()) >= x.shape[2]:
+    if int(shifts.abs().max()) >= x.shape[-1]:
         raise ParameterError(
-            f"phase shuffle moves by up to {int(shifts.abs().max())} samples, of {x.shape[2]}; shorten it"
+            f"phase shuffle moves by up to {int(shifts.abs().max())} samples, of {x.shape[-1]}; shorten it"
         )
     moved: Tensor = _Shift.apply(x, tuple(shifts.tolist()))  # type: ignore[no-untyped-call]
     return moved
@@ -68,14 +68,14 @@ class _Shift(Function):
     def forward(ctx: Any, x: Tensor, shifts: tuple[int, ...]) -> Tensor:
         ctx.shifts = shifts
         y = torch.empty_like(x)
-        time = x.shape[2]
+        time = x.shape[-1]
         for to, by, k in zip(y, x, shifts, strict=True):
             if k >= 0:
-                to[:, k:] = by[:, : time - k]
-                to[:, :k] = by[:, 1 : k + 1].flip(1)
+                to[..., k:] = by[..., : time - k]
+                to[..., :k] = by[..., 1 : k + 1].flip(-1)
             else:
-                to[:, :k] = by[:, -k:]
-                to[:, k:] = by[:, k - 1 : -1].flip(1)
+                to[..., :k] = by[..., -k:]
+                to[..., k:] = by[..., k - 1 : -1].flip(-1)
         return y
 
     @staticmethod
@@ -88,16 +88,16 @@ class _Adjoint(Function):
     def forward(ctx: Any, grad: Tensor, shifts: tuple[int, ...]) -> Tensor:
         ctx.shifts = shifts
         x = torch.empty_like(grad)
-        time = grad.shape[2]
+        time = grad.shape[-1]
         for to, by, k in zip(x, grad, shifts, strict=True):
             if k >= 0:
-                to[:, : time - k] = by[:, k:]
-                to[:, time - k :] = 0
-                to[:, 1 : k + 1] += by[:, :k].flip(1)
+                to[..., : time - k] = by[..., k:]
+                to[..., time - k :] = 0
+                to[..., 1 : k + 1] += by[..., :k].flip(-1)
             else:
-                to[:, -k:] = by[:, :k]
-                to[:, :-k] = 0
-                to[:, k - 1 : -1] += by[:, k:].flip(1)
+                to[..., -k:] = by[..., :k]
+                to[..., :-k] = 0
+                to[..., k - 1 : -1] += by[..., k:].flip(-1)
         return x
 
     @staticmethod

@@ -1,4 +1,4 @@
-"""WaveGAN's discriminator for several axes, with labels. Tensors are (batch, axis, time, channel).
+"""WaveGAN's discriminator for several axes, with labels. Tensors are (batch * axis, channel, time).
 
 References
 ----------
@@ -12,16 +12,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
+import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
 from tactogram.nn.phase_shuffle import PhaseShuffle
-from tactogram.nn.strided_convolution import (
-    StridedConv,
-    constant_response,
-    down,
-    glorot_linear,
-)
+from tactogram.nn.strided_convolution import glorot_linear, padding, strided_conv
 
 
 class WaveDiscriminator(nn.Module):
@@ -62,27 +58,35 @@ class WaveDiscriminator(nn.Module):
         labels: int,
     ) -> None:
         super().__init__()
-        self.leak = leak
+        self.leak, self.kernel, self.stride = leak, kernel, stride
         size = {"kernel": kernel, "stride": stride}
         widths = tuple(reversed(channels))
-        self.first = StridedConv(1 + labels, widths[0], **size)
-        self.layers = nn.ModuleList(StridedConv(fine, coarse, **size) for fine, coarse in pairwise(widths))
+        self.first = strided_conv(1 + labels, widths[0], **size)
+        self.layers = nn.ModuleList(strided_conv(fine, coarse, **size) for fine, coarse in pairwise(widths))
         self.shuffle = PhaseShuffle(phase_shuffle)
         self.dense = glorot_linear(axes * points * channels[0], 1)
 
     def forward(self, x: Tensor, label: Tensor) -> Tensor:
         """Return scores: (batch, axis, time) and (batch, C) -> (batch, 1). Sizes are those of Table III."""
-        h = self._first(x, label)  # B, A, 4096, 64
+        h = self._first(x, label)  # B A, 64, 4096
         for layer in self.layers:
-            h = self.shuffle(F.leaky_relu(h, self.leak))
-            h = layer(h)  # B, A, T / 4, 2 C; the last B, A, 16, 1024
-        h = F.leaky_relu(h, self.leak).flatten(1)  # B, A * 16 * 1024
+            h = F.leaky_relu(h, self.leak)
+            h = self.shuffle(h.view(*x.shape[:2], *h.shape[1:])).flatten(0, 1)
+            h = layer(h)  # B A, 2 C, T / 4; the last B A, 1024, 16
+        h = F.leaky_relu(h, self.leak).mT.reshape(len(x), -1)  # B, A * 16 * 1024
         score: Tensor = self.dense(h)  # B, 1
         return score
 
     def _first(self, x: Tensor, label: Tensor) -> Tensor:
         """Return the first convolution of the signal and its label's constant channels."""
-        weight, stride = self.first.weight, self.first.stride
-        h = down(x.flatten(0, 1)[..., None], weight[:, :1], stride=stride)  # B A, T / 4, 64
-        constant = constant_response(label, weight[:, 1:], stride=stride, time=x.shape[2])  # B, T / 4, 64
-        return h.view(*x.shape[:2], *h.shape[1:]) + (constant + self.first.bias)[:, None]  # B, A, T / 4, 64
+        kernel, stride, pad = self.kernel, self.stride, padding(self.kernel, self.stride)
+        signal, constant = self.first.weight[:, :1], self.first.weight[:, 1:]
+        h = F.conv1d(x.flatten(0, 1)[:, None], signal, self.first.bias, stride, pad)  # B A, 64, T / 4
+        # Constant channels give the same at every sample but the few whose window reaches over an end.
+        edge = -(-kernel // stride)
+        time = min(x.shape[2], (2 * edge + 1) * stride)
+        ends = F.conv1d(label[:, :, None].expand(-1, -1, time), constant, None, stride, pad)
+        if time < x.shape[2]:
+            between = ends[..., edge : edge + 1].expand(-1, -1, h.shape[2] - 2 * edge)
+            ends = torch.cat((ends[..., :edge], between, ends[..., -edge:]), 2)  # B, 64, T / 4
+        return h + ends.repeat_interleave(x.shape[1], 0)

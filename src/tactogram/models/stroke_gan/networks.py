@@ -1,4 +1,4 @@
-"""Generator and discriminator of Saga et al., Table III. Tensors are (batch, axis, time, channel), as there."""
+"""Generator and discriminator of Saga et al., Table III. Tensors are (batch * axis, channel, time)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import torch.nn.functional as F
 from torch import Tensor, nn
 
 from tactogram.models.stroke_gan.config import Config
-from tactogram.nn import StridedConvTranspose, WaveDiscriminator, glorot_linear
+from tactogram.nn import WaveDiscriminator, glorot_linear, strided_conv_transpose
 
 
 class Generator(nn.Module):
@@ -30,17 +30,17 @@ class Generator(nn.Module):
         self.shape = (axes, config.points, config.channels[0])
         self.dense = glorot_linear(config.latent + labels, axes * config.points * config.channels[0])
         self.layers = nn.ModuleList(
-            StridedConvTranspose(coarse, fine, kernel=config.kernel, stride=config.stride)
+            strided_conv_transpose(coarse, fine, kernel=config.kernel, stride=config.stride)
             for coarse, fine in pairwise((*config.channels, 1))
         )
 
     def forward(self, latent: Tensor, label: Tensor) -> Tensor:
         """Return signals within -1 to 1: (batch, latent) and (batch, C) -> (batch, axis, time)."""
         h = self.dense(torch.cat((latent, label), 1))  # B, A * 16 * 1024
-        h = h.unflatten(1, self.shape)  # B, A, 16, 1024
+        h = h.unflatten(1, self.shape).flatten(0, 1).transpose(1, 2)  # B A, 1024, 16
         for layer in self.layers:
-            h = layer(F.leaky_relu(h, self.leak))  # B, A, 4 T, C / 2; the last B, A, 16384, 1
-        return torch.tanh(h[..., 0])  # B, A, 16384
+            h = layer(F.leaky_relu(h, self.leak))  # B A, C / 2, 4 T; the last B A, 1, 16384
+        return torch.tanh(h.view(len(latent), self.shape[0], -1))  # B, A, 16384
 
 
 def discriminator(config: Config, *, axes: int, labels: int) -> WaveDiscriminator:

@@ -1,4 +1,4 @@
-"""Generator: a waveform, gains of noise in bands, and sinusoids. Tensors are (batch, axis, time, channel)."""
+"""Generator: a waveform, gains of noise in bands, and sinusoids. Tensors are (batch * axis, channel, time)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import torch.nn.functional as F
 from torch import Tensor, nn
 
 from tactogram.models.texture_gan.config import Config
-from tactogram.nn import StridedConvTranspose, WaveDiscriminator, glorot_linear
+from tactogram.nn import WaveDiscriminator, glorot_linear, strided_conv_transpose
 
 MOST_GAIN = 3.0
 """Range of the log gain of a noise band, Np: ±26 dB."""
@@ -38,7 +38,7 @@ class Generator(nn.Module):
         self.shape = (axes, config.points, config.channels[0])
         self.dense = glorot_linear(config.latent + labels, axes * config.points * config.channels[0])
         layers = [
-            StridedConvTranspose(coarse, fine, kernel=config.kernel, stride=config.stride)
+            strided_conv_transpose(coarse, fine, kernel=config.kernel, stride=config.stride)
             for coarse, fine in pairwise((*config.channels, 1 + config.noise_bands))
         ]
         self.periodic = Periodic(config, axes=axes, labels=labels) if config.sinusoids else None
@@ -63,14 +63,15 @@ class Generator(nn.Module):
             Of about unit variance.
         """
         h = self.dense(torch.cat((latent[:, : self.plain], label), 1))  # B, A * 16 * 64
-        h = h.unflatten(1, self.shape)  # B, A, 16, 64
+        h = h.unflatten(1, self.shape).flatten(0, 1).transpose(1, 2)  # B A, 64, 16
         for layer in self.layers:
             if self.periodic and layer is self.layers[-1]:
                 hidden, tones = self.periodic(latent[:, self.plain :], label)
-                h = h + hidden  # B, A, T / 4, C
-            h = layer(F.leaky_relu(h, self.leak))  # B, A, 4 T, C / 2; the last B, A, 4096, 1 + bands
-        wave, gains = h[..., 0].float(), MOST_GAIN * torch.tanh(h[..., 1:].float() / MOST_GAIN)
-        shaped: Tensor = wave + (gains.exp() * noise).sum(3)  # B, A, T
+                h = h + hidden.repeat_interleave(self.shape[0], 0)  # B A, C, T / 4
+            h = layer(F.leaky_relu(h, self.leak))  # B A, C / 2, 4 T; the last B A, 1 + bands, 4096
+        h = h.unflatten(0, noise.shape[:2]).float()
+        wave, gains = h[:, :, 0], MOST_GAIN * torch.tanh(h[:, :, 1:] / MOST_GAIN)
+        shaped: Tensor = wave + (gains.exp() * noise.mT).sum(2)  # B, A, T
         return shaped + tones if self.periodic else shaped
 
 
@@ -101,7 +102,7 @@ class Periodic(nn.Module):
         self.wave = nn.Parameter(0.05 * torch.randn(labels, 2 * config.sinusoids, axes))
 
     def forward(self, latent: Tensor, label: Tensor) -> tuple[Tensor, Tensor]:
-        """Return what is added to the hidden layer, (batch, 1, time / 4, channel), and out, (batch, axis, time)."""
+        """Return what is added to the hidden layer, (batch, channel, time / 4), and out, (batch, axis, time)."""
         place, phase = latent.float().chunk(2, 1)  # B, S
         frequency = (self.centres + self.step / 2 * place).exp()  # cycles per sample
         samples = torch.arange(self.time, device=latent.device)
@@ -109,7 +110,7 @@ class Periodic(nn.Module):
         sine = angle.sin()
         hidden, wave = (torch.einsum("bl,lsc->bcs", label.float(), w) for w in (self.hidden, self.wave))
         both = torch.cat((sine, angle.cos()), 1)  # B, 2 S, T
-        return (hidden @ sine[:, :, :: self.stride]).mT[:, None], wave @ both
+        return hidden @ sine[:, :, :: self.stride], wave @ both
 
 
 def discriminator(config: Config, *, axes: int, labels: int) -> WaveDiscriminator:

@@ -7,12 +7,17 @@ NARROW = Config(channels=(16, 8, 4, 2, 1))  # the published layout, a 64th of it
 AXES, CLASSES = 3, 9
 
 
+def as_in_table_iii(y):
+    """The shape as (batch, axis, time, channel); a dense layer's as it is."""
+    return tuple(y.shape if y.dim() == 2 else y.reshape(-1, AXES, *y.shape[-2:]).mT.shape)
+
+
 def shapes_of(network, *inputs):
     """The output shape of each convolution and dense layer, in order."""
     seen = []
     for name, module in network.named_modules():
         if name and not isinstance(module, torch.nn.ModuleList):
-            module.register_forward_hook(lambda m, x, y: seen.append(tuple(y.shape)))
+            module.register_forward_hook(lambda m, x, y: seen.append(as_in_table_iii(y)))
     with torch.no_grad():
         out = network(*inputs)
     return seen, tuple(out.shape)
@@ -60,8 +65,8 @@ def test_published_networks_have_the_weights_of_table_iii():
     assert sum(p.numel() for p in generator.parameters()) == by_hand == 22_817_281
     by_hand = 25 * (1 + 9) * 64 + shared + (64 + 128 + 256 + 512 + 1024) + 49152 + 1
     assert sum(p.numel() for p in critic.parameters()) == by_hand == 17_475_137
-    assert tuple(generator.layers[0].weight.shape) == (25, 512, 1024)
-    assert tuple(critic.first.weight.shape) == (25, 1 + 9, 64)
+    assert tuple(generator.layers[0].weight.shape) == (1024, 512, 25)
+    assert tuple(critic.first.weight.shape) == (64, 1 + 9, 25)
 
 
 def test_activations_and_their_places():
@@ -71,17 +76,24 @@ def test_activations_and_their_places():
     network.layers[0].register_forward_pre_hook(lambda m, x: seen.append(x[0]))
     network.dense.register_forward_hook(lambda m, x, y: seen.append(y))
     out = network(torch.rand(1, 100), torch.ones(1, 1))
-    before, after = seen[0].flatten(), seen[1].flatten()
+    before, after = seen[0].view(1, 16, 16).mT, seen[1]
     torch.testing.assert_close(after, torch.where(before > 0, before, 0.2 * before))
     assert out.abs().max() < 1
 
 
 def test_axes_share_their_filters_and_are_not_convolved_together():
     network = Generator(NARROW, axes=3, labels=1)
-    h = torch.randn(2, 3, 16, 16)
-    y = network.layers[0](h)
-    alone = network.layers[0](h[:, 1:2])
-    torch.testing.assert_close(y[:, 1:2], alone)
+    latent, label = torch.rand(2, 100), torch.ones(2, 1)
+    whole = network(latent, label)
+    with torch.no_grad():
+        network.dense.weight.view(3, 16 * 16, -1)[0] = 0  # the first axis begins with nothing
+    without = network(latent, label)
+    torch.testing.assert_close(without[:, 1:], whole[:, 1:])
+    assert not torch.allclose(without[:, 0], whole[:, 0])
+    with torch.no_grad():
+        network.dense.weight.view(3, 16 * 16, -1)[:] = network.dense.weight.view(3, 16 * 16, -1)[1].clone()
+    same = network(latent, label)
+    torch.testing.assert_close(same[:, 0], same[:, 2])
 
 
 def test_label_channels_are_constant_channels_beside_the_signal():
@@ -89,8 +101,8 @@ def test_label_channels_are_constant_channels_beside_the_signal():
     with torch.no_grad():
         network.first.bias.uniform_(-1, 1)
     x, label = torch.randn(3, 2, 16384), torch.rand(3, CLASSES)
-    channels = label[:, None, None].expand(-1, 2, 16384, -1)
-    plain = network.first(torch.cat((x[..., None], channels), 3))  # B, A, T, 1 + C
+    channels = label.repeat_interleave(2, 0)[:, :, None].expand(-1, -1, 16384)
+    plain = network.first(torch.cat((x.view(6, 1, -1), channels), 1))  # B A, 1 + C, T
     torch.testing.assert_close(network._first(x, label), plain, atol=1e-4, rtol=1e-4)
 
 

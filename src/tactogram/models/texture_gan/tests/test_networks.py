@@ -36,7 +36,7 @@ def test_sinusoids_have_their_frequencies_and_labels_mix_in_them():
         periodic.wave[1, 4, 0] = 1.0  # sine 4 in the first axis of label 1
     label = torch.eye(3)
     hidden, wave = periodic(latent, label[1:2])
-    assert hidden.shape == (1, 1, config.length // 4, 4)
+    assert hidden.shape == (1, 4, config.length // 4)
     assert wave.shape == (1, 2, config.length)
     assert not wave[0, 1].any()
     spectrum = torch.fft.rfft(wave[0, 0] * torch.hann_window(config.length)).abs()
