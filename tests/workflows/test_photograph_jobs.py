@@ -150,7 +150,8 @@ def test_what_cannot_be_asked_says_so(run, looks, tmp_path):
 
 def test_pictures_are_judged_beside_signals_and_the_loss_is_divided(looks, tmp_path, monkeypatch):
     monkeypatch.setattr(
-        "tactogram.workflows.evaluation.evaluate.judged_pictures", partial(evaluate_run_pictures, most=16)
+        "tactogram.workflows.evaluation.evaluate.evaluate_run_pictures",
+        partial(evaluate_run_pictures, most=16),
     )
     longer = {"config.pairs.hop": 16, "config.pairs.frames": 32}  # half a second
     sight = train(
