@@ -68,3 +68,15 @@ def test_what_is_not_said_is_found():
     )
     found = {name: lacks(node) for name, node in functions(tree.body)}
     assert found == {"one": ["DataError", "a shape"], "two": [], "three": ["a docstring"]}
+
+
+def test_headings_of_modules_and_classes_name_a_thing():
+    question = re.compile(r"(What|How|Whether|Where|Which|When|Who|Why|Of|From)\b")
+    found = []
+    for path in sorted((ROOT / "src").rglob("*.py")):
+        if "tests" not in path.parts:
+            tree = ast.parse(path.read_text(encoding="utf-8"))
+            nodes = [tree, *(node for node in ast.walk(tree) if isinstance(node, ast.ClassDef))]
+            heads = [(ast.get_docstring(node) or "").partition("\n")[0] for node in nodes]
+            found += [f"{path.name}: {head}" for head in heads if question.match(head)]
+    assert not found

@@ -17,7 +17,7 @@ MOST_DB, MOST_GAIN = 200.0, 1e12
 
 @dataclass(frozen=True)
 class Level:
-    """How strong the output of a display shall be.
+    """Requested strength of a display's output.
 
     Parameters
     ----------

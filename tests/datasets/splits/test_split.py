@@ -239,7 +239,7 @@ def test_a_leak_in_a_file_is_found(tmp_path):
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("x", "not a readable split"),
+        ("x", "not a JSON document"),
         ("{}", "not a split"),
         ('{"format": "tactogram-split", "version": 9}', "version must be 1, got 9"),
         ('{"format": "tactogram-split", "version": 1}', "lacks or misspells 'train'"),

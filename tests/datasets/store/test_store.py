@@ -235,7 +235,12 @@ def test_another_version_is_refused_in_one_line(tmp_path, version):
 
 @pytest.mark.parametrize(
     ("text", "says"),
-    [("", "not readable"), ("[]", "not a store"), ('{"format": "x"}', "not a store"), (None, "data import")],
+    [
+        ("", "not a JSON document"),
+        ("[]", "not a store"),
+        ('{"format": "x"}', "not a store"),
+        (None, "data import"),
+    ],
 )
 def test_what_is_no_store_is_refused(tmp_path, text, says):
     if text is not None:

@@ -97,7 +97,11 @@ def test_a_drive_never_replaces_its_signal(capsys, recording):
 
 @pytest.mark.parametrize(
     ("speed", "message"),
-    [("0", "a speed must be > 0 mm/s"), ("nan", "a speed must be > 0 mm/s"), ("1e-9", "cut the signal")],
+    [
+        ("0", "a speed must be > 0 mm/s"),
+        ("nan", "a speed must be > 0 mm/s"),
+        ("1e-9", "a speed must be 1e-07 to 1e+08 mm/s for this signal"),
+    ],
 )
 def test_a_speed_that_no_finger_has_is_one_line(capsys, tmp_path, speed, message):
     mu = Signal(np.linspace(0.3, 0.4, 100).astype(np.float32), 10, "1", domain="displacement")

@@ -1,1 +1,1 @@
-"""From a signal to the drive of a display."""
+"""Drives: from a signal to the input of a display."""

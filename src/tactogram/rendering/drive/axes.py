@@ -1,4 +1,4 @@
-"""How the axes of a signal become those that a display renders: stated in its file, switchable, and reported."""
+"""Axis reduction: how a signal's axes become those of a display; stated in its file, switchable, reported."""
 
 from __future__ import annotations
 

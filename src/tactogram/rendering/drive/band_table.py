@@ -1,4 +1,4 @@
-"""How strong each octave is that was wanted and that comes out."""
+"""Octave-band table of wanted and rendered levels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What makes up for a display's response in a stream: causal, of least phase, its errors told before it plays.
+"""Equaliser of a stream for a display's response: causal, minimum phase, its errors reported beforehand.
 
 A whole file is divided by the response in one spectrum, within the display's band and with a cap on what is raised
 (`rendering.displays.response.inverse`). A stream has only the past. Its equaliser has the same magnitude and, of all

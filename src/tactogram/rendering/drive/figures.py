@@ -1,4 +1,4 @@
-"""What is seen of a rendering: the signal, its drive within the limits, what was wanted and what comes out."""
+"""Figures of a rendering: the signal, its drive within the limits, wanted and rendered output."""
 
 from __future__ import annotations
 

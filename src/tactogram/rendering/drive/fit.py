@@ -1,4 +1,4 @@
-"""From a signal to the drive of a display, with a report of what that changed. Pure: files are the job's."""
+"""Fit of a signal to the drive of a display, with a report of the changes. Pure: files are the workflow's."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MOST_SAMPLES = 2e8
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """What is sent to a display, and what became of the signal on the way.
+    """Drive of a display, and the report of its fit.
 
     Parameters
     ----------
@@ -127,5 +127,10 @@ def _over_time(signal: Signal, speed_mm_s: float | Signal, display: Display) -> 
     if isinstance(speed_mm_s, Signal):
         rate = display.rate if display.band is None else min(display.rate, 4 * display.band[1])
         return played(signal, speed_mm_s, rate), f"met at a given speed over {speed_mm_s.seconds:.4g} s"
+    low, high = (limit / signal.rate for limit in RATES)
+    if not low <= speed_mm_s <= high:
+        raise ParameterError(
+            f"a speed must be {low:.3g} to {high:.3g} mm/s for this signal, got {speed_mm_s:g}"
+        )
     over_time = played(signal, speed_mm_s, signal.rate * speed_mm_s)
     return over_time, f"met at {speed_mm_s:g} mm/s: {signal.length_mm:.4g} mm in {over_time.seconds:.4g} s"

@@ -1,4 +1,4 @@
-"""From measured pairs of voltage and friction to the square law's constant, person by person, with intervals.
+"""Friction calibration: the square law's constant from voltage and friction, by person, with intervals.
 
 The future work of Cai et al. 2020 (FrictGAN, Sec. 5): a regression between driving voltage and friction coefficient.
 The model is mu = mu_0 + s V^2 / F_n with s = mu_0 k_e; least squares give mu_0 and s, and k_e = s / mu_0 with an
@@ -34,7 +34,7 @@ LEAST_PAIRS, LEAST_VOLTAGES = 6, 3
 
 @dataclass(frozen=True)
 class FrictionMeasurements:
-    """What was measured of one person: voltages (V rms), friction coefficients and normal forces (N), same length."""
+    """Measurements of one person: voltages (V rms), friction coefficients and normal forces (N), same length."""
 
     person: str
     voltage_v_rms: NDArray[np.float64]

@@ -1,4 +1,4 @@
-"""From a level that was asked for to the factor that gives it, and from too large a drive to one within limits."""
+"""Level scaling: the factor for a requested level, and the reduction of a drive that exceeds limits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What modulates a carrier: within a band, with a first-order low-pass taken back, and within -1..1."""
+"""Modulation of a carrier: within a band, with a first-order low-pass compensated, and within -1..1."""
 
 from __future__ import annotations
 

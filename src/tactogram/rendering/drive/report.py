@@ -1,4 +1,4 @@
-"""What became of a signal on its way to a display: what was scaled, what was clipped, what cannot be reached."""
+"""Fit report: what was scaled, what was clipped, what cannot be reached."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SENTENCES = ("scaled", "clipped", "unreachable")
 
 @dataclass(frozen=True)
 class FitReport:
-    """What `fit` did. Everything is JSON values.
+    """Report of `fit`. Everything is JSON values.
 
     Parameters
     ----------

@@ -104,7 +104,7 @@ def bounds(display: Display) -> tuple[np.float32, np.float32]:
 
 
 class DriveGuard:
-    """What stands between a stream of drive blocks and a device: the same promises, block by block.
+    """Guard between a stream of drive blocks and a device: the same promises, block by block.
 
     A block with a NaN or an infinity in it is a fault: instead of it and of everything after it comes a fade to rest.
     ``missing`` gives blocks for a connection that went silent: a fade to rest, then rest. After a fault `reset` is

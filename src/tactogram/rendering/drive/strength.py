@@ -1,4 +1,4 @@
-"""How strong a vibration is from moment to moment, for displays that can only be told how strong to vibrate."""
+"""Vibration strength over time, for displays that accept a strength only."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class StrengthSettings(BaseModel):
 
 @dataclass(frozen=True, eq=False)
 class Strength:
-    """How strong a display shall vibrate.
+    """Strength of a display's vibration over time.
 
     Parameters
     ----------

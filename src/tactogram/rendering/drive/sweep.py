@@ -87,7 +87,7 @@ def exponential_sweep(
 
 @dataclass(frozen=True, eq=False)
 class SweepResult:
-    """What a sweep tells of a display.
+    """Response of a display identified from a sweep.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ PADDING_S = 0.25
 
 
 class Settings(BaseModel):
-    """How a linear display's response is made up for, and what happens where its limit is in the way."""
+    """Equalisation of a linear display's response, and the treatment of its limit."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

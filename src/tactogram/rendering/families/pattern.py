@@ -16,7 +16,7 @@ from tactogram.signal.signal import Signal
 
 
 class Settings(StrengthSettings):
-    """What a phone's vibrator can be told."""
+    """Capabilities of a phone's vibrator."""
 
     strengths: int = Field(default=255, ge=1, le=255)
     """Steps of strength above silence: 255 with amplitude control, 1 for on and off alone."""

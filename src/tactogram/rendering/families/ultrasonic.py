@@ -42,7 +42,7 @@ BAND = (0.0, 1000.0)
 
 
 class Settings(CarrierSettings):
-    """How a signal becomes the drive of an ultrasonic display: the generator's voltage, before the amplifier."""
+    """Map from a signal to the drive of an ultrasonic display: the generator's voltage, before the amplifier."""
 
     resonant: ClassVar[bool] = True
 

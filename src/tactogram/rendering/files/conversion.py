@@ -31,7 +31,7 @@ GRAVITY = 1.0
 
 @dataclass(frozen=True, eq=False)
 class HapticFile:
-    """What a haptic file holds.
+    """Content of a haptic file.
 
     Parameters
     ----------

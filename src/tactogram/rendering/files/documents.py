@@ -22,7 +22,7 @@ MOST_SAMPLES = 2**25
 
 @dataclass(frozen=True)
 class DocumentHeader:
-    """What a document states beside the samples.
+    """Header of a document: its statements beside the samples.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class DocumentHeader:
 
 @dataclass(frozen=True, eq=False)
 class DecodedDocument:
-    """What a document holds.
+    """Content of a document.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How strong a vibration is over time and at which frequency: what most haptic files hold in the place of samples.
+"""Envelope and frequency of a vibration over time, which most haptic files hold instead of samples.
 
 Only what an actuator plays and a finger feels counts: 0 to 1000 Hz without the constant.
 """
@@ -52,7 +52,7 @@ choice."""
 
 @dataclass(frozen=True)
 class FrequencySpan:
-    """What a file's 0 to 1 of frequency or sharpness stands for.
+    """Frequencies that a file's 0 and 1 of frequency or sharpness stand for.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a file has lost: the signal beside what is read back from it."""
+"""Conversion loss: a signal beside what is read back from its file."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FLAT_ENVELOPE = 0.02
 
 @dataclass(frozen=True)
 class ConversionLoss:
-    """How a signal and its copy differ. What cannot be had is None: nothing correlates with a constant.
+    """Differences of a signal and its copy. None where undefined: nothing correlates with a constant.
 
     Parameters
     ----------

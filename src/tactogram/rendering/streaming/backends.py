@@ -1,4 +1,4 @@
-"""Where blocks go, and who keeps the time: nobody (a file), our own clock, or a sound card's.
+"""Stream backends, which take blocks and keep the time: a file, our own clock, or a sound card.
 
 ``file`` renders as fast as it can, on a clock of samples: the same motion gives the same samples. ``clock`` sleeps
 from block to block. ``null`` is a device of the miniaudio library that plays to nobody at the right pace: what a sound

@@ -1,4 +1,4 @@
-"""When a block begins by the samples' own clock, however unevenly a device asks for blocks.
+"""Block clock: start times on the samples' own clock, however unevenly a device asks for blocks.
 
 A device plays its samples evenly and asks for them when its buffers and the machine's other work let it: some
 milliseconds early or late. A finger that is asked for at those moments seems to tremble, which is felt as a rough

@@ -1,4 +1,4 @@
-"""What a landing finger feels: a transient on a path of its own, that waits for nothing.
+"""Contact transients of a landing finger, on a path of their own without delay.
 
 A delay is noticed at 40 to 60 ms while stroking, at 5.5 ms while tapping, so a tap is not smoothed, not ramped and
 begins with the first sample of the next block: a decaying sine whose amplitude goes with how hard the finger lands and

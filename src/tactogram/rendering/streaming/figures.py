@@ -1,4 +1,4 @@
-"""What a stream did: the finger's speed and force, and below them the spectrogram of what was sent."""
+"""Figures of a stream: the finger's speed and force above the spectrogram of the output."""
 
 from __future__ import annotations
 

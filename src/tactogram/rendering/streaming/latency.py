@@ -1,4 +1,4 @@
-"""How late a stream is, measured while it runs: quantiles of millions of blocks in a few kilobytes."""
+"""Latency of a stream, measured while it runs: quantiles of millions of blocks in a few kilobytes."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Durations:
 
 @dataclass
 class Latency:
-    """What a stream measures about itself, per block.
+    """Latency statistics of a stream, per block.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How the finger moves, out of samples that come late, at any rate, and not all of them.
+"""Finger motion from samples that come late, at any rate, and with losses.
 
 Position, speed and force each come at their own rate. What is used is the newest of each; what comes too late is
 dropped and counted, never queued: an old position rendered now is felt as a delay from then on.
@@ -63,7 +63,7 @@ class MotionSample:
 
 
 class MotionSource(Protocol):
-    """Where motion comes from: a file, a network port, a mouse, a simulated hand."""
+    """Source of motion: a file, a network port, a mouse, a simulated hand."""
 
     name: str
     simulated: bool
@@ -102,7 +102,7 @@ class MixWeights:
 
 @dataclass(frozen=True)
 class MotionSettings:
-    """How motion is smoothed, and when it is too old.
+    """Smoothing and expiry of motion.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ class MotionSettings:
 
 @dataclass
 class MotionCounts:
-    """What became of the samples."""
+    """Counts of received, late and rejected samples."""
 
     used: int = 0
     late: int = 0
@@ -163,7 +163,7 @@ class MotionCounts:
 
 @dataclass
 class FingerState:
-    """What is known of the finger now. Positions in mm, velocities in mm/s, times in s on the engine's clock.
+    """State of the finger. Positions in mm, velocities in mm/s, times in s on the engine's clock.
 
     Follow it with `update` for each sample and `at` at the beginning of each block.
     """

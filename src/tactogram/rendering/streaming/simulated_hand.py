@@ -19,7 +19,7 @@ UP_S = 0.08
 
 @dataclass(frozen=True)
 class HandSettings:
-    """What a simulated hand does.
+    """Settings of a simulated hand.
 
     A stroke follows the path of least jerk (Flash & Hogan 1985): from rest to rest, its peak speed 1.875 times its
     mean. Every few strokes the finger lifts, and lands elsewhere.

@@ -63,7 +63,7 @@ class Recorder(Protocol):
 
 
 class ProbeSettings(BaseModel):
-    """What leads from the transducer to the converter."""
+    """Probe factors between the transducer and the converter."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -76,7 +76,7 @@ class ProbeSettings(BaseModel):
 
 
 class MeasurementTiming(BaseModel):
-    """How long a frequency is held, and how long of it is measured."""
+    """Time that a frequency is held, and the part of it that is measured."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

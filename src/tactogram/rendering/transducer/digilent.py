@@ -41,7 +41,7 @@ OFF = -1.0
 
 
 class GeneratorSettings(BaseModel):
-    """What the device is to generate."""
+    """Settings of the generator."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

@@ -25,7 +25,7 @@ STALLED_S = 2.0
 
 
 class ScopeSettings(BaseModel):
-    """Which inputs, and how."""
+    """Settings of the inputs."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

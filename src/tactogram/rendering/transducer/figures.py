@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class EnvelopeTransmission:
-    """What arrived of an envelope at a simulated transducer.
+    """Transmission of an envelope through a simulated transducer.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ ENVELOPE_HZ = 4000.0
 
 
 class BenchSettings(BaseModel):
-    """What the simulated bench is. All of it is ours, no device's."""
+    """Settings of the simulated bench. All of it is ours, no device's."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

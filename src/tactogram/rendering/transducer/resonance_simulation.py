@@ -80,7 +80,7 @@ class SimulatedAdmittance:
 
 @dataclass(frozen=True)
 class TrackingResult:
-    """How a simulated drift was followed, one value per step; errors are the carrier less the true resonance, Hz."""
+    """Result of tracking a simulated drift, one value per step; errors are the carrier less the true resonance, Hz."""
 
     tracker: ResonanceTracker
     resonance_hz: tuple[float, ...]

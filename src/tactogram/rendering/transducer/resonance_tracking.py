@@ -43,7 +43,7 @@ class TrackingError(TactogramError):
 
 
 class TrackingSettings(BaseModel):
-    """How a resonance is looked for and followed."""
+    """Settings of the search for a resonance and of its tracking."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

@@ -38,7 +38,7 @@ HIGHEST_HZ = 1000.0
 
 
 class Settings(CarrierSettings):
-    """How a friction coefficient becomes the voltage of an electrovibration display. Voltages are at the electrode."""
+    """Map from a friction coefficient to the voltage of an electrovibration display, at the electrode."""
 
     newton_per_v2: float = Field(gt=0, allow_inf_nan=False)
     """k_e: attraction per square of the rms voltage, N/V^2. Calibrated; of the order of 1e-5."""

@@ -74,13 +74,13 @@ class Continuous(DocumentPart):
 
 
 class Signals(DocumentPart):
-    """What is played."""
+    """Signals of a clip."""
 
     continuous: Continuous
 
 
 class Version(DocumentPart):
-    """Of the format."""
+    """Version of the format."""
 
     major: int = Field(ge=1, le=1)
     minor: int = Field(ge=0)

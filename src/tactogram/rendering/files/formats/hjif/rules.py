@@ -54,7 +54,7 @@ class Effect(DocumentPart):
 
 
 class Band(DocumentPart):
-    """What adds up to a channel."""
+    """Band: a component of a channel."""
 
     band_type: Literal["Transient", "Curve", "VectorialWave", "WaveletWave"]
     curve_type: Literal["Unknown", "Cubic", "Linear", "Akima", "Bezier", "Bspline"] = "Unknown"
