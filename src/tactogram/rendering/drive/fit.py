@@ -16,7 +16,7 @@ from tactogram.rendering.drive.report import SENTENCES, FitReport, amount, signa
 from tactogram.rendering.drive.safety import safe
 from tactogram.rendering.level import Level
 from tactogram.signal.displacement import played
-from tactogram.signal.signal import Signal
+from tactogram.signal.signal import RATES, Signal
 
 MOST_SAMPLES = 2e8
 """Of a drive and channel: 400 s of an ultrasonic waveform, and 1.6 GB where it is transformed."""
