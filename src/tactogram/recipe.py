@@ -30,12 +30,12 @@ class Preparation(BaseModel):
     length: float | None = Field(default=None, gt=0, allow_inf_nan=False)
     """How much of a recording's beginning is kept, s, or mm over displacement: for takes that end at rest. None, and
     one that is shorter, is kept whole."""
-    axes: tuple[str, ...] | Literal["all", "dft321", "mean"] = "all"
+    axes: Annotated[tuple[str, ...], Field(min_length=1)] | Literal["all", "dft321", "mean"] = "all"
     """Axes to keep by name, all of them, three combined to one by DFT321, or the mean of however many there are: for
     recordings of one and two channels, as a player with one channel plays them."""
     band: tuple[float, float] | None = None
     """Pass band in Hz (zero-phase); None leaves the signal as it is."""
-    rate: Annotated[float, Field(gt=0)] | Literal["own", "band"] = "own"
+    rate: Annotated[float, Field(gt=0, le=1e6)] | Literal["own", "band"] = "own"
     """Sampling rate in Hz; ``own`` keeps the recording's; ``band`` is 2.5 times the upper edge of ``band``
     where that is lower than the recording's own, which loses nothing that the band-pass left."""
 

@@ -102,8 +102,9 @@ def test_another_preparation_is_not_taken_from_the_cache(store, tmp_path):
 
 def test_the_temporary_cache_goes_with_the_object(store):
     examples = Examples(store, whole(store), Preparation())
-    folder = examples._cache
     assert len(examples[0].signal) == 1000
+    folder = examples._cache
+    assert folder.is_dir()
     del examples
     assert not folder.exists()
 

@@ -1,5 +1,6 @@
 """What goes wrong is one line, leaves nothing behind, and can be gone on from."""
 
+import tempfile
 from dataclasses import replace
 
 import numpy as np
@@ -30,6 +31,14 @@ from tactogram.workflows.training.train import train
         ({"devices": 0}, "--devices 0"),
         ({"where": {"material": "cork"}}, "at least 2 materials"),
         ({"changes": {"prepare.axes": ["q"]}}, "axis must be one of x, y, z"),
+        ({"changes": {"prepare.axes": []}}, "prepare.axes.*at least 1 item"),
+        ({"changes": {"prepare.rate": 1e12}}, "prepare.rate.*must be less than or equal to 1000000"),
+        (
+            {"changes": {"config.steps": 10**19}},
+            "config of stroke_cnn: steps: must be at most 10000000, got 1000",
+        ),
+        ({"changes": {"config.filters": [10**10, 8]}}, "filters: must be at most 10000000"),
+        ({"changes": {"config.dense": [10**7, 10**7]}}, "model stroke_cnn needs more memory than there is"),
         ({"changes": {"config.window": 5000}}, "a window needs 5000"),
         ({"changes": {"config.pool": 64}}, "too short for these filters"),
         ({"changes": {"config.filters": [0, 8]}}, "filters.0"),
@@ -45,6 +54,27 @@ def test_a_training_that_cannot_begin_leaves_nothing(options, message, store, tm
     with pytest.raises(ParameterError, match=message) as raised:
         train("stroke_cnn", store, recipe="tiny", out=tmp_path / "run", **{"accelerator": "cpu", **options})
     assert "\n" not in str(raised.value)
+    assert not (tmp_path / "run").exists()
+
+
+def test_settings_that_are_refused_leave_no_prepared_folder(store, tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    with pytest.raises(ParameterError, match="axis must be one of x, y, z"):
+        train("stroke_cnn", store, recipe="tiny", out=tmp_path / "run", changes={"prepare.axes": ["q"]})
+    assert list(tmp_path.glob("tactogram-prepared-*")) == []
+
+
+def test_a_training_that_fails_in_its_first_step_leaves_nothing(store, tmp_path, monkeypatch):
+    options = {"recipe": "tiny", "out": tmp_path / "run", "accelerator": "cpu"}
+
+    def failed(*args, **kwargs):
+        raise MemoryError("unable to allocate 74 GiB")
+
+    monkeypatch.setattr("tactogram.workflows.training.train.fit", failed)
+    with pytest.raises(
+        ParameterError, match=r"stroke_cnn needs more memory than there is \(unable to allocate"
+    ):
+        train("stroke_cnn", store, **options)
     assert not (tmp_path / "run").exists()
 
 

@@ -236,6 +236,11 @@ def test_generated_files_say_what_they_are(voice, tmp_path):
         ({"material": {"cork": 0.0}}, {}, "at least one material needs a weight > 0"),
         ({"material": "cork"}, {"seconds": 36_000.0}, "seconds must be > 0 and at most 3600, got 36000"),
         ({"material": "cork"}, {"count": 0}, "count must be at least 1"),
+        (
+            {"material": "cork"},
+            {"count": 10**11},
+            "count must be at least 1 and at most 100000, got 100000000000",
+        ),
         ({"material": "cork", "words": {"rough": 1.0}}, {}, "condition 'words' is not one this model takes"),
     ],
 )

@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+from threading import Lock
 from typing import Any, overload
 
 import numpy as np
@@ -78,11 +79,7 @@ class Examples(Sequence[Example]):
         self._region_of = {region.key: region for region in reversed(regions or ())}
         self.store, self.segments, self.prepare, self.label = store, tuple(segments), prepare, label
         self.infos: tuple[RecordingInfo, ...] = tuple(store.info(segment.id) for segment in self.segments)
-        if cache_dir is None:
-            self._cache = scratch_of(self)
-        else:
-            self._cache = Path(cache_dir)
-            self._cache.mkdir(parents=True, exist_ok=True)
+        self._cache, self._making = cache_dir, Lock()
 
     def __len__(self) -> int:
         """Return the number of segments."""
@@ -165,14 +162,17 @@ class Examples(Sequence[Example]):
             "prepare": self.prepare.model_dump(mode="json"),
         }
         name = hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()[:32]
-        samples, kind = self._cache / f"{name}.npy", self._cache / f"{name}.json"
-        if not samples.exists():
+        if self._cache is None or not (self._cache / f"{name}.npy").exists():
             signal = self.prepare.apply(_cut(self.store, segment, stream))
             held = {"rate": signal.rate, "unit": signal.unit, "axes": signal.axes, "domain": signal.domain}
-            _replace(kind, json.dumps(held).encode())
-            _replace(samples, signal.samples)
-        held = json.loads(kind.read_bytes())
-        mapped = np.load(samples, mmap_mode="r", allow_pickle=False)
+            with (
+                self._making
+            ):  # the folder is made once a signal could be prepared: a refused setting leaves none
+                self._cache = self._cache or scratch_of(self)
+            _replace(self._cache / f"{name}.json", json.dumps(held).encode())
+            _replace(self._cache / f"{name}.npy", signal.samples)
+        held = json.loads((self._cache / f"{name}.json").read_bytes())
+        mapped = np.load(self._cache / f"{name}.npy", mmap_mode="r", allow_pickle=False)
         return Signal(mapped, held["rate"], held["unit"], tuple(held["axes"]), held["domain"])
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from tactogram.errors import ParameterError
+from tactogram.errors import ParameterError, shown
 from tactogram.model import CONDITIONS, Kind, Learner
 from tactogram.plugins import entry_point_modules, further_folders, import_path
 from tactogram.text_files import read_toml
@@ -27,6 +27,9 @@ ENTRY_POINTS = "tactogram.models"
 FOLDERS_VARIABLE = "TACTOGRAM_MODELS"
 """Environment variable with further folders of models, separated as in PATH."""
 
+
+MOST_COUNT = 10_000_000
+"""Largest integer of a configuration: weeks of steps, and far more than any network's width."""
 
 LearnsFrom = Literal["recordings", "ratings", "images", "both"]
 """Recordings of materials; what was rated (signals, or images); rated images; rated surfaces beside rated signals."""
@@ -105,7 +108,14 @@ class ModelInfo(ModelDescription):
         ParameterError
             If a key or value is not one of this model.
         """
-        return validated(self.config_class(), values or {}, where=f"config of {self.name}")
+        config = validated(self.config_class(), values or {}, where=f"config of {self.name}")
+        for key, value in config.model_dump().items():
+            for number in value if isinstance(value, list | tuple) else [value]:
+                if isinstance(number, int) and number > MOST_COUNT:
+                    raise ParameterError(
+                        f"config of {self.name}: {key}: must be at most {MOST_COUNT}, got {shown(number)}"
+                    )
+        return config
 
     def build(
         self, config: BaseModel, kind: Kind, *, seed: int, device: str | torch.device = "cpu"
@@ -123,7 +133,10 @@ class ModelInfo(ModelDescription):
         device : str or torch.device
             Where the model computes.
         """
-        learner: Learner = self._module().build(config, kind, seed=seed, device=device)
+        from tactogram.training.device import memory_checked
+
+        with memory_checked(f"model {self.name}"):
+            learner: Learner = self._module().build(config, kind, seed=seed, device=device)
         return learner
 
     def _module(self) -> ModuleType:

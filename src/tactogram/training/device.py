@@ -2,10 +2,33 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from tactogram.errors import ParameterError
 from tactogram.recipe import TrainingSettings
+
+
+@contextmanager
+def memory_checked(what: str) -> Iterator[None]:
+    """Refuse in one line what needs more memory than there is, on the processor or a GPU.
+
+    Raises
+    ------
+    ParameterError
+        Naming ``what``.
+    """
+    try:
+        yield
+    except (MemoryError, RuntimeError) as error:
+        line = str(error).partition("\n")[0]
+        if not isinstance(error, MemoryError) and not re.search("memory|Storage size", line):
+            raise
+        raise ParameterError(
+            f"{what} needs more memory than there is ({line}); make the sizes in config smaller"
+        ) from error
 
 
 def make_fabric(training: TrainingSettings, *, accelerator: str = "auto", devices: int = 1) -> Any:

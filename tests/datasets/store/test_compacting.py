@@ -4,6 +4,8 @@ import json
 import os
 import pickle
 import shutil
+import subprocess
+import sys
 from dataclasses import fields
 from pathlib import Path
 
@@ -18,6 +20,7 @@ from tactogram.datasets.store import compacting, shard_writing
 from tactogram.datasets.store import pending as unfinished
 from tactogram.datasets.store.appending import append_recording, recovered
 from tactogram.datasets.store.compacting import compact
+from tactogram.datasets.store.pending import host_name
 from tactogram.datasets.store.store import problems
 from tactogram.errors import DataError
 from tactogram.signal import Image, Signal
@@ -249,3 +252,21 @@ def test_the_verb_prints_sizes_before_and_after(taken, capsys):
     assert "shards_before" in out
     assert store.sha256 in out
     assert main(["data", "check", str(store.path)]) == 0
+
+
+def test_what_a_killed_process_noted_goes_when_the_next_one_adds(taken):
+    store, takes = taken(count=2)
+    gone = subprocess.run([sys.executable, "-c", "import os; print(os.getpid())"], stdout=-1, check=True)
+    left = {
+        f"adding-{host_name()}-{int(gone.stdout)}.txt": "shard-left.parquet\n",
+        f"adding-{host_name()}-{os.getpid()}.txt": "shard-own.parquet\n",
+        "adding-elsewhere-7.txt": "shard-theirs.parquet\n",
+    }
+    for name, shard in left.items():
+        (store.path / name).write_text(shard)
+        (store.path / shard.strip()).touch()
+    assert_holds(append_recording(store.path, take(60), **FACTS), [*takes, take(60)])
+    kept = {path.name for path in store.path.iterdir()}
+    assert "shard-left.parquet" not in kept
+    assert not any(name.endswith(f"-{int(gone.stdout)}.txt") for name in kept)
+    assert {"shard-own.parquet", "shard-theirs.parquet", "adding-elsewhere-7.txt"} <= kept

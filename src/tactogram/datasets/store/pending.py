@@ -8,7 +8,7 @@ import shutil
 import socket
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Literal
 
@@ -40,27 +40,29 @@ def clear_stale_parts(path: Path) -> list[Path]:
     return left
 
 
-def clear_unfinished(path: Path) -> list[str]:
+def clear_unfinished(path: Path, *, own: bool = True) -> list[str]:
     """Remove what a killed process left in the store ``path`` on its way into it, and return the files' names.
 
     Only what was noted before it was written, and what ``dataset.json`` does not name: a reader of all
-    ``shard-*.parquet`` then finds what the store holds. Those of a process that still runs are left alone.
+    ``shard-*.parquet`` then finds what the store holds. Those of a process that still runs are left alone; so are those
+    noted under this process's number unless they are its ``own``, left by an earlier process of that number.
     """
     removed = []
     for noted in sorted(path.glob(f"*-{host_name()}-*.txt")):
         kind, process = noted.stem.partition("-")[0], noted.stem.rpartition("-")[2]
         if kind not in ("adding", "compacting", "replacing") or not process.isdigit():
             continue
-        if int(process) != os.getpid() and psutil.pid_exists(int(process)):
+        if not own if int(process) == os.getpid() else psutil.pid_exists(int(process)):
             continue
         facts = StoreInfo.load(path)
         named = {stored.file for stored in (*facts.shards, *facts.images)} | {facts.ids, FACTS}
         named |= {facts.ratings.file} if facts.ratings is not None else set()
-        for name in noted.read_text(encoding="utf-8").split():
-            if name not in named and (path / name).exists():
-                (path / name).unlink()
-                removed.append(name)
-        noted.unlink()
+        with suppress(FileNotFoundError):  # another process clears them, too
+            for name in noted.read_text(encoding="utf-8").split():
+                if name not in named and (path / name).exists():
+                    (path / name).unlink()
+                    removed.append(name)
+            noted.unlink()
     return removed
 
 

@@ -14,7 +14,7 @@ from tactogram.datasets.ratings.ratings import Ratings, item_of
 from tactogram.datasets.recording import Recording, content_id
 from tactogram.datasets.store.layout import FACTS, ID_TABLE, StoredFile, StoreInfo, facts_hash, store_hash
 from tactogram.datasets.store.parquet import stored_file
-from tactogram.datasets.store.pending import StagedFiles, await_replaced
+from tactogram.datasets.store.pending import StagedFiles, await_replaced, clear_unfinished
 from tactogram.datasets.store.photographs import Photograph, image_key, photograph_of
 from tactogram.datasets.store.shard_writing import ShardWriter
 from tactogram.datasets.store.store import Store
@@ -50,6 +50,8 @@ class StoreWriter:
         """To be written with the rest; None leaves those that are there."""
         self.photographs = {material: dict(held) for material, held in facts.photographs.items()}
         self._store = store
+        if store is not None:
+            clear_unfinished(folder, own=False)
         self._files = StagedFiles(folder, adding=store is not None, durable=durable)
         self._shards = ShardWriter(self._files, facts.streams, facts.shards)
         pictures = () if store is None else store.photograph_keys()

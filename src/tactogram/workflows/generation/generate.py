@@ -13,6 +13,8 @@ from tactogram.signal.io import WRITABLE, read_image, write_image, write_signal
 from tactogram.training.seeds import child_seed
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 
+MOST = 100_000
+"""Pieces that are made in one go."""
 LONGEST_S = 3600.0
 """Longest signal that is made in one go, in s."""
 
@@ -49,8 +51,8 @@ def generate(
         raise ParameterError(f"seconds must be > 0 and at most {LONGEST_S:g}, got {seconds:g}")
     if seed < 0:
         raise ParameterError(f"seed must be >= 0, got {seed}")
-    if count < 1:
-        raise ParameterError(f"count must be at least 1, got {count}")
+    if not 1 <= count <= MOST:
+        raise ParameterError(f"count must be at least 1 and at most {MOST}, got {count}")
     for drawn in seeds_of(seed, count):
         yield generator.generate(condition, seconds=seconds, seed=drawn)
 

@@ -13,7 +13,7 @@ from tactogram.datasets import (
     signal_kind,
 )
 from tactogram.datasets.splits.split import By
-from tactogram.errors import ParameterError, StoppedError
+from tactogram.errors import StoppedError
 from tactogram.model import (
     CheckpointSelector,
     Classifier,
@@ -27,7 +27,7 @@ from tactogram.model import (
 from tactogram.recipe import Recipe
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.writable import check_writable
-from tactogram.training.device import make_fabric
+from tactogram.training.device import make_fabric, memory_checked
 from tactogram.training.loop import BEGINNING, TrainingPosition, fit
 from tactogram.training.run import Run
 from tactogram.workflows.progress import ProgressCallback, silent
@@ -158,17 +158,18 @@ def train_plan(
     with run_lock(folder) if first else nullcontext():
         start = run.restore(learner) if resume else TrainingPosition()
         try:
-            run_training(
-                learner,
-                examples,
-                chosen,
-                run=run,
-                start=start,
-                rank=fabric.global_rank,
-                progress=progress,
-                stop=stop,
-            )
-        except ParameterError:
+            with memory_checked(f"the training of {facts.name}"):
+                run_training(
+                    learner,
+                    examples,
+                    chosen,
+                    run=run,
+                    start=start,
+                    rank=fabric.global_rank,
+                    progress=progress,
+                    stop=stop,
+                )
+        except Exception:  # whatever it was: without a first step there is nothing to go on with
             if first and not resume:
                 discard_run(run)
             raise
