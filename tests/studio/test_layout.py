@@ -20,22 +20,22 @@ def refuse_by_another():
 
 
 @pytest.mark.parametrize("handler", [refuse, refuse_later, refuse_by_another])
-def test_an_error_that_comes_when_its_page_was_left_is_logged(handler, caplog, monkeypatch):
+def test_an_error_after_its_page_is_closed_is_logged(handler, caplog, monkeypatch):
     def gone(*_, **__):
         raise RuntimeError("The parent element this slot belongs to has been deleted.")  # NiceGUI's
 
     monkeypatch.setattr(layout.ui, "notify", gone)
     with caplog.at_level(logging.WARNING):
-        found = layout.report_errors(handler)()
-        if asyncio.iscoroutine(found):
-            asyncio.run(found)
+        result = layout.report_errors(handler)()
+        if asyncio.iscoroutine(result):
+            asyncio.run(result)
     assert [record.getMessage() for record in caplog.records] == [
-        "nobody was left to be told: expected a, got b"
+        "page closed before this error could be shown: expected a, got b"
     ]
 
 
 @pytest.mark.parametrize(
-    ("value", "asked", "says"),
+    ("value", "bounds", "message"),
     [
         (-3.0, {"least": 0.1}, "Seconds must be at least 0.1, got -3"),
         (12.0, {"least": 0, "most": 9}, "Seconds must be 0 to 9, got 12"),
@@ -43,8 +43,8 @@ def test_an_error_that_comes_when_its_page_was_left_is_logged(handler, caplog, m
         (float("nan"), {"least": 0}, "Seconds must be at least 0, got nan"),
     ],
 )
-def test_a_number_out_of_range_is_refused_and_not_altered(value, asked, says):
-    with pytest.raises(ParameterError, match=f"^{says}$"):
-        layout.in_range("Seconds", value, **asked)
-    assert layout.in_range("Seconds", 1.0, **asked) == 1.0
-    assert layout.in_range("Seconds", None, **asked) is None
+def test_a_number_out_of_range_is_refused_and_not_altered(value, bounds, message):
+    with pytest.raises(ParameterError, match=f"^{message}$"):
+        layout.in_range("Seconds", value, **bounds)
+    assert layout.in_range("Seconds", 1.0, **bounds) == 1.0
+    assert layout.in_range("Seconds", None, **bounds) is None

@@ -1,5 +1,4 @@
-"""The pages in the browser: the studio of designers and the experiments of researchers.
+"""Browser pages: the studio for designers, and studies for participants and experimenters.
 
-It calls the public functions only; whatever it can do, a verb can. Everything is served from this machine, and nothing
-is asked of another.
+They call public functions only, so everything they do is also a command. Pages load nothing from other machines.
 """

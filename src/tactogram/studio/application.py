@@ -1,4 +1,4 @@
-"""The server: one application for studio and studies, on this machine unless asked otherwise."""
+"""Web server of studio and studies, on loopback by default."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ if TYPE_CHECKING:
 
 STATIC = Path(__file__).parent / "static"
 PAGES = ("home", "make", "touch", "materials", "train", "send", "live", "studies", "reports")
-"""Folders that have a ``page``, in the order of the navigation."""
+"""Packages with a module ``page``."""
 
 
 @dataclass(frozen=True)
 class ServerAnnouncement:
-    """Announcement of a server that answers.
+    """Addresses of a running server.
 
     Parameters
     ----------
     address : str
-        Of the page that is opened, token included.
+        Address of the start page, including the token.
     roots : tuple of str
-        How the addresses that others are given begin; the best first.
+        Beginnings of the addresses for other machines, best first.
     certificate_sha256 : str, optional
-        The fingerprint of a certificate that was made here, to be compared with what the browser shows.
+        Fingerprint of a self-signed certificate, to compare with the one that the browser shows.
     """
 
     address: str
@@ -47,21 +47,21 @@ class ServerAnnouncement:
 def make_app(
     studio: Studio, *, token: str | None = None, names: tuple[str, ...] = (), https: bool = False
 ) -> RequestGuard:
-    """Return the ASGI application of a studio, guarded.
+    """Return the guarded ASGI application of a studio.
 
-    NiceGUI has one application for a process, so that this is called once in a process.
+    NiceGUI allows one application per process, so call this once per process.
 
     Parameters
     ----------
     studio : Studio
     token : str, optional
-        What a browser has to know; needed where it is reached from beyond this machine. None is loopback.
+        Access token that browsers on other machines must present; None serves loopback only.
     names : tuple of str
-        By which it is reached from there.
+        Host names and addresses under which other machines reach it.
     https : bool
-        Whether cookies are for encrypted connections only.
+        Whether to restrict cookies to encrypted connections.
     """
-    state = _state(studio)
+    state = _state_folder(studio)
     imported("nicegui", extra="studio", what="the studio")
     from fastapi import FastAPI
     from fastapi.staticfiles import StaticFiles
@@ -74,22 +74,22 @@ def make_app(
     from tactogram.studio.server.guard import RequestGuard
     from tactogram.studio.server.guard_rules import GuardSettings
 
-    Storage.path = state  # NiceGUI's own variable is read at its import: by then it may be too late
+    Storage.path = state  # NiceGUI reads its environment variable on import: possibly too early
     app = FastAPI(title="tactogram", docs_url=None, redoc_url=None, openapi_url=None)
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
     app.include_router(participant_router(studio.sessions))
-    if not studio.alone:
+    if not studio.study_only:
         studio.sessions.reopen(studio.workspace.sessions())
     importlib.import_module("tactogram.studio.pages.studies.experimenter").add(studio)
-    for name in () if studio.alone else PAGES:
+    for name in () if studio.study_only else PAGES:
         importlib.import_module(f"tactogram.studio.pages.{name}.page").add(studio)
     pages_app.on_exception(show_error)
     ui.run_with(
         app,
         title="tactogram",
-        language="en-US",  # screen readers choose a voice by it
+        language="en-US",  # screen readers choose a voice by this
         favicon=STATIC / "icon.svg",
-        storage_secret=_secret(state / "secret"),
+        storage_secret=_cookie_secret(state / "secret"),
         session_middleware_kwargs=_session_cookie(https),
         show_welcome_message=False,
         reconnect_timeout=10.0,
@@ -103,77 +103,73 @@ def serve(
     *,
     open_browser: bool = True,
     path: str = "/",
-    ready: Callable[[ServerAnnouncement], None] = lambda answering: None,
+    ready: Callable[[ServerAnnouncement], None] = lambda announcement: None,
 ) -> None:
-    """Serve a studio until it is interrupted.
+    """Serve a studio until interrupted.
 
     Parameters
     ----------
     studio : Studio
-    listening : Listening
-        Beyond loopback a token is drawn, without which nothing is answered but participants' own pages.
+    listening : ListeningPort
+        Beyond loopback, everything but the participants' pages requires a random token.
     open_browser : bool
     path : str
-        That the browser opens.
+        Path of the page to open.
     ready : callable
-        Called when it answers.
+        Called once the server accepts connections.
 
     Raises
     ------
     DataError
-        If there is no certificate, and none can be made.
+        If there is no certificate and none can be created.
     """
     imported("uvicorn", extra="studio", what="the studio")
     from tactogram.studio.server.connections import LimitedServer, limits_here
 
-    listening = listening.with_certificate(_state(studio))
+    listening = listening.with_certificate(_state_folder(studio))
     certificate = listening.certificate
-    context = None if certificate is None else certificate.context()  # of the file as it is now
+    context = None if certificate is None else certificate.context()
     studio = replace(studio, roots=() if listening.loopback else listening.roots)
     token = None if listening.loopback else secrets.token_urlsafe(24)
     query = f"?token={token}" if token else ""
-    answering = ServerAnnouncement(
+    announcement = ServerAnnouncement(
         f"{listening.roots[0]}{path}{query}",
         listening.roots,
         certificate.sha256 if certificate is not None and certificate.own else None,
     )
 
-    def answers() -> None:
-        ready(answering)
+    def on_ready() -> None:
+        ready(announcement)
         if open_browser:
             here = f"{listening.here}{path}{query}"
             threading.Thread(target=webbrowser.open, args=(here,), daemon=True).start()
 
     app = make_app(studio, token=token, names=listening.names, https=listening.https)
-    # What is loaded by now stays. Looked through for garbage again and again, it would stop all answers for 0.1 s.
+    # Modules loaded by now are never freed: scanning them in each garbage collection would block responses for 0.1 s.
     gc.collect()
     gc.freeze()
     try:
         LimitedServer(
-            app,
-            listening.socket,
-            context=context,
-            limits=limits_here(),
-            ready=answers,
+            app, listening.socket, context=context, limits=limits_here(), ready=on_ready
         ).serve_until_ended()
     finally:
         studio.sessions.close()
 
 
-def _state(studio: Studio) -> Path:
+def _state_folder(studio: Studio) -> Path:
     state = studio.workspace.own / "state"
     state.mkdir(parents=True, exist_ok=True)
     return state
 
 
 def _session_cookie(https: bool) -> dict[str, object]:
-    """Return what Starlette's session middleware takes; of its own name where it is not to be sent unencrypted."""
-    named = {"session_cookie": "__Host-tactogram_session", "https_only": True} if https else {}
-    return {"same_site": "strict", **named}
+    """Return the settings of Starlette's session middleware; browsers send a ``__Host-`` cookie over https only."""
+    secure = {"session_cookie": "__Host-tactogram_session", "https_only": True} if https else {}
+    return {"same_site": "strict", **secure}
 
 
-def _secret(path: Path) -> str:
-    """Return what cookies are signed with, the same after a restart."""
+def _cookie_secret(path: Path) -> str:
+    """Return the key that signs cookies; it survives restarts."""
     if not path.is_file():
         write_secret(path, secrets.token_urlsafe(32).encode())
     return path.read_text(encoding="utf-8")

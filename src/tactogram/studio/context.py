@@ -1,4 +1,4 @@
-"""Context that every page is given."""
+"""Context shared by all pages."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ class Studio:
     Parameters
     ----------
     workspace : Workspace
-    shelf : Shelf
+    shelf : ResultArchive
         Kept results.
-    first : FirstVoices
-        Something to play with where no run is.
-    sessions : Sessions
-        Studies that are being taken.
-    alone : bool
-        Whether one study is served, without the studio's other pages.
+    starter : StarterData
+        Simulated example surfaces for a workspace without runs.
+    sessions : SessionRegistry
+        Open study sessions.
+    study_only : bool
+        Whether a single study is served, without the studio's pages.
     roots : tuple of str
-        How the addresses begin by which other machines reach it, the best first; none where only this one does.
+        Beginnings of the addresses under which other machines reach the server, best first; empty on loopback.
     """
 
     workspace: Workspace
     shelf: ResultArchive
-    first: StarterData
+    starter: StarterData
     sessions: SessionRegistry
-    alone: bool = False
+    study_only: bool = False
     roots: tuple[str, ...] = ()
 
     @classmethod
-    def at(cls, folder: Path | str, *, alone: bool = False) -> Studio:
+    def at(cls, folder: Path | str, *, study_only: bool = False) -> Studio:
         """Return the studio on a folder."""
         workspace = Workspace.at(folder)
         return cls(
@@ -46,5 +46,5 @@ class Studio:
             ResultArchive(workspace.own / "kept"),
             StarterData(workspace.own / "first"),
             SessionRegistry(workspace.folder),
-            alone,
+            study_only,
         )

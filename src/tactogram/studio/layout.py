@@ -1,4 +1,4 @@
-"""Page layout: the frame, error messages, and progress of long work."""
+"""Page layout: the frame, headings, number fields, error messages, and progress notices."""
 
 from __future__ import annotations
 
@@ -8,12 +8,11 @@ import html
 import inspect
 import logging
 import math
-from collections.abc import Callable, Coroutine, Iterator
+from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, ParamSpec, TypeVar
 
 from nicegui import ui
-from nicegui.elements.column import Column
 
 from tactogram.errors import ParameterError, TactogramError
 
@@ -31,28 +30,28 @@ PAGES = {
     "Studies": "/studies",
     "Reports": "/reports",
 }
-"""What the navigation names, and where it leads."""
+"""Addresses of the pages, in the order of the navigation."""
 CHOOSER = """<div class="chooser">
 <span>{text}</span>
 <q-btn no-caps outline label="Choose a file" aria-label="Choose a file: {text}" @click="props.pickFiles" />
 <span hidden><q-uploader-add-trigger /></span>
 </div>"""
-"""Quasar's own button of an upload is a link around an input, without a name."""
+"""Replaces the button of Quasar's uploader, which is a link around an input, without an accessible name."""
 HEAD = '<link rel="stylesheet" href="/static/studio.css"><script type="module" src="/static/sliders.js"></script>'
 
 
 @contextmanager
-def page(title: str, *, wide: bool = False, navigation: bool = True) -> Iterator[Column]:
-    """Draw the frame of a page, and give the column that its content goes into.
+def page(title: str, *, wide: bool = False, navigation: bool = True) -> Iterator[None]:
+    """Draw the frame of a page; what is drawn inside the context goes into its content column.
 
     Parameters
     ----------
     title : str
-        Its heading; one of `PAGES` is marked as the present page.
+        The page's heading; the navigation marks the entry of `PAGES` with this name as current.
     wide : bool
         Whether the content takes the whole width.
     navigation : bool
-        Whether the other pages are named: not where one study is served alone.
+        Whether to link to the other pages; False where a single study is served.
     """
     ui.page_title(f"{title} · tactogram")
     ui.add_head_html(HEAD)
@@ -61,146 +60,128 @@ def page(title: str, *, wide: bool = False, navigation: bool = True) -> Iterator
     with ui.element("header").classes("bar"):
         if navigation:
             ui.link("tactogram", "/").classes("brand")
-            _navigation(title)
+            with ui.element("nav").props('aria-label="Pages"'):
+                for name, address in PAGES.items():
+                    link = ui.link(name, address)
+                    if name == title:
+                        link.props('aria-current="page"')
         else:
             ui.label("tactogram").classes("brand")
     width = "content wide" if wide else "content"
     # Quasar draws the main landmark around it.
     with ui.element("div").classes(width).props('id="content" tabindex="-1"'):
         ui.element("h1").classes("title").props(f'data-title="{title}"')._text = title
-        with ui.column().classes("w-full gap-4 items-stretch") as column:
-            yield column
+        with ui.column().classes("w-full gap-4 items-stretch"):
+            yield
 
 
-def _navigation(title: str) -> None:
-    with ui.element("nav").props('aria-label="Pages"'):
-        for name, address in PAGES.items():
-            link = ui.link(name, address)
-            if name == title:
-                link.props('aria-current="page"')
+def heading(text: str) -> ui.label:
+    """Draw the heading of a section."""
+    return ui.label(text).classes("h2").props('role="heading" aria-level="2"')
+
+
+def hint(text: str) -> ui.label:
+    """Draw a small explanation."""
+    return ui.label(text).classes("small quiet")
 
 
 def upload(text: str, **options: Any) -> ui.upload:
-    """Draw where a file is dropped or chosen; it is sent at once.
+    """Draw a field where a file is dropped or chosen and uploaded immediately.
 
     Parameters
     ----------
     text : str
-        What is to be given; plain, without markup.
+        Prompt, as plain text.
     **options : Any
-        As `nicegui.ui.upload` takes them.
+        As for `nicegui.ui.upload`.
     """
-    drawn = ui.upload(auto_upload=True, **options).props("flat bordered")
-    drawn.add_slot("header", CHOOSER.format(text=html.escape(text)))
-    return drawn
+    field = ui.upload(auto_upload=True, **options).props("flat bordered")
+    field.add_slot("header", CHOOSER.format(text=html.escape(text)))
+    return field
 
 
 class NumberField(ui.number):
-    """A field for a number that leaves it as it was typed; `given` refuses what cannot be used.
+    """A number field that leaves bad input as typed; `checked` refuses it.
 
-    NiceGUI's own pulls a number to the nearer of its ends when the field is left, without a word.
+    NiceGUI's own field silently moves a number into its range when it loses focus.
     """
 
     def sanitize(self) -> None:
-        """Leave it."""
+        """Leave the value unchanged."""
 
-    def given(self, *, least: float = -math.inf, most: float = math.inf, whole: bool = False) -> float | None:
-        """Return the number, None where the field is empty.
-
-        Raises
-        ------
-        ParameterError
-            Naming the field, if it is not what is asked for.
-        """
+    def checked(
+        self, *, least: float = -math.inf, most: float = math.inf, whole: bool = False
+    ) -> float | None:
+        """Return the number, or None if the field is empty; raise `ParameterError` naming the field as `in_range`."""
         return in_range(self.label or "number", self.value, least=least, most=most, whole=whole)
 
 
 def in_range(
     name: str, value: float | None, *, least: float = -math.inf, most: float = math.inf, whole: bool = False
 ) -> float | None:
-    """Return ``value`` if it lies in ``least`` to ``most`` and is whole where it must be; None stays None.
+    """Return ``value`` unchanged, None included.
 
     Raises
     ------
     ParameterError
-        Otherwise.
+        If it is outside ``least`` to ``most``, or a fraction although ``whole``.
     """
     if value is None:
         return None
     if whole and not float(value).is_integer():
         raise ParameterError(f"{name} must be a whole number, got {value:g}")
     if not least <= value <= most:
-        asked = f"at least {least:g}" if most == math.inf else f"{least:g} to {most:g}"
-        raise ParameterError(f"{name} must be {asked}, got {value:g}")
+        bounds = f"at least {least:g}" if most == math.inf else f"{least:g} to {most:g}"
+        raise ParameterError(f"{name} must be {bounds}, got {value:g}")
     return value
 
 
 def show_error(error: BaseException) -> None:
-    """Show an error as a sentence; what nobody expected, or who left the page cannot read, is logged."""
+    """Show an error as a sentence; log unexpected errors, and errors whose page is closed."""
     if isinstance(error, TactogramError | OSError):
         text = str(error)
     else:
         LOG.error("unexpected", exc_info=error)
-        text = f"Something unexpected went wrong: {type(error).__name__}: {error}. Nothing kept was touched."
+        text = f"Unexpected error: {type(error).__name__}: {error}. Saved data is unchanged."
     try:
         ui.notify(text, type="negative", multi_line=True, timeout=12_000, close_button="Close")
-    except RuntimeError:  # NiceGUI's, where the page was left meanwhile
-        LOG.warning("nobody was left to be told: %s", text)
+    except RuntimeError:  # NiceGUI's, if the page was closed in the meantime
+        LOG.warning("page closed before this error could be shown: %s", text)
 
 
 def report_errors(handler: Callable[P, Any]) -> Callable[P, Any]:
-    """Return a handler of events, plain or asynchronous, whose errors are told; a lambda may call either."""
-    if asyncio.iscoroutinefunction(handler):
+    """Return an event handler that shows its errors on the page; it may be asynchronous or return an awaitable."""
 
-        @functools.wraps(handler)
-        async def waited(*args: P.args, **kwargs: P.kwargs) -> Any:
-            try:
-                return await handler(*args, **kwargs)
-            except Exception as error:
-                show_error(error)
-
-        return waited
+    async def awaited(result: Awaitable[Any]) -> Any:
+        try:
+            return await result
+        except Exception as error:
+            show_error(error)
 
     @functools.wraps(handler)
     def called(*args: P.args, **kwargs: P.kwargs) -> Any:
         try:
-            answer = handler(*args, **kwargs)
+            result = handler(*args, **kwargs)
         except Exception as error:
             return show_error(error)
-        return report_errors(_answered)(answer) if inspect.iscoroutine(answer) else answer
+        return awaited(result) if inspect.iscoroutine(result) else result
 
     return called
 
 
-async def _answered(answer: Coroutine[Any, Any, T]) -> T:
-    return await answer
-
-
 async def in_background(function: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> T:
-    """Return what a function returns that takes long, calling it in a thread."""
+    """Return the result of a slow function, called in a thread."""
     return await asyncio.to_thread(function, *args, **kwargs)
 
 
 @contextmanager
-def busy(what: str, *, button: ui.button | None = None) -> Iterator[Callable[[str], None]]:
-    """Show that something is being done, and give a function that says how far it is.
-
-    Parameters
-    ----------
-    what : str
-        Such as ``generating``.
-    button : ui.button, optional
-        That is disabled meanwhile.
-    """
-    notice = ui.notification(what, spinner=True, timeout=None, type="ongoing")
+def busy(activity: str, *, button: ui.button | None = None) -> Iterator[None]:
+    """Show that ``activity`` is in progress, with ``button`` disabled meanwhile."""
+    notice = ui.notification(activity, spinner=True, timeout=None, type="ongoing")
     if button is not None:
         button.disable()
-
-    def say(text: str) -> None:
-        notice.message = text
-
     try:
-        yield say
+        yield
     finally:
         notice.dismiss()
         if button is not None:

@@ -1,4 +1,4 @@
-"""One study served alone: participants' pages and the experimenter's, and nothing else of the studio."""
+"""Server for a single study: the pages of participants and experimenter, without the rest of the studio."""
 
 from __future__ import annotations
 
@@ -30,88 +30,85 @@ def run_study(
     full_scale: float | None = None,
     ready: Callable[[dict[str, Any]], None] = lambda facts: None,
 ) -> None:
-    """Begin a study in a session folder, or go on with it, and serve it until it is interrupted.
+    """Begin or continue a study session, and serve it until interrupted.
 
     Parameters
     ----------
     study : Path or str
-        A TOML file, or the name of a shipped one; or the folder of a session, which goes on as it was begun.
+        A TOML file or the name of a shipped study; or the folder of a session to continue.
     out : Path, optional
-        The session's folder, where ``study`` is none.
-    listening : Listening
-        A port that was taken: where none can be had, no session is begun.
+        Folder of the new session.
+    listening : ListeningPort
+        Bound beforehand: without a port, no session begins.
     changes : mapping, optional
         Values by dotted key.
     codes : sequence of str
-        Participants to enrol; those that are there already are left as they are.
+        Participants to enrol; existing ones are left unchanged.
     open_browser : bool
     device : str
-        What a study with ``played_by = "server"`` plays on: ``audio``, ``audio:NAME``, or ``null``, which plays to
-        nobody.
+        Device for a study with ``played_by = "server"``: ``audio``, ``audio:NAME``, or ``null`` (discards the signal).
     full_scale : float, optional
-        What 1.0 of the device stands for, in the unit of the display's drive.
+        Drive that a device value of 1.0 stands for, in the drive unit of the display.
     ready : callable
-        Called when it answers with ``experimenter`` (the page's address, with the token where one is needed), ``join``,
-        ``codes`` (the address of each), ``addresses`` (others that are ``join``, too), ``certificate_sha256`` (of one
-        that was made here), ``session``, ``study``.
+        Called once the server accepts connections, with ``experimenter`` (address of that page, with the token if one
+        is required), ``join``, ``codes`` (address per code), ``addresses`` (alternatives to ``join``),
+        ``certificate_sha256`` (of a self-signed certificate), ``session``, and ``study``.
 
     Raises
     ------
     TactogramError
-        In one line: what is wrong with study, folder or codes.
+        If the study, folder or codes are invalid.
     """
     for code in codes:
         checked_code(code)
     display = ServerDisplay(device, full_scale)
-    folder = _begun(study, out, changes, display)
-    studio = Studio.at(folder.parent, alone=True)
+    folder = _session_folder(study, out, changes, display)
+    studio = Studio.at(folder.parent, study_only=True)
     opened = studio.sessions.open(folder)
     if opened.study.played_by == "server":
         studio.sessions.display = display
         for driven in opened.stimuli.displays:
             display.check(driven)
-    opened.stimuli.begin()  # made while the first people read what they agree to
-    known = {participant.code.casefold() for participant in opened.store.participants()}
+    opened.stimuli.begin()  # prepared while the first participants read the consent page
+    enrolled = {participant.code.casefold() for participant in opened.store.participants()}
     for code in codes:
-        if code.casefold() not in known:
+        if code.casefold() not in enrolled:
             opened.store.enrol(code)
 
-    def answers(answering: ServerAnnouncement) -> None:
-        best, *others = answering.roots
+    def on_ready(announcement: ServerAnnouncement) -> None:
+        best, *others = announcement.roots
         ready(
             {
-                "experimenter": answering.address,
+                "experimenter": announcement.address,
                 "join": f"{best}{opened.join_path}",
                 "codes": {code: f"{best}{opened.take_path(code)}" for code in codes},
                 "addresses": [f"{root}{opened.join_path}" for root in others],
-                "certificate_sha256": answering.certificate_sha256,
+                "certificate_sha256": announcement.certificate_sha256,
                 "session": str(folder),
                 "study": opened.study.name,
             }
         )
 
     path = address_of(folder.name)
-    serve(studio, listening, open_browser=open_browser, path=path, ready=answers)
+    serve(studio, listening, open_browser=open_browser, path=path, ready=on_ready)
 
 
-def _begun(
+def _session_folder(
     study: Path | str, out: Path | str | None, changes: Mapping[str, Any] | None, display: ServerDisplay
 ) -> Path:
-    """Return the folder of a session that is begun, or was."""
+    """Return the folder of an existing session, or of one begun here."""
     if Path(study).is_dir():
         if out is not None or changes:
             raise ParameterError(
-                f"{study}: is a session, which goes on as it was begun: leave out --out and --set"
+                f"{study}: is an existing session, which continues unchanged: omit out and changes"
             )
         with SessionStore(Path(study)):
             return Path(study).resolve()
     if out is None:
-        raise ParameterError(
-            "a study needs --out, the folder of its session; a session that was begun needs none"
-        )
+        raise ParameterError("a new session of a study needs out, the folder to create")
     folder = Path(out).resolve()
     if folder.parent == folder:
-        raise ParameterError(f"{out}: is no folder for a session")
-    with closing(SessionRegistry(device=display.device, full_scale=display.full_scale)) as anywhere:
-        anywhere.begin(study, folder, changes=changes)
+        raise ParameterError(f"{out}: cannot be the folder of a session")
+    with closing(SessionRegistry(device=display.device, full_scale=display.full_scale)) as registry:
+        registry.begin(study, folder, changes=changes)
     return folder

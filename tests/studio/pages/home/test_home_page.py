@@ -7,6 +7,7 @@ import urllib.request
 import pytest
 
 from tactogram.datasets import open_store
+from tactogram.studio.workspace.starter_data import StarterData
 
 ARGUMENTS = ("studio", "--port", "0", "--no-open", "--folder", ".")
 PAGES = ("Make", "Touch", "Materials", "Train", "Send", "Live", "Studies", "Reports")
@@ -14,47 +15,45 @@ PAGES = ("Make", "Touch", "Materials", "Train", "Send", "Live", "Studies", "Repo
 
 @pytest.fixture(scope="module")
 def empty(tmp_path_factory):
-    """Give a folder in which nothing is."""
+    """Give an empty folder."""
     return tmp_path_factory.mktemp("empty")
 
 
 @pytest.fixture(scope="module")
 def running(empty, served):
-    """Give the process and the address of a studio that was begun with nothing."""
+    """Give process and address of a studio started in an empty folder."""
     with served(*ARGUMENTS, folder=empty, prefix="studio: ") as found:
         yield found
 
 
 @pytest.fixture(scope="module")
 def server(running):
-    """Give the address of a studio that was begun with nothing."""
+    """Give the address of a studio started in an empty folder."""
     return running[1]
 
 
-def test_an_empty_workspace_gets_something_to_play_with(tab, empty):
+def test_an_empty_workspace_gets_example_surfaces(tab, empty):
     tab.goto("/")
-    tab.get_by_text("Making something to play with").wait_for()
+    tab.get_by_text("Preparing example surfaces").wait_for()
     tab.get_by_role("button", name="Touch them").wait_for(timeout=120_000)
     voices = json.loads((empty / "studio/first/voices/data.json").read_text())
     assert voices["simulated"] is True
     speeds = {info.speed_mm_s for info in open_store(empty / "studio/first/surfaces").index}
-    assert len(speeds) == 3  # what is felt can follow a hand
+    assert len(speeds) == 3  # a texture can follow the hand's speed
 
 
-def test_every_page_is_reached_by_the_navigation_and_says_where_one_is(tab):
+def test_keyboard_and_navigation_lead_to_every_page(tab, empty, until):
     tab.goto("/")
+    tab.keyboard.press("Tab")
+    tab.keyboard.press("Enter")
+    assert tab.evaluate("document.activeElement.id") == "content"
     for name in PAGES:
         tab.get_by_role("navigation", name="Pages").get_by_role("link", name=name, exact=True).click()
         tab.get_by_role("heading", level=1, name=name).wait_for()
         assert tab.locator("nav [aria-current=page]").all_inner_texts() == [name]
-
-
-def test_the_content_is_one_key_away(tab):
-    tab.goto("/")
-    tab.keyboard.press("Tab")
-    tab.keyboard.press("Enter")
-
-    assert tab.evaluate("document.activeElement.id") == "content"
+    # What pages store per browser lies in the workspace, written with a delay.
+    until(lambda: list((empty / "studio/state").glob("storage-user-*.json")))
+    assert not list(empty.glob(".nicegui"))
 
 
 def test_on_a_tablet_nothing_is_wider_than_the_screen(tab):
@@ -65,41 +64,30 @@ def test_on_a_tablet_nothing_is_wider_than_the_screen(tab):
         assert tab.evaluate("document.documentElement.scrollWidth") <= 820, name
 
 
-def test_an_interrupted_start_is_taken_up_again(tmp_path):
-    from tactogram.studio.workspace.starter_data import StarterData
+def test_an_interrupted_preparation_starts_again(tmp_path):
+    starter = StarterData(tmp_path / "first")
+    (starter.store / "half").mkdir(parents=True)
 
-    first = StarterData(tmp_path / "first")
-    (first.store / "half").mkdir(parents=True)
-
-    assert first.state == "absent"
-    first._follow = lambda command: None
-    first._make()
-    assert not (first.store / "half").exists()
+    assert starter.state == "absent"
+    starter._follow = lambda command: None
+    starter._make()
+    assert not (starter.store / "half").exists()
 
 
-def test_why_the_first_surfaces_could_not_be_made_is_told(tmp_path):
-    from tactogram.studio.workspace.starter_data import StarterData
+def test_the_page_says_why_the_preparation_failed(tmp_path):
+    starter = StarterData(tmp_path)
+    starter._follow([sys.executable, "-c", "print('learning'); raise SystemExit('no space is left')"])
 
-    first = StarterData(tmp_path)
-    first._follow([sys.executable, "-c", "print('learning'); raise SystemExit('no space is left')"])
-
-    assert first.state == "failed"
-    assert first.line == "the first surfaces could not be made: no space is left"
+    assert starter.state == "failed"
+    assert starter.line == "the first surfaces could not be made: no space is left"
 
 
-def test_an_unknown_page_is_told(server):
+def test_an_unknown_page_is_not_found(server):
     with pytest.raises(urllib.error.HTTPError, match="404"):
         urllib.request.urlopen(f"{server}/nothing", timeout=10)
 
 
-def test_what_pages_hold_lies_in_the_workspaces_own_folder(tab, empty, until):
-    tab.goto("/train")  # it keeps what its form holds
-    tab.get_by_role("heading", level=1, name="Train").wait_for()
-    until(lambda: list((empty / "studio/state").glob("storage-user-*.json")))  # it is written a moment later
-    assert not list(empty.glob(".nicegui"))
-
-
-def test_it_ends_when_it_is_interrupted(running):  # the last: the others need it
+def test_an_interrupt_ends_the_server(running):  # the last: the others need it
     process, _ = running
     process.send_signal(signal.SIGINT)
     assert process.wait(timeout=20) == 0

@@ -9,12 +9,12 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.studio.pages.reports.catalogue import (
     experiments_with_results,
     is_simulated,
+    marked_simulated,
     matching,
     numbers_html,
     published_html,
     readable_file,
-    readables,
-    says_simulated,
+    report_files,
 )
 from tactogram.studio.workspace.folder import Workspace
 from tactogram.workflows.table import table
@@ -22,7 +22,7 @@ from tactogram.workflows.table import table
 
 @pytest.fixture(name="workspace")
 def workspace_fixture(tmp_path):
-    """Give a workspace with two runs, one of them on simulated data, and things that are no reports."""
+    """Give a workspace with two runs, one of them on simulated data, and files that are not reports."""
     for number, name in enumerate(("old", "new")):
         run = tmp_path / "runs" / name
         (run / "figures").mkdir(parents=True)
@@ -38,7 +38,7 @@ def workspace_fixture(tmp_path):
 
 
 def test_reports_come_newest_first_and_before_their_numbers(workspace):
-    assert [item.path for item in readables(workspace)] == [
+    assert [item.path for item in report_files(workspace)] == [
         "runs/new/report.html",
         "runs/new/evaluation.json",
         "runs/new/figures/curve.png",
@@ -46,7 +46,7 @@ def test_reports_come_newest_first_and_before_their_numbers(workspace):
         "runs/old/evaluation.json",
         "runs/old/figures/curve.png",
     ]
-    assert {item.folder: item.simulated for item in readables(workspace)} == {
+    assert {item.folder: item.simulated for item in report_files(workspace)} == {
         "runs/new": True,
         "runs/old": False,
     }
@@ -60,11 +60,11 @@ def test_nothing_outside_of_the_workspace_is_shown(workspace, name):
 
 @pytest.mark.parametrize("name", ["studio/state/report.html", "runs/new/recipe.toml", "runs/new"])
 def test_only_reports_are_shown(workspace, name):
-    with pytest.raises(ParameterError, match="are shown here"):
+    with pytest.raises(ParameterError, match="can be shown here"):
         readable_file(workspace, name)
 
 
-def test_a_report_that_is_gone_is_said(workspace):
+def test_a_missing_report_is_refused(workspace):
     with pytest.raises(DataError, match="no such file"):
         readable_file(workspace, "runs/new/gone.html")
 
@@ -87,15 +87,15 @@ def test_a_link_that_leads_out_is_not_followed(workspace, tmp_path_factory):
         ([1, 2], False),
     ],
 )
-def test_what_is_simulated_is_known_by_what_a_result_says(values, simulated):
-    assert says_simulated(values) is simulated
+def test_results_are_marked_as_simulated(values, simulated):
+    assert marked_simulated(values) is simulated
 
 
-def test_a_folder_without_numbers_says_nothing_of_simulation(tmp_path):
+def test_a_folder_without_numbers_is_not_marked_as_simulated(tmp_path):
     assert not is_simulated(tmp_path)
 
 
-def test_every_figure_stands_in_the_table_with_data_and_difference():
+def test_the_table_has_every_figure_with_data_and_difference():
     rows = table()
     text, count = published_html(rows)
     assert count == len(rows) == text.count("<tr>") - 1
@@ -107,7 +107,7 @@ def test_every_figure_stands_in_the_table_with_data_and_difference():
     assert "<b>" not in text
 
 
-def test_rows_are_found_by_all_words():
+def test_a_search_matches_rows_with_all_words():
     rows = table()
     _, both = published_html(rows, "stroke_cnn simulated")
     _, one = published_html(rows, "stroke_cnn")
@@ -116,7 +116,7 @@ def test_rows_are_found_by_all_words():
     assert not matching("a c", ["xA", "b"])
 
 
-def test_a_figure_that_is_missing_has_no_difference():
+def test_a_missing_figure_has_no_difference():
     row = dict.fromkeys(("where", "data", "split", "recipe", "note"), "")
     row |= {"model": "m", "what": "w", "published": None, "ours": 1.0, "sd": None, "seeds": 1}
     text, _ = published_html([row])
@@ -132,19 +132,19 @@ def test_numbers_are_escaped_and_long_lists_cut():
     assert "(100 in all)" in text
 
 
-def test_results_of_experiments_are_those_at_hand(tmp_path):
+def test_experiments_list_their_result_files(tmp_path):
     result = tmp_path / "runs" / "displays" / "result.json"
     result.parent.mkdir(parents=True)
     result.write_text("{}")
-    found = {one.name: one for one in experiments_with_results(Workspace.at(tmp_path))}
-    assert found["stroke_cnn_table2"].command == "tactogram reproduce stroke_cnn_table2"
-    assert found["stroke_cnn_table2"].results == ()
-    assert found["displays"].command == "python -m benchmarks displays"
-    assert found["displays"].results == (result,)
-    assert [path.name for path in found["transducer"].results] == ["transducer.json"]
+    entries = {entry.name: entry for entry in experiments_with_results(Workspace.at(tmp_path))}
+    assert entries["stroke_cnn_table2"].command == "tactogram reproduce stroke_cnn_table2"
+    assert entries["stroke_cnn_table2"].results == ()
+    assert entries["displays"].command == "python -m benchmarks displays"
+    assert entries["displays"].results == (result,)
+    assert [path.name for path in entries["transducer"].results] == ["transducer.json"]
 
 
-def test_the_pages_need_no_torch_to_be_there():
+def test_importing_the_pages_does_not_load_torch():
     program = (
         "import sys\n"
         "import tactogram.studio.pages.live.page, tactogram.studio.pages.reports.page\n"

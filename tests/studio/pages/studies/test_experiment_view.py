@@ -201,7 +201,7 @@ def test_a_study_that_cannot_be_served_is_refused_before_it_is_begun(tmp_path, m
     monkeypatch.setattr(study_server, "serve", lambda *_, **__: pytest.fail("served"))
     with pytest.raises(ParameterError, match="no such study"):
         study_server.run_study("nothing", tmp_path / "session", None)
-    with pytest.raises(ParameterError, match="a study needs --out"):
+    with pytest.raises(ParameterError, match="a new session of a study needs out"):
         study_server.run_study("abx", None, None)
     with pytest.raises(DataError, match="no study was begun here"):
         study_server.run_study(tmp_path, None, None)
@@ -230,7 +230,7 @@ def test_a_session_goes_on_as_it_was_begun_under_the_addresses_that_others_are_g
     assert all(address.startswith(f"{roots[0]}/take/") for address in facts["codes"].values())
     assert facts["certificate_sha256"] == "AA:BB"
     studio.sessions.close()
-    with pytest.raises(ParameterError, match="leave out --out and --set"):
+    with pytest.raises(ParameterError, match="omit out and changes"):
         study_server.run_study(session.path.parent, None, None, changes={"seed": 2})
 
 

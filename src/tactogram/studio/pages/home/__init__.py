@@ -1,1 +1,1 @@
-"""The first page, and something to play with."""
+"""The start page."""

@@ -225,13 +225,13 @@ class MakePage:
 
     def _wait_for_first(self) -> None:
         """Say that there is nothing yet, and reload as soon as there is."""
-        self.studio.first.make()
+        self.studio.starter.make()
         with ui.element("section").classes("card").props('aria-live="polite"'):
             ui.label("There is no finished run in this workspace yet.").classes("h2")
             said = ui.label("")
 
         def look() -> None:
-            first = self.studio.first
+            first = self.studio.starter
             if first.state == "there":
                 ui.navigate.reload()
             else:

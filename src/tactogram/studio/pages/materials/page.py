@@ -69,10 +69,10 @@ def _simulate(desk: MaterialsContext, sets: dict[str, str]) -> None:
         def arguments() -> list[str]:
             found = ["data", "simulate", str(which.value), "--out", _place(name.value)]
             for option, value in (
-                ("--seed", seed.given(least=0, whole=True)),
-                ("--per-class", per_class.given(least=1, whole=True)),
-                ("--seconds", seconds.given(least=0.1, most=3600)),
-                ("--photographs", photographs.given(least=0, most=9, whole=True)),
+                ("--seed", seed.checked(least=0, whole=True)),
+                ("--per-class", per_class.checked(least=1, whole=True)),
+                ("--seconds", seconds.checked(least=0.1, most=3600)),
+                ("--photographs", photographs.checked(least=0, most=9, whole=True)),
             ):
                 if value is not None:
                     found += [option, f"{value:.16g}"]

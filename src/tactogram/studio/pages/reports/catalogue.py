@@ -1,7 +1,4 @@
-"""Catalogue of reports, their figures, published figures beside ours, and experiments.
-
-Pure functions; the HTML that they give is escaped.
-"""
+"""Reports of a workspace, published figures next to ours, and experiments, as escaped HTML."""
 
 from __future__ import annotations
 
@@ -38,26 +35,16 @@ TEXTS = ("analysis.txt",)
 MOST_BYTES = 50_000_000
 MOST_LISTED = 400
 BENCHMARKS = Path(tactogram.__file__).parents[2] / "benchmarks"
-"""Beside the source: experiments of our own, and committed results; not there where only the package is installed."""
+"""Our own experiments and committed results, next to the source; missing from an installed package."""
 COMMANDS = {PUBLISHED: "tactogram reproduce", BENCHMARKS / "experiments": "python -m benchmarks"}
-"""Folders of experiments, and what runs one."""
+"""Folders of experiments, and the command that runs one."""
 
 
 @dataclass(frozen=True)
 class ReportFile:
-    """A file to be read.
+    """A file of a run, session or analysis (``folder``); both paths are relative to the workspace.
 
-    Parameters
-    ----------
-    path : str
-        Relative to the workspace.
-    kind : {"report", "numbers", "figure", "text"}
-    folder : str
-        Relative to the workspace: what it is of.
-    simulated : bool
-        Whether what it reports is simulated.
-    changed : float
-        Seconds since 1970.
+    ``simulated`` refers to the reported data; ``changed`` is in seconds since 1970.
     """
 
     path: str
@@ -66,18 +53,12 @@ class ReportFile:
     simulated: bool
     changed: float
 
-    @property
-    def name(self) -> str:
-        """The file's name."""
-        return self.path.rsplit("/", 1)[-1]
 
-
-def readables(workspace: Workspace) -> list[ReportFile]:
-    """Return what can be read, newest folder first; reports before numbers before figures."""
+def report_files(workspace: Workspace) -> list[ReportFile]:
+    """Return the files of all reports, newest folder first; reports before numbers before figures."""
     hidden = [workspace.own / name for name in ("kept", "sent", "state", "uploads")]
-    found: list[ReportFile] = []
-    simulated: dict[Path, bool] = {}
-    of_something: dict[Path, bool] = {}
+    files: list[ReportFile] = []
+    simulated: dict[Path, bool | None] = {}
     for path in workspace.files(*KINDS):
         kind = KINDS[path.suffix.lower()]
         if any(path.is_relative_to(folder) for folder in hidden):
@@ -85,143 +66,141 @@ def readables(workspace: Workspace) -> list[ReportFile]:
         if (kind == "numbers" and path.name not in NUMBERS) or (kind == "text" and path.name not in TEXTS):
             continue
         folder = path.parent.parent if path.parent.name == "figures" else path.parent
-        if folder not in of_something:
-            of_something[folder] = _is_of_something(folder)
-            simulated[folder] = is_simulated(folder)
-        if not of_something[folder]:
+        if folder not in simulated:
+            simulated[folder] = is_simulated(folder) if _has_results(folder) else None
+        is_folder_simulated = simulated[folder]
+        if is_folder_simulated is None:
             continue
         try:
             changed = path.stat().st_mtime
         except OSError:  # just deleted
             continue
         name = workspace.name_of(folder) if folder != workspace.folder else "."
-        found.append(ReportFile(workspace.name_of(path), kind, name, simulated[folder], changed))
-    newest = {item.folder: 0.0 for item in found}
-    for item in found:
-        newest[item.folder] = max(newest[item.folder], item.changed)
+        files.append(ReportFile(workspace.name_of(path), kind, name, is_folder_simulated, changed))
+    newest: dict[str, float] = {}
+    for file in files:
+        newest[file.folder] = max(newest.get(file.folder, 0.0), file.changed)
     order = list(dict.fromkeys(KINDS.values()))
-    found.sort(key=lambda item: (-newest[item.folder], item.folder, order.index(item.kind), item.path))
-    return found[:MOST_LISTED]
+    files.sort(key=lambda file: (-newest[file.folder], file.folder, order.index(file.kind), file.path))
+    return files[:MOST_LISTED]
 
 
-def _is_of_something(folder: Path) -> bool:
-    """Return whether a folder is a run's, a session's, an analysis', or holds a report: a picture alone is none."""
-    marks = (RUN, SESSION, "report.html", *NUMBERS)
-    return any((folder / name).is_file() for name in marks)
+def _has_results(folder: Path) -> bool:
+    """Return whether a folder is a run, session or analysis, or holds a report; figures alone do not count."""
+    return any((folder / name).is_file() for name in (RUN, SESSION, "report.html", *NUMBERS))
 
 
 def is_simulated(folder: Path) -> bool:
-    """Return whether the data of a run, or the numbers in a folder, say that they are simulated."""
+    """Return whether a run's data or the numbers in a folder are marked as simulated."""
     for name in ("data.json", *NUMBERS):
         try:
             values = json.loads((folder / name).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             continue
-        if says_simulated(values):
+        if marked_simulated(values):
             return True
     return False
 
 
-def says_simulated(values: Any) -> bool:
-    """Return whether a result says that its data, devices or participants are simulated."""
+def marked_simulated(values: Any) -> bool:
+    """Return whether a result marks its data, devices or participants as simulated."""
     if not isinstance(values, Mapping):
         return False
     if values.get("simulated") or "simulated" in str(values.get("name", "")):
         return True
     data = values.get("data")
-    return says_simulated(data) if isinstance(data, Mapping) else "simulated" in str(data or "")
+    return marked_simulated(data) if isinstance(data, Mapping) else "simulated" in str(data or "")
 
 
 def readable_file(workspace: Workspace, name: str) -> tuple[Path, str]:
-    """Return a file to be read and its media type.
+    """Return a file to show and its media type.
 
     Raises
     ------
     DataError, ParameterError
-        If it lies outside of the workspace, is not there, of another kind, or too large.
+        If it is outside the workspace, missing, of another kind, or too large.
     """
     path = workspace.inside(name)
-    own = workspace.own / "state"
-    if path.suffix.lower() not in MEDIA or path.is_relative_to(own):
-        raise ParameterError(f"{name[:200]}: only {', '.join(MEDIA)} are shown here")
+    if path.suffix.lower() not in MEDIA or path.is_relative_to(workspace.own / "state"):
+        raise ParameterError(f"{name[:200]}: only {', '.join(MEDIA)} files can be shown here")
     if not path.is_file():
-        raise DataError(f"{name[:200]}: there is no such file in the workspace")
+        raise DataError(f"{name[:200]}: no such file in the workspace")
     if path.stat().st_size > MOST_BYTES:
-        raise DataError(f"{name[:200]}: has more than {MOST_BYTES // 10**6} MB; open it yourself")
+        raise DataError(f"{name[:200]}: larger than {MOST_BYTES // 10**6} MB; open it with another program")
     return path, MEDIA[path.suffix.lower()]
 
 
 def matching(words: str, texts: Iterable[str]) -> bool:
-    """Return whether every word stands in one of the texts, in any case."""
+    """Return whether the texts contain every word, ignoring case."""
     whole = " ".join(texts).lower()
     return all(word in whole for word in words.lower().split())
 
 
+COLUMNS = {
+    "Model": "text",
+    "Result": "text",
+    "Published": "",
+    "Ours": "",
+    "Difference": "",
+    "Seeds": "",
+    "Data and split": "text wide",
+    "Reason for the difference": "text wide",
+}
+"""Headings of the published figures, and the CSS class of each column."""
+
+
 def published_html(rows: Sequence[Mapping[str, Any]], words: str = "") -> tuple[str, int]:
-    """Return published figures beside ours as a table, and how many rows it has.
+    """Return published figures next to ours as a table, and its number of rows.
 
     Parameters
     ----------
     rows : sequence of mapping
-        As `tactogram.workflows.table.table` gives them.
+        As returned by `tactogram.workflows.table.table`.
     words : str
-        That a row must hold, all of them.
+        Words that a row must contain, all of them.
     """
-    headings = (
-        "Model",
-        "What",
-        "Published",
-        "Ours",
-        "Difference",
-        "Seeds",
-        "Data and split",
-        "Why they differ",
-    )
-    found = [row for row in rows if matching(words, (str(value) for value in row.values()))]
-    body = "".join(_published_row(row) for row in found)
-    head = "".join(
-        f'<th scope="col"{_text_class(i in (0, 1, 6, 7))}>{name}</th>' for i, name in enumerate(headings)
-    )
-    caption = '<caption class="sr-only">Published figures beside ours</caption>'
+    shown = [row for row in rows if matching(words, (str(value) for value in row.values()))]
+    head = "".join(f'<th scope="col" class="{kind}">{name}</th>' for name, kind in COLUMNS.items())
+    body = "".join(_published_row(row) for row in shown)
     return (
-        f'<div class="scrolled" tabindex="0" role="region" aria-label="Published and ours, table">'
-        f'<table class="numbers published">{caption}<thead><tr>{head}</tr></thead>'
-        f"<tbody>{body}</tbody></table></div>"
-    ), len(found)
+        '<div class="scrolled" tabindex="0" role="region" aria-label="Published and ours, table">'
+        '<table class="numbers published"><caption class="sr-only">Published figures next to ours</caption>'
+        f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
+    ), len(shown)
 
 
 def _published_row(row: Mapping[str, Any]) -> str:
+    text = {name: html.escape(str(row[name])) for name in ("model", "what", "where", "data", "split", "note")}
     published, ours, sd = row["published"], row["ours"], row["sd"]
-    difference = None if published is None or ours is None else ours - published
-    where = f'<br><span class="quiet small">{html.escape(row["where"])}</span>' if row["where"] else ""
-    mine = _number(ours) + (f" ± {sd:g}" if ours is not None and sd is not None else "")
-    badge = ' <span class="simulated">simulated</span>' if "simulated" in str(row["data"]).lower() else ""
-    data = html.escape(str(row["data"])) or "not measured"
-    split = f'<br><span class="quiet small">{html.escape(str(row["split"]))}</span>' if row["split"] else ""
-    note = f'<span class="small">{html.escape(str(row["note"]))}</span>' if row["note"] else ""
+    badge = ' <span class="simulated">simulated</span>' if "simulated" in text["data"].lower() else ""
     cells = (
-        ("text", html.escape(str(row["model"]))),
-        ("text", html.escape(str(row["what"]))),
-        ("", _number(published) + where),
-        ("", mine),
-        ("", "" if difference is None else f"{difference:+.3g}"),
-        ("", str(row["seeds"]) if ours is not None else ""),
-        ("text wide", f"{data}{badge}{split}"),
-        ("text wide", note),
+        text["model"],
+        text["what"],
+        _number(published) + _second_line(text["where"]),
+        _number(ours) + (f" ± {sd:g}" if ours is not None and sd is not None else ""),
+        "" if published is None or ours is None else f"{ours - published:+.3g}",
+        str(row["seeds"]) if ours is not None else "",
+        (text["data"] or "not measured") + badge + _second_line(text["split"]),
+        f'<span class="small">{text["note"]}</span>' if text["note"] else "",
     )
-    return "<tr>" + "".join(f'<td class="{kind}">{text}</td>' for kind, text in cells) + "</tr>"
+    kinds = COLUMNS.values()
+    return (
+        "<tr>"
+        + "".join(f'<td class="{k}">{cell}</td>' for k, cell in zip(kinds, cells, strict=True))
+        + "</tr>"
+    )
+
+
+def _second_line(text: str) -> str:
+    return f'<br><span class="quiet small">{text}</span>' if text else ""
 
 
 def _number(value: float | None) -> str:
     return "none" if value is None else f"{value:g}"
 
 
-def _text_class(text: bool) -> str:
-    return ' class="text"' if text else ""
-
-
 def numbers_html(values: Any) -> str:
-    """Return JSON values as nested tables of names and values, for people."""
+    """Return JSON values as nested tables of names and values."""
     if isinstance(values, Mapping):
         rows = "".join(
             f'<tr><th scope="row" class="text">{html.escape(str(key)).replace("_", " ")}</th>'
@@ -251,14 +230,7 @@ def _plain(value: Any) -> str:
 
 @dataclass(frozen=True)
 class ExperimentEntry:
-    """An experiment, and its results that lie at hand.
-
-    Parameters
-    ----------
-    name, title, command : str
-    results : tuple of Path
-        ``NAME.json`` beside the source, ``runs/NAME/result.json`` of the workspace.
-    """
+    """An experiment with its result files, committed (``NAME.json``) or of the workspace (``result.json``)."""
 
     name: str
     title: str
@@ -267,27 +239,19 @@ class ExperimentEntry:
 
 
 def experiments_with_results(workspace: Workspace) -> list[ExperimentEntry]:
-    """Return the experiments behind published tables and, beside the source, our own, with the results at hand."""
-    found = []
+    """Return the experiments behind published tables and, in a source checkout, our own."""
+    entries = []
     for folder, command in COMMANDS.items():
         for name, title in experiments(folder).items():
-            places = (
-                BENCHMARKS / "reproduced" / f"{name}.json",
-                workspace.folder / "runs" / name / "result.json",
-            )
-            results = tuple(path for path in places if path.is_file())
-            found.append(ExperimentEntry(name, title, f"{command} {name}", results))
-    return found
+            committed = BENCHMARKS / "reproduced" / f"{name}.json"
+            own = workspace.folder / "runs" / name / "result.json"
+            results = tuple(path for path in (committed, own) if path.is_file())
+            entries.append(ExperimentEntry(name, title, f"{command} {name}", results))
+    return entries
 
 
-def result_of(path: Path) -> dict[str, Any]:
-    """Return a result of an experiment.
-
-    Raises
-    ------
-    DataError
-        If it cannot be read.
-    """
+def read_result(path: Path) -> dict[str, Any]:
+    """Return the values of a JSON file of results; raise `DataError` if it is unreadable."""
     try:
         values = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:

@@ -50,7 +50,7 @@ def add(studio: Studio) -> None:
         except TactogramError as error:
             wrong = str(error)
         title = "Experiment" if opened is None else opened.study.title.en or opened.study.title.ja
-        with page(title, navigation=not studio.alone):
+        with page(title, navigation=not studio.study_only):
             ui.add_head_html('<link rel="stylesheet" href="/static/experiment.css">')
             if opened is None:
                 ui.label(wrong).classes("text-negative").props('role="alert"')

@@ -107,11 +107,11 @@ def _answer(made: Callable[[], Response]) -> Response:
 
 def _waiting(studio: Studio) -> str:
     """Say why there is nothing to feel yet."""
-    match studio.first.state:
+    match studio.starter.state:
         case "making":
             return "Surfaces to begin with are being made from a simulation; this takes some seconds."
         case "failed":
-            return f"{studio.first.line}. Drop a recording below, or train a run on the page Train."
+            return f"{studio.starter.line}. Drop a recording below, or train a run on the page Train."
     return "There is nothing to feel yet: drop a recording below, or train a run on the page Train."
 
 
