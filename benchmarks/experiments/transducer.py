@@ -14,24 +14,26 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.evaluation.report import save_figure
-from tactogram.rendering.families.ultrasonic import Settings, modulated
-from tactogram.rendering.transducer.circuit import PRESETS, Transducer
-from tactogram.rendering.transducer.figures import (
+from benchmarks.experiments.simulated_transducer import (
+    DriftingTransducer,
+    SimulatedAdmittance,
+    SimulatedTouch,
+    TrackingResult,
+    demodulated,
+    simulate_envelope,
+    simulate_waveform,
+    track,
+)
+from benchmarks.experiments.transducer_figures import (
     EnvelopeTransmission,
     admittance_figure,
     envelope_figure,
     tracking_figure,
 )
-from tactogram.rendering.transducer.resonance_simulation import (
-    DriftingTransducer,
-    SimulatedAdmittance,
-    SimulatedTouch,
-    TrackingResult,
-    followed,
-)
+from tactogram.evaluation.report import save_figure
+from tactogram.rendering.families.ultrasonic import Settings, modulated
+from tactogram.rendering.transducer.circuit import PRESETS, Transducer
 from tactogram.rendering.transducer.resonance_tracking import TrackingSettings
-from tactogram.rendering.transducer.simulation import demodulated, simulate_envelope, simulate_waveform
 from tactogram.signal import Signal
 from tactogram.signal.crest_factor import low_crest_phases, periodic_signal
 from tactogram.workflows.progress import ProgressCallback
@@ -188,7 +190,7 @@ def _tracking(folder: Path, seeds: int) -> tuple[dict[str, dict[str, TrackingRes
         for method in METHODS:
             settings = TrackingSettings(method=method)  # type: ignore[arg-type]
             runs = [
-                followed(
+                track(
                     SimulatedAdmittance(case, noise=NOISE, rng=np.random.default_rng(seed)),
                     settings,
                     steps=STEPS,

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal as dsp
 
+from benchmarks.experiments.simulated_transducer import simulate_envelope
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.displays.response import ResonatorResponse
@@ -14,7 +15,6 @@ from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.level import parse_level
 from tactogram.rendering.streaming.output import DisplayOutput, equalised
 from tactogram.rendering.transducer.circuit import Transducer
-from tactogram.rendering.transducer.simulation import simulate_envelope
 from tactogram.signal import Signal
 
 

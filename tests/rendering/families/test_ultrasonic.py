@@ -4,6 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from benchmarks.experiments.simulated_transducer import demodulated, simulate_envelope, simulate_waveform
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.fit import fit
@@ -16,7 +17,6 @@ from tactogram.rendering.drive.modulation import (
 from tactogram.rendering.families.ultrasonic import Settings, modulated
 from tactogram.rendering.level import Level
 from tactogram.rendering.transducer.circuit import Transducer
-from tactogram.rendering.transducer.simulation import demodulated, simulate_envelope, simulate_waveform
 from tactogram.signal import Signal
 
 

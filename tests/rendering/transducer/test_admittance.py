@@ -6,8 +6,8 @@ import pytest
 from tactogram.errors import DeviceError, ParameterError
 from tactogram.rendering.transducer.admittance import MeasuredAdmittance, MeasurementTiming, ProbeSettings
 from tactogram.rendering.transducer.circuit import Transducer
-from tactogram.rendering.transducer.resonance_bench import BenchSettings, SimulatedBench
 from tactogram.rendering.transducer.resonance_tracking import ResonanceTracker, TrackingSettings
+from tactogram.rendering.transducer.simulation import BenchSettings, SimulatedBench
 
 
 def bench(*, transducer=None, seed=0, **values):
@@ -87,9 +87,11 @@ def test_lost_samples_are_measured_again_and_then_are_no_number():
 
 
 def test_what_cannot_be_measured_is_one_line():
-    with pytest.raises(DeviceError, match="voltage reaches the end of its range of 1 V"):
+    with pytest.raises(DeviceError, match="voltage reaches its full scale of 1 V"):
         measuring(Recorded(1.0))(28_000)
-    with pytest.raises(DeviceError, match="is the amplifier on"):
+    with pytest.raises(DeviceError, match="check the amplifier"):
         measuring(Recorded(0.0))(28_000)
-    with pytest.raises(ParameterError, match="takes 10000 samples/s, a carrier of 28000 Hz needs 61600"):
+    with pytest.raises(
+        ParameterError, match="10000 samples/s are too few; a carrier of 28000 Hz needs 61600"
+    ):
         measuring(bench(rate=10_000))(28_000)

@@ -3,15 +3,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.experiments.simulated_transducer import demodulated, simulate_envelope, simulate_waveform
 from tactogram.errors import DataError, ParameterError, UnitError
-from tactogram.rendering.transducer.circuit import PRESETS, Transducer, fitted, preset, read_sweep
-from tactogram.rendering.transducer.simulation import (
-    TransducerSimulation,
-    demodulated,
-    lock_in,
-    simulate_envelope,
-    simulate_waveform,
-)
+from tactogram.rendering.transducer.admittance import lock_in
+from tactogram.rendering.transducer.circuit import PRESETS, Transducer, fitted_transducer, preset, read_sweep
+from tactogram.rendering.transducer.simulation import TransducerSimulation
 from tactogram.signal import Signal
 
 # L1 mH, C1 pF, f_p Hz, k_eff, M, maximum of |Y| below f_s in Hz, envelope's cut-off in Hz: by formula.
@@ -66,7 +62,7 @@ def test_conductance_is_largest_at_resonance():
 def test_a_sweep_gives_its_transducer_back(q, r1, resonance):
     t = Transducer(resonance, q, r1)
     f = np.linspace(27_400, 29_000, 161)
-    found = fitted(f, t.admittance(f))
+    found = fitted_transducer(f, t.admittance(f))
     assert found.resonance_hz == pytest.approx(resonance, abs=0.05)
     assert (found.q, found.r1_ohm) == (pytest.approx(q, rel=1e-3), pytest.approx(r1, rel=1e-3))
     assert found.c0_farad == pytest.approx(t.c0_farad, rel=1e-3)
@@ -76,7 +72,7 @@ def test_a_noisy_sweep_gives_q_within_percents():
     t, random = preset("finger"), np.random.default_rng(0)
     f = np.linspace(27_400, 29_000, 81)
     noise = 1 + 0.01 * (random.standard_normal(81) + 1j * random.standard_normal(81))
-    found = fitted(f, t.admittance(f) * noise)
+    found = fitted_transducer(f, t.admittance(f) * noise)
     assert found.q == pytest.approx(100, rel=0.02)
     assert found.resonance_hz == pytest.approx(28_200, abs=1)
 
@@ -84,7 +80,7 @@ def test_a_noisy_sweep_gives_q_within_percents():
 def test_a_sweep_beside_the_resonance_is_refused():
     f = np.linspace(25_000, 26_000, 50)
     with pytest.raises(ParameterError, match="no resonance from 25000 to 26000 Hz"):
-        fitted(f, preset("plate").admittance(f))
+        fitted_transducer(f, preset("plate").admittance(f))
 
 
 @pytest.mark.parametrize("change", [{"q": 0.4}, {"r1_ohm": 0}, {"resonance_hz": np.inf}, {"c0_farad": -1e-9}])
@@ -193,7 +189,7 @@ def test_a_lock_in_measures_the_admittance_of_samples():
 
 
 def test_a_drive_not_in_volts_is_refused():
-    with pytest.raises(UnitError, match=r"driven by V, got m/s\^2"):
+    with pytest.raises(UnitError, match=r"must be in V, got m/s\^2"):
         simulate_envelope(preset("free"), Signal(np.ones(10), 1000, "m/s^2"))
     with pytest.raises(ParameterError, match="simulate its envelope instead"):
         simulate_waveform(preset("free"), Signal(np.ones(10), 48_000, "V"))

@@ -10,8 +10,8 @@ import pytest
 from tactogram.cli import main
 from tactogram.errors import ParameterError
 from tactogram.rendering.transducer.circuit import Transducer
-from tactogram.rendering.transducer.resonance_bench import BenchSettings, SimulatedBench
 from tactogram.rendering.transducer.resonance_tracking import TrackingError
+from tactogram.rendering.transducer.simulation import BenchSettings, SimulatedBench
 from tactogram.workflows.rendering import resonance
 from tactogram.workflows.rendering.actuators import transducer
 from tactogram.workflows.rendering.resonance import TrackSettings, track
@@ -133,7 +133,7 @@ def test_a_device_is_held_at_a_share_and_left_silent_whatever_happens(resonance_
         ({"generator": "digilent"}, {}, "--amps-per-volt must be known"),
         ({}, {"display": "ultrasonic"}, "must make the carrier"),
         ({}, {"changes": {"velocity.x": 1}}, "must be a key of tracking"),
-        ({}, {"changes": {"bench.rate": 20_000}}, "takes 20000 samples/s"),
+        ({}, {"changes": {"bench.rate": 20_000}}, "20000 samples/s are too few"),
     ],
 )
 def test_what_does_not_fit_is_refused_in_one_line(settings, options, says):

@@ -1,11 +1,11 @@
-"""The admittance of a transducer, measured: a generator goes to a frequency, a converter takes voltage and current.
+"""Admittance of a transducer, measured with a generator and a two-channel converter.
 
-This is what `ResonanceTracker` asks for. Generator and converter may be one device or two, real or simulated: whatever
-has the calls of `Carrier` and of `Recorder`.
+`ResonanceTracker` needs it at one frequency after another. Generator and converter may be one device or two, real or
+simulated: anything that implements `Carrier` and `Recorder`.
 
-What the converter must do: take both channels at a rate above `LEAST_RATIO` times the carrier, at the same instants.
-One that switches a single converter from channel to channel takes the current later than the voltage; at 28 kHz a
-microsecond is 10 degrees, and 45 degrees shift the resonance by half its width. ``skew_s`` takes that back.
+The converter must sample both channels at the same instants, at more than `LEAST_RATIO` times the carrier. A
+multiplexed converter samples the current later than the voltage; at 28 kHz a microsecond is 10 degrees, and 45 degrees
+shift the resonance by half its width. ``skew_s`` corrects for that.
 """
 
 from __future__ import annotations
@@ -17,47 +17,37 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from tactogram.errors import DeviceError, ParameterError
-from tactogram.rendering.transducer.simulation import lock_in
 
 Array = NDArray[np.float64]
 
 LEAST_RATIO = 2.2
-"""Of a converter's rate to the carrier."""
+"""Smallest ratio of the converter's rate to the carrier."""
 ATTEMPTS = 3
-"""How often it is measured again where samples were lost."""
+"""Number of measurements before lost samples count as a lost measurement."""
 
 
 class Carrier(Protocol):
-    """A generator of a carrier."""
+    """Generator of a carrier."""
 
     def retune(self, carrier_hz: float) -> None:
-        """Move the carrier; its amplitude stays."""
+        """Change the carrier's frequency; its amplitude stays."""
         ...
 
 
 class Recorder(Protocol):
-    """A converter for two channels.
-
-    Attributes
-    ----------
-    name : str
-    rate : float
-        Hz, of each channel.
-    full_scale : tuple of float
-        Largest magnitudes that the two can measure, V; infinite where that is not known.
-    """
+    """Two-channel converter: name, rate per channel (Hz), and full scale of both channels (V; infinite if unknown)."""
 
     name: str
     rate: float
     full_scale: tuple[float, float]
 
     def take(self, seconds: float, *, after_s: float) -> tuple[Array, Array]:
-        """Return what is taken of both channels from ``after_s`` after this call on, V; NaN where samples were lost.
+        """Return ``seconds`` of both channels from ``after_s`` after this call, V; NaN where samples were lost.
 
         Raises
         ------
         DeviceError
-            If the device went away or stands still.
+            If the device is gone or delivers nothing.
         """
         ...
 
@@ -68,33 +58,26 @@ class ProbeSettings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     volts_per_volt: float = Field(default=1.0, gt=0, allow_inf_nan=False)
-    """At the transducer per measured: 10 for a probe of 10:1."""
+    """Voltage at the transducer per measured volt: 10 for a 10:1 probe."""
     amps_per_volt: float = Field(gt=0, allow_inf_nan=False)
-    """Through the transducer per measured: 1 over the resistance of a shunt in ohm. There is no default."""
+    """Current through the transducer per measured volt: 1 / resistance of the shunt in ohm. There is no default."""
     skew_s: float = Field(default=0.0, ge=-1e-4, le=1e-4)
-    """By how much the current is taken later than the voltage, s."""
+    """Delay of the current's samples after the voltage's, s."""
 
 
 class MeasurementTiming(BaseModel):
-    """Time that a frequency is held, and the part of it that is measured."""
+    """Settling time and measuring time at each frequency."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     settle_s: float = Field(default=0.05, ge=0, le=5)
-    """After the carrier has moved: five time constants of Q 800 at 28 kHz, and what a driver holds back."""
+    """Wait after each change of the carrier. The default is five time constants of Q 800 at 28 kHz, plus a driver's
+    latency."""
     window_s: float = Field(default=0.02, gt=0, le=1)
 
 
 class MeasuredAdmittance:
-    """Measures at a frequency, as `tactogram.rendering.transducer.resonance_tracking.MeasureAdmittance` asks.
-
-    Parameters
-    ----------
-    carrier : Carrier
-    recorder : Recorder
-    probes : Probes
-    timing : Timing, optional
-    """
+    """Measurement of the admittance at a frequency: a `resonance_tracking.MeasureAdmittance`."""
 
     def __init__(
         self,
@@ -108,20 +91,20 @@ class MeasuredAdmittance:
         self._carrier, self._recorder = carrier, recorder
 
     def __call__(self, frequency: float) -> complex:
-        """Return the admittance at ``frequency`` in Hz, S; not a number where samples were lost again and again.
+        """Return the admittance at ``frequency`` in Hz, S; NaN if samples were lost in every attempt.
 
         Raises
         ------
         ParameterError
-            If the converter is too slow for it.
+            If the converter is too slow.
         DeviceError
-            If a channel is over its range, there is no voltage, or a device went away.
+            If a channel reaches its full scale, there is no voltage, or a device is gone.
         """
         recorder, probes = self._recorder, self.probes
         if recorder.rate < LEAST_RATIO * frequency:
             raise ParameterError(
-                f"{recorder.name}: takes {recorder.rate:g} samples/s, a carrier of {frequency:g} Hz needs "
-                f"{LEAST_RATIO * frequency:.0f}: set its rate"
+                f"{recorder.name}: {recorder.rate:g} samples/s are too few; a carrier of {frequency:g} Hz needs "
+                f"{LEAST_RATIO * frequency:.0f}: raise its rate"
             )
         self._carrier.retune(frequency)
         for _ in range(ATTEMPTS):
@@ -132,20 +115,42 @@ class MeasuredAdmittance:
         else:
             self.lost += 1
             return complex(np.nan, np.nan)
-        for name, x, most in zip(
+        for name, x, limit in zip(
             ("voltage", "current"), (voltage, current), recorder.full_scale, strict=True
         ):
-            if float(np.abs(x).max()) >= 0.999 * most:
+            if float(np.abs(x).max()) >= 0.999 * limit:
                 raise DeviceError(
-                    f"{recorder.name}: the {name} reaches the end of its range of {most:g} V: choose a wider one, or "
+                    f"{recorder.name}: the {name} reaches its full scale of {limit:g} V: choose a wider range or "
                     "less drive"
                 )
         try:
             ratio = lock_in(voltage, current, rate=recorder.rate, frequency_hz=frequency)
         except ParameterError as error:
-            raise DeviceError(
-                f"{recorder.name}: {error}; is the amplifier on, the probe in its place?"
-            ) from None
+            raise DeviceError(f"{recorder.name}: {error}; check the amplifier and the probes") from None
         self.measured += 1
         turn = np.exp(-2j * np.pi * frequency * probes.skew_s)
         return complex(ratio * turn * probes.amps_per_volt / probes.volts_per_volt)
+
+
+def lock_in(voltage: Array, current: Array, *, rate: float, frequency_hz: float) -> complex:
+    """Return the admittance at ``frequency_hz``, S, from samples of voltage (V) and current (A), shape (time,).
+
+    The last whole number of periods is used.
+
+    Raises
+    ------
+    ParameterError
+        If there is no whole period, or no voltage at that frequency.
+    """
+    if voltage.ndim != 1 or voltage.shape != current.shape:
+        raise ParameterError(
+            f"voltage and current must have the same length, got {voltage.shape} and {current.shape}"
+        )
+    count = int(int(len(voltage) * frequency_hz / rate) * rate / frequency_hz)
+    if count < 2:
+        raise ParameterError(f"needs a whole period of {frequency_hz:g} Hz, got {len(voltage) / rate:g} s")
+    turn = np.exp(-2j * np.pi * frequency_hz * np.arange(count) / rate) * np.hanning(count)
+    volts = voltage[-count:] @ turn
+    if abs(volts) <= 1e-9 * float(np.abs(voltage[-count:]).sum() + 1e-300):
+        raise ParameterError(f"no voltage at {frequency_hz:g} Hz: the drive is off or at another frequency")
+    return complex((current[-count:] @ turn) / volts)

@@ -1,11 +1,11 @@
-"""A piezoelectric transducer as its equivalent circuit (Butterworth-Van Dyke): admittance, envelope filter, presets.
+"""Equivalent circuit of a piezoelectric transducer (Butterworth-Van Dyke): admittance, envelope filter, fit, presets.
 
-A capacitance C0 stands beside a series resonator R1, L1, C1 whose current is the velocity of the horn's tip, but for a
-constant. Near resonance the transducer is a narrow filter: what modulates the carrier passes a first-order low-pass at
+A capacitance C0 in parallel with a series resonator R1, L1, C1, whose current is proportional to the velocity of the
+horn's tip. Near resonance the transducer is a narrow filter: the carrier's modulation passes a first-order low-pass at
 ``f_s / (2 Q)``.
 
-Every transducer here is simulated. The presets' figures are of a catalogue (free) or assumed (loaded); none was
-measured on a display. `fitted` reads the figures off a measured sweep.
+The presets are simulated: catalogue figures (free) or assumptions (loaded), none measured on a display.
+`fitted_transducer` fits a measured sweep.
 
 References
 ----------
@@ -37,23 +37,18 @@ C0_FARAD = 3.8e-9
 
 @dataclass(frozen=True)
 class Transducer:
-    """A simulated transducer.
+    """A transducer's circuit.
 
     Parameters
     ----------
     resonance_hz : float
-        Series resonance f_s, where the motional branch is a resistance. > 0.
+        Series resonance f_s, where the motional branch is purely resistive.
     q : float
-        Quality factor, 2 pi f_s L1 / R1. > 0.5 (below, nothing oscillates).
+        Quality factor, 2 pi f_s L1 / R1; > 0.5 (below, nothing oscillates).
     r1_ohm : float
-        Motional resistance. > 0.
+        Motional resistance.
     c0_farad : float
-        Capacitance beside the motional branch. > 0.
-
-    Raises
-    ------
-    ParameterError
-        If a value is out of range.
+        Capacitance in parallel with the motional branch.
     """
 
     resonance_hz: float = RESONANCE_HZ
@@ -79,7 +74,7 @@ class Transducer:
 
     @property
     def antiresonance_hz(self) -> float:
-        """Parallel resonance f_p, where the admittance is least (nearly)."""
+        """Parallel resonance f_p, close to the minimum of the admittance."""
         return self.resonance_hz * math.sqrt(1 + self.c1_farad / self.c0_farad)
 
     @property
@@ -89,7 +84,7 @@ class Transducer:
 
     @property
     def envelope_cutoff_hz(self) -> float:
-        """Where the envelope is at -3 dB with the carrier at resonance, f_s / (2 Q)."""
+        """Cut-off (-3 dB) of the envelope with the carrier at resonance, f_s / (2 Q)."""
         return self.resonance_hz / (2 * self.q)
 
     @property
@@ -104,21 +99,21 @@ class Transducer:
         return np.asarray(1 / impedance)
 
     def admittance(self, frequency: ArrayLike) -> NDArray[np.complex128]:
-        """Return the whole current per volt, S, at ``frequency`` in Hz (not 0)."""
+        """Return the total current per volt, S, at ``frequency`` in Hz (not 0)."""
         w = 2 * np.pi * np.asarray(frequency, np.float64)
         return np.asarray(1j * w * self.c0_farad + self.motional_admittance(frequency))
 
     def envelope_response(self, frequency: ArrayLike) -> NDArray[np.complex128]:
-        """Return what passes of an envelope's line at ``frequency`` in Hz, 1 at 0: a first-order low-pass.
+        """Return the transmission of an envelope's component at ``frequency`` in Hz, 1 at 0: a first-order low-pass.
 
-        The carrier is at resonance. Agrees with the two sidebands' mean to 3e-4 in magnitude for Q of 14 to 800 and
-        lines up to 1 kHz.
+        The carrier is at resonance. Agrees with the mean of the two sidebands to 3e-4 in magnitude for Q of 14 to 800
+        and components up to 1 kHz.
         """
         f = np.asarray(frequency, np.float64)
         return np.asarray(1 / (1 + 1j * f / self.envelope_cutoff_hz))
 
     def shifted(self, by_hz: float) -> Transducer:
-        """Return the same with its resonance moved, as by temperature: Q, R1 and C0 stay."""
+        """Return the circuit with its resonance shifted, as by temperature: Q, R1 and C0 stay."""
         return replace(self, resonance_hz=self.resonance_hz + by_hz)
 
 
@@ -129,38 +124,32 @@ PRESETS: dict[str, Transducer] = {
     "finger": Transducer(q=100, r1_ohm=300),
     "damped": Transducer(q=30, r1_ohm=800),
 }
-"""Simulated transducers by name. Q 800 and R1 of 20 to 50 ohm: catalogue; the loaded ones are our assumptions."""
+"""Simulated transducers by name. Q 800 and R1 of 20 to 50 ohm: catalogue; the loaded ones are assumptions."""
 
 
 def preset(name: str) -> Transducer:
-    """Return the simulated transducer of that name.
-
-    Raises
-    ------
-    ParameterError
-        If there is none; says which there are.
-    """
+    """Return the simulated transducer of that name; `ParameterError` if there is none."""
     if name not in PRESETS:
         raise ParameterError(f"transducer must be one of {', '.join(PRESETS)}, got {name!r}")
     return PRESETS[name]
 
 
-def fitted(frequency: ArrayLike, admittance: ArrayLike) -> Transducer:
-    """Return the transducer whose admittance is nearest to a measured sweep, in the least squares.
+def fitted_transducer(frequency: ArrayLike, admittance: ArrayLike) -> Transducer:
+    """Return the least-squares fit of a transducer to a measured sweep.
 
     Parameters
     ----------
     frequency : float array, shape (point,), Hz
         At least eight, on both sides of the resonance.
     admittance : complex array, shape (point,), S
-        Not a number where a measurement was lost; half of the points at most, which the fit does without. With 1 %
-        noise and every second point of 81 missing, the resonance is still within 0.02 of its width (simulated, 40
-        sweeps of each of the presets from Q 30 to 800); all points: 0.01.
+        NaN for lost measurements: at most half of the points, which the fit ignores. With 1 % noise and every second
+        point of 81 missing, the resonance is still within 0.02 of its width (simulated, 40 sweeps of each of the
+        presets from Q 30 to 800); with all points within 0.01.
 
     Raises
     ------
     ParameterError
-        If there are too few points, too many are lost, or no resonance lies among them.
+        If there are too few points, too many are lost, or they contain no resonance.
     """
     from scipy.optimize import least_squares
 
@@ -171,18 +160,18 @@ def fitted(frequency: ArrayLike, admittance: ArrayLike) -> Transducer:
             f"a sweep needs 8 frequencies and as many admittances, got {f.shape} and {y.shape}"
         )
     if not (np.isfinite(f).all() and (f > 0).all()) or np.isinf(y).any():
-        raise ParameterError("a sweep's frequencies must be > 0 Hz, and all of it finite")
-    kept = ~np.isnan(y)
-    if kept.sum() < max(8, len(f) / 2):
+        raise ParameterError("a sweep's frequencies must be > 0 Hz and its values finite")
+    valid = ~np.isnan(y)
+    if valid.sum() < max(8, len(f) / 2):
         raise ParameterError(
-            f"{(~kept).sum()} of the sweep's {len(f)} measurements were lost: check the probe"
+            f"{(~valid).sum()} of the sweep's {len(f)} measurements were lost: check the probe"
         )
-    f, y = f[kept], y[kept]
+    f, y = f[valid], y[valid]
     order = np.argsort(f)
     start = _first_guess(f[order], y[order])
     scale = np.abs(y).max()
 
-    def away(logs: NDArray[np.float64]) -> NDArray[np.float64]:
+    def residuals(logs: NDArray[np.float64]) -> NDArray[np.float64]:
         difference = (Transducer(*np.exp(logs)).admittance(f) - y) / scale
         return np.concatenate([difference.real, difference.imag])
 
@@ -191,8 +180,10 @@ def fitted(frequency: ArrayLike, admittance: ArrayLike) -> Transducer:
     first = np.clip(
         np.log([start.resonance_hz, start.q, start.r1_ohm, start.c0_farad]), lower + 1e-6, upper - 1e-6
     )
-    found = least_squares(away, first, bounds=(lower, upper), x_scale=[1e-3, 1, 1, 1], xtol=1e-14, ftol=1e-14)
-    best = Transducer(*(float(value) for value in np.exp(found.x)))
+    fit = least_squares(
+        residuals, first, bounds=(lower, upper), x_scale=[1e-3, 1, 1, 1], xtol=1e-14, ftol=1e-14
+    )
+    best = Transducer(*(float(value) for value in np.exp(fit.x)))
     if not f.min() * (1 + 1e-9) < best.resonance_hz < f.max() * (1 - 1e-9):
         raise ParameterError(
             f"no resonance from {f.min():g} to {f.max():g} Hz in this sweep: sweep where the admittance has its maximum"
@@ -201,17 +192,15 @@ def fitted(frequency: ArrayLike, admittance: ArrayLike) -> Transducer:
 
 
 def read_sweep(path: Path | str) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
-    """Return frequencies in Hz and admittances in S of a CSV with columns frequency_hz, conductance_s, susceptance_s.
+    """Return frequencies (Hz) and admittances (S) from a CSV's columns frequency_hz, conductance_s and susceptance_s.
 
-    A measurement that was lost is ``nan`` in both, in the table and here.
-
-    Of a log of tracking, which has a column ``state`` too, its last whole sweep: what came after was measured of a
-    resonance that may have moved.
+    Lost measurements are ``nan`` in both. From a log of `resonance_tracking`, which also has a column ``state``, only
+    the last sweep that led to a lock is read: the resonance may have moved afterwards.
 
     Raises
     ------
     DataError
-        If the file cannot be read or a cell is no number; names file and line.
+        If the file cannot be read or a cell is not a number; names file and line.
     """
     path = Path(path)
     columns = ("frequency_hz", "conductance_s", "susceptance_s")
@@ -223,23 +212,23 @@ def read_sweep(path: Path | str) -> tuple[NDArray[np.float64], NDArray[np.comple
         except ValueError:
             raise DataError(f"{path}, line {number}: needs three numbers, got {row}") from None
         states.append(row.get("state") or "sweep")
-    swept = _last_sweep(rows, states)
-    if not swept:
-        raise DataError(f"{path}: holds no point")
-    f, g, b = np.array(swept).T
+    sweep = _last_sweep(rows, states)
+    if not sweep:
+        raise DataError(f"{path}: no points")
+    f, g, b = np.array(sweep).T
     return f, g + 1j * b
 
 
 def _last_sweep(rows: Sequence[list[float]], states: Sequence[str]) -> list[list[float]]:
-    """Return the rows of the last sweep that led to a lock; of all sweeps where none did."""
+    """Return the rows of the last sweep that led to a lock, or of all sweeps if none did."""
     pieces = groupby(zip(states, rows, strict=True), itemgetter(0))
-    runs = [(state, [row for _, row in held]) for state, held in pieces]
-    locked = [held for (state, held), (then, _) in pairwise(runs) if (state, then) == ("sweep", "lock")]
-    return locked[-1] if locked else [row for state, held in runs if state == "sweep" for row in held]
+    runs = [(state, [row for _, row in piece]) for state, piece in pieces]
+    locked = [points for (state, points), (then, _) in pairwise(runs) if (state, then) == ("sweep", "lock")]
+    return locked[-1] if locked else [row for state, points in runs if state == "sweep" for row in points]
 
 
 def _first_guess(f: NDArray[np.float64], y: NDArray[np.complex128]) -> Transducer:
-    """Return a start: conductance peak, its half width, and C0 from the ends."""
+    """Return a starting point: conductance peak, its half width, and C0 from the ends."""
     conductance = y.real
     top = int(conductance.argmax())
     if not conductance[top] > 0:

@@ -1,11 +1,12 @@
-"""A Digilent Analog Discovery as the generator of a modulated carrier: the carrier stays in it, the envelope is sent.
+"""Digilent Analog Discovery as generator of a modulated carrier, of which only the envelope is sent to the device.
 
-Its AM node multiplies the carrier by 1 + (percent / 100) x data, data from -1 to 1 (Digilent's own example: a carrier
-of 1 V at 100 % gives 0 to 2 V). So the carrier is set to half of the largest voltage, and an envelope e becomes
-e / carrier - 1: no data can give more than the largest voltage. A waveform of 28 kHz would not fit the device's buffer.
+Its AM node multiplies the carrier by 1 + (percent / 100) x data, with data from -1 to 1 (Digilent's own example: a
+carrier of 1 V at 100 % gives 0 to 2 V). The carrier is therefore set to half of the largest voltage, and an envelope e
+becomes e / carrier - 1: no data can exceed the largest voltage. A waveform of 28 kHz would not fit the device's
+buffer.
 
-No device was at hand: this was tested against a simulated one that has dwfpy's calls. What is not known of a real one
-is whether its AM node streams (``play``); where it does not say so, `AnalogDiscovery.play` refuses, and `loop` remains.
+Tested against a simulated device with dwfpy's calls only. Unknown about a real one: whether its AM node streams. If it
+does not, `AnalogDiscovery.play` refuses and `AnalogDiscovery.loop` remains.
 """
 
 from __future__ import annotations
@@ -29,15 +30,15 @@ from tactogram.signal.signal import Signal
 from tactogram.validation import validated
 
 LARGEST_V = 5.0
-"""Of an Analog Discovery's generator, 0 to peak."""
+"""Largest voltage of an Analog Discovery's generator, 0 to peak."""
 PREFILL_S = 0.05
 MARGIN_S = 1.0
-"""A generator runs so much longer than what it plays; then it stops by itself, whatever became of this program."""
+"""The device stops by itself this long after the planned end, even if this program was killed."""
 POLL_S = 0.002
 STALLED_S = 2.0
-"""Without room in the buffer for so long, the device is taken for dead."""
+"""A device without free buffer for this long counts as gone."""
 OFF = -1.0
-"""Data of the AM node that make the carrier 0."""
+"""Data of the AM node that turn the carrier off."""
 
 
 class GeneratorSettings(BaseModel):
@@ -47,28 +48,28 @@ class GeneratorSettings(BaseModel):
 
     carrier_hz: float = Field(gt=0, le=1e6)
     peak_v: float = Field(gt=0, le=LARGEST_V)
-    """Largest voltage of the generator, 0 to peak: the amplifier's gain times this reaches the transducer."""
+    """Largest voltage of the generator, 0 to peak; the transducer gets this times the amplifier's gain."""
     channel: int = Field(default=1, ge=1, le=2)
-    """As printed on the device."""
+    """As labelled on the device."""
     serial: str = ""
     """Serial number; empty for the first device."""
 
 
 def generator(settings: CarrierSettings, *, channel: int = 1, serial: str = "") -> GeneratorSettings:
-    """Return what a display's settings ask of the device.
+    """Return the generator settings for a display.
 
     Raises
     ------
     ParameterError
-        If they ask for more than the device can give, or for a carrier whose sign turns.
+        If they exceed the device's voltage, or the envelope inverts the carrier.
     """
     if settings.peak_v > LARGEST_V:
         raise ParameterError(
-            f"the device gives {LARGEST_V:g} V, the settings allow {settings.peak_v:g} V at the generator: set the "
-            "amplifier's gain"
+            f"the device supplies at most {LARGEST_V:g} V, but the settings allow {settings.peak_v:g} V at the "
+            "generator: set amplifier_gain"
         )
     if settings.signed_envelope:
-        raise ParameterError("the AM node cannot turn the sign of a carrier: use the mapping vibration")
+        raise ParameterError("the AM node cannot invert a carrier: use the mapping vibration")
     values = {
         "carrier_hz": settings.carrier_hz,
         "peak_v": settings.peak_v,
@@ -79,12 +80,12 @@ def generator(settings: CarrierSettings, *, channel: int = 1, serial: str = "") 
 
 
 def am_data(envelope: NDArray[np.floating], peak_v: float) -> NDArray[np.float64]:
-    """Return what the AM node needs for an envelope: e / (peak / 2) - 1.
+    """Return the AM node's data for an envelope: e / (peak / 2) - 1.
 
     Parameters
     ----------
     envelope : float array, shape (time,), V
-        From 0 to ``peak_v``; what is not a number becomes 0 V, what is outside is clipped.
+        From 0 to ``peak_v``; NaN becomes 0 V, values outside are clipped.
     peak_v : float
 
     Returns
@@ -98,13 +99,7 @@ def am_data(envelope: NDArray[np.floating], peak_v: float) -> NDArray[np.float64
 class AnalogDiscovery:
     """An Analog Discovery whose carrier is modulated by envelopes; a context manager that leaves it at 0 V.
 
-    Parameters
-    ----------
-    wanted : Generator
-    module : module, optional
-        What stands in for dwfpy; in tests.
-    sleep, clock : callable
-        As of `time`; in tests.
+    In tests, ``module`` replaces dwfpy, and ``sleep`` and ``clock`` replace those of `time`.
     """
 
     simulated = False
@@ -131,7 +126,7 @@ class AnalogDiscovery:
         Raises
         ------
         MissingExtraError, DeviceError
-            If dwfpy or WaveForms is not installed, no such device is there, or it has no AM node.
+            If dwfpy or WaveForms is not installed, or there is no such device, generator or AM node.
         """
         if self._module is None:
             self._module = imported("dwfpy", extra="dwf", what="Digilent devices")
@@ -149,11 +144,11 @@ class AnalogDiscovery:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Silence and close it."""
+        """Silence and close the device."""
         self.close()
 
     def close(self) -> None:
-        """Take the generator to 0 V and close the device, whatever happened before."""
+        """Set the generator to 0 V and close the device, whatever happened before."""
         device, self._device = self._device, None
         if device is None:
             return
@@ -171,24 +166,21 @@ class AnalogDiscovery:
         rate: float | None = None,
         longest_s: float = 600.0,
     ) -> None:
-        """Send an envelope as fast as the device takes it; return when it was all played, at 0 V.
-
-        The device stops by itself soon after the end, even if this computer does not tell it to.
+        """Send an envelope as fast as the device accepts it, and return at 0 V when all of it was played.
 
         Parameters
         ----------
         envelope : Signal, or an iterator of float arrays, shape (time,), V
-            Amplitude of the carrier from 0 to ``peak_v``; blocks of a stream as they come.
+            Amplitude of the carrier from 0 to ``peak_v``, whole or in blocks.
         rate : float, Hz
-            Of blocks; a Signal has its own.
+            Rate of blocks; a Signal has its own.
         longest_s : float
-            Of blocks: after that the device stops by itself. A Signal has its own length.
+            Blocks: the device stops by itself after this time. A Signal has its own length.
 
         Raises
         ------
         DeviceError
-            If the device cannot stream its AM node, takes nothing any more, or went away. It is at 0 V then, if it
-            still answers.
+            If the device cannot stream its AM node, stalls or is gone. It is at 0 V then, if it still responds.
         """
         self._opened()
         blocks, rate = _blocks(envelope, rate)
@@ -221,26 +213,24 @@ class AnalogDiscovery:
             self._silence()
 
     def loop(self, envelope: Signal, seconds: float) -> None:
-        """Play one period of an envelope again and again from the device's buffer, for ``seconds``, then 0 V.
-
-        The device stops by itself at the end, even if this computer does not tell it to.
+        """Repeat one period of an envelope from the device's buffer for ``seconds``, then go to 0 V.
 
         Raises
         ------
         ParameterError
-            If the period does not fit the buffer, or ``seconds`` is not a time: 0 would be for ever to the device.
+            If the period does not fit the buffer, or ``seconds`` is not > 0: the device takes 0 as endless.
         DeviceError
-            If the device went away.
+            If the device is gone.
         """
         self._opened()
         if not (math.isfinite(seconds) and seconds > 0):
-            raise ParameterError(f"a loop lasts a number of seconds > 0, got {seconds:g}")
+            raise ParameterError(f"a loop's length must be > 0 s, got {seconds:g}")
         (data,), rate = _blocks(envelope, None)
-        most = int(self._node.data_samples_max)
-        if len(data) > most:
+        buffer = int(self._node.data_samples_max)
+        if len(data) > buffer:
             raise ParameterError(
-                f"{self.name}: a loop of {len(data)} samples does not fit its buffer of {most}: lower the rate to "
-                f"{most / envelope.seconds:.0f} Hz or less"
+                f"{self.name}: a loop of {len(data)} samples does not fit its buffer of {buffer}: lower the rate to "
+                f"{buffer / envelope.seconds:.0f} Hz or less"
             )
         try:
             with device_errors(self.name, library="dwfpy"):
@@ -260,27 +250,27 @@ class AnalogDiscovery:
             self._silence()
 
     def hold(self, amplitude_v: float, *, longest_s: float) -> None:
-        """Begin to send the carrier alone, of one amplitude; it goes on until `close`, at most for ``longest_s``.
+        """Start the unmodulated carrier; it continues until `close`, at most for ``longest_s``.
 
         Parameters
         ----------
         amplitude_v : float
             At the generator, 0 to peak; at most ``peak_v``.
         longest_s : float
-            After that the device stops by itself.
+            The device stops by itself after this time.
 
         Raises
         ------
         ParameterError
-            If either is out of range: 0 s would be for ever to the device.
+            If either is out of range: the device takes 0 s as endless.
         DeviceError
-            If the device went away.
+            If the device is gone.
         """
         self._opened()
         if not 0 <= amplitude_v <= self.wanted.peak_v:
-            raise ParameterError(f"an amplitude is 0 to {self.wanted.peak_v:g} V, got {amplitude_v:g}")
+            raise ParameterError(f"amplitude_v must be 0 to {self.wanted.peak_v:g} V, got {amplitude_v:g}")
         if not (math.isfinite(longest_s) and longest_s > 0):
-            raise ParameterError(f"a carrier is held for a number of seconds > 0, got {longest_s:g}")
+            raise ParameterError(f"longest_s must be > 0 s, got {longest_s:g}")
         data = float(am_data(np.array([amplitude_v]), self.wanted.peak_v)[0])
         try:
             with device_errors(self.name, library="dwfpy"):
@@ -294,18 +284,12 @@ class AnalogDiscovery:
 
     @property
     def opened_device(self) -> tuple[Any, Any]:
-        """The device as dwfpy opened it, and dwfpy: for its inputs (`rendering.transducer.digilent_scope`)."""
+        """Dwfpy's device and dwfpy itself, for `digilent_scope`."""
         self._opened()
         return self._device, self._module
 
     def retune(self, carrier_hz: float) -> None:
-        """Move the carrier, as resonance tracking asks; its amplitude and the envelope go on.
-
-        Raises
-        ------
-        ParameterError
-            If the frequency is not > 0.
-        """
+        """Change the carrier's frequency, for resonance tracking; its amplitude and the envelope continue."""
         self._opened()
         values = {**self.wanted.model_dump(), "carrier_hz": carrier_hz}
         self.wanted = validated(GeneratorSettings, values, where=self.name)
@@ -347,21 +331,23 @@ class AnalogDiscovery:
         )
 
     def _send(self, data: NDArray[np.float64]) -> None:
-        """Wait for room and send; all of ``data`` in order."""
+        """Send all of ``data``, waiting for free buffer."""
         done, since = 0, self._clock()
         while done < len(data):
             if self._channel.read_status() == self._module.Status.DONE:
-                raise DeviceError(f"{self.name}: its time is over, it stopped by itself")
+                raise DeviceError(f"{self.name}: reached its time limit and stopped by itself")
             free, lost, corrupted = self._node.play_status
             self.lost += lost
             self.corrupted += corrupted
             count = min(free, len(data) - done)
             if count <= 0:
                 if self._clock() - since > STALLED_S:
-                    raise DeviceError(f"{self.name}: takes no samples for {STALLED_S:g} s; it was silenced")
+                    raise DeviceError(
+                        f"{self.name}: accepted no samples for {STALLED_S:g} s and was silenced"
+                    )
                 self._sleep(POLL_S)
                 continue
-            # dwfpy passes this on as it is: it must be an array of doubles.
+            # dwfpy passes this on unchanged: it must be an array of doubles.
             piece = (ctypes.c_double * count)(*data[done : done + count])
             self._node.set_play_samples(piece)
             done += count
@@ -369,7 +355,7 @@ class AnalogDiscovery:
             since = self._clock()
 
     def _silence(self) -> None:
-        """Take the carrier's amplitude to 0 and stop; each on its own, for one may fail."""
+        """Set the carrier's amplitude to 0 and stop; each step on its own, since one may fail."""
         channel = self._channel
         if channel is None:
             return
@@ -387,12 +373,12 @@ def _blocks(
 ) -> tuple[Iterator[NDArray[np.floating]] | list[NDArray[np.floating]], float]:
     if isinstance(envelope, Signal):
         if envelope.unit != "V":
-            raise UnitError(f"an envelope is in V, got {envelope.unit}")
+            raise UnitError(f"an envelope must be in V, got {envelope.unit}")
         if len(envelope.axes) != 1 or envelope.domain != "time" or float(envelope.samples.min()) < 0:
             raise ParameterError(
-                "an envelope is one axis over time and never below 0 V: render with output = 'envelope'"
+                "an envelope must be one axis over time and never below 0 V: render with output = 'envelope'"
             )
         return [envelope.samples[0]], envelope.rate
     if rate is None or not rate > 0:
-        raise ParameterError(f"blocks need their rate, > 0 Hz, got {rate}")
+        raise ParameterError(f"blocks need a rate > 0 Hz, got {rate}")
     return envelope, rate

@@ -1,7 +1,7 @@
-"""The inputs of the Analog Discovery whose generator is in use: voltage and current at the same instants.
+"""Inputs of the Analog Discovery whose generator is in use: voltage and current at the same instants.
 
-The device can be opened once, so that its own inputs are read through the generator's handle; both its converters run
-at the same time. No device was at hand: tested against a simulated one that has dwfpy's calls.
+A device can be opened only once, so its inputs are read through the generator's handle; both converters run
+simultaneously. Tested against a simulated device with dwfpy's calls only.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 POLL_S = 0.001
 STALLED_S = 2.0
-"""So much longer than its window a measurement may take."""
+"""Longest time that a measurement may take beyond its window."""
 
 
 class ScopeSettings(BaseModel):
@@ -30,27 +30,19 @@ class ScopeSettings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     voltage: int = Field(default=1, ge=1, le=4)
-    """As printed on the device."""
+    """Input for the voltage, as labelled on the device."""
     current: int = Field(default=2, ge=1, le=4)
     rate: float = Field(default=400_000.0, gt=0)
-    """8,192 samples, an Analog Discovery 2's buffer, are then 20 ms."""
+    """At this rate 8,192 samples, an Analog Discovery 2's buffer, are 20 ms."""
     range_v: tuple[float, float] = (50.0, 5.0)
-    """Widths of the inputs' ranges, peak to peak; the device takes the next ones it has."""
+    """Widths of the inputs' ranges, peak to peak; the device uses the next available ones."""
 
 
 class DigilentRecorder:
-    """A `tactogram.rendering.transducer.admittance.Recorder`; one buffer per measurement.
+    """An `admittance.Recorder` on a device's inputs; one buffer per measurement.
 
-    Parameters
-    ----------
-    device : object
-        As dwfpy opened it; `tactogram.rendering.transducer.digilent.AnalogDiscovery.opened_device`.
-    module : module
-        dwfpy, or what stands in for it.
-    inputs : ScopeInputs
-    name : str
-    sleep, clock : callable
-        As of `time`; in tests.
+    ``device`` and ``module`` are those of `AnalogDiscovery.opened_device`. In tests, ``sleep`` and ``clock`` replace
+    those of `time`.
 
     Raises
     ------
@@ -72,7 +64,7 @@ class DigilentRecorder:
         self._scope = device.analog_input
         self._channels = (inputs.voltage - 1, inputs.current - 1)
         if max(self._channels) >= len(self._scope.channels):
-            raise DeviceError(f"{name}: has no input {max(self._channels) + 1}")
+            raise DeviceError(f"{name}: no input {max(self._channels) + 1}")
         with device_errors(name, library="dwfpy"):
             for channel, width in zip(self._channels, inputs.range_v, strict=True):
                 self._scope.setup_channel(channel, range=width, filter="decimate", enabled=True)
@@ -87,7 +79,7 @@ class DigilentRecorder:
         Raises
         ------
         DeviceError
-            If the device went away or does not come to an end.
+            If the device is gone or the measurement does not finish.
         """
         self._sleep(after_s)
         scope, done = self._scope, self._module.Status.DONE
@@ -97,7 +89,7 @@ class DigilentRecorder:
             until = self._clock() + seconds + STALLED_S
             while scope.read_status(read_data=True) != done:
                 if self._clock() > until:
-                    raise DeviceError(f"{self.name}: its inputs gave nothing for {STALLED_S:g} s")
+                    raise DeviceError(f"{self.name}: its inputs delivered nothing for {STALLED_S:g} s")
                 self._sleep(POLL_S)
             voltage, current = (
                 np.asarray(scope.channels[c].get_data(0, count), np.float64) for c in self._channels

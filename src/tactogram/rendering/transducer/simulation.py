@@ -1,43 +1,35 @@
-"""A simulated transducer over time: what of a drive arrives at the horn, exactly, and the current that tells of it.
+"""Simulated transducer and measurement bench, for trying resonance tracking without a device.
 
-Two ways to the same. `TransducerSimulation` solves the circuit in a frame that turns with the carrier: only envelopes
-are sampled (at some 10 kHz), nothing is averaged over a carrier's period, and carrier and resonance may move while it
-runs. `simulate_waveform` solves it at the rate of a rendered waveform (some 100 kHz), and `demodulated` finds the
-envelope again.
-
-What arrives is given as motional current times R1, in V: at resonance, once settled, that is the drive's own amplitude.
+`TransducerSimulation` solves the circuit in a frame that rotates with the carrier: only envelopes are sampled (at some
+10 kHz), nothing is averaged over a carrier's period, and carrier and resonance may change while it runs.
 """
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from pydantic import BaseModel, ConfigDict, Field
 from scipy import signal as dsp
 
-from tactogram.errors import ParameterError, UnitError
-from tactogram.rendering.transducer.circuit import Transducer
-from tactogram.signal.filters import butterworth
-from tactogram.signal.signal import Signal
+from tactogram.errors import ParameterError
+from tactogram.rendering.transducer.circuit import Transducer, preset
+
+Array = NDArray[np.float64]
+
+ENVELOPE_HZ = 4000.0
+"""Rate at which the bench solves the circuit; the current's amplitude is interpolated linearly in between."""
 
 
 class TransducerSimulation:
     """A simulated transducer with state, driven by blocks of an envelope.
 
-    How an envelope is cut into blocks changes nothing. Between two samples it is taken as a straight line.
-
-    Parameters
-    ----------
-    transducer : Transducer
-    rate : float, Hz
-        Of the envelope.
-    carrier_hz : float
-        > 0.
+    The result does not depend on how the envelope is cut into blocks. It is linear between two samples.
 
     Notes
     -----
-    States are the motional current i and the voltage u over C1, as complex amplitudes: L1 i' = V - R1 i - u,
-    C1 u' = i, less j w of each. The matrix is diagonalised, and each mode is a recursion that is exact for a straight
-    line between samples.
+    States are the motional current i and the voltage u across C1, as complex amplitudes: L1 i' = V - R1 i - u,
+    C1 u' = i, each minus j w times itself. The matrix is diagonalised, and each mode is a recursion that is exact for
+    a piecewise linear drive.
     """
 
     def __init__(self, transducer: Transducer, *, rate: float, carrier_hz: float) -> None:
@@ -49,10 +41,7 @@ class TransducerSimulation:
         self.change(transducer=transducer, carrier_hz=carrier_hz)
 
     def change(self, *, transducer: Transducer | None = None, carrier_hz: float | None = None) -> None:
-        """Go on with another transducer (its resonance has drifted, a finger came) or another carrier.
-
-        Currents and voltages do not jump; neither does the carrier's phase.
-        """
+        """Continue with another transducer (drift, a touch) or carrier; currents, voltages and phase do not jump."""
         if transducer is not None:
             self.transducer = transducer
         if carrier_hz is not None:
@@ -67,7 +56,7 @@ class TransducerSimulation:
         self._drive = np.linalg.solve(self._basis, np.array([1 / t.l1_henry, 0], np.complex128))
 
     def process(self, envelope: ArrayLike) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-        """Return the next block's currents.
+        """Return the amplitudes of the motional and of the total current (including C0's) for the next block.
 
         Parameters
         ----------
@@ -76,159 +65,89 @@ class TransducerSimulation:
 
         Returns
         -------
-        motional, whole : complex128 arrays, shape (time,), A
-            Amplitudes of the motional current, and of the whole (C0's included), at the samples of ``envelope``.
+        motional, total : complex128 arrays, shape (time,), A
         """
         v = np.atleast_1d(np.asarray(envelope, np.complex128))
-        before = np.concatenate([[self._last], v[:-1]])
+        previous = np.concatenate([[self._last], v[:-1]])
         step = 1 / self.rate
         parts = []
-        inside = np.linalg.solve(self._basis, self._state)
-        for mode, gain, start in zip(self._modes, self._drive, inside, strict=True):
+        initial = np.linalg.solve(self._basis, self._state)
+        for mode, gain, start in zip(self._modes, self._drive, initial, strict=True):
             a = mode * step
-            grown = np.exp(a)
-            second = (grown - 1 - a) / a**2
-            first = (grown - 1) / a - second
+            growth = np.exp(a)
+            second = (growth - 1 - a) / a**2
+            first = (growth - 1) / a - second
             b = gain * step * np.array([second, first])
-            begin = b[1] * self._last + grown * start
-            part, _ = dsp.lfilter(b, [1, -grown], v, zi=[begin - 0j])
+            part, _ = dsp.lfilter(b, [1, -growth], v, zi=[b[1] * self._last + growth * start - 0j])
             parts.append(part)
         states = self._basis @ np.array(parts)  # 2, time
         self._state, self._last = states[:, -1], complex(v[-1])
         w = 2 * np.pi * self.carrier_hz
         c0 = self.transducer.c0_farad
-        return states[0], states[0] + c0 * ((v - before) * self.rate + 1j * w * v)
+        return states[0], states[0] + c0 * ((v - previous) * self.rate + 1j * w * v)
 
 
-def simulate_envelope(transducer: Transducer, envelope: Signal, *, carrier_hz: float | None = None) -> Signal:
-    """Return what of an envelope arrives at a simulated transducer that was at rest.
+class BenchSettings(BaseModel):
+    """Settings of the simulated bench: assumptions, not any device's."""
 
-    Parameters
-    ----------
-    transducer : Transducer
-    envelope : Signal
-        One axis, V: amplitude of the carrier.
-    carrier_hz : float, optional
-        By default the transducer's resonance.
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
-    Returns
-    -------
-    Signal
-        Magnitude of the motional current times R1, V; same rate and length.
-    """
-    _volts(envelope)
-    carrier = transducer.resonance_hz if carrier_hz is None else carrier_hz
-    simulated = TransducerSimulation(transducer, rate=envelope.rate, carrier_hz=carrier)
-    motional, _ = simulated.process(envelope.samples[0])
-    return envelope.with_samples(np.abs(motional) * transducer.r1_ohm)
+    rate: float = Field(default=250_000.0, gt=0)
+    amplitude_v: float = Field(default=5.0, gt=0)
+    """At the transducer, 0 to peak."""
+    shunt_ohm: float = Field(default=10.0, gt=0)
+    range_v: tuple[float, float] = (25.0, 2.5)
+    """Ranges of the converter's two channels."""
+    bits: int = Field(default=14, ge=6, le=24)
+    noise: float = Field(default=0.001, ge=0)
+    """Standard deviation of each sample, as a share of the channel's range."""
+    skew_s: float = 0.0
+    """Delay of the current's samples after the voltage's."""
+    drift_hz_per_s: float = 0.0
+    """Drift of the resonance on the bench's own clock, which advances with every measurement."""
 
 
-def simulate_waveform(transducer: Transducer, drive: Signal) -> Signal:
-    """Return the motional current times R1, V, of a simulated transducer at rest to which a waveform is given.
+class SimulatedBench:
+    """A `Carrier` and a `Recorder` in one, with a simulated transducer (the preset ``plate``, Q 300, by default)."""
 
-    Between two samples the drive is a straight line, as after a converter's filter; at 500 kHz a 28.2 kHz carrier
-    loses 1 % by that.
+    simulated = True
+    name = "simulated"
 
-    Parameters
-    ----------
-    transducer : Transducer
-    drive : Signal
-        One axis, V, carrier and all; at ten times the resonance or more.
+    def __init__(
+        self, settings: BenchSettings, *, transducer: Transducer | None = None, rng: np.random.Generator
+    ) -> None:
+        self.settings, self.rate, self.full_scale = settings, settings.rate, settings.range_v
+        self.clock_s = 0.0
+        self._initial = transducer or preset("plate")
+        self._rng = rng
+        self._carrier_hz = self._initial.resonance_hz
+        self._circuit = TransducerSimulation(self._initial, rate=ENVELOPE_HZ, carrier_hz=self._carrier_hz)
 
-    Raises
-    ------
-    ParameterError
-        If the rate is too low for the carrier.
-    """
-    _volts(drive)
-    if drive.rate < 8 * transducer.resonance_hz:
-        raise ParameterError(
-            f"a waveform for {transducer.resonance_hz:g} Hz is simulated from {8 * transducer.resonance_hz:g} Hz on, "
-            f"got {drive.rate:g}; simulate its envelope instead"
-        )
-    t = transducer
-    a = np.array([[-t.r1_ohm / t.l1_henry, -1 / t.l1_henry], [1 / t.c1_farad, 0]])
-    system = (a, np.array([[1 / t.l1_henry], [0]]), np.array([[t.r1_ohm, 0]]), np.zeros((1, 1)))
-    *discrete, _ = dsp.cont2discrete(system, 1 / drive.rate, method="foh")
-    numerator, denominator = dsp.ss2tf(*discrete)
-    return drive.with_samples(dsp.lfilter(numerator[0], denominator, drive.samples[0].astype(np.float64)))
+    @property
+    def transducer(self) -> Transducer:
+        """The transducer at the current time."""
+        return self._initial.shifted(self.settings.drift_hz_per_s * self.clock_s)
 
+    def retune(self, carrier_hz: float) -> None:
+        """Change the carrier's frequency."""
+        self._carrier_hz = carrier_hz
 
-def demodulated(waveform: Signal, *, carrier_hz: float, band_hz: float) -> Signal:
-    """Return the envelope of a modulated carrier: turned down to 0 Hz, low-pass, magnitude.
+    def take(self, seconds: float, *, after_s: float) -> tuple[Array, Array]:
+        """Return the voltage and the voltage across the shunt, V, as the converter measures them."""
+        s = self.settings
+        count, settling = round(seconds * s.rate), round(after_s * ENVELOPE_HZ)
+        self._circuit.change(transducer=self.transducer, carrier_hz=self._carrier_hz)
+        steps = settling + int(seconds * ENVELOPE_HZ) + 3
+        _, total = self._circuit.process(np.full(steps, s.amplitude_v))
+        self.clock_s += steps / ENVELOPE_HZ
+        t = np.arange(count) / s.rate
+        amplitude = np.interp(t, (np.arange(steps) - settling) / ENVELOPE_HZ, total)
+        turn = 2j * np.pi * self._carrier_hz
+        voltage = (s.amplitude_v * np.exp(turn * t)).real
+        current = (amplitude * np.exp(turn * (t + s.skew_s))).real * s.shunt_ohm
+        return self._converted(voltage, s.range_v[0]), self._converted(current, s.range_v[1])
 
-    Parameters
-    ----------
-    waveform : Signal
-        One axis, over time.
-    carrier_hz : float
-    band_hz : float
-        What of the envelope is kept; below ``carrier_hz``.
-
-    Returns
-    -------
-    Signal
-        >= 0, same rate, unit and length; without delay, the ends mirrored.
-
-    Raises
-    ------
-    ParameterError
-        If the band reaches the carrier, or the rate is too low for it.
-    """
-    if len(waveform.axes) != 1 or waveform.domain != "time":
-        raise ParameterError(
-            f"a waveform is one axis over time, got {len(waveform.axes)} over {waveform.domain}"
-        )
-    if not 0 < band_hz < carrier_hz < waveform.rate / 2:
-        raise ParameterError(
-            f"needs 0 < band < carrier < half the rate, got {band_hz:g}, {carrier_hz:g} and {waveform.rate / 2:g} Hz"
-        )
-    turned = (
-        2 * waveform.samples[0] * np.exp(-2j * np.pi * carrier_hz * np.arange(len(waveform)) / waveform.rate)
-    )
-    sos = butterworth(waveform.rate, 0, band_hz, passes=2)
-    pad = min(len(waveform) - 1, int(3 * waveform.rate / band_hz))
-    slow = [
-        dsp.sosfiltfilt(sos, part, padtype="even" if pad else None, padlen=pad)
-        for part in (turned.real, turned.imag)
-    ]
-    return waveform.with_samples(np.hypot(*slow))
-
-
-def lock_in(
-    voltage: ArrayLike, current: ArrayLike, *, rate: float, frequency_hz: float, settling: int = 0
-) -> complex:
-    """Return the admittance at ``frequency_hz``, S, from measured samples of voltage and current.
-
-    Parameters
-    ----------
-    voltage, current : float arrays, shape (time,), V and A
-        Taken at the same instants. The last whole number of periods is used.
-    rate : float, Hz
-    frequency_hz : float
-    settling : int
-        Samples left out at the beginning.
-
-    Raises
-    ------
-    ParameterError
-        If no whole period is left, or there is no voltage at that frequency.
-    """
-    v, i = np.asarray(voltage, np.float64)[settling:], np.asarray(current, np.float64)[settling:]
-    if v.ndim != 1 or v.shape != i.shape:
-        raise ParameterError(f"voltage and current must be equally long, got {v.shape} and {i.shape}")
-    count = int(int(len(v) * frequency_hz / rate) * rate / frequency_hz)
-    if count < 2:
-        raise ParameterError(f"needs a whole period of {frequency_hz:g} Hz, got {len(v) / rate:g} s")
-    turn = np.exp(-2j * np.pi * frequency_hz * np.arange(count) / rate) * np.hanning(count)
-    volts = v[-count:] @ turn
-    if abs(volts) <= 1e-9 * float(np.abs(v[-count:]).sum() + 1e-300):
-        raise ParameterError(f"no voltage at {frequency_hz:g} Hz: the drive is off or at another frequency")
-    return complex((i[-count:] @ turn) / volts)
-
-
-def _volts(signal: Signal) -> None:
-    if signal.unit != "V":
-        raise UnitError(f"a transducer is driven by V, got {signal.unit}")
-    if len(signal.axes) != 1 or signal.domain != "time":
-        raise ParameterError(f"a drive is one axis over time, got {len(signal.axes)} over {signal.domain}")
+    def _converted(self, volts: Array, full_scale: float) -> Array:
+        step = 2 * full_scale / 2**self.settings.bits
+        noisy = volts + self.settings.noise * full_scale * self._rng.standard_normal(len(volts))
+        return np.asarray(np.clip(np.round(noisy / step) * step, -full_scale, full_scale))

@@ -14,7 +14,7 @@ from tactogram.rendering.displays.carrier import CarrierSettings
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.friction_calibration import calibrated, read_pairs, write_calibrations
 from tactogram.rendering.drive.safety import safe
-from tactogram.rendering.transducer.circuit import fitted, read_sweep
+from tactogram.rendering.transducer.circuit import fitted_transducer, read_sweep
 from tactogram.rendering.transducer.digilent import AnalogDiscovery, generator
 from tactogram.signal.io import read_signal
 
@@ -94,7 +94,7 @@ def transducer(sweep: Path | str) -> dict[str, Any]:
         raise ParameterError(
             f"{sweep}: its frequencies end at {frequency.max():g} Hz, far below ultrasound: are they in kHz?"
         )
-    found = fitted(frequency, admittance)
+    found = fitted_transducer(frequency, admittance)
     lost = np.isnan(admittance)
     away, measured = (found.admittance(frequency) - admittance)[~lost], admittance[~lost]
     return {

@@ -25,8 +25,8 @@ from tactogram.rendering.transducer.admittance import (
 )
 from tactogram.rendering.transducer.digilent import AnalogDiscovery, generator
 from tactogram.rendering.transducer.digilent_scope import DigilentRecorder, ScopeSettings
-from tactogram.rendering.transducer.resonance_bench import BenchSettings, SimulatedBench
 from tactogram.rendering.transducer.resonance_tracking import ResonanceTracker, TrackingSettings
+from tactogram.rendering.transducer.simulation import BenchSettings, SimulatedBench
 from tactogram.signal.io.writable import check_writable
 from tactogram.validation import validated
 
@@ -203,7 +203,7 @@ def _followed(tracker: ResonanceTracker, settings: TrackSettings, status: Status
 def _result(
     tracker: ResonanceTracker, measure: MeasuredAdmittance, interrupted: bool, simulated: bool
 ) -> dict[str, Any]:
-    found, followed = tracker.found, [p for p in tracker.log if p.state in ("lock", "track", "frozen")]
+    found, followed = tracker.fitted, [p for p in tracker.log if p.state in ("lock", "track", "frozen")]
     facts: dict[str, Any] = {
         "measured": measure.measured,
         "repeated": measure.repeated,

@@ -1,4 +1,4 @@
-"""Figures of a simulated transducer: what arrives of an envelope, and how its resonance is followed."""
+"""Figures of a simulated transducer: transmission of an envelope, and tracking of its resonance."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from benchmarks.experiments.simulated_transducer import SimulatedTouch, TrackingResult
 from tactogram.rendering.transducer.circuit import Transducer
-from tactogram.rendering.transducer.resonance_simulation import SimulatedTouch, TrackingResult
 
 INK, GRAY, BLUE, ORANGE = "#1b1f24", "#9aa0a6", "#2166ac", "#d6604d"
 METHOD_COLOURS = {
@@ -33,11 +33,11 @@ class EnvelopeTransmission:
     wanted, driven, arrived : float64 arrays, shape (time,)
         The wanted modulation (-1..1); amplitudes of the drive and of the motion, as shares of the largest drive.
     frequency, gain : float64 arrays, shape (line,)
-        Hz, and how strong a line arrives relative to the slowest.
+        Hz, and the strength of a component relative to the slowest.
     expected : float64 array, shape (line,)
         The same by formula.
     flat_to_hz : float
-        As reported; 0 for nothing.
+        As reported; 0 if nothing is flat.
     """
 
     title: str
@@ -58,16 +58,7 @@ def envelope_figure(
     seconds: float,
     title: str = "",
 ) -> Figure:
-    """Return a row per transducer: without and with pre-emphasis over time, and both over frequency.
-
-    Parameters
-    ----------
-    rows : sequence of (Passed, Passed)
-        Without and with pre-emphasis.
-    start_s, seconds : float
-        What of the time is drawn.
-    title : str
-    """
+    """Return a row per transducer: without and with pre-emphasis, over time (a part of it) and over frequency."""
     figure = Figure(figsize=(13, 2.6 * len(rows) + 1), layout="constrained")
     axes = figure.subplots(len(rows), 3, squeeze=False, width_ratios=(1.25, 1.25, 1), sharex="col")
     for row, pair in zip(axes, rows, strict=True):
@@ -119,15 +110,9 @@ def tracking_figure(
     touches: Sequence[SimulatedTouch] = (),
     title: str = "",
 ) -> Figure:
-    """Return carrier and resonance over the steps, and the error, a column per transducer.
+    """Return carrier and resonance over the steps, and the error, a column per transducer and a colour per method.
 
-    Parameters
-    ----------
-    columns : mapping from str to mapping from str to Followed
-        Title of a column, then the method.
-    touches : sequence of Touch
-        Shaded in the columns whose title says that they are touched.
-    title : str
+    Touches are shaded in columns whose title contains "touched".
     """
     figure = Figure(figsize=(4.6 * len(columns), 6.2), layout="constrained")
     axes = figure.subplots(2, len(columns), squeeze=False, sharex=True, height_ratios=(1.2, 1))
