@@ -17,12 +17,12 @@ from scipy.signal import lfilter, welch
 from threadpoolctl import threadpool_limits
 
 from tactogram.evaluation.measures import (
-    SIGNAL_MEASURES,
     classifier_features,
     frechet_distance,
     memorisation,
     precision_recall_density_coverage,
     segments,
+    signal_measures,
     signal_to_noise_ratio_db,
     spqi,
     st_sim,
@@ -49,7 +49,7 @@ def run() -> list[dict[str, Any]]:
 
     jobs: list[tuple[str, str, Callable[[], object], Callable[[], object]]] = [
         (name, signals, plain, lambda f=measure.function: f(one, other))
-        for name, measure in SIGNAL_MEASURES.items()
+        for name, measure in signal_measures().items()
     ]
     jobs += [
         ("memorisation, 8 generated and 8 unseen against 32", signals, plain,

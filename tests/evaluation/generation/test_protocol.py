@@ -6,10 +6,10 @@ from scipy.signal import lfilter
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.generation.comparison import GenerationResult
-from tactogram.evaluation.generation.measures import TITLES
+from tactogram.evaluation.generation.measures import describe_measures
 from tactogram.evaluation.generation.protocol import evaluate_generation
 from tactogram.evaluation.generation.segments import PiecePlan, plan_pieces
-from tactogram.evaluation.measures import SIGNAL_MEASURES
+from tactogram.evaluation.measures import signal_measures
 from tactogram.signal import Signal
 
 RATE = 500
@@ -101,8 +101,8 @@ def test_a_memorised_copy_is_caught_and_nothing_else_is(result):
 
 
 def test_every_measure_is_there_with_all_its_columns(result):
-    assert set(result.values) == set(TITLES)
-    assert set(SIGNAL_MEASURES) < set(result.values)
+    assert set(result.values) == set(describe_measures())
+    assert set(signal_measures()) < set(result.values)
     columns = {"model", "other", "copies", "floor", "ceiling", "nearest_other"}
     for name, rows in result.values.items():
         assert set(rows) == set(SURFACES)
@@ -121,7 +121,7 @@ def test_where_it_is_worse_is_said(result):
     gain = result.advantage("log_spectral_distance_db", "other")
     assert gain["better_on"] == gain["materials"] == 4
     assert 0 < gain["low"] < gain["mean"] < gain["high"]
-    far = {material for name, material in result.beyond("other") if name == "level_difference_db"}
+    far = {material for name, material in result.beyond_ceiling("other") if name == "level_difference_db"}
     assert far == {m for m in SURFACES if result.position("level_difference_db", m, "other") > 1}
     low, high = result.interval("two_sample_accuracy")
     # 12 test recordings and 24 of the model's: Wilson's half-width at 0.5 of 36 is 0.155.
@@ -154,7 +154,7 @@ def test_one_material_and_one_recording_have_a_floor_and_no_ceiling():
     assert row["floor"] > 0
     assert row["ceiling"] is None
     assert found.position("log_spectral_distance_db") is None
-    assert found.verdict("log_spectral_distance_db") == "untold"
+    assert found.verdict("log_spectral_distance_db") == "undecided"
     assert "trained_on_generated_accuracy" not in found.values
     json.dumps(found.as_dict(), allow_nan=False)
 
@@ -228,9 +228,9 @@ def test_a_position_by_hand():
         ("a", "b", "c"), ("model", "base"), values, {"d": "lower", "recall": "higher"}, {}, 1.0, 1
     )
     assert [found.position("d", m) for m in "abc"] == [0.5, 2.0, None]
-    assert [found.verdict("d", m) for m in "abc"] == ["between", "beyond", "untold"]
+    assert [found.verdict("d", m) for m in "abc"] == ["between", "beyond", "undecided"]
     assert found.position("recall", "a") == pytest.approx(0.25)
-    assert found.beyond() == [("d", "b")]
+    assert found.beyond_ceiling() == [("d", "b")]
     assert found.overall["d"]["model"] == pytest.approx(8 / 3)
     assert found.worse_than("base") == ["d", "recall"]
     assert found.advantage("d", "base")["mean"] == pytest.approx(-2 / 3)

@@ -58,18 +58,18 @@ def test_far_out_is_drawn_at_the_edge_and_a_baseline_that_is_the_model_once():
 
 def test_the_sections_say_what_is_worse_and_what_is_beyond(tmp_path):
     blocks = {section.title: section.blocks for section in sections()}
-    summary = next(b.text for b in blocks["Where it stands"] if isinstance(b, ReportText))
-    assert "Of 3 figures" in summary
+    summary = next(b.text for b in blocks["Summary"] if isinstance(b, ReportText))
+    assert "Of 3 values" in summary
     assert "0 are at the floor or better, 2 between floor and ceiling, 1 beyond" in summary
     assert "Worse than replay in log spectral and recall" in summary
     assert "ar_texture" not in summary
     (beyond,) = (b for b in blocks["Every material, every measure"] if isinstance(b, ReportTable))
     assert beyond.rows == [("log-spectral distance", 1, "b")]
-    (against,) = blocks["Beside the baselines"]
+    (against,) = blocks["Comparison with the baselines"]
     assert against.rows[0][1] == pytest.approx(-4.0)
-    assert sum(isinstance(b, ReportSound) for b in blocks["To look at and listen to"]) == 2 * 4
-    assert sum(isinstance(b, ReportFigure) for b in blocks["To look at and listen to"]) == 1 + 2
-    assert "Something was left out." in [b.text for b in blocks["How it was judged"]]
+    assert sum(isinstance(b, ReportSound) for b in blocks["Examples to view and listen to"]) == 2 * 4
+    assert sum(isinstance(b, ReportFigure) for b in blocks["Examples to view and listen to"]) == 1 + 2
+    assert "Something was left out." in [b.text for b in blocks["Protocol"]]
     page = write_report(
         tmp_path / "r.html", title="t", summary="s", sections=sections(), simulated=False
     ).read_text()

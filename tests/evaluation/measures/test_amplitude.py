@@ -5,7 +5,8 @@ from hypothesis import strategies as st
 from scipy.stats import laplace, norm
 
 from tactogram.evaluation.measures import amplitude_distance
-from tactogram.evaluation.measures.amplitude import _squared_wasserstein_2, without_drift
+from tactogram.evaluation.measures.bands import without_drift
+from tactogram.evaluation.measures.distances.amplitude_distance import _squared_wasserstein_2
 from tactogram.signal import Signal
 
 

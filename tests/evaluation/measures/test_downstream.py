@@ -79,7 +79,7 @@ def test_features_stay_in_the_order_of_the_signals(texture):
 
 def test_what_does_not_fit_is_refused(sets):
     real = sets(0)
-    with pytest.raises(ParameterError, match="at least two materials must be trained"):
+    with pytest.raises(ParameterError, match="trained must hold at least two materials"):
         transfer_accuracy({"even": real["even"]}, {"even": real["even"]})
     with pytest.raises(ParameterError, match="tested besides: wood"):
         transfer_accuracy(real, {"wood": real["even"]})

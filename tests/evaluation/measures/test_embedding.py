@@ -146,9 +146,9 @@ def test_guessing_is_one_half_however_few_recordings_there_are(groups, others, s
 
 def test_what_does_not_fit_is_refused():
     a = normal(0)
-    with pytest.raises(ParameterError, match=r"of as many features, got \(400, 8\) and \(400, 7\)"):
+    with pytest.raises(ParameterError, match=r"with equally many features, got \(400, 8\) and \(400, 7\)"):
         frechet_distance(a, a[:, 1:])
-    with pytest.raises(ParameterError, match="at least 2 points of both are needed, got 400 and 1"):
+    with pytest.raises(ParameterError, match="both sets must have at least 2 points, got 400 and 1"):
         frechet_distance(a, a[:1])
     with pytest.raises(ParameterError, match="finite"):
         frechet_distance(a, np.where(a > 2, np.nan, a))

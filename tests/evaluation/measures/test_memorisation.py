@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import memorisation, nearness
-from tactogram.evaluation.measures.amplitude import without_drift
+from tactogram.evaluation.measures.bands import without_drift
 
 
 def test_nearness_is_that_of_plain_loops(texture):

@@ -25,7 +25,7 @@ def test_as_many_pieces_as_asked_for_without_repetition(lengths, count):
     held = sum(n // 50 for n in lengths)
     if held < count:
         with pytest.raises(
-            ParameterError, match=f"{count} pieces of 0.5 s were asked for, the signals hold {held}"
+            ParameterError, match=f"the signals must hold {count} pieces of 0.5 s, got {held}"
         ):
             segments(signals, 0.5, count=count)
     else:

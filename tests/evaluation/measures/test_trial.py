@@ -8,10 +8,11 @@ import soundfile
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tactogram.evaluation.measures import SIGNAL_MEASURES, memorisation, segments
+from tactogram.evaluation.measures import memorisation, segments, signal_measures
 from tactogram.signal import Signal
 from tactogram.signal.filters import bandpass, resample
 
+MEASURES = signal_measures()
 SPECTRAL = ("log_spectral_distance_db", "weighted_log_spectral_distance_db", "level_difference_db")
 FLUCTUATION = ("envelope_spectrum_distance_db", "modulation_spectrum_distance_db")
 LEVEL_FREE = (*FLUCTUATION, "amplitude_distance", "coherence_distance")
@@ -21,9 +22,9 @@ given_texture = settings(
 )
 
 
-@pytest.fixture(params=SIGNAL_MEASURES)
+@pytest.fixture(params=MEASURES)
 def measure(request):
-    return SIGNAL_MEASURES[request.param].function
+    return MEASURES[request.param].function
 
 
 @pytest.fixture
@@ -82,11 +83,11 @@ def test_twice_the_pieces_from_the_same_place_change_little(measure, draw):
     assert apart[0] == pytest.approx(apart[1], rel=0.25)
 
 
-@pytest.mark.parametrize("name", SIGNAL_MEASURES)
+@pytest.mark.parametrize("name", MEASURES)
 def test_noise_with_the_right_spectrum_but_no_envelope_is_caught_by_the_measures_of_fluctuation(
     name, draw, even
 ):
-    function = SIGNAL_MEASURES[name].function
+    function = MEASURES[name].function
     floor = function(draw(0), draw(1))
     made = [even(s, k) for k, s in enumerate(draw(1))]
     if name in (*FLUCTUATION, "amplitude_distance"):
@@ -96,9 +97,9 @@ def test_noise_with_the_right_spectrum_but_no_envelope_is_caught_by_the_measures
 
 
 @pytest.mark.parametrize("gain_db", [-6.0, 3.0])
-@pytest.mark.parametrize("name", SIGNAL_MEASURES)
+@pytest.mark.parametrize("name", MEASURES)
 def test_a_level_error_is_caught_by_the_measures_of_spectrum_and_level(name, gain_db, draw):
-    function = SIGNAL_MEASURES[name].function
+    function = MEASURES[name].function
     gain = 10 ** (gain_db / 20)
     made = [s.with_samples(gain * s.samples) for s in draw(1)]
     apart, floor = function(draw(0), made), function(draw(0), draw(1))
@@ -111,14 +112,14 @@ def test_a_level_error_is_caught_by_the_measures_of_spectrum_and_level(name, gai
 
 def test_a_copy_is_caught_by_nothing_but_memorisation(draw):
     train, unseen, new = draw(0), draw(1), draw(2)
-    for each in SIGNAL_MEASURES.values():
+    for each in MEASURES.values():
         assert each.function(late(train)[0], train) < each.function(unseen, train)
     assert memorisation(late(train)[1], train, unseen).copied > 0.95
     assert memorisation(new, train, unseen).copied < 0.05
 
 
 def test_every_measure_says_what_it_is():
-    for name, each in SIGNAL_MEASURES.items():
+    for name, each in MEASURES.items():
         assert each.function.__name__.removesuffix("_db") == name.removesuffix("_db")
         assert name.endswith("_db") == (each.unit == "dB")
         assert each.title
@@ -126,7 +127,7 @@ def test_every_measure_says_what_it_is():
 
 
 def test_what_needs_several_axes_says_so(texture):
-    for each in SIGNAL_MEASURES.values():
+    for each in MEASURES.values():
         assert (each.function([texture(0, axes=1)], [texture(1, axes=1)]) is None) == each.multiaxis
 
 
@@ -169,9 +170,9 @@ def cut(signals):
 
 
 @pytest.mark.real_data
-@pytest.mark.parametrize("name", [n for n, m in SIGNAL_MEASURES.items() if not m.multiaxis])
+@pytest.mark.parametrize("name", [n for n, m in MEASURES.items() if not m.multiaxis])
 def test_on_real_recordings_the_floor_is_below_the_ceiling_and_a_shift_is_nothing(name, real):
-    function = SIGNAL_MEASURES[name].function
+    function = MEASURES[name].function
     floors, ceilings, shifts = [], [], []
     for material, members in real.items():
         others = [s for other, part in real.items() if other != material for s in part]
@@ -187,9 +188,9 @@ def test_on_real_sound_a_lost_envelope_is_caught_where_the_spectrum_is_right(rea
     for members in lmt108(real_data("lmt108_sound"), 5).values():
         one, made = cut(members[::2]), [even(s, k) for k, s in enumerate(cut(members[1::2]))]
         for name in FLUCTUATION:
-            function = SIGNAL_MEASURES[name].function
+            function = MEASURES[name].function
             assert function(one, made) > 2 * function(one, cut(members[1::2]))
-        level = SIGNAL_MEASURES["level_difference_db"].function
+        level = MEASURES["level_difference_db"].function
         assert level(one, made) < level(one, cut(members[1::2])) + 0.6
 
 

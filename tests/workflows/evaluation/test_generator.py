@@ -7,7 +7,7 @@ import pytest
 
 from tactogram.datasets import Examples, Recording, create_store
 from tactogram.errors import ParameterError, RunError
-from tactogram.evaluation.generation.measures import TITLES
+from tactogram.evaluation.generation.measures import describe_measures
 from tactogram.signal import Signal
 from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.evaluation.generator import evaluate_generator
@@ -47,7 +47,7 @@ def judged(loaded):
 
 
 def test_every_figure_stands_beside_floor_ceiling_and_baselines(figures, voice):
-    assert set(figures["measures"]) == set(TITLES)
+    assert set(figures["measures"]) == set(describe_measures())
     for name, row in figures["measures"].items():
         assert set(row) == COLUMNS, name
         assert None not in (row["model"], row["floor"], row["ceiling"], row["replay"]), name
@@ -97,9 +97,9 @@ def newest(run):
 def test_the_report_shows_and_plays_it(figures, voice):
     page = (voice / "report.html").read_text()
     for heading in (
-        "Where it stands",
+        "Summary",
         "Every material, every measure",
-        "Beside the baselines",
+        "Comparison with the baselines",
         "All figures",
     ):
         assert f">{heading}</h2>" in page

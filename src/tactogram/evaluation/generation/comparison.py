@@ -15,23 +15,23 @@ MODEL, FLOOR, CEILING, NEAREST = "model", "floor", "ceiling", "nearest_other"
 """Columns of a row: the model, real against other real recordings, other materials (mean), the nearest of them."""
 
 TEST, OTHERS = "test", "others"
-"""The recordings to judge by, and those of every material that was trained on: no columns of a row."""
+"""Sets that are no columns: the test recordings, and those of every material in the training part."""
 
 BetterDirection = Literal["lower", "higher"]
 Tables = dict[str, dict[str, dict[str, float | None]]]
 """Measure -> material -> column -> value."""
 Row = Mapping[str, float | None]
-Verdict = Literal["floor", "between", "beyond", "untold"]
-"""At the floor or better; between floor and ceiling; beyond the ceiling; the measure does not tell."""
+Verdict = Literal["floor", "between", "beyond", "undecided"]
+"""At the floor or better; between floor and ceiling; beyond the ceiling; the measure does not separate materials."""
 
 FEWEST_MATERIALS = 3
-"""An interval over fewer materials means nothing."""
+"""An interval over fewer materials is meaningless."""
 RESAMPLES = 2000
 
 
 @dataclass(frozen=True, eq=False)
 class GenerationResult:
-    """Result of `evaluate_generation`. Immutable; all else follows from ``values``.
+    """Result of `evaluate_generation`.
 
     Parameters
     ----------
@@ -39,20 +39,20 @@ class GenerationResult:
     columns : tuple of str
         ``"model"`` and the baselines.
     values : mapping measure -> material -> column -> float or None
-        Columns are those and ``floor``, ``ceiling`` and ``nearest_other``; None where not defined.
+        Columns are those and ``floor``, ``ceiling`` and ``nearest_other``; None where undefined.
     better : mapping from str to {"lower", "higher"}
-        Per measure, which way is better.
+        Per measure.
     answers : mapping from str to int
-        Per accuracy, how many independent answers its overall figure is the mean of.
+        Per accuracy, the number of independent answers in its overall value.
     seconds : float
-        Length of the pieces that all sets were cut to, s.
+        Length of the pieces of all sets, s.
     count : int
-        Number of such pieces in each set of each material.
+        Number of pieces per set and material.
     notes : tuple of str
-        What was left out, and why.
+        Omissions and their reasons.
     floored : frozenset of str
-        Measures in which nothing is better than the floor: a signal that is less like the training data than
-        unseen recordings are is none the better for it.
+        Measures in which values better than the floor are no advantage: generated signals need not be less like the
+        training data than unseen recordings are.
     """
 
     materials: tuple[str, ...]
@@ -67,12 +67,12 @@ class GenerationResult:
 
     @property
     def baselines(self) -> tuple[str, ...]:
-        """The columns beside the model."""
+        """The columns other than the model."""
         return tuple(column for column in self.columns if column != MODEL)
 
     @property
     def overall(self) -> dict[str, dict[str, float | None]]:
-        """The mean over materials per measure and column: every material counts the same."""
+        """The mean over materials, equally weighted, per measure and column."""
         columns = (*self.columns, FLOOR, CEILING, NEAREST)
         return {
             name: {column: _mean(row.get(column) for row in rows.values()) for column in columns}
@@ -80,10 +80,10 @@ class GenerationResult:
         }
 
     def position(self, measure: str, material: str | None = None, column: str = MODEL) -> float | None:
-        """Return where ``column`` stands: 0 at the floor, 1 at the ceiling, of one material or overall.
+        """Return the position of ``column`` for one material or overall: 0 at the floor, 1 at the ceiling.
 
-        ``(value - floor) / (ceiling - floor)``, whichever way is better; None where the ceiling is no worse
-        than the floor, so that the measure does not tell this material from others.
+        ``(value - floor) / (ceiling - floor)``, in either direction; None where the ceiling is no worse
+        than the floor, since the measure then does not separate this material from others.
         """
         row = self.overall[measure] if material is None else self.values[measure][material]
         value, floor, ceiling = row.get(column), row.get(FLOOR), row.get(CEILING)
@@ -95,14 +95,14 @@ class GenerationResult:
         return float((value - floor) / span)
 
     def verdict(self, measure: str, material: str | None = None, column: str = MODEL) -> Verdict:
-        """Return on which side of floor and ceiling ``column`` is."""
+        """Return the side of floor and ceiling that ``column`` is on."""
         position = self.position(measure, material, column)
         if position is None:
-            return "untold"
+            return "undecided"
         return "floor" if position <= 0 else "between" if position <= 1 else "beyond"
 
-    def beyond(self, column: str = MODEL) -> list[tuple[str, str]]:
-        """Return the (measure, material) where ``column`` is farther off than another material is."""
+    def beyond_ceiling(self, column: str = MODEL) -> list[tuple[str, str]]:
+        """Return the pairs (measure, material) in which ``column`` is beyond the ceiling."""
         return [
             (name, material)
             for name, rows in self.values.items()
@@ -111,17 +111,17 @@ class GenerationResult:
         ]
 
     def advantage(self, measure: str, baseline: str, *, seed: int = 0) -> dict[str, Any] | None:
-        """Return by how much the model is better than ``baseline``, paired by material; None where not known.
+        """Return by how much the model is better than ``baseline``, paired by material; None without pairs.
 
         Returns
         -------
         dict
             ``mean`` (in the measure's unit, > 0: the model is better), ``low`` and ``high`` (95 % bootstrap
-            interval over materials; None below three), ``materials`` and ``better_on`` of them.
+            interval over materials; None below three), ``materials``, and ``better_on``, their number with a gain.
         """
         sign = 1.0 if self.better[measure] == "lower" else -1.0
         rows = self.values[measure].values()
-        pairs = [tuple(self._counted(measure, row, column) for column in (baseline, MODEL)) for row in rows]
+        pairs = [tuple(self._limited(measure, row, column) for column in (baseline, MODEL)) for row in rows]
         gains = np.array([sign * (b - m) for b, m in pairs if b is not None and m is not None])
         if gains.size == 0:
             return None
@@ -134,21 +134,21 @@ class GenerationResult:
             "better_on": int(np.sum(gains > 0)),
         }
 
-    def _counted(self, measure: str, row: Row, column: str) -> float | None:
+    def _limited(self, measure: str, row: Row, column: str) -> float | None:
         value, floor = row.get(column), row.get(FLOOR)
         if measure not in self.floored or value is None or floor is None:
             return value
         return max(value, floor) if self.better[measure] == "lower" else min(value, floor)
 
     def worse_than(self, baseline: str) -> list[str]:
-        """Return the measures in which the model's mean over materials is worse than that of ``baseline``."""
+        """Return the measures in which the model's mean over materials is worse than the baseline's."""
         gains = {name: self.advantage(name, baseline) for name in self.values}
         return [name for name, gain in gains.items() if gain is not None and gain["mean"] < 0]
 
     def interval(self, measure: str, column: str = MODEL, *, seed: int = 0) -> tuple[float, float] | None:
-        """Return the 95 % interval of an overall figure.
+        """Return the 95 % interval of an overall value.
 
-        Wilson's for an accuracy, with as many trials as there are recordings; for the others a bootstrap over
+        Wilson's for an accuracy, with one trial per recording; for the others a bootstrap over
         materials, None below three.
         """
         value = self.overall[measure].get(column)
@@ -161,7 +161,7 @@ class GenerationResult:
         return bootstrap_interval(np.array([v for v in known if v is not None]), seed=seed)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return everything as JSON types, under the names that the command line documents."""
+        """Return the result as JSON types, under the names that the command line documents."""
         intervals = {
             name: {column: self.interval(name, column) for column in (*self.columns, FLOOR)}
             for name in self.values
@@ -181,7 +181,9 @@ class GenerationResult:
                 material: {name: dict(rows[material]) for name, rows in self.values.items()}
                 for material in self.materials
             },
-            "beyond_ceiling": [{"measure": name, "material": material} for name, material in self.beyond()],
+            "beyond_ceiling": [
+                {"measure": name, "material": material} for name, material in self.beyond_ceiling()
+            ],
             "beside": {
                 baseline: {name: self.advantage(name, baseline) for name in self.values}
                 for baseline in self.baselines

@@ -16,7 +16,7 @@ from tactogram.evaluation.measures import nearness
 from tactogram.signal import Signal
 
 SNIPPET_S = 0.5
-"""Length of what is looked for in the training data, one from the beginning of each piece, s."""
+"""Length of the beginning of each piece that is compared with the training data, s."""
 
 
 def measure_memorisation(
@@ -27,8 +27,8 @@ def measure_memorisation(
 ) -> Tables:
     """Return how near each set comes to its training data, as `measures.memorisation` does.
 
-    The floor of the share is what new draws of the same kind reach by chance: the largest of n + 1 is the new one
-    once in n + 1 times. None for a material that was not trained on.
+    The floor of the share is its chance level for new draws of the same kind: the largest of n + 1 values is the new
+    one once in n + 1 times. None for materials absent from training.
     """
     columns = [name for name in cut if name not in (TEST, OTHERS, FLOOR)]
     first = next(iter(cut[TEST].values())).signals[0]
@@ -36,22 +36,21 @@ def measure_memorisation(
     if length < 2:
         return {}
 
-    def near(held: PieceSet, material: str) -> NDArray[np.float64]:
+    def near(pieces: PieceSet, material: str) -> NDArray[np.float64]:
         long = [signal for signal in train[material] if len(signal) >= length]
-        return nearness([s.cut(0, length) for s in held.signals], long, seconds=length / first.rate)
+        return nearness([s.cut(0, length) for s in pieces.signals], long, seconds=length / first.rate)
 
     def rows(material: str) -> tuple[dict[str, float | None], dict[str, float | None]]:
         if material not in train:
-            unknown: dict[str, float | None] = dict.fromkeys((*columns, FLOOR, CEILING, NEAREST))
-            return unknown, dict(unknown)
+            empty: dict[str, float | None] = dict.fromkeys((*columns, FLOOR, CEILING, NEAREST))
+            return empty, dict(empty)
         unseen = near(cut[TEST][material], material)
-        found = {column: near(cut[column][material], material) for column in columns}
-        share = {column: float(np.mean(found[column] > unseen.max())) for column in columns}
-        median = {column: float(np.median(found[column])) for column in columns}
+        made = {column: near(cut[column][material], material) for column in columns}
+        share = {column: float(np.mean(made[column] > unseen.max())) for column in columns}
+        median = {column: float(np.median(made[column])) for column in columns}
         ends: dict[str, float | None] = {CEILING: 1.0, NEAREST: None}
-        return share | {FLOOR: 1 / (len(unseen) + 1)} | ends, median | {
-            FLOOR: float(np.median(unseen))
-        } | ends
+        share[FLOOR], median[FLOOR] = 1 / (len(unseen) + 1), float(np.median(unseen))
+        return share | ends, median | ends
 
     tables: Tables = {name: {} for name in MEMORY_MEASURES}
     materials = tuple(cut[TEST])

@@ -1,10 +1,10 @@
-"""The protocol that every generator is held against: beside its floor, its ceiling and the baselines.
+"""Evaluation protocol of generators: comparison with a floor, a ceiling and the baselines.
 
-Two recordings of one texture are never sample-equal, and no measure of them is 0. So a generator's figure means
-something only between two others: its *floor*, real recordings against other real recordings of the same
+Two recordings of one texture never have equal samples, so no measure between them is 0. A generator's value is
+meaningful only between two others: its *floor*, real recordings against other real recordings of the same
 material (the training part against the test part), and its *ceiling*, other materials against this one's test
-part. Every estimate depends on how much it was made from; so all sets are cut to pieces of one length and to
-one number per material, and floor and ceiling are made of the training part, as the baselines are.
+part. Every estimate depends on the amount of data, so all sets are cut to pieces of one length and
+one number per material, and floor, ceiling and baselines all use the training part.
 """
 
 from __future__ import annotations
@@ -31,26 +31,22 @@ from tactogram.evaluation.generation.comparison import (
     Tables,
 )
 from tactogram.evaluation.generation.copies import measure_memorisation
-from tactogram.evaluation.generation.measures import (
-    CLASSIFIER_MEASURES,
-    EMBEDDING_MEASURES,
-    MEMORY_MEASURES,
-)
+from tactogram.evaluation.generation.measures import EMBEDDING_MEASURES, MEMORY_MEASURES, describe_measures
 from tactogram.evaluation.generation.recognition import measure_classification, measure_transfer
 from tactogram.evaluation.generation.segments import PiecePlan, PieceSet, plan_pieces
 from tactogram.evaluation.measures import (
-    SIGNAL_MEASURES,
     Fit,
     frechet_distance,
     linear_discriminant,
     precision_recall_density_coverage,
+    signal_measures,
     two_sample_accuracy,
 )
 from tactogram.model import Classifier
 from tactogram.signal import Signal
 
 T = TypeVar("T")
-Figures = Mapping[str, float | None]
+Values = Mapping[str, float | None]
 BySet = Mapping[str, Sequence[Signal]]
 """Signals by material."""
 
@@ -59,10 +55,10 @@ NEIGHBOURS = 5
 
 
 class PartCallback(Protocol):
-    """Called with a task, how much of it is done, and how much there is."""
+    """Callback for progress: a task, the number of finished parts, and their total."""
 
     def __call__(self, task: str, done: int, total: int, /) -> None:
-        """Take note."""
+        """Report progress."""
         ...
 
 
@@ -79,10 +75,10 @@ def evaluate_generation(
     workers: int | None = None,
     on_part: PartCallback = lambda task, done, total: None,
 ) -> GenerationResult:
-    """Hold generated signals against recordings that the generator was not trained on.
+    """Compare generated signals with recordings that were absent from the generator's training.
 
-    The signal measures and those of the embedding compare each set with the test part. For accuracies of a
-    classifier the floor is real recordings in the generated ones' place, the ceiling guessing. For memorising,
+    Signal and embedding measures compare each set with the test part. For classifier
+    accuracies, the floor uses real recordings in place of generated ones, and the ceiling is chance. For memorisation,
     the floor is the unseen recordings, the ceiling the training data itself.
 
     Parameters
@@ -90,39 +86,35 @@ def evaluate_generation(
     sets : mapping name -> material -> signals
         ``"model"`` and the baselines; each with enough of every material of ``test`` for the pieces.
     train, test : mapping material -> signals
-        Recordings: what was trained on, and what was not; of one rate, unit and set of axes. Materials of
-        ``train`` that are not in ``test`` are only others to compare with.
+        Recordings, in training and not; of one rate, unit and set of axes. Materials of
+        ``train`` that are not in ``test`` serve only as other materials.
     floor : mapping material -> signals, optional
-        Recordings of materials of ``test`` that were not trained on at all, to stand where the training part of a
-        known material does. What asks for a known material has no figure for them.
-    pieces : Pieces, optional
-        By default what `plan_pieces` says.
+        Recordings of materials of ``test`` absent from training; they take the place of the training part of a
+        known material. Measures that need a known material are None for them.
+    pieces : PiecePlan, optional
+        By default that of `plan_pieces`.
     embed : callable, optional
-        Gives the points of a signal in an embedding, float, shape (point, feature), as many for signals of
-        one length. Without it there are no measures of an embedding.
+        Returns the points of a signal in an embedding, float, shape (point, feature), equally many for signals of
+        one length. Without it, embedding measures are left out.
     classifier : Classifier, optional
-        Trained on real recordings; names the generated.
+        Trained on real recordings; classifies the generated.
     fit : callable
         Trains a quick classifier on signals and labels: trained on generated and tested on real, and the
-        reverse. Only with two materials or more.
+        reverse. Needs at least two materials.
     workers : int, optional
-        Threads; by default one per core. The figures do not depend on it.
+        Threads; by default one per core. They do not affect the result.
     on_part : callable
-        Told how far it is.
-
-    Returns
-    -------
-    GenerationResult
+        Receives progress.
 
     Raises
     ------
     ParameterError
         If a set lacks a material or signal, or signals differ in kind.
     """
-    beside = {**train, **(floor or {})}
-    _check(sets, beside, test)
-    pieces = plan_pieces(beside, test) if pieces is None else pieces
-    every = {**sets, FLOOR: beside, TEST: test}
+    real = {**train, **(floor or {})}
+    _check(sets, real, test)
+    pieces = plan_pieces(real, test) if pieces is None else pieces
+    every = {**sets, FLOOR: real, TEST: test}
     once = {
         id(part): {material: pieces.cut(part[material]) for material in sorted(test)}
         for part in every.values()
@@ -131,10 +123,10 @@ def evaluate_generation(
     cut[OTHERS] = cut[FLOOR] | _other_materials(train, test, pieces)
     notes: list[str] = []
     compared = partial(_compared, workers=workers)
-    tables = compared(_signal_measures(cut[TEST], notes), cut, on_part=partial(on_part, "compare signals"))
+    tables = compared(_signal_distances(cut[TEST], notes), cut, on_part=partial(on_part, "compare signals"))
     if embed is not None:
         points = _embedded(embed, cut, partial(on_part, "embed"))
-        tables |= compared(_embedding_measures, points, on_part=partial(on_part, "compare embeddings"))
+        tables |= compared(_embedding_distances, points, on_part=partial(on_part, "compare embeddings"))
     if classifier is not None:
         tables["recognised_accuracy"] = measure_classification(classifier, cut)
     if len(test) < 2 or pieces.count < 2:
@@ -145,13 +137,17 @@ def evaluate_generation(
         except ParameterError as error:
             notes.append(f"Trained and tested on generated left out: {error}")
     tables |= measure_memorisation(cut, train, workers, partial(on_part, "look for copies"))
-    tables = {name: rows for name, rows in tables.items() if _known(rows)}
-    known = {**EMBEDDING_MEASURES, **CLASSIFIER_MEASURES, **MEMORY_MEASURES}
+    tables = {
+        name: rows
+        for name, rows in tables.items()
+        if any(row.get(MODEL) is not None for row in rows.values())
+    }
+    measures = describe_measures()
     return GenerationResult(
         materials=tuple(sorted(test)),
         columns=tuple(sets),
         values=tables,
-        better={name: known[name].better if name in known else "lower" for name in tables},
+        better={name: measures[name].better for name in tables},
         answers=_answers(cut),
         seconds=pieces.seconds,
         count=pieces.count,
@@ -161,24 +157,24 @@ def evaluate_generation(
 
 
 def _compared(
-    distances: Callable[[T, T], Figures],
+    distances: Callable[[T, T], Values],
     sets: Mapping[str, Mapping[str, T]],
     *,
     workers: int | None,
     on_part: Callable[[int, int], None],
 ) -> Tables:
-    """Return the tables of ``distances`` from the test part to each set, floor, and the other materials."""
+    """Return the tables of ``distances`` from the test part to each set, the floor and the other materials."""
     materials = tuple(sets[TEST])
     columns = [name for name in sets if name not in (TEST, OTHERS)]
 
     def rows(material: str) -> dict[str, dict[str, float | None]]:
         real = sets[TEST][material]
-        known: dict[int, Figures] = {}  # a run that is a baseline itself is compared once
+        by_set: dict[int, Values] = {}  # a run that is a baseline itself is compared once
         found = {}
         for column in columns:
             made = sets[column][material]
-            found[column] = known.setdefault(id(made), {}) or distances(real, made)
-            known[id(made)] = found[column]
+            found[column] = by_set.setdefault(id(made), {}) or distances(real, made)
+            by_set[id(made)] = found[column]
         others = [distances(real, made) for other, made in sets[OTHERS].items() if other != material]
         return {
             name: {column: found[column][name] for column in columns}
@@ -196,27 +192,27 @@ def _compared(
 
 
 def _ceiling(others: Sequence[float | None], floor: float | None) -> dict[str, float | None]:
-    """Return the mean over other materials, and of these the one that is nearest to the floor's side."""
-    known = [value for value in others if value is not None]
-    if not known or floor is None:
+    """Return the mean over other materials, and the value among them nearest to the floor."""
+    defined = [value for value in others if value is not None]
+    if not defined or floor is None:
         return {CEILING: None, NEAREST: None}
-    mean = float(np.mean(known))
-    return {CEILING: mean, NEAREST: min(known) if mean >= floor else max(known)}
+    mean = float(np.mean(defined))
+    return {CEILING: mean, NEAREST: min(defined) if mean >= floor else max(defined)}
 
 
-def _signal_measures(
+def _signal_distances(
     test: Mapping[str, PieceSet], notes: list[str]
-) -> Callable[[PieceSet, PieceSet], Figures]:
-    """Return the function that gives all signal measures that pieces of this kind and length have."""
+) -> Callable[[PieceSet, PieceSet], Values]:
+    """Return a function that computes all signal measures that are defined for pieces of this kind and length."""
     real = next(iter(test.values())).signals
-    kept = {}
-    for name, measure in SIGNAL_MEASURES.items():
+    defined = {}
+    for name, measure in signal_measures().items():
         try:
             if measure.function(real, real) is not None:
-                kept[name] = measure.function
+                defined[name] = measure.function
         except ParameterError as error:
             notes.append(f"{name} left out: {error}")
-    return lambda one, other: {name: f(one.signals, other.signals) for name, f in kept.items()}
+    return lambda one, other: {name: f(one.signals, other.signals) for name, f in defined.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,35 +226,34 @@ def _embedded(
     cut: Mapping[str, Mapping[str, PieceSet]],
     on_part: Callable[[int, int], None],
 ) -> dict[str, dict[str, _Points]]:
-    known: dict[int, _Points] = {}
-    every = {id(held): held for part in cut.values() for held in part.values()}
-    for held in every.values():
-        each = [np.atleast_2d(np.asarray(embed(s), dtype=np.float64)) for s in held.signals]
-        groups = [group for points, group in zip(each, held.groups, strict=True) for _ in points]
-        known[id(held)] = _Points(np.concatenate(each), tuple(groups))
-        on_part(len(known), len(every))
+    embedded: dict[int, _Points] = {}
+    every = {id(pieces): pieces for part in cut.values() for pieces in part.values()}
+    for pieces in every.values():
+        each = [np.atleast_2d(np.asarray(embed(s), dtype=np.float64)) for s in pieces.signals]
+        groups = [group for points, group in zip(each, pieces.groups, strict=True) for _ in points]
+        embedded[id(pieces)] = _Points(np.concatenate(each), tuple(groups))
+        on_part(len(embedded), len(every))
     return {
-        name: {material: known[id(held)] for material, held in part.items()} for name, part in cut.items()
+        name: {material: embedded[id(pieces)] for material, pieces in part.items()}
+        for name, part in cut.items()
     }
 
 
-def _embedding_measures(real: _Points, made: _Points) -> Figures:
-    """Return the measures that so many points have."""
+def _embedding_distances(real: _Points, made: _Points) -> Values:
     a, b = real.points, made.points
-    figures: dict[str, float | None] = dict.fromkeys(EMBEDDING_MEASURES)
+    values: dict[str, float | None] = dict.fromkeys(EMBEDDING_MEASURES)
     if len(a) >= 3:
-        figures["frechet_distance"] = frechet_distance(a, b)
+        values["frechet_distance"] = frechet_distance(a, b)
         manifold = precision_recall_density_coverage(a, b, k=min(NEIGHBOURS, len(a) // 2))
-        figures |= {name: float(value) for name, value in manifold._asdict().items()}
-        figures["two_sample_accuracy"] = _told_apart(real, made)
-    return figures
+        values |= {name: float(value) for name, value in manifold._asdict().items()}
+        values["two_sample_accuracy"] = _two_sample_accuracy(real, made)
+    return values
 
 
-def _told_apart(real: _Points, made: _Points) -> float:
-    """Return the two-sample accuracy with as many points of every signal.
+def _two_sample_accuracy(real: _Points, made: _Points) -> float:
+    """Return the two-sample accuracy with equally many points of every signal.
 
-    Neighbours from a point's own signal are left out where both sets have several signals: they are near
-    whatever the sets are.
+    Where both sets have several signals, neighbours from a point's own signal are excluded: they are always near.
     """
     sets = (real, made)
     if min(len(set(s.groups)) for s in sets) < 2:
@@ -276,8 +271,8 @@ def _told_apart(real: _Points, made: _Points) -> float:
 
 
 def _answers(cut: Mapping[str, Mapping[str, PieceSet]]) -> dict[str, int]:
-    """Return how many independent answers an accuracy is the mean of: recordings, not their pieces."""
-    real, made = (sum(len(set(held.groups)) for held in cut[name].values()) for name in (TEST, MODEL))
+    """Return the number of independent answers in each accuracy: recordings, not their pieces."""
+    real, made = (sum(len(set(pieces.groups)) for pieces in cut[name].values()) for name in (TEST, MODEL))
     return {
         "two_sample_accuracy": real + made,
         "recognised_accuracy": made,
@@ -287,7 +282,7 @@ def _answers(cut: Mapping[str, Mapping[str, PieceSet]]) -> dict[str, int]:
 
 
 def _other_materials(train: BySet, test: BySet, pieces: PiecePlan) -> dict[str, PieceSet]:
-    """Return the pieces of materials that are not tested, where there are enough."""
+    """Return the pieces of untested materials that have enough."""
     found = {}
     for material in sorted(set(train) - set(test)):
         try:
@@ -297,15 +292,11 @@ def _other_materials(train: BySet, test: BySet, pieces: PiecePlan) -> dict[str, 
     return found
 
 
-def _known(rows: Mapping[str, Mapping[str, float | None]]) -> bool:
-    return any(row.get(MODEL) is not None for row in rows.values())
-
-
 def _check(sets: Mapping[str, BySet], train: BySet, test: BySet) -> None:
     if MODEL not in sets:
         raise ParameterError(f"sets must hold {MODEL!r}, got {', '.join(sets) or 'none'}")
     if not test:
-        raise ParameterError("test must hold a recording to judge by, got none")
+        raise ParameterError("test must hold a recording, got none")
     for name, part in {TEST: test, "train": train, **sets}.items():
         for material in test:
             if not part.get(material):

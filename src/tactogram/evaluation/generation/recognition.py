@@ -1,14 +1,14 @@
-"""Recognition of generated signals by a classifier of real ones, and the reverse."""
+"""Classification of generated signals by a classifier of real ones, and the reverse."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from tactogram.evaluation.generation.comparison import CEILING, FLOOR, NEAREST, OTHERS, TEST, Tables
 from tactogram.evaluation.generation.segments import PieceSet
-from tactogram.evaluation.measures import Fit
+from tactogram.evaluation.measures import Classify, Fit
 from tactogram.model import Classifier
 from tactogram.signal import Signal
 
@@ -18,7 +18,7 @@ def measure_classification(
 ) -> dict[str, dict[str, float | None]]:
     """Return the share of each set's pieces that ``classifier`` classifies correctly; the floor is the test pieces.
 
-    None for materials that it does not know.
+    None for materials unknown to the classifier.
     """
 
     def share(material: str, signals: Sequence[Signal]) -> float:
@@ -31,7 +31,7 @@ def measure_classification(
         if material not in classifier.materials:
             table[material] = dict.fromkeys((*columns, CEILING, NEAREST))
             continue
-        table[material] = _guessing(len(cut[TEST]))
+        table[material] = _chance(len(cut[TEST]))
         for column in columns:
             tested = cut[TEST if column == FLOOR else column][material]
             table[material][column] = share(material, tested.signals)
@@ -39,11 +39,11 @@ def measure_classification(
 
 
 def measure_transfer(fit: Fit, cut: Mapping[str, Mapping[str, PieceSet]]) -> Tables:
-    """Return both ways of a classifier between a set and the real: trained on it, and tested on it."""
+    """Return both accuracies between a set and the real one: trained on the set, and tested on it."""
 
-    def trained(part: Mapping[str, PieceSet]) -> Callable[[Sequence[Signal]], Sequence[str]]:
-        signals = [signal for held in part.values() for signal in held.signals]
-        return fit(signals, [material for material, held in part.items() for _ in held.signals])
+    def trained(part: Mapping[str, PieceSet]) -> Classify:
+        signals = [signal for pieces in part.values() for signal in pieces.signals]
+        return fit(signals, [material for material, pieces in part.items() for _ in pieces.signals])
 
     tables: Tables = {
         name: {m: {} for m in cut[TEST]}
@@ -53,21 +53,22 @@ def measure_transfer(fit: Fit, cut: Mapping[str, Mapping[str, PieceSet]]) -> Tab
     for column, part in cut.items():
         if column in (TEST, OTHERS):
             continue
-        on_it = on_real if column == FLOOR else trained(part)
-        for material, held in part.items():
-            asked = {
-                "tested_on_generated_accuracy": (on_real, cut[TEST][material] if column == FLOOR else held),
-                "trained_on_generated_accuracy": (on_it, cut[TEST][material]),
+        on_set = on_real if column == FLOOR else trained(part)
+        for material, pieces in part.items():
+            real = cut[TEST][material]
+            comparisons = {
+                "tested_on_generated_accuracy": (on_real, real if column == FLOOR else pieces),
+                "trained_on_generated_accuracy": (on_set, real),
             }
-            for name, (classify, tested) in asked.items():
+            for name, (classify, tested) in comparisons.items():
                 answers = classify(tested.signals)
                 tables[name][material][column] = float(np.mean([answer == material for answer in answers]))
     for table in tables.values():
         for row in table.values():
-            row.update(_guessing(len(cut[TEST])))
+            row.update(_chance(len(cut[TEST])))
     return tables
 
 
-def _guessing(materials: int) -> dict[str, float | None]:
+def _chance(materials: int) -> dict[str, float | None]:
     """Return the ceiling of an accuracy."""
     return {CEILING: 1 / materials, NEAREST: None}

@@ -10,9 +10,8 @@ from matplotlib.figure import Figure
 
 from tactogram.evaluation.figures import spectra_figure
 from tactogram.evaluation.generation.comparison import CEILING, FLOOR, MODEL, NEAREST, GenerationResult
-from tactogram.evaluation.generation.measures import MEMORY_MEASURES, TITLES
+from tactogram.evaluation.generation.measures import MeasureInfo, describe_measures
 from tactogram.evaluation.generation.spectrogram_figures import spectrograms_figure
-from tactogram.evaluation.measures import SIGNAL_MEASURES
 from tactogram.evaluation.report import (
     Block,
     ReportFigure,
@@ -31,9 +30,9 @@ FURTHER = ("#8073ac", "#b35806", "#666666")
 NEAR, FAR = "#2166ac", "#b2182b"
 MARKERS = "osD^vPX"
 DRAWN = (-0.5, 1.5)
-"""Positions that figures distinguish: what is farther out is drawn at the edge."""
+"""Positions within the figures; values farther out are drawn at the edge."""
 MOST_SHOWN = 24
-"""Materials with a figure and sounds: bounds the size of the page."""
+"""Materials with figures and sounds: bounds the size of the page."""
 HEARD_S = 3.0
 SIDE_BY_SIDE = 3
 """Pairs of spectrograms in a figure, as in Figures 7 to 9 of Saga et al. 2020."""
@@ -48,26 +47,26 @@ def generation_sections(
     ----------
     result : GenerationResult
     recorded : mapping material -> signals
-        The recordings it was judged by.
+        The test recordings.
     sets : mapping column -> material -> signals
-        What was judged: to look at and listen to.
+        The evaluated signals.
     """
     return [
-        ReportSection("Where it stands", _standing(result)),
+        ReportSection("Summary", _summary(result)),
         ReportSection("Every material, every measure", _overview(result)),
-        ReportSection("Beside the baselines", _beside(result)),
-        ReportSection("To look at and listen to", _examples(result, recorded, sets)),
-        ReportSection("How it was judged", _protocol(result)),
-        ReportSection("All figures", [_per_measure(result, name) for name in result.values]),
+        ReportSection("Comparison with the baselines", _comparison(result)),
+        ReportSection("Examples to view and listen to", _examples(result, recorded, sets)),
+        ReportSection("Protocol", _protocol(result)),
+        ReportSection("All values", [_per_measure(result, name) for name in result.values]),
     ]
 
 
 def position_figure(result: GenerationResult) -> Figure:
-    """Draw where the model and the baselines stand: a row per measure, 0 at the floor and 1 at the ceiling.
+    """Draw the positions of the model and the baselines: a row per measure, 0 at the floor and 1 at the ceiling.
 
-    Small dots are materials (the model's), large marks the position of the mean over materials.
+    Small dots are the model's materials, large markers the positions of means over materials.
     """
-    names = list(result.values)
+    names, titles = list(result.values), _titles(result)
     figure = Figure(figsize=(9, 1.1 + 0.3 * len(names)), layout="constrained")
     axes = figure.add_subplot()
     axes.axvspan(0, 1, color="#eef1f4", lw=0)
@@ -75,10 +74,10 @@ def position_figure(result: GenerationResult) -> Figure:
         axes.axvline(place, color="#9aa4ae", lw=0.8)
     rng = np.random.default_rng(0)
     for row, name in enumerate(names):
-        own = [result.position(name, material) for material in result.materials]
-        known = np.array([p for p in own if p is not None])
+        positions = [result.position(name, material) for material in result.materials]
+        defined = np.array([p for p in positions if p is not None])
         axes.scatter(
-            np.clip(known, *DRAWN), row + rng.uniform(-0.16, 0.16, len(known)), s=7, alpha=0.35, lw=0,
+            np.clip(defined, *DRAWN), row + rng.uniform(-0.16, 0.16, len(defined)), s=7, alpha=0.35, lw=0,
             color=_colour(MODEL, result),
         )  # fmt: skip
     for column, marker in zip((MODEL, *_others(result)), MARKERS, strict=False):
@@ -87,7 +86,7 @@ def position_figure(result: GenerationResult) -> Figure:
             np.clip(means, *DRAWN), range(len(names)), s=60 if column == MODEL else 32, marker=marker,
             color=_colour(column, result), label=column, edgecolor="white", lw=0.6, zorder=3 + (column == MODEL),
         )  # fmt: skip
-    axes.set_yticks(range(len(names)), [TITLES.get(name, name).split(":")[0] for name in names], fontsize=8)
+    axes.set_yticks(range(len(names)), [titles[name].split(":")[0] for name in names], fontsize=8)
     axes.set(xlim=(DRAWN[0] - 0.05, DRAWN[1] + 0.05), ylim=(len(names) - 0.4, -0.6))
     axes.set_xticks(
         [-0.5, 0, 0.5, 1, 1.5], ["", "floor\nother real recordings", "", "ceiling\nother materials", ""]
@@ -102,7 +101,7 @@ def position_figure(result: GenerationResult) -> Figure:
 
 
 def overview_figure(result: GenerationResult, column: str = MODEL) -> Figure:
-    """Draw positions as a map: a row per material, a column per measure; grey where a measure does not tell."""
+    """Draw positions as a map, a row per material, a column per measure; grey where a measure is undecided."""
     names, materials = list(result.values), (None, *result.materials)
     positions = np.array(
         [[_or_nan(result.position(name, material, column)) for name in names] for material in materials]
@@ -110,7 +109,7 @@ def overview_figure(result: GenerationResult, column: str = MODEL) -> Figure:
     figure = Figure(figsize=(2.2 + 0.46 * len(names), 2.6 + 0.24 * len(materials)), layout="constrained")
     axes = figure.add_subplot()
     colours: Colormap = LinearSegmentedColormap.from_list(
-        "standing", [NEAR, "#92c5de", "#f7f7f7", "#f4a582", FAR]
+        "positions", [NEAR, "#92c5de", "#f7f7f7", "#f4a582", FAR]
     )
     colours = colours.with_extremes(bad="#e3e6e9")
     picture = axes.imshow(positions, cmap=colours, vmin=0, vmax=1, aspect="auto")
@@ -136,16 +135,16 @@ def overview_figure(result: GenerationResult, column: str = MODEL) -> Figure:
     return figure
 
 
-def _standing(result: GenerationResult) -> list[Block]:
-    cells = [(name, m) for name, rows in result.values.items() for m in rows]
-    verdicts = [result.verdict(name, material) for name, material in cells]
-    told = len(verdicts) - verdicts.count("untold")
+def _summary(result: GenerationResult) -> list[Block]:
+    verdicts = [result.verdict(name, material) for name, rows in result.values.items() for material in rows]
+    decided = len(verdicts) - verdicts.count("undecided")
     text = (
-        f"Of {told} figures ({len(result.values)} measures of {len(result.materials)} materials"
-        f"{', less those that do not tell materials apart' if told < len(verdicts) else ''}) "
+        f"Of {decided} values ({len(result.values)} measures of {len(result.materials)} materials"
+        f"{', without those that do not separate materials' if decided < len(verdicts) else ''}) "
         f"{verdicts.count('floor')} are at the floor or better, {verdicts.count('between')} between floor and "
         f"ceiling, {verdicts.count('beyond')} beyond the ceiling."
     )
+    titles, units = _titles(result), _units(result)
     for baseline in _others(result):
         if worse := result.worse_than(baseline):
             text += f" Worse than {baseline} in {_listed([_short(name) for name in worse])}."
@@ -156,7 +155,7 @@ def _standing(result: GenerationResult) -> list[Block]:
         interval = result.interval(name)
         rows.append(
             (
-                TITLES.get(name, name), _unit(name), row[MODEL],
+                titles[name], units[name], row[MODEL],
                 _range(*interval) if interval else "–",
                 row[FLOOR], row[CEILING], *(row[b] for b in result.baselines),
                 "↑" if result.better[name] == "higher" else "↓",
@@ -165,14 +164,15 @@ def _standing(result: GenerationResult) -> list[Block]:
     header = ("measure", "unit", MODEL, "95 %", FLOOR, CEILING, *result.baselines, "better")
     caption = (
         "Means over materials. Floor: real recordings against other real recordings of the same material. Ceiling: "
-        "other materials (of accuracies: guessing; of memorising: the training data itself). 95 %: of an accuracy "
-        "Wilson's, by recordings; else a bootstrap over materials."
+        "other materials (for accuracies: chance; for memorisation: the training data itself). 95 %: for accuracies "
+        "Wilson's, by recordings; otherwise a bootstrap over materials."
     )
     return [
         ReportText(text),
         ReportFigure(
             position_figure(result),
-            "Where the model stands, and the baselines. Dots: its materials. What is farther out is drawn at the edge.",
+            "Positions of the model and the baselines. Dots: the model's materials. "
+            "Values farther out are drawn at the edge.",
         ),
         ReportTable(header, rows, caption),
     ]
@@ -180,48 +180,50 @@ def _standing(result: GenerationResult) -> list[Block]:
 
 def _overview(result: GenerationResult) -> list[Block]:
     caption = (
-        "0: at the floor, as real recordings are; 1: at the ceiling, as another material is. Grey: other materials "
-        "are no farther than the same one is from itself, so the measure does not tell."
+        "0: at the floor, like real recordings; 1: at the ceiling, like another material. Grey: undecided, since other "
+        "materials are no farther from this one than its own recordings are from each other."
     )
     blocks: list[Block] = [ReportFigure(overview_figure(result), caption)]
-    if beyond := result.beyond():
-        listed: dict[str, list[str]] = {}
+    if beyond := result.beyond_ceiling():
+        titles = _titles(result)
+        by_measure: dict[str, list[str]] = {}
         for name, material in beyond:
-            listed.setdefault(name, []).append(material)
-        rows = [(TITLES.get(name, name), len(m), ", ".join(m)) for name, m in listed.items()]
-        blocks.append(ReportTable(("beyond the ceiling", "of materials", "which"), rows))
+            by_measure.setdefault(name, []).append(material)
+        rows = [(titles[name], len(m), ", ".join(m)) for name, m in by_measure.items()]
+        blocks.append(ReportTable(("beyond the ceiling", "number of materials", "materials"), rows))
     return blocks
 
 
-def _beside(result: GenerationResult) -> list[Block]:
+def _comparison(result: GenerationResult) -> list[Block]:
     blocks: list[Block] = []
+    titles = _titles(result)
     for baseline in _others(result):
         rows = []
         for name in result.values:
             if gain := result.advantage(name, baseline):
-                known = gain["low"] is not None
-                sure = "yes" if known and not gain["low"] <= 0 <= gain["high"] else ""
+                bounded = gain["low"] is not None
+                sure = "yes" if bounded and not gain["low"] <= 0 <= gain["high"] else ""
                 rows.append(
                     (
-                        TITLES.get(name, name), gain["mean"],
-                        _range(gain["low"], gain["high"]) if known else "–",
+                        titles[name], gain["mean"],
+                        _range(gain["low"], gain["high"]) if bounded else "–",
                         f"{gain['better_on']} of {gain['materials']}",
                         "better" if gain["mean"] > 0 else "worse" if gain["mean"] < 0 else "same", sure,
                     )
                 )  # fmt: skip
         header = (f"against {baseline}", "gain", "95 %", "better on", "the model is", "beyond chance")
         caption = (
-            "Gain: by how much the model's figure is better, mean over materials. "
+            "Gain: by how much the model is better, mean over materials. "
             "95 %: bootstrap over materials, paired."
         )
         blocks.append(ReportTable(header, rows, caption))
-    return blocks or [ReportText("No baseline was judged beside it.")]
+    return blocks or [ReportText("No baseline was evaluated.")]
 
 
 def _examples(result: GenerationResult, recorded: BySet, sets: Mapping[str, BySet]) -> list[Block]:
     blocks: list[Block] = [
         ReportText(
-            "Spectra are means with the range from the smallest to the largest. Sounds are played at full scale."
+            "Spectra are means with their range from smallest to largest. Sounds are played at full scale."
         )
     ]
     shown_materials = result.materials[:MOST_SHOWN]
@@ -230,9 +232,7 @@ def _examples(result: GenerationResult, recorded: BySet, sets: Mapping[str, BySe
             material: _alike_long(recorded=recorded[material][0], generated=sets[MODEL][material][0])
             for material in shown_materials[start : start + SIDE_BY_SIDE]
         }
-        caption = (
-            "Recorded beside generated, scaled to the largest of each pair on each axis: for the eye alone."
-        )
+        caption = "Recorded and generated, each pair scaled to its largest value per axis, for display only."
         blocks.append(ReportFigure(spectrograms_figure(some), caption))
     for material in shown_materials:
         groups = {"recorded": recorded[material]}
@@ -247,17 +247,17 @@ def _examples(result: GenerationResult, recorded: BySet, sets: Mapping[str, BySe
 
 
 def _alike_long(**signals: Signal) -> dict[str, Signal]:
-    """Return the beginnings of ``signals`` that all of them have."""
+    """Return ``signals`` cut to the length of the shortest."""
     length = min(map(len, signals.values()))
     return {name: signal.cut(0, length) for name, signal in signals.items()}
 
 
 def _protocol(result: GenerationResult) -> list[Block]:
     text = (
-        f"Every set was cut to {result.count} pieces of {result.seconds:.3g} s per material. Floor and baselines are "
-        "of the training part, the judge is the test part. The embedding and the recogniser are a stroke_cnn trained "
-        "on the training part. In the two-sample accuracy a point's neighbours from its own recording do not count; "
-        "0.5 is guessing, and what cannot be told apart."
+        f"Every set was cut to {result.count} pieces of {result.seconds:.3g} s per material. Floor and baselines use "
+        "the training part and are compared with the test part. The embedding and the classifier are a stroke_cnn "
+        "trained on the training part. In the two-sample accuracy, neighbours from a point's own recording do not "
+        "count; 0.5 is chance: the sets cannot be distinguished."
     )
     return [ReportText(text), *(ReportText(note) for note in result.notes)]
 
@@ -269,20 +269,25 @@ def _per_measure(result: GenerationResult, name: str) -> ReportTable:
         for material, row in result.values[name].items()
     ]
     header = ("material", *(column.replace("_", " ") for column in columns), "position")
-    unit = _unit(name)
-    title = f"{TITLES.get(name, name)}{f', {unit}' if unit else ''}"
+    unit = _units(result)[name]
+    title = f"{_titles(result)[name]}{f', {unit}' if unit else ''}"
     return ReportTable(header, rows, f"{name}; {result.better[name]} is better.", folded=title)
 
 
 def _others(result: GenerationResult) -> list[str]:
-    """Return the baselines, but not one that is the model itself."""
+    """Return the baselines other than the model itself."""
     rows = [row for rows in result.values.values() for row in rows.values()]
     return [name for name in result.baselines if any(row.get(name) != row.get(MODEL) for row in rows)]
 
 
-def _unit(name: str) -> str:
-    unit = SIGNAL_MEASURES[name].unit if name in SIGNAL_MEASURES else ""
-    return "" if unit == "1" else unit
+def _titles(result: GenerationResult) -> dict[str, str]:
+    measures = describe_measures()
+    return {name: measures.get(name, MeasureInfo(name)).title for name in result.values}
+
+
+def _units(result: GenerationResult) -> dict[str, str]:
+    measures = describe_measures()
+    return {name: measures.get(name, MeasureInfo(name)).unit for name in result.values}
 
 
 def _range(low: float, high: float) -> str:
@@ -290,9 +295,8 @@ def _range(low: float, high: float) -> str:
 
 
 def _short(name: str) -> str:
-    known = {"memorised_share": "memorised", "training_correlation": "training correlation"}
-    short = name.removesuffix("_db").replace("_distance", "").replace("_accuracy", "").replace("_", " ")
-    return known[name] if name in MEMORY_MEASURES else short
+    name = name.removesuffix("_db").replace("_distance", "").replace("_accuracy", "")
+    return name.replace("memorised_share", "memorised").replace("_", " ")
 
 
 def _colour(column: str, result: GenerationResult) -> str:

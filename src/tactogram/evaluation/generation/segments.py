@@ -1,4 +1,4 @@
-"""Segments of equal length and number, to which sets of signals are cut before they are compared."""
+"""Pieces of equal length and number, to which sets of signals are cut before comparison."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 
 LONGEST_S, SHORTEST_S = 2.0, 1.0
-"""Pieces are at most so long, and as long as this wherever leaving out shorter recordings allows it, s."""
+"""Limits of a piece's length, s. Recordings below the lower limit are left out where every material has longer ones."""
 MOST_PIECES = 12
-"""Pieces per material and set: bounds the time that judging takes."""
+"""Pieces per material and set: bounds the time that an evaluation takes."""
 
 
 @dataclass(frozen=True, eq=False)
 class PieceSet:
-    """Pieces of one length, and for each the number of the signal it was cut from."""
+    """Pieces of one length; ``groups`` numbers the signals that they were cut from."""
 
     signals: tuple[Signal, ...]
     groups: tuple[int, ...]
@@ -26,14 +26,7 @@ class PieceSet:
 
 @dataclass(frozen=True)
 class PiecePlan:
-    """Length and number to which every set is cut.
-
-    Parameters
-    ----------
-    seconds : float, s
-    count : int
-        Per material.
-    """
+    """Length of pieces, and their number per material."""
 
     seconds: float
     count: int
@@ -44,25 +37,25 @@ class PiecePlan:
         Raises
         ------
         ParameterError
-            If they do not hold so many.
+            If they hold fewer.
         """
         length = max(1, round(self.seconds * signals[0].rate)) if signals else 1
-        found = [
+        pieces = [
             (signal.cut(start, start + length), group)
             for group, signal in enumerate(signals)
             for start in range(0, len(signal) - length + 1, length)
         ]
-        if len(found) < self.count:
+        if len(pieces) < self.count:
             raise ParameterError(
-                f"{self.count} pieces of {self.seconds:g} s are needed, the signals hold {len(found)}"
+                f"{self.count} pieces of {self.seconds:g} s are needed, the signals hold {len(pieces)}"
             )
-        kept = [found[k] for k in (np.arange(self.count) * len(found)) // self.count]
-        return PieceSet(tuple(piece for piece, _ in kept), tuple(group for _, group in kept))
+        spread = [pieces[k] for k in (np.arange(self.count) * len(pieces)) // self.count]
+        return PieceSet(tuple(piece for piece, _ in spread), tuple(group for _, group in spread))
 
     def draws(self, recordings: Sequence[Signal]) -> tuple[int, float]:
-        """Return how many signals to generate, and of how many seconds, in the place of ``recordings``.
+        """Return number and length (s) of the signals to generate in place of ``recordings``.
 
-        As many as recordings that `cut` takes pieces from: pieces of one signal are more alike than
+        The number is that of the recordings that `cut` takes pieces from: pieces of one signal are more alike than
         pieces of several.
         """
         number = len(set(self.cut(recordings).groups))
@@ -78,21 +71,19 @@ def plan_pieces(
 ) -> PiecePlan:
     """Return the pieces that the recordings of every material allow.
 
-    As long as possible up to ``longest_s``, with little left over; recordings shorter than `SHORTEST_S` are left
-    out where every material has longer ones. As many as the material with the fewest has in each part, up to
-    ``most``.
+    As long as possible up to ``longest_s``, with little remainder; recordings shorter than `SHORTEST_S` are left
+    out where every material has longer ones. The number is that of the material with the fewest pieces in either part,
+    up to ``most``.
 
     Parameters
     ----------
     train, test : mapping material -> signals
         Of one rate; at least one signal each. Only materials of ``test`` count.
-    longest_s : float, s
-    most : int
 
     Raises
     ------
     ParameterError
-        If ``longest_s`` or ``most`` is no positive number.
+        If ``longest_s`` or ``most`` is not positive.
     """
     if not (longest_s > 0 and most >= 1):
         raise ParameterError(f"longest_s must be > 0 and most >= 1, got {longest_s:g} and {most}")

@@ -1,4 +1,4 @@
-"""A share of right answers with its confidence interval."""
+"""Accuracies with their confidence intervals."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tactogram.errors import ParameterError
 
 
 class Accuracy(NamedTuple):
-    """A share of right answers, 0..1, and Wilson's 95 % interval around it."""
+    """A share of correct answers, 0..1, with Wilson's 95 % interval."""
 
     accuracy: float
     low: float
@@ -26,14 +26,14 @@ def wilson(share: float, trials: int) -> Accuracy:
     Parameters
     ----------
     share : float
-        0..1; need not be a whole number of trials.
+        0..1; ``share * trials`` need not be a whole number.
     trials : int
-        How many *independent* answers it is the mean of.
+        Number of *independent* answers in the mean.
 
     Raises
     ------
     ParameterError
-        If there is no trial, or ``share`` is not a share.
+        If there are no trials, or ``share`` is out of range.
 
     References
     ----------
@@ -41,7 +41,7 @@ def wilson(share: float, trials: int) -> Accuracy:
     """
     if trials < 1 or not 0 <= share <= 1:
         raise ParameterError(
-            f"an interval needs a share in 0..1 of at least 1 trial, got {share} of {trials}"
+            f"share must be in 0..1 and trials >= 1 for an interval, got {share} and {trials}"
         )
     z = float(norm.ppf(0.975))
     middle = share + z**2 / (2 * trials)

@@ -1,30 +1,34 @@
-"""The frequency bands that measures look at, and how much is felt in them."""
+"""Frequency bands of measures, their weight by what is felt, and the removal of drift."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.signal import sosfiltfilt
 
 from tactogram.errors import ParameterError
+from tactogram.signal.filters import butterworth
 from tactogram.signal.perception import FELT_HZ, detection_threshold
 
 THRESHOLD_UNITS = ("m", "m/s", "m/s^2")
-"""Units for which a detection threshold is known."""
+"""Units with a known detection threshold."""
 
 FELT_LIKE = {"N": "m", "V": "m/s^2", "1": "m/s^2"}
-"""Whose threshold curve lends its shape to a unit that has none of its own: only the shape, never the level.
+"""Units without a threshold of their own, and the unit whose threshold curve they borrow: its shape, not its level.
 
-Skin is elastic below some 100 Hz, so a force goes with displacement; the sound of a surface goes with its
+Skin is elastic below some 100 Hz, so force follows displacement; the sound of a surface follows its
 acceleration, and so do most sensors that give volts or counts."""
 
 FELT_RANGE_DB = 50.0
-"""What lies farther than this below the strongest band is not counted, whatever the unit. About the range from
+"""Bands farther than this below the strongest are not counted, whatever the unit. About the range from
 the threshold to the unpleasant, which is general knowledge of the field and was not checked in a source."""
 
-
 UNCERTAIN_DB = 20.0
-"""By how much people and contactors may be more sensitive than the threshold curve: a grasped cylinder is felt
-at a tenth of its minimum by some (see `tactogram.signal.perception`)."""
+"""By how much people and contactors may be more sensitive than the threshold curve: some people feel a grasped cylinder
+at a tenth of its minimum (see `tactogram.signal.perception`)."""
+
+DRIFT_HZ = 10.0
+"""Slower components are movement and drift and would outweigh the vibration."""
 
 
 def band_edges(low: float, high: float, *, per_octave: int) -> NDArray[np.float64]:
@@ -35,7 +39,7 @@ def band_edges(low: float, high: float, *, per_octave: int) -> NDArray[np.float6
     low, high : float
         0 < low < high, Hz.
     per_octave : int
-        Bands per octave, as nearly as a whole number of bands allows.
+        Approximate: the number of bands is rounded.
 
     Returns
     -------
@@ -53,20 +57,14 @@ def band_edges(low: float, high: float, *, per_octave: int) -> NDArray[np.float6
 
 
 def felt_edges(rate: float, *, per_octave: int = 3) -> NDArray[np.float64]:
-    """Return the edges of the bands that are felt (`FELT_HZ`), cut to what ``rate`` holds, Hz.
-
-    Raises
-    ------
-    ParameterError
-        If ``rate`` holds nothing that is felt.
-    """
+    """Return the edges of the bands of `FELT_HZ` below half of ``rate``, Hz; errors as `check_felt`."""
     check_felt(rate)
     low, high = FELT_HZ
     return band_edges(low, min(high, rate / 2), per_octave=per_octave)
 
 
 def check_felt(rate: float) -> None:
-    """Refuse a ``rate`` in Hz that holds nothing that is felt."""
+    """Refuse a ``rate`` in Hz that is too low for vibration."""
     if rate / 2 <= FELT_HZ[0]:
         raise ParameterError(f"rate must be above {2 * FELT_HZ[0]:g} Hz to hold vibration, got {rate:g}")
 
@@ -80,8 +78,8 @@ def band_sums(
     ----------
     values : float64 array, shape (..., frequency)
     frequency : float64 array, shape (frequency,), Hz
-        Evenly spaced from 0 on. A value stands for one spacing around its frequency, and is shared out between
-        two bands where an edge cuts it: no band is empty, however narrow.
+        Evenly spaced from 0. A value covers one spacing around its frequency and is split between
+        two bands at an edge, so no band is empty, however narrow.
     edges : float64 array, shape (band + 1,), Hz
 
     Returns
@@ -94,7 +92,7 @@ def band_sums(
 
 
 def felt_weight(frequency: ArrayLike, unit: str) -> NDArray[np.float64]:
-    """Return what a power at ``frequency`` is multiplied with to become a multiple of the threshold's.
+    """Return the factor that turns a power at ``frequency`` into a multiple of the threshold's.
 
     Parameters
     ----------
@@ -102,23 +100,33 @@ def felt_weight(frequency: ArrayLike, unit: str) -> NDArray[np.float64]:
         > 0.
     unit : str
         Of the signal. In `THRESHOLD_UNITS` the weight is absolute: a sine whose *peak* is at the threshold
-        comes out as 1/2, its mean square in units of the threshold's peak. For any other unit it is the shape
-        of a curve that goes with it (`FELT_LIKE`), 1 at its largest: levels are then relative only.
+        gives 1/2, its mean square in units of the threshold's peak. For any other unit it is the shape
+        of a related curve (`FELT_LIKE`), at most 1: levels are then only relative.
 
     Returns
     -------
     float64 array, the shape of ``frequency``
-        Outside of `FELT_HZ` as well: cutting is up to the caller.
+        Outside `FELT_HZ` as well: cutting is up to the caller.
     """
     weight = detection_threshold(frequency, FELT_LIKE.get(unit, unit)) ** -2.0
     return weight if unit in THRESHOLD_UNITS else weight / weight.max()
 
 
 def felt_floor_db(unit: str, *levels: NDArray[np.float64]) -> float:
-    """Return the level below which nothing is felt beside ``levels`` (dB re threshold), dB.
+    """Return the level below which nothing is felt next to ``levels`` (dB re threshold), dB.
 
     `FELT_RANGE_DB` below the strongest, and never lower than `UNCERTAIN_DB` below the threshold (0 dB) where
     ``unit`` has one.
     """
     floor = max(float(level.max()) for level in levels) - FELT_RANGE_DB
     return max(floor, -UNCERTAIN_DB) if unit in THRESHOLD_UNITS else floor
+
+
+def without_drift(stack: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
+    """Return ``stack`` (..., time) high-passed at `DRIFT_HZ`, without its mean and without delay."""
+    x = stack - stack.mean(axis=-1, keepdims=True)
+    if rate / 2 <= DRIFT_HZ:
+        return np.asarray(x)
+    sos = butterworth(rate, DRIFT_HZ, np.inf, order=2, passes=2)
+    pad = min(x.shape[-1] - 1, int(np.ceil(3 * rate / DRIFT_HZ)))
+    return np.asarray(sosfiltfilt(sos, x, axis=-1, padtype="even" if pad else None, padlen=pad))

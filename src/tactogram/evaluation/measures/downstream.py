@@ -12,9 +12,9 @@ from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures.accuracy import Accuracy, wilson
 from tactogram.evaluation.measures.bands import band_edges, band_sums, felt_edges
-from tactogram.evaluation.measures.envelope import envelopes, modulation_power
+from tactogram.evaluation.measures.envelopes import envelopes, modulation_power
 from tactogram.evaluation.measures.sets import check_alike, stacks
-from tactogram.evaluation.measures.spectral import SEGMENT_S, SILENT
+from tactogram.evaluation.measures.spectra import SEGMENT_S, SILENT
 from tactogram.signal import Signal
 from tactogram.signal.perception import FELT_HZ
 
@@ -28,12 +28,12 @@ Fit = Callable[[Sequence[Signal], Sequence[str]], Classify]
 def transfer_accuracy(
     trained: Mapping[str, Sequence[Signal]], tested: Mapping[str, Sequence[Signal]], *, fit: Fit | None = None
 ) -> Accuracy:
-    """Return how often a classifier trained on one set names the signals of another rightly.
+    """Return the accuracy of a classifier trained on one set and tested on another.
 
-    ``transfer_accuracy(made, real)`` is *trained on generated, tested on real*: what generated signals miss of a
-    texture, or mix up, is lost on the classifier. ``transfer_accuracy(real, made)`` is the reverse: whether each
-    generated signal is taken for its own material. Real against other real is their floor. The first is low
-    when variety is missing, the second is not: read both.
+    ``transfer_accuracy(made, real)`` is *trained on generated, tested on real*: it drops where generated signals lack
+    or confuse features of a texture. ``transfer_accuracy(real, made)`` is the reverse: whether each
+    generated signal is classified as its own material. Real against other real is the floor of both. Missing
+    variety lowers the first and not the second: read both.
 
     Parameters
     ----------
@@ -45,24 +45,24 @@ def transfer_accuracy(
     Returns
     -------
     Accuracy
-        The mean over materials of the share classified correctly, 0..1, with Wilson's 95 % interval, which takes every
-        signal of ``tested`` as independent: pieces of one recording are not.
+        The mean over materials of the share classified correctly, 0..1, with Wilson's 95 % interval, which assumes that
+        the signals of ``tested`` are independent: pieces of one recording are not.
 
     Raises
     ------
     ParameterError
-        If fewer than two materials are trained, one is tested that was not, or the signals do not fit.
+        If ``trained`` has fewer than two materials or lacks one of ``tested``, or the signals differ in kind.
 
     References
     ----------
     C. Esteban, S. L. Hyland, G. Rätsch, "Real-valued (medical) time series generation with recurrent conditional
     GANs", 2017, arXiv:1706.02633: TSTR and TRTS.
     """
-    strangers = sorted(set(tested) - set(trained))
-    if len(trained) < 2 or not tested or strangers:
+    untrained = sorted(set(tested) - set(trained))
+    if len(trained) < 2 or not tested or untrained:
         raise ParameterError(
-            "at least two materials must be trained and every tested one among them, got "
-            f"{', '.join(sorted(trained)) or 'none'}; tested besides: {', '.join(strangers) or 'none'}"
+            "trained must hold at least two materials and all of tested, got "
+            f"{', '.join(sorted(trained)) or 'none'}; lacks {', '.join(untrained) or 'none'}"
         )
     check_alike(*trained.values(), *tested.values())
     signals = [signal for members in trained.values() for signal in members]
@@ -84,11 +84,6 @@ def linear_discriminant(signals: Sequence[Signal], labels: Sequence[str]) -> Cla
     labels : sequence of str
         One per signal; at least two different ones.
 
-    Returns
-    -------
-    function of sequence of Signal
-        Gives the label of each.
-
     References
     ----------
     The shared covariance is shrunk as in O. Ledoit, M. Wolf, J. Multivar. Anal. 88 (2004) 365-411.
@@ -108,7 +103,7 @@ def linear_discriminant(signals: Sequence[Signal], labels: Sequence[str]) -> Cla
 
 
 def classifier_features(signals: Sequence[Signal]) -> NDArray[np.float64]:
-    """Return what a quick classifier looks at: blind to phase, but not to level.
+    """Return the features of a quick classifier: blind to phase, sensitive to level.
 
     Parameters
     ----------
@@ -124,7 +119,7 @@ def classifier_features(signals: Sequence[Signal]) -> NDArray[np.float64]:
     Raises
     ------
     ParameterError
-        If the signals are not of one kind, too short, or of a rate that holds no vibration.
+        If the signals differ in kind, are too short, or their rate is too low for vibration.
     """
     kind = check_alike(signals, shortest_s=SEGMENT_S)
     edges = felt_edges(kind.rate)

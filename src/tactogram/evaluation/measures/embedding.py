@@ -1,7 +1,7 @@
-"""Distances of two sets of points in an embedding: as distributions, not as pairs.
+"""Distances between two sets of points in an embedding: as distributions, not as pairs.
 
-All take float arrays of shape (point, feature): what a trained `stroke_cnn` makes of a signal, for example. The
-embedding decides what is seen. Give both sets as many points, cut alike: every estimate depends on that.
+All take float arrays of shape (point, feature), for example from a trained `stroke_cnn`. The
+embedding decides what they detect. Every estimate depends on the number of points: use equally many, cut alike.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.measures.accuracy import Accuracy, wilson
 
 CHUNK_DISTANCES = 2**23
-"""Most distances that are held at once (64 MiB)."""
+"""Most distances in memory at once (64 MiB)."""
 
 
 class Manifold(NamedTuple):
@@ -30,15 +30,15 @@ class Manifold(NamedTuple):
 
 
 def frechet_distance(one: ArrayLike, other: ArrayLike) -> float:
-    """Return the Fréchet distance of two sets of points, each taken as a normal distribution.
+    """Return the Fréchet distance between two sets of points, each modelled as a normal distribution.
 
-    d^2 = |m1 - m2|^2 + tr(S1 + S2 - 2 (S1 S2)^(1/2)), with means m and covariances S (divided by n - 1); this
-    is d^2, as is customary ("FID"). Exact for any number of points, also fewer than features: with S = A^T A,
-    tr (S1 S2)^(1/2) is the sum of the singular values of A1 A2^T, so that no square root of an
-    ill-conditioned product is taken, nothing comes out complex, and nothing is shrunk.
+    d^2 = |m1 - m2|^2 + tr(S1 + S2 - 2 (S1 S2)^(1/2)), with means m and covariances S (divided by n - 1); the value
+    is d^2, as is customary ("FID"). Exact for any number of points, even fewer than features: with S = A^T A,
+    tr (S1 S2)^(1/2) is the sum of the singular values of A1 A2^T, which avoids the square root of an
+    ill-conditioned product, complex results and shrinkage.
 
-    Few points bias it upwards, by about a constant over their number: two draws of 50 points from one
-    distribution in 256 dimensions are far from 0 apart. Compare only figures from as many points, beside their
+    Few points bias it upwards, by about a constant over their number: the distance between two draws of 50 points
+    from one distribution in 256 dimensions is far above 0. Compare only values from equally many points, with their
     floor.
 
     Parameters
@@ -54,7 +54,7 @@ def frechet_distance(one: ArrayLike, other: ArrayLike) -> float:
     Raises
     ------
     ParameterError
-        If they are not two-dimensional, differ in features, are not finite, or have too few points.
+        If they are not two-dimensional, differ in features, are not finite, or have fewer than 2 points.
 
     References
     ----------
@@ -70,17 +70,17 @@ def frechet_distance(one: ArrayLike, other: ArrayLike) -> float:
 
 
 def precision_recall_density_coverage(real: ArrayLike, made: ArrayLike, k: int = 5) -> Manifold:
-    """Return how far generated points lie among real ones, and the other way round.
+    """Return by how much generated and real points overlap.
 
     With B(x) the ball around a point that reaches to its ``k``-th nearest neighbour in its own set:
 
     - precision: share of generated points in at least one B(real); are they realistic?
-    - recall: share of real points in at least one B(generated); is everything generated that there is? It is
-      flattered by outliers among the generated points, whose balls are large.
+    - recall: share of real points in at least one B(generated); do they cover the whole variety? Outliers
+      among the generated points, whose balls are large, inflate it.
     - density: mean number of B(real) that a generated point lies in, divided by ``k``; may exceed 1.
     - coverage: share of B(real) that hold a generated point.
 
-    Real points against other real ones come to about 1 in density and 1 - 2^-k in coverage (k = 5: 0.97).
+    Real points against other real points give about 1 in density and 1 - 2^-k in coverage (k = 5: 0.97).
 
     Parameters
     ----------
@@ -91,18 +91,18 @@ def precision_recall_density_coverage(real: ArrayLike, made: ArrayLike, k: int =
     Returns
     -------
     Manifold
-        precision, recall, density, coverage. Higher is better.
+        Higher is better.
 
     Raises
     ------
     ParameterError
-        If the arrays do not fit, or have too few points for ``k``.
+        If the arrays differ in features, are not finite, or have too few points for ``k``.
 
     References
     ----------
     Precision and recall: T. Kynkäänniemi et al., "Improved precision and recall metric for assessing generative
     models", NeurIPS 2019. Density and coverage: M. F. Naeem et al., "Reliable fidelity and diversity
-    metrics for generative models", ICML 2020, with the expectations above for as many points of both.
+    metrics for generative models", ICML 2020, with the expectations above for equally many points.
     """
     if k < 1:
         raise ParameterError(f"k must be >= 1, got {k}")
@@ -131,47 +131,45 @@ def two_sample_accuracy(
     one_groups: Sequence[object] | None = None,
     other_groups: Sequence[object] | None = None,
 ) -> Accuracy:
-    """Return how often a point's nearest neighbour comes from its own set, left out itself.
+    """Return how often a point's nearest neighbour, excluding itself, comes from its own set.
 
-    A point has fewer of its own set to be compared with than of the other, since itself is left out; of few
-    that alone would make guessing less than 0.5. So the share is that of all ways to draw as many from both,
-    counted exactly (a hypergeometric probability).
+    Since a point is excluded from its own set, that set offers fewer neighbours than the other; with few points
+    that alone would bring chance below 0.5. The share is therefore the exact mean over all ways to draw equally many
+    from both (a hypergeometric probability).
 
-    0.5: the sets cannot be told apart. 1: a classifier would tell every point. Well below 0.5 is no better than
+    0.5: the sets cannot be distinguished. 1: a classifier would separate every point. Well below 0.5 is no better than
     0.5: every point has a copy in the other set, as when training data was memorised, or replayed.
 
-    Pieces of one recording are each other's neighbours, whatever they are compared with; that alone lifts real
-    against real far above 0.5. Say what belongs together (``groups``), and no neighbour is taken from a
-    point's own group, and as many groups are drawn from both sets.
+    Pieces of one recording are each other's neighbours in any comparison; that alone lifts real
+    against real far above 0.5. With groups, a point's own group is excluded, and equally many groups are drawn from
+    both sets.
 
     Parameters
     ----------
     one, other : float array, shape (point, feature)
-        As many points in both, unless groups are given for both; then as many in every group, else guessing
-        is not 0.5.
+        Equally many points in both. With groups for both, equally many in every group instead, or chance is not 0.5.
     one_groups, other_groups : sequence, optional
-        What each point was cut from, e.g. the id of its recording. By default each point is its own group.
+        Origin of each point, e.g. the id of its recording. By default each point is its own group.
 
     Returns
     -------
     Accuracy
-        The mean of both sets' shares, 0..1, with Wilson's 95 % interval for as many independent answers as
-        there are groups: points of a group are taken as one answer, and groups as independent.
+        The mean of both sets' shares, 0..1, with Wilson's 95 % interval. The points of a group count as one answer,
+        groups as independent.
 
     Raises
     ------
     ParameterError
-        If the sets are not of one size without groups, or a point has nothing outside of its group to be compared with.
+        If the sets differ in size without groups, or one has fewer than 2 groups.
 
     References
     ----------
-    D. Lopez-Paz, M. Oquab, "Revisiting classifier two-sample tests", ICLR 2017; nearest neighbour, left out
-    itself: Q. Xu et al., "An empirical study on evaluation metrics of generative adversarial networks", 2018,
-    arXiv:1806.07755.
+    D. Lopez-Paz, M. Oquab, "Revisiting classifier two-sample tests", ICLR 2017; leave-one-out nearest neighbour:
+    Q. Xu et al., "An empirical study on evaluation metrics of generative adversarial networks", 2018, arXiv:1806.07755.
     """
     a, b = _points(one, other, fewest=2)
     if len(a) != len(b) and (one_groups is None or other_groups is None):
-        raise ParameterError(f"two_sample_accuracy needs as many points of both, got {len(a)} and {len(b)}")
+        raise ParameterError(f"two_sample_accuracy needs equally many points, got {len(a)} and {len(b)}")
     group = np.concatenate([_numbered(one_groups, len(a)), -1 - _numbered(other_groups, len(b))])
     side = np.repeat([0, 1], [len(a), len(b)])
     if min(len(np.unique(group[side == s])) for s in (0, 1)) < 2:
@@ -179,26 +177,26 @@ def two_sample_accuracy(
     order = np.argsort(group, kind="stable")
     points, group, side = np.concatenate([a, b])[order], group[order], side[order]
     starts = np.flatnonzero(np.diff(group, prepend=group[0] - 1))
-    right = np.zeros(2)
+    correct = np.zeros(2)
     for rows, squared in _distances(points, points):
         nearest = np.minimum.reduceat(squared, starts, axis=1)  # of each group
         nearest[group[rows, None] == group[starts]] = np.inf
         for s in (0, 1):
-            asked = nearest[side[rows] == s]
-            right[s] += _nearest_is_own(asked[:, side[starts] == s], asked[:, side[starts] != s])
-    return wilson(float(np.mean(right / (len(a), len(b)))), len(starts))
+            members = nearest[side[rows] == s]
+            correct[s] += _nearest_is_own(members[:, side[starts] == s], members[:, side[starts] != s])
+    return wilson(float(np.mean(correct / (len(a), len(b)))), len(starts))
 
 
 def _nearest_is_own(own: NDArray[np.float64], other: NDArray[np.float64]) -> float:
-    """Return the sum over points of how likely the nearest group is one of its own set.
+    """Return the probability that the nearest group is one of a point's own set, summed over points.
 
-    Drawn are as many groups of both sets as the smaller has. With r groups of the other set nearer than all a of the
-    own, none of these is among a drawn of b with probability C(b - r, a) / C(b, a); the other way round likewise.
+    As many groups of each set are drawn as the smaller set has. With r groups of the other set nearer than all a of
+    the own, none of these is among a drawn of b with probability C(b - r, a) / C(b, a), and vice versa.
 
     Parameters
     ----------
     own, other : float64 array, shape (point, group)
-        Squared distance to the nearest point of each group; infinite for the one group of ``own`` that is left out.
+        Squared distance to the nearest point of each group; infinite for the point's own group.
     """
     a, b = own.shape[1] - 1, other.shape[1]
     if a <= b:
@@ -209,7 +207,7 @@ def _nearest_is_own(own: NDArray[np.float64], other: NDArray[np.float64]) -> flo
 
 
 def _none_drawn(marked: NDArray[np.int64], count: int, drawn: int) -> NDArray[np.float64]:
-    """Return how likely ``drawn`` of ``count`` hold none of ``marked``: C(count - marked, drawn) / C(count, drawn)."""
+    """Return C(count - marked, drawn) / C(count, drawn), the probability that no marked one is drawn."""
     left = count - marked
     possible = np.maximum(left, drawn)
     logarithm = gammaln(possible + 1) - gammaln(possible - drawn + 1)
@@ -220,14 +218,14 @@ def _none_drawn(marked: NDArray[np.int64], count: int, drawn: int) -> NDArray[np
 def _points(
     one: ArrayLike, other: ArrayLike, *, fewest: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return both as float64 around a common centre, or refuse them."""
+    """Return both as float64, shifted to a common centre."""
     a, b = (np.asarray(points, dtype=np.float64) for points in (one, other))
     if a.ndim != 2 or b.ndim != 2 or a.shape[1] != b.shape[1]:
         raise ParameterError(
-            f"points must be (point, feature) of as many features, got {a.shape} and {b.shape}"
+            f"points must be (point, feature) with equally many features, got {a.shape} and {b.shape}"
         )
     if min(len(a), len(b)) < fewest:
-        raise ParameterError(f"at least {fewest} points of both are needed, got {len(a)} and {len(b)}")
+        raise ParameterError(f"both sets must have at least {fewest} points, got {len(a)} and {len(b)}")
     if not (np.isfinite(a).all() and np.isfinite(b).all()):
         raise ParameterError("points must be finite, got NaN or infinity")
     centre = (a.mean(axis=0) + b.mean(axis=0)) / 2
@@ -254,15 +252,15 @@ def _reach(points: NDArray[np.float64], k: int) -> NDArray[np.float64]:
 def _distances(
     one: NDArray[np.float64], other: NDArray[np.float64]
 ) -> Iterator[tuple[slice, NDArray[np.float64]]]:
-    """Yield the squared distances of some rows of ``one`` to all of ``other``, so that memory stays flat."""
-    own, others = np.sum(one**2, axis=1), np.sum(other**2, axis=1)
+    """Yield the squared distances from some rows of ``one`` to all of ``other``, in bounded memory."""
+    first, second = np.sum(one**2, axis=1), np.sum(other**2, axis=1)
     together = max(1, CHUNK_DISTANCES // len(other))
     for start in range(0, len(one), together):
         rows = slice(start, min(start + together, len(one)))
         squared = one[rows] @ other.T
         squared *= -2
-        squared += own[rows, None]
-        squared += others
+        squared += first[rows, None]
+        squared += second
         yield rows, np.maximum(squared, 0, out=squared)
 
 

@@ -10,18 +10,18 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.measures.amplitude import without_drift
+from tactogram.evaluation.measures.bands import without_drift
 from tactogram.evaluation.measures.sets import check_alike, stacks
 from tactogram.signal import Signal
 
 PIECE_S = 0.5
-"""Length of the pieces that are looked for, s. Shorter ones are found by chance in a narrow band."""
+"""Length of the pieces, s. In a narrow band, shorter pieces match by chance."""
 
 
 class Memorisation(NamedTuple):
     """Closeness of segments to the training signals; see `memorisation`.
 
-    ``copied`` is the share of generated pieces that are nearer than ``limit``, 0..1; ``made`` and ``unseen`` are the
+    ``copied`` is the share of generated pieces nearer than ``limit``, 0..1; ``made`` and ``unseen`` are the
     median nearness of both sets, 0..1.
     """
 
@@ -34,34 +34,34 @@ class Memorisation(NamedTuple):
 def memorisation(
     made: Sequence[Signal], trained: Sequence[Signal], unseen: Sequence[Signal], *, seconds: float = PIECE_S
 ) -> Memorisation:
-    """Return the share of generated pieces that are nearer to the training data than any unseen real one is.
+    """Return the share of generated pieces that are nearer to the training data than any unseen real piece.
 
-    The nearness of a piece is its largest normalised cross-correlation with all that was trained on
-    (`nearness`). Two recordings of one texture are alike to some degree, more so the narrower its band; what
-    real recordings that were *not* trained on reach is therefore the limit. New draws pass it by chance about
-    once in as many pieces as ``unseen`` has; a copy passes it, whatever its level or sign, and wherever it
-    starts. Blind to copies that were stretched in time or filtered strongly.
+    The nearness of a piece is its largest normalised cross-correlation with the training data
+    (`nearness`). Two recordings of one texture are always somewhat alike, more so in a narrow band; the limit is
+    therefore the nearness of real recordings that were *not* trained on. New draws exceed it by chance about
+    once in ``len(unseen)`` pieces; a copy exceeds it whatever its level, sign and start.
+    Blind to copies that were stretched in time or filtered strongly.
 
     Parameters
     ----------
     made, trained, unseen : sequence of Signal
-        Generated, trained on, and real but kept apart; of one material, rate, unit and set of axes.
+        Generated, training data, and real signals absent from training; of one material, rate, unit and set of axes.
     seconds : float
         Length of the pieces, s.
 
     Returns
     -------
     Memorisation
-        ``copied`` is the figure; lower is better.
+        ``copied`` is the measure; lower is better.
 
     Raises
     ------
     ParameterError
-        If the signals are not of one kind or too short.
+        If the signals differ in kind or are too short.
 
     References
     ----------
-    Normalised cross-correlation by FFT: J. P. Lewis, "Fast normalized cross-correlation", 1995. Against unseen
+    Normalised cross-correlation by FFT: J. P. Lewis, "Fast normalized cross-correlation", 1995. Unseen
     data as the limit: the idea of C. Meehan, K. Chaudhuri, S. Dasgupta, "A non-parametric test to detect
     data-copying in generative models", AISTATS 2020, with a distance for textures in place of theirs.
     """
@@ -75,27 +75,27 @@ def memorisation(
 def nearness(
     signals: Sequence[Signal], trained: Sequence[Signal], *, seconds: float = PIECE_S
 ) -> NDArray[np.float64]:
-    """Return how near each piece of ``signals`` comes to some stretch of ``trained``.
+    """Return how near each piece of ``signals`` comes to any interval of ``trained``.
 
-    max over places t in ``trained`` of abs(sum of x(s) y(t + s)) / sqrt(sum of x(s)^2 sum of y(t + s)^2), sums over
-    the piece and the axes, after what is slower than 10 Hz was taken out of the signals.
+    max over positions t in ``trained`` of abs(sum of x(s) y(t + s)) / sqrt(sum of x(s)^2 sum of y(t + s)^2), sums over
+    the piece and the axes, of the signals high-passed at 10 Hz.
 
     Parameters
     ----------
     signals, trained : sequence of Signal
         Of one kind.
     seconds : float
-        Length of the pieces, s; each begins half a piece after the one before.
+        Length of the pieces, s; they overlap by half.
 
     Returns
     -------
     float64 array, shape (piece,), 0..1
-        1 is a copy, but for level and sign; a piece of silence is near to nothing.
+        1 is a copy up to level and sign; silence is 0.
 
     Raises
     ------
     ParameterError
-        If the signals are not of one kind, or no signal holds a piece.
+        If the signals differ in kind, or none is as long as a piece.
     """
     rate = check_alike(signals, trained).rate
     pieces = _pieces(signals, seconds)
@@ -117,12 +117,12 @@ def nearness(
             correlation = fft.irfft(match, points, axis=-1)[:, : inverse.shape[1]]
             largest[number] = max(largest[number], float(np.abs(correlation * inverse).max()))
     if not found:
-        raise ParameterError(f"no signal that was trained on lasts {seconds:g} s; use shorter pieces")
+        raise ParameterError(f"trained must hold a signal of {seconds:g} s, got none; use shorter pieces")
     return np.minimum(largest, 1.0)
 
 
 def _pieces(signals: Sequence[Signal], seconds: float) -> NDArray[np.float32]:
-    """Return the pieces of ``signals``, half overlapping, each of energy 1: float32, shape (piece, axis, time)."""
+    """Return the pieces of ``signals``, each scaled to energy 1: float32, shape (piece, axis, time)."""
     length = round(seconds * signals[0].rate) if 0 < seconds < np.inf else 0
     if length < 2:
         raise ParameterError(f"pieces must last at least two samples, got {seconds} s")
@@ -131,7 +131,7 @@ def _pieces(signals: Sequence[Signal], seconds: float) -> NDArray[np.float32]:
         x = without_drift(signal.samples.astype(np.float64), signal.rate)
         pieces += [x[:, k : k + length] for k in range(0, len(signal) - length + 1, length // 2)]
     if not pieces:
-        raise ParameterError(f"no signal lasts {seconds:g} s; use shorter pieces")
+        raise ParameterError(f"signals must hold one of {seconds:g} s, got none; use shorter pieces")
     stack = np.stack(pieces)
     size = np.sqrt(np.sum(stack**2, axis=(1, 2), keepdims=True))
     return np.asarray(np.divide(stack, size, out=np.zeros_like(stack), where=size > 0), np.float32)

@@ -1,7 +1,7 @@
 """Paired distances between a signal and its reconstruction: for codecs and inversion only.
 
-These compare sample by sample, after `align`. They say nothing of a generator: a new draw of the *same* texture
-scores like a different texture, since its samples are others. Hold generators to `SIGNAL_MEASURES`.
+These compare sample by sample, after `align`. They are meaningless for generators: a new draw of the *same* texture
+has different samples and scores like another texture. Use `signal_measures` for generators.
 """
 
 from __future__ import annotations
@@ -17,21 +17,21 @@ from tactogram.signal import Signal
 from tactogram.signal.perception import spqi_threshold_db
 
 BLOCK_S = 0.064
-"""Length of the blocks that ST-SIM and SPQI judge, s: the 512 samples at 8 kHz that both are published for."""
+"""Length of the blocks of ST-SIM and SPQI, s: the published 512 samples at 8 kHz."""
 
 BLOCK_SAMPLES = 512
-"""Samples of a published block: the scale of its orthonormal transform, which the threshold refers to."""
+"""Samples of a published block: sets the scale of its orthonormal transform, which the threshold refers to."""
 
 SUPPORT_DB = 12.0
-"""ST-SIM: how softly a component passes the threshold, dB (standard deviation of a normal distribution)."""
+"""ST-SIM: softness of the threshold, dB (standard deviation of a normal distribution)."""
 
 TINY = float(np.finfo(np.float64).eps)
 
 
 def align(distorted: Signal, reference: Signal, *, within_s: float = 0.05) -> tuple[Signal, Signal]:
-    """Return both cut to where they overlap best.
+    """Return both cut to their best overlap.
 
-    The delay, in whole samples, is where their cross-correlation, summed over axes, is largest (Knapp and Carter
+    The delay, in whole samples, maximises their cross-correlation, summed over axes (Knapp and Carter
     1976, without weighting).
 
     Parameters
@@ -39,7 +39,7 @@ def align(distorted: Signal, reference: Signal, *, within_s: float = 0.05) -> tu
     distorted, reference : Signal
         Of one rate, unit and set of axes; they may differ in length.
     within_s : float
-        Largest delay that is looked for, s, >= 0.
+        Largest delay tried, s, >= 0.
 
     Returns
     -------
@@ -49,7 +49,7 @@ def align(distorted: Signal, reference: Signal, *, within_s: float = 0.05) -> tu
     Raises
     ------
     ParameterError
-        If they are not of one kind, or ``within_s`` is negative or leaves nothing to overlap.
+        If they differ in kind, or ``within_s`` is negative or leaves no overlap.
     """
     rate = check_alike([distorted], [reference]).rate
     most = round(within_s * rate) if within_s >= 0 else -1
@@ -69,9 +69,9 @@ def align(distorted: Signal, reference: Signal, *, within_s: float = 0.05) -> tu
 
 
 def signal_to_noise_ratio_db(distorted: Signal, reference: Signal) -> float:
-    """Return the energy of ``reference`` beside that of the error, dB.
+    """Return the signal-to-noise ratio of two aligned signals, dB. For codecs and inversion only.
 
-    10 log10(sum y^2 / sum (x - y)^2) over samples and axes. For codecs and inversion only.
+    10 log10(sum y^2 / sum (x - y)^2) over samples and axes, y the reference.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def signal_to_noise_ratio_db(distorted: Signal, reference: Signal) -> float:
     Raises
     ------
     ParameterError
-        If they are not of one kind and length.
+        If they differ in kind or length.
     """
     x, y = _pair(distorted, reference)
     error, energy = float(np.sum((x - y) ** 2)), float(np.sum(y**2))
@@ -103,20 +103,20 @@ def st_sim(distorted: Signal, reference: Signal, *, full_scale: float = 1.0, eta
     / 12 dB), where L is the level of a DCT component in dB, T the threshold at its frequency
     (`tactogram.signal.perception.spqi_threshold_db`) and Phi the normal distribution. Mean over axes.
 
-    Differs from the published in this: the rate is the signals' own (blocks of 64 ms, the threshold at true
-    frequencies, levels as at 8 kHz; the public implementation takes any signal to be at 8 kHz). A negative t
-    counts as 0, where the power of a negative number would be complex. Blocks that are constant, or have
-    nothing near the threshold, in both signals are alike: 1.
+    Differs from the publication: the rate is the signals' own (blocks of 64 ms, the threshold at true
+    frequencies, levels as at 8 kHz; the public implementation assumes 8 kHz for any signal). A negative t
+    counts as 0, since the power of a negative number would be complex. Blocks that are constant, or have
+    nothing near the threshold, in both signals score 1.
 
     Parameters
     ----------
     distorted, reference : Signal
         Of one kind and length, aligned (`align`), at least 64 ms long.
     full_scale : float
-        What in the signals' unit is the threshold's 0 dB; > 0. The published curve has no unit: it is that of
-        whatever the signals of its authors were scaled to.
+        The threshold's 0 dB in the signals' unit; > 0. The published curve has no unit: it refers to
+        its authors' scaling.
     eta : float
-        Weight of time beside spectrum, 0..1.
+        Weight of time against spectrum, 0..1.
 
     Returns
     -------
@@ -126,12 +126,12 @@ def st_sim(distorted: Signal, reference: Signal, *, full_scale: float = 1.0, eta
     Raises
     ------
     ParameterError
-        If they are not of one kind and length, too short, or a parameter is out of range.
+        If they differ in kind or length, are too short, or a parameter is out of range.
 
     References
     ----------
-    The measure of R. Hassen and E. Steinbach, IEEE Trans. Haptics 2020, IEEE Xplore document 8943164. The paper was
-    not at hand: the formula and its constants are those documented for the public package vibromaf 0.0.8.
+    R. Hassen and E. Steinbach, IEEE Trans. Haptics 2020, IEEE Xplore document 8943164. The paper was
+    not available: formula and constants are those documented for the public package vibromaf 0.0.8.
     """
     if not 0 < eta < 1:
         raise ParameterError(f"eta must be between 0 and 1, got {eta}")
@@ -149,10 +149,8 @@ def spqi(distorted: Signal, reference: Signal, *, full_scale: float = 1.0) -> fl
 
     Mean over blocks of 64 ms and axes of (1 - tanh(0.3 E + 2)) / 2, where E = 10 log10(sum over components of
     abs(X - Y) / sum of Y) dB, and X, Y are the powers of the DCT components relative to the threshold
-    (`tactogram.signal.perception.spqi_threshold_db`). Blind to sign, and to phase within a block as far as the
-    DCT is.
-
-    The rate is the signals' own, as in `st_sim`.
+    (`tactogram.signal.perception.spqi_threshold_db`). Blind to sign and, as far as the DCT is, to phase within a
+    block. The rate is the signals' own, as in `st_sim`.
 
     Parameters
     ----------
@@ -188,18 +186,18 @@ def _pair(distorted: Signal, reference: Signal) -> tuple[NDArray[np.float64], ND
     check_alike([distorted], [reference])
     if len(distorted) != len(reference):
         raise ParameterError(
-            f"a pair must be of equal length, got {len(distorted)} and {len(reference)} samples; align them"
+            f"signals must be equally long, got {len(distorted)} and {len(reference)} samples; align them"
         )
     return distorted.samples.astype(np.float64), reference.samples.astype(np.float64)
 
 
 def _blocks(distorted: Signal, reference: Signal) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return both in blocks, float64, shape (axis, block, time); what is left at the end is dropped."""
+    """Return both in blocks, float64, shape (axis, block, time), without the remainder."""
     x, y = _pair(distorted, reference)
     length = round(BLOCK_S * reference.rate)
     if length < 2 or x.shape[1] < length:
         raise ParameterError(
-            f"a pair must last at least {BLOCK_S:g} s and two samples in that, "
+            f"signals must last at least {BLOCK_S:g} s and have two samples in that time, "
             f"got {reference.seconds:.3g} s at {reference.rate:g} Hz"
         )
     whole = x.shape[1] // length * length
@@ -208,7 +206,7 @@ def _blocks(distorted: Signal, reference: Signal) -> tuple[NDArray[np.float64], 
 
 
 def _felt_spectrum(blocks: NDArray[np.float64], rate: float, full_scale: float) -> NDArray[np.float64]:
-    """Return the level of each DCT component re the threshold, dB, as a block of 512 samples would give it."""
+    """Return the level of each DCT component re the threshold, dB, scaled as in a block of 512 samples."""
     if not full_scale > 0:
         raise ParameterError(f"full_scale must be > 0, got {full_scale}")
     length = blocks.shape[-1]
@@ -219,14 +217,14 @@ def _felt_spectrum(blocks: NDArray[np.float64], rate: float, full_scale: float) 
 
 
 def _standardised(blocks: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return each block without its mean and divided by its standard deviation; 0 where it is constant."""
+    """Return each block without its mean and divided by its standard deviation; 0 for a constant block."""
     deviation = blocks - blocks.mean(axis=-1, keepdims=True)
     constant = np.ptp(blocks, axis=-1, keepdims=True) == 0
     return np.asarray(np.where(constant, 0.0, deviation / (blocks.std(axis=-1, keepdims=True) + TINY)))
 
 
 def _similarity(reference: NDArray[np.float64], distorted: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return sum(x y) / sum(y^2) of each block; 1 where there is nothing in either."""
+    """Return sum(x y) / sum(y^2) of each block; 1 where both are silent."""
     energy, other = np.sum(reference**2, axis=-1), np.sum(distorted**2, axis=-1)
     ratio = np.sum(reference * distorted, axis=-1) / (energy + TINY)
     return np.asarray(np.where((energy < TINY) & (other < TINY), 1.0, ratio))

@@ -1,4 +1,4 @@
-"""Sets of signals that can be held against each other: of one kind, of one length, as arrays."""
+"""Sets of signals to compare: of one kind, cut to one length, stacked into arrays."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 
 CHUNK_SAMPLES = 2**21
-"""Most samples that are transformed at once: memory stays flat however large a set is."""
+"""Most samples transformed at once, which bounds memory for any size of set."""
 
 
 def segments(signals: Sequence[Signal], seconds: float, *, count: int | None = None) -> list[Signal]:
-    """Return ``signals`` cut to pieces of the same length, and to the same number where it is asked for.
+    """Return ``signals`` cut into pieces of equal length, all of them or ``count``.
 
-    Every estimate depends on how much it was made from: a mean spectrum of few pieces scatters more, the
+    Every estimate depends on the amount of data: a mean spectrum of few pieces scatters more, the
     largest of many correlations is larger, a Fréchet distance of few points is biased upwards. A model is
     comparable with its floor only when both were cut with the same ``seconds`` and ``count``.
 
     Parameters
     ----------
     signals : sequence of Signal
-        Over time. What is left at the end of one, and one that is shorter than a piece, is left out.
+        Over time. Remainders, and signals shorter than a piece, are dropped.
     seconds : float
         Length of a piece, s; rounded to whole samples.
     count : int, optional
-        How many pieces to keep, spread evenly over all of them; by default all.
+        Number of pieces, spread evenly over all of them.
 
     Returns
     -------
@@ -38,7 +38,7 @@ def segments(signals: Sequence[Signal], seconds: float, *, count: int | None = N
     Raises
     ------
     ParameterError
-        If ``seconds`` or ``count`` is not > 0, a piece would be empty, or there are fewer pieces than asked for.
+        If ``seconds`` or ``count`` is not > 0, a piece would be empty, or there are fewer than ``count`` pieces.
     """
     if not (seconds > 0 and np.isfinite(seconds)):
         raise ParameterError(f"seconds must be > 0 and finite, got {seconds}")
@@ -53,7 +53,7 @@ def segments(signals: Sequence[Signal], seconds: float, *, count: int | None = N
     wanted = count or 1
     if len(pieces) < wanted:
         raise ParameterError(
-            f"{wanted} pieces of {seconds:g} s were asked for, the signals hold {len(pieces)}: "
+            f"the signals must hold {wanted} pieces of {seconds:g} s, got {len(pieces)}: "
             "use shorter or fewer pieces"
         )
     if count is None:
@@ -67,7 +67,7 @@ def check_alike(*sets: Sequence[Signal], shortest_s: float = 0.0) -> Signal:
     Raises
     ------
     ParameterError
-        If a set is empty, they differ in rate, unit or axes, are not over time, or one lasts less than
+        If a set is empty, or signals differ in rate, unit or axes, are not over time, or are shorter than
         ``shortest_s``.
     """
     if not all(sets):
@@ -83,10 +83,10 @@ def check_alike(*sets: Sequence[Signal], shortest_s: float = 0.0) -> Signal:
 
 
 def stacks(signals: Sequence[Signal]) -> Iterator[NDArray[np.float64]]:
-    """Yield the samples of ``signals``, those of equal length together: float64, shape (signal, axis, time).
+    """Yield the samples of ``signals``, equal lengths together: float64, shape (signal, axis, time).
 
-    Lengths come in the order of their first signals, and signals of one length in their own order; no stack
-    holds more than `CHUNK_SAMPLES`, but for a lone signal that does.
+    Lengths come in the order of their first signals, signals of one length in their own order. A stack
+    of several signals holds at most `CHUNK_SAMPLES`.
     """
     by_length: dict[int, list[NDArray[np.float32]]] = {}
     for signal in signals:

@@ -13,7 +13,7 @@ import torch
 from torch import Tensor
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.measures import SIGNAL_MEASURES
+from tactogram.evaluation.measures import signal_measures
 from tactogram.features.spectrogram_picture import SpectrogramPicture
 from tactogram.signal import Signal
 
@@ -71,7 +71,7 @@ def inversion_loss(
     others: Sequence[Signal] = (),
     seed: int,
 ) -> dict[str, InversionLoss]:
-    """Return the loss of one material by each measure of `SIGNAL_MEASURES`: all blind to phase.
+    """Return the loss of one material by each measure of `signal_measures`: all blind to phase.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def inversion_loss(
     back = invert(encoded, picture, seed=seed, axis=axis)
     generated = invert(made, picture, seed=seed, axis=axis)
     losses = {}
-    for name, measure in SIGNAL_MEASURES.items():
+    for name, measure in signal_measures().items():
         try:
             inversion, total = measure.function(real, back), measure.function(real, generated)
         except ParameterError:  # a picture may be shorter than a measure asks for

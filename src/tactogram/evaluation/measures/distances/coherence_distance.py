@@ -1,4 +1,4 @@
-"""Cross-axis coherence distance of two sets of signals: blind to level and phase."""
+"""Coherence distance between axes: blind to level and phase."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from numpy.typing import NDArray
 from scipy import fft
 from scipy.signal import get_window
 
-from tactogram.errors import ParameterError
+from tactogram.evaluation.measures.measure import Measure
 from tactogram.evaluation.measures.sets import check_alike, stacks
-from tactogram.evaluation.measures.spectral import BAND_HZ, SEGMENT_S
+from tactogram.evaluation.measures.spectra import BAND_HZ, SEGMENT_S, check_band
 from tactogram.signal import Signal
 
 NEGLIGIBLE = 1e-6
-"""Power that is added to each axis, as a share of its strongest bin: where there is less, nothing is coherent."""
+"""Power added to each axis, as a share of its strongest bin: below this, nothing is coherent."""
 
 
 def coherence_distance(
     one: Sequence[Signal], other: Sequence[Signal], *, band: tuple[float, float] = BAND_HZ
 ) -> float | None:
-    """Return the root mean square difference of two sets' coherences, over frequency and pairs of axes.
+    """Return the root mean square difference between two sets' coherences, over frequency and pairs of axes.
 
     Magnitude-squared coherence abs(S_xy)^2 / (S_xx S_yy) of each pair of axes (`coherence`), 0..1. Blind to
     level, to the phase between axes, to the spectrum and to everything within one axis.
@@ -33,36 +33,29 @@ def coherence_distance(
         All of one rate, unit and set of axes, over time, at least 0.25 s long. Of equal length and number
         (`segments`): the coherence of independent axes is 1/K on average when estimated from K segments.
     band : (float, float), Hz
-        What is compared; cut to what the rate holds.
+        Frequencies compared.
 
     Returns
     -------
     float or None
-        0..1; None where there is one axis only.
+        0..1; None for signals with one axis.
 
     Raises
     ------
     ParameterError
-        If the signals are not of one kind, too short, or the band holds nothing.
+        If the signals differ in kind or are too short, or the band holds no bin.
 
     References
     ----------
     G. C. Carter, C. H. Knapp, A. H. Nuttall, "Estimation of the magnitude-squared coherence function via
     overlapped fast Fourier transform processing", IEEE Trans. Audio Electroacoust. 21 (1973) 337-344.
     """
-    kind = check_alike(one, other, shortest_s=SEGMENT_S)
-    axes = len(kind.axes)
+    axes = len(check_alike(one, other, shortest_s=SEGMENT_S).axes)
     if axes == 1:
         return None
     frequency, first = coherence(one)
     _, second = coherence(other)
-    kept = (frequency >= band[0]) & (frequency <= band[1])
-    if not kept.any():
-        raise ParameterError(
-            f"band must hold a frequency below {frequency[-1]:g} Hz, got {band[0]:g} {band[1]:g}"
-        )
-    pairs = np.triu_indices(axes, 1)
-    difference = (first - second)[pairs][:, kept]
+    difference = (first - second)[np.triu_indices(axes, 1)][:, check_band(frequency, band)]
     return float(np.sqrt(np.mean(difference**2)))
 
 
@@ -70,7 +63,7 @@ def coherence(signals: Sequence[Signal]) -> tuple[NDArray[np.float64], NDArray[n
     """Return the magnitude-squared coherence of all pairs of axes of a set.
 
     Cross spectra (Hann segments of 0.25 s, half overlapping) are averaged over all segments of all signals, each
-    signal divided by its own power, so that a strong one counts no more than a weak one.
+    signal divided by its own power, so that strong and weak signals count the same.
 
     Parameters
     ----------
@@ -97,3 +90,14 @@ def coherence(signals: Sequence[Signal]) -> tuple[NDArray[np.float64], NDArray[n
     product = own[:, None] * own[None]
     shared = np.divide(np.abs(spectra) ** 2, product, out=np.zeros_like(product), where=product > 0)
     return fft.rfftfreq(length, 1 / rate), shared
+
+
+MEASURE = Measure(
+    "coherence_distance",
+    coherence_distance,
+    "1",
+    title="coherence distance between the axes",
+    source="Carter et al. 1973",
+    multiaxis=True,
+    rank=70,
+)

@@ -1,0 +1,1 @@
+"""Distances between two sets of signals: one module each, with its formula and source."""

@@ -1,0 +1,80 @@
+"""Measures of two sets of signals, found by looking into the folder ``distances`` and further ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from tactogram.errors import ParameterError
+from tactogram.plugins import PluginGroup
+from tactogram.signal import Signal
+
+MEASURES = PluginGroup(
+    "measure", "tactogram.evaluation.measures.distances", "tactogram.measures", "TACTOGRAM_MEASURES"
+)
+"""Modules with a ``MEASURE``, a `Measure`."""
+
+
+class SignalMeasure(Protocol):
+    """Distance between two sets of signals of one kind: symmetric, 0 on itself."""
+
+    def __call__(self, one: Sequence[Signal], other: Sequence[Signal], /) -> float | None:
+        """Return the distance, >= 0; None where it is undefined for signals of this kind.
+
+        Raises
+        ------
+        ParameterError
+            If the signals are too short, or differ in kind.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class Measure:
+    """Declaration of a measure.
+
+    Parameters
+    ----------
+    name : str
+        Its key in results, equal to the module's name; ends with the unit (``_db``) unless it is a pure number.
+    function : SignalMeasure
+        Lower is better.
+    unit : str
+        ``"1"`` for a pure number.
+    title : str
+    source : str
+        Publication.
+    multiaxis : bool
+        Whether it needs several axes; with one it returns None.
+    rank : int
+        Row in tables, the smallest first; measures of equal rank are sorted by name.
+    """
+
+    name: str
+    function: SignalMeasure
+    unit: str
+    title: str
+    source: str
+    multiaxis: bool = False
+    rank: int = 100
+
+
+def signal_measures() -> dict[str, Measure]:
+    """Return all measures of two sets of signals by name, in the order of tables.
+
+    Raises
+    ------
+    ParameterError
+        If a module cannot be imported, or does not declare the measure that it is named after.
+    """
+    measures = [_measure(name) for name in MEASURES.names()]
+    return {measure.name: measure for measure in sorted(measures, key=lambda m: (m.rank, m.name))}
+
+
+def _measure(name: str) -> Measure:
+    module = MEASURES.module(name)
+    measure = getattr(module, "MEASURE", None)
+    if not isinstance(measure, Measure) or measure.name != name:
+        raise ParameterError(f"{module.__file__}: must define MEASURE, a Measure called {name!r}")
+    return measure
