@@ -81,7 +81,7 @@ def test_what_does_not_fit_is_refused(sets):
     real = sets(0)
     with pytest.raises(ParameterError, match="trained must hold at least two materials"):
         transfer_accuracy({"even": real["even"]}, {"even": real["even"]})
-    with pytest.raises(ParameterError, match="tested besides: wood"):
+    with pytest.raises(ParameterError, match="lacks wood"):
         transfer_accuracy(real, {"wood": real["even"]})
     with pytest.raises(ParameterError, match="got 2 kinds"):
         transfer_accuracy(real, {"even": [Signal(np.ones(500), 500, "1")]})

@@ -152,11 +152,11 @@ def test_what_does_not_fit_is_refused():
         frechet_distance(a, a[:1])
     with pytest.raises(ParameterError, match="finite"):
         frechet_distance(a, np.where(a > 2, np.nan, a))
-    with pytest.raises(ParameterError, match="at least 6 points of both"):
+    with pytest.raises(ParameterError, match="must have at least 6 points"):
         precision_recall_density_coverage(a, a[:5])
     with pytest.raises(ParameterError, match="k must be >= 1"):
         precision_recall_density_coverage(a, a, k=0)
-    with pytest.raises(ParameterError, match="as many points of both, got 400 and 399"):
+    with pytest.raises(ParameterError, match="equally many points, got 400 and 399"):
         two_sample_accuracy(a, a[:-1])
     with pytest.raises(ParameterError, match="one per point"):
         two_sample_accuracy(a, a, one_groups=[1])

@@ -67,9 +67,9 @@ def test_a_narrow_band_does_not_pass_for_a_copy(texture):
 
 def test_what_holds_no_piece_is_refused(texture):
     short = texture(0, seconds=0.3)
-    with pytest.raises(ParameterError, match="no signal lasts 0.5 s"):
+    with pytest.raises(ParameterError, match="signals must hold one of 0.5 s"):
         nearness([short], [texture(0)])
-    with pytest.raises(ParameterError, match="that was trained on lasts 0.5 s"):
+    with pytest.raises(ParameterError, match="trained must hold a signal of 0.5 s"):
         nearness([texture(0)], [short])
     with pytest.raises(ParameterError, match="at least two samples"):
         nearness([texture(0)], [texture(0)], seconds=0)
