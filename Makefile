@@ -25,7 +25,7 @@ $(STAMP): pyproject.toml constraints.txt
 	    -c constraints.txt -e '.[$(EXTRAS)]'
 	touch $(STAMP)
 
-demo: install ## simulate, classify, search and give a voice to surfaces; leaves runs/demo/report.html
+demo: install ## simulate, classify, search and generate surfaces; writes runs/demo/report.html
 	$(BIN)/tactogram demo
 
 test: install ## run the tests
