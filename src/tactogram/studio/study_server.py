@@ -11,7 +11,7 @@ from tactogram.errors import ParameterError
 from tactogram.studio.application import ServerAnnouncement, serve
 from tactogram.studio.context import Studio
 from tactogram.studio.pages.studies.experiment_view import address_of
-from tactogram.studio.participants.playing import ServerDisplay
+from tactogram.studio.participants.server_display import ServerDisplay
 from tactogram.studio.participants.sessions import SessionRegistry
 from tactogram.studio.server.listening import ListeningPort
 from tactogram.study.session.participants import checked_code
@@ -69,7 +69,7 @@ def run_study(
         studio.sessions.display = display
         for driven in opened.stimuli.displays:
             display.check(driven)
-    opened.stimuli.begin()  # prepared while the first participants read the consent page
+    opened.stimuli.start()  # prepared while the first participants read the consent page
     enrolled = {participant.code.casefold() for participant in opened.store.participants()}
     for code in codes:
         if code.casefold() not in enrolled:

@@ -22,7 +22,7 @@ import pytest
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.studio.participants.routes import make_participant_app
 from tactogram.studio.participants.sessions import SessionRegistry
-from tactogram.studio.participants.tickets import keys_of
+from tactogram.studio.participants.tickets import load_keys
 from tactogram.studio.server.certificates import kept_certificate
 from tactogram.studio.server.connections import ConnectionLimits
 from tactogram.studio.server.guard import RequestGuard
@@ -175,8 +175,8 @@ def test_other_s_ticket(under_attack, person):
     assert other.post("answers", **answers_of(one)).status_code == 409
     assert other.get("sound", token="trial-1.1", slot="A").status_code == 409
     elsewhere = sessions.begin("abx", session.folder.parent / "elsewhere")
-    assert one.ticket != keys_of(elsewhere.folder).ticket(one.code)
-    assert client.get(f"/take/{keys_of(elsewhere.folder).ticket(one.code)}/page").status_code == 404
+    assert one.ticket != load_keys(elsewhere.folder).ticket(one.code)
+    assert client.get(f"/take/{load_keys(elsewhere.folder).ticket(one.code)}/page").status_code == 404
 
 
 @pytest.mark.parametrize(

@@ -14,11 +14,12 @@ import soundfile
 from PIL import Image as Pillow
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.studio.participants import routes
-from tactogram.studio.participants.allowance import RateLimiter
-from tactogram.studio.participants.playing import ServerDisplay
+from tactogram.studio.participants import stimulus_routes
+from tactogram.studio.participants.rate_limit import RateLimiter
+from tactogram.studio.participants.refusals import NOT_STORED
+from tactogram.studio.participants.server_display import ServerDisplay
 from tactogram.studio.participants.sessions import SessionRegistry
-from tactogram.studio.participants.tickets import keys_of
+from tactogram.studio.participants.tickets import load_keys
 from tactogram.study.session import store as session_store
 from tactogram.study.session.participants import CODE
 from tactogram.study.session.store import SessionStore
@@ -122,7 +123,7 @@ def test_the_back_button_changes_nothing_and_a_page_to_come_is_refused(tmp_path,
     ahead = one.post("answers", token="trial-3.1", answers={"which": "A"})
     assert (ahead.status_code, ahead.json()["error"]) == (
         409,
-        "these answers belong to another page than the present one; reload it",
+        "this page is out of date; reload it",
     )
     assert one.page() == present == one.page()
 
@@ -183,11 +184,11 @@ def test_tickets_are_the_same_after_a_restart_and_differ_between_sessions(tmp_pa
     page = one.go_to("abx")
     other = sessions.begin("abx", tmp_path / "other")
     assert (
-        keys_of(other.folder).ticket(one.code)
+        load_keys(other.folder).ticket(one.code)
         != one.ticket
-        == keys_of(session.folder).ticket(one.code.lower())
+        == load_keys(session.folder).ticket(one.code.lower())
     )
-    assert session.join_path == f"/join/{keys_of(session.folder).join}"
+    assert session.join_path == f"/join/{load_keys(session.folder).join}"
     with Closing(SessionRegistry(tmp_path)) as again:
         assert [found.folder for found in again.reopen([tmp_path, session.folder, other.folder])] == [
             session.folder,
@@ -221,17 +222,17 @@ def test_guessing_codes_is_slowed_down(tmp_path, opened, person):
     assert person(client, session.join_path).code
 
 
-def test_an_allowance_refills_with_time():
+def test_a_rate_limit_refills_with_time():
     now = [0.0]
-    allowance = RateLimiter(2, 10.0, clock=lambda: now[0])
+    limiter = RateLimiter(2, 10.0, clock=lambda: now[0])
     for _ in range(2):
-        assert allowance.wait_s("a") == 0
-        allowance.spend("a")
-    assert (allowance.wait_s("a"), allowance.wait_s("b")) == (10.0, 0.0)
+        assert limiter.wait_s("a") == 0
+        limiter.spend("a")
+    assert (limiter.wait_s("a"), limiter.wait_s("b")) == (10.0, 0.0)
     now[0] = 4.0
-    assert allowance.wait_s("a") == pytest.approx(6.0)
+    assert limiter.wait_s("a") == pytest.approx(6.0)
     now[0] = 11.0
-    assert allowance.wait_s("a") == 0
+    assert limiter.wait_s("a") == 0
 
 
 def test_a_sound_is_the_drive_and_is_logged_as_played(tmp_path, opened, person):
@@ -251,20 +252,20 @@ def test_a_sound_is_the_drive_and_is_logged_as_played(tmp_path, opened, person):
     assert row.played_sha256 == "+".join(hashes)
     assert {log["level"] for log in session.store.played_log(one.code)} == {"gain=0.05"}
     behind = one.get("sound", token=page["token"], slot="A")
-    assert (behind.status_code, behind.json()["error"][:7]) == (409, "this be")
+    assert (behind.status_code, behind.json()["error"][:7]) == (409, "this pa")
     assert one.get("sound", token=one.page()["token"]).status_code == 400
 
 
 def test_a_sound_whose_page_is_answered_while_it_is_made_is_not_sent(tmp_path, opened, person, monkeypatch):
     _, session, client = opened(tmp_path)
     one = person(client, session.join_path)
-    token, wav_bytes = one.go_to("abx")["token"], routes.wav_bytes
+    token, wav_bytes = one.go_to("abx")["token"], stimulus_routes.wav_bytes
 
     def answered_meanwhile(drive):
         session.store.submit(one.code, token, {"which": "A"})
         return wav_bytes(drive)
 
-    monkeypatch.setattr(routes, "wav_bytes", answered_meanwhile)
+    monkeypatch.setattr(stimulus_routes, "wav_bytes", answered_meanwhile)
     behind = one.get("sound", token=token, slot="A")
     assert (behind.status_code, session.store.played_log(one.code)) == (409, [])
 
@@ -277,7 +278,7 @@ def test_what_cannot_be_stored_is_told_without_where_it_lies_and_is_stored_when_
     page = one.page()
     session.store._connection.execute("PRAGMA query_only=ON")
     refused = one.answer(page)
-    assert (refused.status_code, refused.json()) == (503, {"error": routes.NOT_STORED})
+    assert (refused.status_code, refused.json()) == (503, {"error": NOT_STORED})
     assert f"{session.store.path}: nothing was stored: attempt to write a readonly" in caplog.text
     session.store._connection.execute("PRAGMA query_only=OFF")
     assert one.answer(page).json()["stored"]
@@ -331,7 +332,7 @@ def test_a_stimulus_that_fails_is_named_to_the_experimenter_only(tmp_path, opene
         503,
         {"error": "this stimulus cannot be played; please call the experimenter"},
     )
-    [(name, why)] = [found for found in session.troubles.items() if found[0]][:1]
+    [(name, why)] = [found for found in session.failures.items() if found[0]][:1]
     assert why.startswith(f"stimulus {name}: ")
     assert session.store.played_log(one.code) == []
 
@@ -339,7 +340,7 @@ def test_a_stimulus_that_fails_is_named_to_the_experimenter_only(tmp_path, opene
 def test_what_many_ask_for_at_once_is_made_once(tmp_path, opened, person, monkeypatch, until):
     _, session, client = opened(tmp_path)
     made, asked, all_asked = Counter(), [], threading.Event()
-    original, at = StudyStimuli._rendered, routes._at
+    original, at = StudyStimuli._rendered, stimulus_routes._current_page
 
     def counted(self, stimulus, gain_db):
         made[stimulus.name] += 1
@@ -354,7 +355,7 @@ def test_what_many_ask_for_at_once_is_made_once(tmp_path, opened, person, monkey
         return found
 
     monkeypatch.setattr(StudyStimuli, "_rendered", counted)
-    monkeypatch.setattr(routes, "_at", noted)
+    monkeypatch.setattr(stimulus_routes, "_current_page", noted)
     one = person(client, session.join_path)
     page = one.go_to("abx")
     found = at_once(6, lambda n: one.get("sound", token=page["token"], slot="ABX"[n % 3]).status_code)
@@ -426,11 +427,11 @@ def test_pages_and_their_files_are_served(tmp_path, opened, person):
 def test_keys_are_read_by_their_owner_only(tmp_path):
     folder = tmp_path / "session"
     folder.mkdir()
-    keys = keys_of(folder)
+    keys = load_keys(folder)
     path = folder / "keys.json"
     assert stat.S_IMODE(path.stat().st_mode) == 0o600
     path.chmod(0o644)
-    assert keys_of(folder) == keys
+    assert load_keys(folder) == keys
     assert stat.S_IMODE(path.stat().st_mode) == 0o600
     assert [found.name for found in folder.iterdir()] == ["keys.json"]
 
@@ -442,7 +443,7 @@ def test_keys_are_read_by_their_owner_only(tmp_path):
 def test_damaged_keys_are_said_to_be(tmp_path, text):
     (tmp_path / "keys.json").write_text(text)
     with pytest.raises(DataError, match="keys"):
-        keys_of(tmp_path)
+        load_keys(tmp_path)
 
 
 def test_a_display_that_no_browser_plays_is_refused_before_anything_is_written(tmp_path, write_study):
@@ -465,7 +466,7 @@ def test_a_session_that_no_browser_plays_can_be_looked_at_and_sends_no_sound(
         one = person(opened.client_of(sessions), session.join_path)
         page = one.go_to("abx")
         assert one.get("sound", token=page["token"], slot="A").status_code == 503
-        assert any("voice-coil takes V" in why for why in session.troubles.values())
+        assert any("voice-coil takes V" in why for why in session.failures.values())
 
 
 def test_the_server_s_display_plays_to_one_at_a_time_and_stops(tmp_path, opened, person, until):

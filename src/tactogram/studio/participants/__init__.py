@@ -1,1 +1,1 @@
-"""Participants' pages: all that participants of a study can reach."""
+"""Participants' pages: everything that participants of a study can reach."""

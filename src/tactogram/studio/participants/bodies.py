@@ -13,7 +13,7 @@ Key = Annotated[str, Field(max_length=200)]
 PageToken = Annotated[str, Field(min_length=1, max_length=200)]
 SlotName = Literal["", "A", "B", "X"]
 Device = Annotated[dict[str, Any], Field(max_length=100)]
-"""What a device says of itself; what cannot be kept is left out by the store."""
+"""Facts that a device reports; the store drops those that it cannot keep."""
 
 
 class RequestBody(BaseModel):
@@ -23,18 +23,18 @@ class RequestBody(BaseModel):
 
 
 class JoinRequest(RequestBody):
-    """To begin, or to go on by a code."""
+    """Request to join as a new participant, or to continue with a code."""
 
     code: Annotated[str, Field(max_length=40)] = ""
-    """Empty for who begins."""
+    """Empty for a new participant."""
     language: Language
     device: Device = Field(default_factory=dict)
     attempt: Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{0,64}$")] = ""
-    """Drawn by the page for each person who begins: sent twice, it makes one participant."""
+    """Random text from the page: the same attempt sent twice makes one participant."""
 
 
 class AnswersRequest(RequestBody):
-    """The answers to a page."""
+    """Answers to a page."""
 
     token: PageToken
     answers: Annotated[dict[Key, Text], Field(max_length=500)]
@@ -44,14 +44,14 @@ class AnswersRequest(RequestBody):
 
 
 class PlayRequest(RequestBody):
-    """Request to play on the server's display."""
+    """Request to play a stimulus on the server's display."""
 
     token: PageToken
     slot: SlotName = ""
 
 
 class LanguageRequest(RequestBody):
-    """The language to go on in."""
+    """Request to switch the language."""
 
     language: Language
 
@@ -61,14 +61,14 @@ class EmptyRequest(RequestBody):
 
 
 class JoinResponse(BaseModel):
-    """Response to joining: the participant."""
+    """The participant who joined."""
 
     ticket: str
     code: str
 
 
 class OfferResponse(BaseModel):
-    """Information shown to people before they join."""
+    """Information shown before joining."""
 
     title: dict[str, str]
     languages: list[str]
@@ -91,7 +91,7 @@ class PageResponse(BaseModel):
 
 
 class AnswersResponse(PageResponse):
-    """Participant's page after answers were sent."""
+    """Participant's page after sending answers."""
 
     stored: bool
     """False if the page was answered before: nothing changed."""
@@ -116,10 +116,10 @@ class ErrorResponse(BaseModel):
     error: str
 
 
-def plain(value: Any) -> Any:
-    """Return JSON values without infinities, which JSON has not: they become null."""
+def finite_json(value: Any) -> Any:
+    """Return JSON values with null for infinities and NaN, which JSON cannot hold."""
     if isinstance(value, float) and value - value != 0:
         return None
     if isinstance(value, dict):
-        return {key: plain(inner) for key, inner in value.items()}
-    return [plain(inner) for inner in value] if isinstance(value, list | tuple) else value
+        return {key: finite_json(inner) for key, inner in value.items()}
+    return [finite_json(inner) for inner in value] if isinstance(value, list | tuple) else value

@@ -29,7 +29,7 @@ from tactogram.studio.pages.studies.experiment_view import (
     view_of,
 )
 from tactogram.studio.pages.studies.joining import reached_at
-from tactogram.studio.participants.prepared import PreparedStimuli
+from tactogram.studio.participants.prepared_stimuli import PreparedStimuli
 from tactogram.studio.workspace.folder import Workspace
 from tactogram.study.session.store import SessionStore
 from tactogram.study.study_file import shipped_studies
@@ -217,7 +217,7 @@ def test_a_study_that_cannot_be_served_is_refused_before_it_is_begun(tmp_path, m
 def test_a_session_goes_on_as_it_was_begun_under_the_addresses_that_others_are_given(session, monkeypatch):
     served, told = [], []
     monkeypatch.setattr(study_server, "serve", lambda *given, **options: served.append((*given, options)))
-    monkeypatch.setattr(PreparedStimuli, "begin", lambda self: None)  # nobody feels them
+    monkeypatch.setattr(PreparedStimuli, "start", lambda self: None)  # nobody feels them
     study_server.run_study(session.path.parent, None, "port", codes=["p1", "P3"], ready=told.append)
     [(studio, listening, options)] = served
     assert (listening, options["path"]) == ("port", "/experiment/pilot")
@@ -225,7 +225,7 @@ def test_a_session_goes_on_as_it_was_begun_under_the_addresses_that_others_are_g
     roots = ("https://192.0.2.7:1", "https://192.0.2.8:1")
     options["ready"](ServerAnnouncement(f"{roots[0]}/experiment/pilot?token=x", roots, "AA:BB"))
     [facts] = told
-    join = studio.sessions.all()[0].join_path
+    join = studio.sessions.open(session.path.parent).join_path
     assert (facts["join"], facts["addresses"]) == (f"{roots[0]}{join}", [f"{roots[1]}{join}"])
     assert all(address.startswith(f"{roots[0]}/take/") for address in facts["codes"].values())
     assert facts["certificate_sha256"] == "AA:BB"

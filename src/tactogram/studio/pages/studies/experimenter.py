@@ -146,8 +146,8 @@ class ExperimenterPage:
             self.ended = ui.label("Ended: nobody joins, and who has not finished does not go on.").classes(
                 "text-negative"
             )
-            for name, trouble in self.opened.troubles.items():
-                ui.label(f"{name} cannot be shown: {trouble}").classes("text-negative").props('role="alert"')
+            for name, reason in self.opened.failures.items():
+                ui.label(f"{name} cannot be played: {reason}").classes("text-negative").props('role="alert"')
 
     def _people(self) -> None:
         with ui.element("section").classes("card w-full stack overflow-x-auto"):

@@ -26,7 +26,7 @@ export function areas(scene) {
   const drawn = new Drawn();
   let frame = 0;
   const draw = (ms) => {
-    // The frame's own time, not the time at which its callback came to run.
+    // The frame's own time, not the time at which its callback ran.
     const passed = ms - clock.start;
     const x = targetAt(passed, speed, size.way);
     const sweep = Math.floor((speed * passed) / 1000 / size.way);
@@ -53,7 +53,7 @@ export function areas(scene) {
   };
 }
 
-/** Return the sentence that says by how much a line is shorter than asked for. */
+/** Return a note that a line is shorter than the study sets it. */
 export function smallNote(language, asked, drawn) {
   return noteOf(language, String(Math.round(asked)), String(Math.round(drawn)), asked);
 }
@@ -87,7 +87,7 @@ function padOf(slot, scene, { width, height, way, scale, speed, clock }) {
   let since = null;
 
   const sound = (stroked, ms) => {
-    // What the device does not play, yet or any more, is not felt.
+    // Only sound that the device is playing can be felt.
     const on = stroked && voice.audible();
     if (on === (since !== null)) return;
     if (on) since = ms;

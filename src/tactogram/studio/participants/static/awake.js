@@ -1,17 +1,13 @@
-/** Sound that is let begin by a person's hand, and goes on after a call, a lock screen or a silent switch. */
+/** Audio contexts that start with a user's gesture and resume after a call, a lock screen or a silent switch. */
 
-/** Events within which browsers let sound begin; of a finger it is the one that lifts it. */
+/** Events in which browsers allow sound to start; for a touch that is the one that ends it. */
 const GESTURES = ["pointerdown", "pointerup", "touchend", "click", "keydown"];
-/** So long a sound device may take to begin, ms; wireless ones take about one second. */
+/** Longest start of a sound device, ms; wireless ones take about one second. */
 export const BEGINS_MS = 3000;
 
-/**
- * Let each gesture wake a context that was not let begin yet, or that the system has stopped meanwhile.
- * @param {AudioContext} context
- * @param {() => boolean} [wanted]
- */
+/** Resume a context at each gesture, while `wanted` returns true: it has not been allowed to start, or the system stopped it. */
 export function keepAwake(context, wanted = () => true) {
-  // As "ambient" sound a tablet's silent switch would mute it.
+  // A tablet's silent switch mutes "ambient" sound.
   if (navigator.audioSession) navigator.audioSession.type = "playback";
   const wake = () => {
     if (wanted() && context.state !== "running" && context.state !== "closed") context.resume().catch(() => null);

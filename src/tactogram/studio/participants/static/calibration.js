@@ -1,24 +1,17 @@
-/** A card held to the screen tells how many pixels make a millimetre. */
+/** Screen calibration: matching a card of known size gives the pixels per millimetre. */
 
 import { button, make } from "./dom.js";
 import { ASSUMED, CARD_MM, keepMeasured } from "./millimetres.js";
 import { say } from "./wording.js";
 
-/** Before it is moved the frame is smaller than any card: whoever only presses on is not believed. */
+/** The frame starts smaller than any card, so that pressing on without moving it is not accepted. */
 const FIRST = 0.75;
 const STEP_PX = 1;
 const LARGE_STEP_PX = 10;
-/** From this width on a card fits lying on any screen: 90 mm of the densest tablets. */
+/** From this width on, a card fits lengthwise on any screen: 90 mm on the densest tablets. */
 const LYING_PX = 640;
 
-/**
- * Show the screen on which a card is matched, and return when it fits.
- *
- * Where the screen is wide the card lies and its long side is matched; on a phone it stands and its short side is.
- * @param {HTMLElement} stage
- * @param {"ja"|"en"} language
- * @returns {Promise<void>}
- */
+/** Show the calibration page and return once the card fits: by its long side on a wide screen, else by its short one. */
 export function calibrate(stage, language) {
   const lies = stage.clientWidth >= LYING_PX;
   const side = lies ? CARD_MM.long : CARD_MM.short;
@@ -58,7 +51,7 @@ export function calibrate(stage, language) {
     draw();
   };
   const move = (by) => set(length + by);
-  // What is dragged is the line, wherever the finger takes hold: it is not hidden under it, and does not jump.
+  // A drag moves the line by its own distance, wherever it starts: the finger does not hide the line, and it does not jump.
   let held = null;
   ground.addEventListener("pointerdown", (event) => {
     ground.setPointerCapture(event.pointerId);

@@ -1,13 +1,10 @@
-/** What this device says of itself: with each answer, so that sizes and speeds can be judged later. */
+/** Facts about this device, sent with each answer: sizes and speeds can be checked later. */
 
 import { measured, pxPerMm } from "./millimetres.js";
 
 const rounded = (value, digits = 3) => (Number.isFinite(value) ? Number(value.toFixed(digits)) : null);
 
-/**
- * Return facts by name; the unit stands in it.
- * @param {Object<string, any>} [more]
- */
+/** Return facts by name, with units in the names. */
 export function deviceFacts(more = {}) {
   const facts = {
     px_per_mm: rounded(pxPerMm(), 4),
@@ -16,7 +13,7 @@ export function deviceFacts(more = {}) {
     width_px: innerWidth,
     height_px: innerHeight,
     touch: navigator.maxTouchPoints > 0,
-    // Where a browser has no full screen there is no such property either.
+    // Undefined in browsers without full screen.
     full_screen: Boolean(document.fullscreenElement),
   };
   for (const [name, value] of Object.entries(more)) {

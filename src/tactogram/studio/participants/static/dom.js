@@ -1,12 +1,6 @@
-/** Elements, made in one line each. */
+/** Elements of a page, made in one line each, and its banner. */
 
-/**
- * Return a new element.
- * @param {string} tag
- * @param {Object<string, any>} [values] attributes; `on…` listeners; `text`; `class`
- * @param {...(Node|string)} inner
- * @returns {HTMLElement}
- */
+/** Return a new element; `values` are attributes, `on…` listeners and `text`. */
 export function make(tag, values = {}, ...inner) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(values)) {
@@ -24,9 +18,16 @@ export function button(text, press, values = {}) {
   return make("button", { type: "button", class: "large", text, onclick: press, ...values });
 }
 
+/** Show a message above the page; "" hides it. */
+export function tell(text) {
+  const banner = document.getElementById("banner");
+  banner.textContent = text;
+  banner.hidden = text === "";
+}
+
 /**
- * Keep a screen as it is: no zoom, no menu, no dragging of pictures, no way back by a swipe or a button.
- * What is shown follows from the server, so that going back has nothing to go back to.
+ * Lock the screen: no zoom, no menu, no dragging of pictures, no way back by a swipe or a button. The server decides
+ * what is shown, so that there is no page to go back to.
  */
 export function holdStill() {
   const stop = (event) => event.preventDefault();
@@ -40,6 +41,7 @@ export function holdStill() {
     const goesBack = event.altKey && ["ArrowLeft", "ArrowRight"].includes(event.key);
     if (zooms || goesBack) stop(event);
   });
+  window.addEventListener("pageshow", (event) => event.persisted && location.reload());
   history.pushState(null, "", location.href);
   window.addEventListener("popstate", () => history.pushState(null, "", location.href));
 }

@@ -1,26 +1,20 @@
-/** The first page: choose a language, begin as a new participant, or go on by code. */
+/** The first page: choose a language, begin as a new participant, or continue with a code. */
 
 import { deviceFacts } from "./device.js";
-import { button, holdStill, make } from "./dom.js";
+import { button, holdStill, make, tell } from "./dom.js";
 import { Refused, ask, insist } from "./server.js";
 import { NAMES, say } from "./wording.js";
 
 const base = location.pathname.replace(/\/+$/, "");
 const stage = document.getElementById("stage");
 const head = document.getElementById("head");
-const banner = document.getElementById("banner");
 const ATTEMPT = "tactogram.attempt";
 const UNFINISHED = "tactogram.unfinished";
 let study = null;
 let language = "ja";
 let busy = false;
 
-function tell(text) {
-  banner.textContent = text;
-  banner.hidden = text === "";
-}
-
-/** Return what stands for this person's wish to begin: sent twice, it makes one participant. */
+/** Return the id of this person's attempt to begin: sent twice, it makes one participant. */
 function attempt() {
   try {
     const kept = sessionStorage.getItem(ATTEMPT) ?? drawn();
@@ -33,7 +27,7 @@ function attempt() {
 
 const drawn = () => Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
 
-/** Return who began on this device and has not finished. */
+/** Return the participant who began on this device and has not finished. */
 function unfinished() {
   try {
     const found = JSON.parse(localStorage.getItem(UNFINISHED) ?? "null");
@@ -97,7 +91,6 @@ function choose(chosen) {
 
 async function start() {
   holdStill();
-  window.addEventListener("pageshow", (event) => event.persisted && location.reload());
   try {
     study = await insist(() => ask(`${base}/study`), (away) => tell(away ? say(language, "waiting") : ""));
   } catch (error) {

@@ -1,24 +1,21 @@
-/** Millimetres on this screen: by a card held to it, and what fits. Lengths are CSS pixels unless they say mm. */
+/** Millimetres on this screen, measured with a card, and sizes that fit. Lengths are CSS pixels unless they say mm. */
 
 /** ISO/IEC 7810:2019, ID-1. */
 export const CARD_MM = { long: 85.6, short: 53.98 };
-/** Of a screen that was not measured: 96 CSS pixels are an inch (CSS Values and Units, 6.2). */
+/** Assumed for a screen that was not measured: 96 CSS pixels to the inch (CSS Values and Units, 6.2). */
 export const ASSUMED = 96 / 25.4;
 const KEY = "tactogram.screen";
-/** What was measured since the page was loaded, for browsers that keep nothing. */
+/** Measured since the page was loaded, for browsers without storage. */
 let held = null;
 const POSSIBLE = { least: 1.5, most: 20 };
 
-/** Return what identifies the screen: another zoom or another screen has other pixels. */
+/** Return an id of the screen at its zoom. */
 function screenNow(view = window) {
   const sides = [view.screen.width, view.screen.height].sort((one, other) => one - other);
   return `${sides[0]}x${sides[1]}@${view.devicePixelRatio}`;
 }
 
-/**
- * Return pixels for each mm as measured on this very screen and zoom, or null.
- * @returns {number|null}
- */
+/** Return the pixels per mm measured on this screen at this zoom, or null. */
 export function measured(view = window) {
   try {
     return valid(JSON.parse(view.localStorage.getItem(KEY) ?? "null") ?? held, view);
@@ -32,7 +29,6 @@ function valid(kept, view) {
   return known >= POSSIBLE.least && known <= POSSIBLE.most ? known : null;
 }
 
-/** Keep what was measured. */
 export function keepMeasured(pxPerMm, view = window) {
   held = { px_per_mm: pxPerMm, screen: screenNow(view) };
   try {
@@ -42,24 +38,19 @@ export function keepMeasured(pxPerMm, view = window) {
   }
 }
 
-/** Return a length on this screen as measured, else as CSS says. */
+/** Return the pixels per mm: measured, else assumed. */
 export const pxPerMm = () => measured() ?? ASSUMED;
 
-/**
- * Return a length that fits, in mm: the one that was asked for, or what there is.
- * @param {number} asked mm
- * @param {number} room CSS pixels
- * @param {number} scale CSS pixels for each mm
- */
+/** Return `asked` mm, or less where `room` (pixels) is smaller; `scale` is pixels per mm. */
 export function fitting(asked, room, scale) {
   return Math.min(asked, Math.max(1, room / scale));
 }
 
-/** No area is lower, mm: the target and the fingertip on it; where there is less room the page is scrolled. */
+/** Least height of an area, mm: the target and a fingertip on it; with less room the page scrolls. */
 const LOWEST_MM = 14;
 
 /**
- * Return how two areas are laid out: above each other where they fit so, else beside each other, else smaller.
+ * Return the layout of two areas: one above the other if they fit, else side by side, else smaller.
  * @param {[number, number]} area width and height, mm
  * @param {[number, number]} room width and height, CSS pixels
  * @param {number} scale CSS pixels for each mm

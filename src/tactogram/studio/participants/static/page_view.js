@@ -1,4 +1,4 @@
-/** One page of a study as a form: what is presented, what is asked, and why it cannot be left yet. */
+/** One page of a study as a form: stimuli, questions, and the reason why it cannot be left yet. */
 
 import { areas, smallNote } from "./areas.js";
 import { button, make } from "./dom.js";
@@ -6,11 +6,11 @@ import { endsOf, questionOf } from "./questions.js";
 import { intervals, players } from "./stimuli.js";
 import { say } from "./wording.js";
 
-/** A second click of a double click that left the page before is none on this one. */
+/** The second click of a double click on the previous page does not count on this one. */
 export const FIRST_MS = 300;
-/** From so many questions of one kind on they stand in rows. */
+/** From this many questions of one kind on, they are shown in rows. */
 const ROWS = 4;
-/** A page is no wider than this (`.page`: 64rem); what is around stimuli, and a question below them, takes about so much height. */
+/** Widest page (`.page`: 64rem), and the approximate height around stimuli and of a question below them. */
 const WIDEST_PX = 1152;
 const SIDES_PX = 36;
 const AROUND_PX = 210;
@@ -101,7 +101,7 @@ export function showPage({ page, language, sounds, images, stage, draft, send })
 
 const PRESENTATIONS = { areas, intervals, players };
 
-/** Return how stimuli are presented: in two areas to stroke, one after the other, or each by a button. */
+/** Return how stimuli are presented: two areas to stroke, two intervals in sequence, or a button each. */
 function presentationOf(page) {
   const played = page.slots.every((slot) => slot.played);
   if (page.layout.area_mm && page.slots.length === 2 && played) return "areas";
@@ -127,14 +127,14 @@ function leadIn(page, language) {
   return parts;
 }
 
-/** Return the words at the ends of all rows, above them. */
+/** Return the labels of the scale's ends, above all rows. */
 function rowHead(question) {
   const ends = endsOf(question);
   ends?.classList.add("row-head");
   return ends;
 }
 
-/** Show a moment between pages: a title, a text and a button that goes on. */
+/** Show a screen between pages: a title, a text and a button to continue. */
 export function showMoment(stage, { title, text, go, press, more = [] }) {
   const began = performance.now();
   const on = go ? [button(go, () => performance.now() - began >= FIRST_MS && press(), { class: "large primary" })] : [];

@@ -1,4 +1,4 @@
-/** Questions of each kind. Nothing is chosen beforehand. */
+/** Questions of each kind, without a preselected answer. */
 
 import { make } from "./dom.js";
 import { scaleLine } from "./scale_line.js";
@@ -6,27 +6,27 @@ import { say } from "./wording.js";
 
 /** A visual analogue scale of a questionnaire, mm. */
 const VAS_MM = 100;
-/** More steps than fit beside each other are given as a number. */
+/** Scales with more steps than fit in a line become a number field. */
 const MOST_STEPS = 11;
 const SMALLEST_SHOWN = 1e-6;
 
 /**
- * What a question needs of its page.
+ * Page data that a question needs.
  * @typedef {object} Place
  * @property {"ja"|"en"} language
  * @property {Object<string, any>} layout
- * @property {number} room CSS pixels for a line
- * @property {boolean} matrix whether many questions of one kind stand in rows
+ * @property {number} room width for a line, CSS pixels
+ * @property {boolean} matrix whether questions of one kind are shown in rows
  * @property {string} value the answer so far
  * @property {(value: string) => void} changed
  */
 
 /**
- * Return a question as it is shown.
- * @param {any} question as `Page.shown` gives it
+ * Return a question's form element.
+ * @param {any} question one of `Page.shown`
  * @param {Place} place
  * @returns {{element: HTMLElement, missing: (value: string) => string|null, facts: Object<string, any>}}
- *   missing: the key of a reason, or the reason itself, why an answer does not do
+ *   missing: why an answer is not acceptable, as the key of a text or as `=` and the text itself; else null
  */
 export function questionOf(question, place) {
   const kind = question.kind === "steps" && question.high - question.low >= MOST_STEPS ? "number" : question.kind;
@@ -65,7 +65,7 @@ function steps(question, place) {
   return { element, ends: place.matrix ? null : endsOf(question) };
 }
 
-/** Return the words at the two ends of a scale. */
+/** Return the labels of a scale's two ends. */
 export function endsOf(question) {
   if (!question.low_text && !question.high_text) return null;
   return make("div", { class: "ends" }, make("span", { text: question.low_text }), make("span", { text: question.high_text }));
@@ -110,7 +110,7 @@ function number(question, place) {
   return { element: input, missing };
 }
 
-/** Return a number as programs write it: full-width digits and a comma for the point are read as well. */
+/** Return a number as programs write it; full-width digits and a decimal comma are accepted. */
 export function plainNumber(text) {
   return text.normalize("NFKC").trim().replace(/^([+-]?\d+),(\d+)$/, "$1.$2").replace(/[−ー]/g, "-");
 }

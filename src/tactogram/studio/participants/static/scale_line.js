@@ -1,4 +1,4 @@
-/** A visual analogue scale: a line without marks and without a mark until one is set, by touch or by keys. */
+/** A visual analogue scale: a plain line, without a mark until one is set by touch or keys. */
 
 import { make } from "./dom.js";
 import { fitting, pxPerMm } from "./millimetres.js";
@@ -10,14 +10,14 @@ const STEPS = { ArrowLeft: -0.01, ArrowDown: -0.01, ArrowRight: 0.01, ArrowUp: 0
 /**
  * @param {object} options
  * @param {"ja"|"en"} options.language
- * @param {number} options.mm how long it is to be
- * @param {number} options.room CSS pixels there are
+ * @param {number} options.mm wanted length
+ * @param {number} options.room available CSS pixels
  * @param {number} options.low value at the left end
  * @param {number} options.high value at the right end
- * @param {string} options.name what a screen reader calls it
+ * @param {string} options.name for screen readers
  * @param {string} options.value as stored, or ""
  * @param {(value: string) => void} options.changed
- * @returns {{element: HTMLElement, mm: number}} mm: how long it is
+ * @returns {{element: HTMLElement, mm: number}} mm: actual length
  */
 export function scaleLine({ language, mm, room, low, high, name, value, changed }) {
   const scale = pxPerMm();

@@ -1,9 +1,9 @@
-/** What goes to the server and comes back; an answer is kept here until the server has it. */
+/** Requests to the server; an answer is stored here until the server has it. */
 
 const FIRST_WAIT_MS = 1000;
 const LONGEST_WAIT_MS = 8000;
 
-/** An answer of the server that is no success. */
+/** A response of the server that is not a success. */
 export class Refused extends Error {
   constructor(status, text) {
     super(text);
@@ -11,17 +11,12 @@ export class Refused extends Error {
   }
 }
 
-/** In use by another, asked too often: later it may do. */
+/** In use by another participant, or too many attempts: worth trying later. */
 const LATER = [423, 429];
-/** Whether trying again can help: the net is away, the server restarts, or it is busy. */
+/** Whether trying again can help: the network is down, the server restarts, or it is busy. */
 export const passes = (error) => !(error instanceof Refused) || error.status >= 500 || LATER.includes(error.status);
 
-/**
- * Ask the server once.
- * @param {string} path
- * @param {any} [body] sent as JSON by POST; else it is a GET
- * @returns {Promise<any>}
- */
+/** Return the JSON of one request: a POST of `body`, or a GET without one. */
 export async function ask(path, body) {
   const response = await fetch(path, body === undefined ? { cache: "no-store" } : posted(body));
   const text = await response.text();
@@ -29,7 +24,7 @@ export async function ask(path, body) {
   try {
     value = JSON.parse(text);
   } catch {
-    // Not of this server's making: a proxy, or an error page.
+    // Not from this server: a proxy, or an error page.
   }
   if (!response.ok || value === null) throw new Refused(response.ok ? 502 : response.status, value?.error ?? response.statusText);
   return value;
@@ -39,37 +34,37 @@ function posted(body) {
   return { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body), cache: "no-store" };
 }
 
-/** Ask for a file's bytes. */
+/** Return a file's bytes. */
 export async function bytes(path) {
   const response = await fetch(path, { cache: "no-store" });
   if (response.ok) return response.arrayBuffer();
-  const told = await response.json().catch(() => null);
-  throw new Refused(response.status, told?.error ?? response.statusText);
+  const failure = await response.json().catch(() => null);
+  throw new Refused(response.status, failure?.error ?? response.statusText);
 }
 
 /**
  * Try until it succeeds or cannot succeed.
  * @param {() => Promise<any>} attempt
- * @param {(away: boolean, why: string) => void} told whether it is tried again, and what the server said of why
+ * @param {(away: boolean, why: string) => void} report whether it will try again, and the server's reason
  */
-export async function insist(attempt, told) {
+export async function insist(attempt, report) {
   for (let wait = FIRST_WAIT_MS; ; wait = Math.min(2 * wait, LONGEST_WAIT_MS)) {
     try {
       const value = await attempt();
-      told(false, "");
+      report(false, "");
       return value;
     } catch (error) {
       if (!passes(error)) {
-        told(false, "");
+        report(false, "");
         throw error;
       }
-      told(true, error instanceof Refused && error.status !== 502 ? error.message : "");
+      report(true, error instanceof Refused && error.status !== 502 ? error.message : "");
       await elapsed(wait);
     }
   }
 }
 
-/** Wait, or until the net is back. */
+/** Wait, or until the network is back. */
 function elapsed(ms) {
   return new Promise((resolve) => {
     const done = () => {
@@ -82,24 +77,23 @@ function elapsed(ms) {
   });
 }
 
-/** The answer that the server has not acknowledged, kept over a reload. */
+/** The answer that the server has not acknowledged; it survives a reload. */
 export class Outbox {
   constructor(ticket) {
     this.key = `tactogram.answer.${ticket}`;
     this.held = null;
   }
 
-  /** Keep an answer. */
   keep(body) {
     this.held = body;
     try {
       localStorage.setItem(this.key, JSON.stringify(body));
     } catch {
-      // Without storage it is kept as long as the page is open.
+      // Without storage it lasts as long as the page is open.
     }
   }
 
-  /** Return what is kept, or null. */
+  /** Return the stored answer, or null. */
   kept() {
     if (this.held) return this.held;
     try {
@@ -109,7 +103,6 @@ export class Outbox {
     }
   }
 
-  /** Forget it: the server has it. */
   clear() {
     this.held = null;
     try {

@@ -1,10 +1,10 @@
-/** Stimuli as sound: read as they are, played without clicks, never by themselves. */
+/** Stimuli as sound, played unchanged and without clicks, only on demand. */
 
 import { BEGINS_MS, keepAwake } from "./awake.js";
 
 /** Time constant of a voice's rise and fall, s; after ten of them it is silent (-87 dB). */
 export const RISE_S = 0.002;
-/** How much of a loop's end is blended into its beginning, s, so that its seam is not felt. */
+/** Length of the cross-fade between a loop's end and its beginning, s, so that its seam is not felt. */
 export const SEAM_S = 0.01;
 
 /**
@@ -40,7 +40,7 @@ function deinterleaved(view, start, size, count) {
 }
 
 /**
- * Return samples that repeat without a step: the end is blended into the beginning, of equal power.
+ * Return samples that repeat without a step: an equal-power cross-fade of the end into the beginning.
  * @param {Float32Array} samples
  * @param {number} rate Hz
  */
@@ -73,7 +73,7 @@ export function voiceOf(context, sound, { loop = false, at = context.currentTime
   return { source, gain, seconds: length / sound.rate };
 }
 
-/** Let a voice rise to 1 or fall to 0 from wherever it is. */
+/** Fade a voice to 1 or 0 from its present gain. */
 export function swell(gain, to, at) {
   gain.gain.cancelScheduledValues(at);
   gain.gain.setTargetAtTime(to, at, RISE_S);
@@ -82,8 +82,8 @@ export function swell(gain, to, at) {
 /** Stimuli that this device plays. */
 export class BrowserSounds {
   /**
-   * @param {(slot: string) => Promise<ArrayBuffer>} fetched gives the WAV of a slot
-   * @param {(silent: boolean) => void} [told] whether nothing is heard, although something is to be
+   * @param {(slot: string) => Promise<ArrayBuffer>} fetched returns the WAV of a slot
+   * @param {(silent: boolean) => void} [told] whether sound that should play is silent
    */
   constructor(fetched, told = () => {}) {
     this.fetched = fetched;
@@ -98,7 +98,7 @@ export class BrowserSounds {
     return typeof AudioContext === "function";
   }
 
-  /** Let sound be played later: browsers ask for a tap first. Called within one. */
+  /** Allow sound to play later: browsers require a tap first. Called within one. */
   unlock() {
     if (BrowserSounds.possible) this.context(48000).resume();
   }
@@ -112,28 +112,27 @@ export class BrowserSounds {
         made = new AudioContext({ latencyHint: "interactive" });
       }
       keepAwake(made);
-      // A call or another program may take the sound away: what was not heard to its end was not played.
+      // A call or another program may interrupt the sound: a stimulus that did not finish does not count as played.
       made.addEventListener("statechange", () => (made.state === "running" ? this._tell(false) : this.hush()));
       this.contexts.set(rate, made);
     }
     return this.contexts.get(rate);
   }
 
-  /** Fetch what is to be played for slots, so that it starts at once. */
+  /** Fetch the sounds of slots, so that they start at once. */
   async load(slots) {
     await Promise.all(slots.map(async (slot) => this.sounds.set(slot, readWav(await this.fetched(slot)))));
   }
 
-  /** Forget what was loaded for another page. */
   clear() {
     this.hush();
     this.sounds.clear();
   }
 
   /**
-   * Play a slot. A loop sounds while it is let in by `let`; once through, `ended` is awaited.
+   * Play a slot: a loop sounds while switched on by `let`; a single play resolves `ended`.
    *
-   * What is over is over by the sound's clock, which stands still until the device has begun.
+   * Its end follows the sound's own clock, which stands still until the device has started.
    * @returns {{let: (on: boolean) => void, stop: () => void, ended: Promise<boolean>, audible: () => boolean}}
    */
   play(slot, { loop = false, seconds = null } = {}) {
@@ -175,18 +174,17 @@ export class BrowserSounds {
     this.silent = silent;
   }
 
-  /** Return how long a slot is, s. */
+  /** Return a slot's length, s. */
   seconds(slot) {
     const sound = this.sounds.get(slot);
     return sound.channels[0].length / sound.rate;
   }
 
-  /** Stop all. */
   hush() {
     for (const voice of [...this.voices]) voice.halt();
   }
 
-  /** Return what is known of the way to the ear or the finger. */
+  /** Return the latency and rates of the sound output. */
   facts() {
     const [sound] = this.sounds.values();
     if (!sound) return {};
@@ -196,20 +194,16 @@ export class BrowserSounds {
   }
 }
 
-/** Stimuli that the server's display plays. */
+/** Stimuli played on the server's display. */
 export class ServerSounds {
   /**
-   * @param {(slot: string) => Promise<boolean>} play answers when it has ended
+   * @param {(slot: string) => Promise<boolean>} play resolves when it has ended
    * @param {() => Promise<any>} halt
    */
   constructor(play, halt) {
     this.send = play;
     this.halt = halt;
     this.present = null;
-  }
-
-  static get possible() {
-    return true;
   }
 
   unlock() {}

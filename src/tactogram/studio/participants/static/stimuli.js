@@ -1,4 +1,4 @@
-/** What is felt and seen on a page: areas to stroke, buttons to play, two intervals one after the other, images. */
+/** Stimuli of a page: buttons that play them, two intervals in sequence, and images. */
 
 import { button, make } from "./dom.js";
 import { fitting, pxPerMm } from "./millimetres.js";
@@ -6,13 +6,13 @@ import { joined, say } from "./wording.js";
 
 /** Silence between two intervals, ms. */
 export const BETWEEN_MS = 500;
-/** Of an image whose size the study does not say, mm. */
+/** Size of an image where the study sets none, mm. */
 const IMAGE_MM = 60;
-/** How much of a screen's width and height an image may take. */
+/** Largest share of the screen's width and height for an image. */
 const IMAGE_SHARE = { width: 0.8, height: 0.3 };
 
 /**
- * What a stimulus view needs of its page.
+ * Page data that a stimulus view needs.
  * @typedef {object} Scene
  * @property {"ja"|"en"} language
  * @property {any} page as `Page.shown` gives it
@@ -23,7 +23,7 @@ const IMAGE_SHARE = { width: 0.8, height: 0.3 };
  * @property {[number, number]} room width and height, CSS pixels
  */
 
-/** Return slots that are played, each with its picture, its text and a button. */
+/** Return the slots of a page, each with its picture, its text and a button to play it. */
 export function players(scene) {
   const { page, language } = scene;
   const views = page.slots.map((slot) => playerOf(slot, scene));
@@ -88,7 +88,7 @@ function imageOf(slot, scene) {
   return { element, facts: { image_mm: mm, ...(page.layout.image_mm && mm < asked ? { image_asked_mm: asked } : {}) } };
 }
 
-/** Return two intervals that are played one after the other, each marked while it is. */
+/** Return two intervals that play in sequence, each marked while it plays. */
 export function intervals(scene) {
   const { page, language, sounds } = scene;
   let plays = 0;

@@ -1,6 +1,6 @@
-/** A target that moves to and fro, and a finger that follows it. Pure: time is handed in, in ms. */
+/** A target that moves back and forth, and a finger that follows it. Pure: times are arguments, in ms. */
 
-/** How long after its last movement a finger still strokes, ms: about five reports of a screen at 60 Hz. */
+/** A finger counts as stroking this long after its last movement, ms: about five reports of a screen at 60 Hz. */
 export const STILL_MS = 80;
 /** Below this a finger rests, mm/s. */
 export const SLOWEST = 5;
@@ -17,7 +17,7 @@ export function targetAt(ms, speed, way) {
   return gone <= way ? gone : 2 * way - gone;
 }
 
-/** A finger on an area: whether it strokes, how fast, how far from the target. */
+/** Stroke of a finger on an area: whether it moves, its speed, its distance from the target. */
 export class Stroke {
   constructor() {
     this.last = null;

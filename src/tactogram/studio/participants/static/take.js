@@ -1,8 +1,8 @@
-/** A participant's way through a study. What is shown follows from what the server says, after a reload as well. */
+/** A participant's pages, one after the other. The server decides what is shown, after a reload as well. */
 
 import { calibrate } from "./calibration.js";
 import { deviceFacts } from "./device.js";
-import { holdStill, make } from "./dom.js";
+import { holdStill, make, tell } from "./dom.js";
 import { measured } from "./millimetres.js";
 import { showMoment, showPage } from "./page_view.js";
 import { Outbox, Refused, ask, bytes, insist, passes } from "./server.js";
@@ -14,21 +14,15 @@ const ticket = base.split("/").pop();
 const outbox = new Outbox(ticket);
 const stage = document.getElementById("stage");
 const head = document.getElementById("head");
-const banner = document.getElementById("banner");
-/** Set anew with each page. */
+/** Replaced with each page. */
 const now = { state: null, view: null, sounds: null, images: new Map(), sending: false, started: false, left: new Set() };
 
 const language = () => now.state?.language ?? "ja";
 const address = (what, slot) => `${base}/${what}?token=${encodeURIComponent(now.state.page.token)}&slot=${encodeURIComponent(slot)}`;
 
-function tell(text) {
-  banner.textContent = text;
-  banner.hidden = text === "";
-}
+const tellAway = (away, why) => tell(away ? why || say(language(), "waiting") : "");
 
-const toldAway = (key) => (away, why) => tell(away ? why || say(language(), key) : "");
-
-/** Take what the server says is next. */
+/** Adopt the state that the server returned. */
 function take(state) {
   now.state = state;
   document.documentElement.lang = state.language;
@@ -49,9 +43,8 @@ async function start() {
   holdStill();
   document.addEventListener("visibilitychange", () => document.hidden && now.view?.hush());
   window.addEventListener("pagehide", () => now.view?.hush());
-  window.addEventListener("pageshow", (event) => event.persisted && location.reload());
   try {
-    take(await insist(() => (outbox.kept() ? deliverOnce() : ask(`${base}/page`)), toldAway("waiting")));
+    take(await insist(() => (outbox.kept() ? deliverOnce() : ask(`${base}/page`)), tellAway));
   } catch (error) {
     return deadEnd(error);
   }
@@ -62,7 +55,7 @@ async function start() {
 
 function soundsOf(playedBy) {
   if (playedBy !== "server") {
-    const fetched = (slot) => insist(() => bytes(address("sound", slot)), toldAway("waiting"));
+    const fetched = (slot) => insist(() => bytes(address("sound", slot)), tellAway);
     return new BrowserSounds(fetched, (silent) => tell(silent ? say(language(), "no_sound") : ""));
   }
   const play = async (slot) => {
@@ -106,7 +99,7 @@ function progressOf(page) {
   return make("span", { class: "progress" }, bar, make("span", { text }));
 }
 
-/** Choose the other language; answers so far stay. */
+/** Switch to the other language; answers so far stay. */
 async function speak(chosen) {
   if (now.sending || chosen === language()) return;
   try {
@@ -147,7 +140,7 @@ async function startSteps() {
   await show();
 }
 
-/** Show the present page, after what comes before it. */
+/** Show the current page, after a rest or the end of the practice. */
 async function show() {
   now.view?.stop();
   now.view = null;
@@ -176,7 +169,7 @@ async function show() {
   return undefined;
 }
 
-/** Leave a moment between pages. */
+/** Leave a screen between pages. */
 function leave(moment) {
   now.left.add(moment);
   return show();
@@ -193,7 +186,7 @@ async function load(page) {
     await Promise.all([
       now.sounds.load(played),
       ...seen.map(async (slot) => {
-        const found = await insist(() => bytes(address("image", slot.slot)), toldAway("waiting"));
+        const found = await insist(() => bytes(address("image", slot.slot)), tellAway);
         now.images.set(slot.slot, URL.createObjectURL(new Blob([found], { type: "image/png" })));
       }),
     ]);
@@ -202,7 +195,7 @@ async function load(page) {
   }
 }
 
-/** Answers that are not sent yet stay over a reload. */
+/** Return the answers to a page that are not sent yet; they survive a reload. */
 function draftOf(page) {
   const key = `tactogram.draft.${ticket}`;
   let kept = {};
@@ -216,7 +209,7 @@ function draftOf(page) {
     try {
       sessionStorage.setItem(key, JSON.stringify({ token: page.token, answers }));
     } catch {
-      // They stay as long as the page is open.
+      // Without storage they last as long as the page is open.
     }
   };
   return { kept, keep };
@@ -243,7 +236,7 @@ async function submit({ answers, rt_ms, facts }) {
   }
 }
 
-/** Send what is kept, and forget it when the server has it or will never take it. */
+/** Send the answers in the outbox; clear it once the server has them or refuses them for good. */
 async function deliverOnce() {
   try {
     const state = await ask(`${base}/answers`, outbox.kept());
@@ -258,10 +251,10 @@ async function deliverOnce() {
   }
 }
 
-/** Show what the server says, with why an answer was refused. */
+/** Show the server's current page, and why an answer was refused. */
 async function refresh(why) {
   try {
-    take(await insist(() => ask(`${base}/page`), toldAway("waiting")));
+    take(await insist(() => ask(`${base}/page`), tellAway));
   } catch (error) {
     return deadEnd(error);
   }

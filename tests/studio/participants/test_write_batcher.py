@@ -49,7 +49,7 @@ def on_disk(session):
 
 async def begun(session, *writes):
     """Begin writes, and give each time to get into the line."""
-    tasks = [asyncio.create_task(session.writes.done(write)) for write in writes]
+    tasks = [asyncio.create_task(session.writes.store(write)) for write in writes]
     await asyncio.sleep(0)
     return tasks
 
@@ -118,7 +118,7 @@ def test_what_fails_for_all_is_told_to_all_and_the_next_are_stored(session, monk
         with monkeypatch.context() as change:
             change.setattr(session.store, "together", full)
             failed = await asyncio.gather(*await begun(session, *writes), return_exceptions=True)
-        return failed, await session.writes.done(writes[0])
+        return failed, await session.writes.store(writes[0])
 
     failed, after = asyncio.run(run())
     assert [str(error) for error in failed] == ["nothing was stored: disk is full"] * 2
@@ -137,7 +137,7 @@ def test_where_no_thread_can_be_had_all_are_told_and_nobody_waits_for_ever(sessi
             [task] = await begun(session, write)
             await asyncio.wait([task], timeout=5)
         assert isinstance(task.exception(), RuntimeError)
-        return await session.writes.done(write)
+        return await session.writes.store(write)
 
     assert asyncio.run(run()).stored
 

@@ -1,4 +1,4 @@
-"""Stimuli of a session as bytes for a page, made ahead in a thread so that the first sound does not wait."""
+"""Stimuli of a session as bytes for a page, prepared in a thread so that the first sound does not wait."""
 
 from __future__ import annotations
 
@@ -23,125 +23,112 @@ from tactogram.workflows.study.stimuli import SlotPlayback, StudyStimuli
 
 T = TypeVar("T")
 
-AHEAD = 200
-"""Stimuli that are made before anybody asks."""
+MOST_QUEUED = 200
+"""Stimuli that are prepared before a page requests them."""
 MOST_PICTURE_BYTES = 256 * 2**20
-"""Of pictures that are kept; the least recently shown go first."""
+"""Cached pictures; the least recently shown go first."""
 SILENCE_S = 1.0
-"""Of a silent slot, where nothing else on its page says how long it is."""
+"""Length of a silent slot where no other slot of its page sets one."""
 PATIENCE_S = 10.0
-"""For the stimulus that is being made when a session is closed."""
+"""Wait for the current stimulus when a session is closed."""
 BROWSER_RATES = (8000, 96_000)
-"""Rates that every browser's sound takes, Hz (Web Audio API, createBuffer); beyond them Firefox refuses."""
+"""Rates that every browser plays, Hz (Web Audio API, createBuffer); beyond them Firefox refuses."""
 
 log = logging.getLogger("tactogram.studio")
 
 
 class PreparedStimuli:
-    """Those of one study. Any thread may ask; what two ask for at once is made once.
+    """Stimuli of one study, for any thread; concurrent requests for one stimulus make it once.
 
     Parameters
     ----------
     study : Study
     folder : Path
-        What its files stand beside.
+        Folder that the study's file paths are relative to.
     within : sequence of Path
-        That they must lie in.
+        Folders that may contain the files.
     """
 
     def __init__(self, study: Study, folder: Path, *, within: Sequence[Path]) -> None:
         self.study = study
-        self.troubles: dict[str, str] = {}
-        self._made = StudyStimuli(study, folder, within=within)
+        self.failures: dict[str, str] = {}
+        """Why a stimulus could not be made, by name."""
+        self._source = StudyStimuli(study, folder, within=within)
         self._pictures: OrderedDict[str, bytes] = OrderedDict()
         self._guard = threading.Lock()
         self._locks: defaultdict[object, threading.Lock] = defaultdict(threading.Lock)
-        self._wanted = threading.Condition()
-        self._soon: deque[PresentedStimulus] = deque(maxlen=AHEAD)
-        self._later = deque(PresentedStimulus("", stimulus) for stimulus in study.all_stimuli[:AHEAD])
-        self._begun = self._ended = False
+        self._wakeup = threading.Condition()
+        self._next_pages: deque[PresentedStimulus] = deque(maxlen=MOST_QUEUED)
+        self._queue = deque(PresentedStimulus("", stimulus) for stimulus in study.all_stimuli[:MOST_QUEUED])
+        self._stopped = False
         self._thread: threading.Thread | None = None
 
     def check(self) -> None:
-        """Refuse a study whose files lie elsewhere, or that a browser is to play and cannot.
-
-        Raises
-        ------
-        TactogramError
-            In one line.
-        """
-        self._made.check_places()
+        """Refuse files outside of the allowed folders and displays that a browser cannot stand in for."""
+        self._source.check_places()
         if self.study.played_by == "browser":
             for display in self.displays:
                 check_browser(display)
 
-    def begin(self) -> None:
-        """Make stimuli ahead, in a thread; once, however often it is called."""
+    def start(self) -> None:
+        """Start preparing stimuli in a thread, unless it runs."""
         with self._guard:
-            if self._begun:
-                return
-            self._begun = True
-            self._thread = threading.Thread(target=self._run, name="stimuli", daemon=True)
-            self._thread.start()
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._run, name="stimuli", daemon=True)
+                self._thread.start()
 
-    def end(self) -> None:
-        """Make no more ahead, and wait for what is being made: a program that ends amid native code is aborted."""
-        with self._wanted:
-            self._ended = True
-            self._wanted.notify()
+    def stop(self) -> None:
+        """Stop preparing and wait for the current stimulus: a process that exits amid native code is aborted."""
+        with self._wakeup:
+            self._stopped = True
+            self._wakeup.notify()
         if self._thread is not None:
             self._thread.join(PATIENCE_S)
 
     @property
     def displays(self) -> tuple[Display, ...]:
-        """Those that anything is played on."""
+        """Displays that play any stimulus."""
         played = [stimulus for stimulus in self.study.all_stimuli if stimulus.is_played]
         named = {stimulus.display or self.study.display: stimulus for stimulus in played}
-        return tuple(self._made.display(stimulus) for stimulus in named.values())
+        return tuple(self._source.display(stimulus) for stimulus in named.values())
 
     def display(self, presented: PresentedStimulus) -> Display:
-        """Return what a slot is played on; of silence the study's."""
+        """Return a slot's display; the study's for silence."""
         if presented.stimulus is None:
             return open_display(self.study.display)
-        return self._made.display(presented.stimulus)
+        return self._source.display(presented.stimulus)
 
     def drive(self, page: Page, slot: str) -> tuple[Signal, SlotPlayback]:
-        """Return what a slot sends to the display, and what was rendered.
+        """Return a slot's drive and how it was rendered.
 
-        Silence is as long as the other slots of the page, and has their rate and channels.
-
-        Raises
-        ------
-        TactogramError
-            If it cannot be made; the message names the stimulus, and is not for participants.
+        Silence has the length, rate and channels of the page's other slots. An error names the stimulus: it is not for
+        participants.
         """
         if self.study.played_by == "browser":
             check_browser(self.display(page.slot(slot)))
-        played = self._once(page.slot(slot))
+        played = self._played(page.slot(slot))
         return (played.drive.signal if played.drive is not None else self._silence(page)), played
 
-    def ahead(self, page: Page) -> None:
-        """Let the drives of a page be made next, before others that nobody waits for."""
-        with self._wanted:
-            self._soon.extend(presented for presented in page.presented if presented.stimulus is not None)
-            self._wanted.notify()
+    def prepare(self, page: Page) -> None:
+        """Prepare the stimuli of a page before all others."""
+        with self._wakeup:
+            self._next_pages.extend(
+                presented for presented in page.presented if presented.stimulus is not None
+            )
+            self._wakeup.notify()
 
     def picture(self, page: Page, slot: str) -> bytes:
-        """Return the picture of a slot as PNG, without anything that says where it comes from.
-
-        Raises
-        ------
-        ParameterError
-            If the slot has none.
-        """
+        """Return the picture of a slot as PNG without metadata; `ParameterError` if the slot has none."""
         stimulus = page.slot(slot).stimulus
         if stimulus is None or not stimulus.is_seen:
             raise ParameterError(f"page {page.token} shows no picture in slot {slot!r}")
         return self._picture(stimulus)
 
-    def _once(self, presented: PresentedStimulus) -> SlotPlayback:
+    def _played(self, presented: PresentedStimulus) -> SlotPlayback:
         name = presented.stimulus.name if presented.stimulus is not None else ""
-        return self._noted(name, ("played", name, presented.gain_db), lambda: self._made.played(presented))
+        return self._made_once(
+            name, ("played", name, presented.gain_db), lambda: self._source.played(presented)
+        )
 
     def _picture(self, stimulus: Stimulus) -> bytes:
         def made() -> bytes:
@@ -149,7 +136,7 @@ class PreparedStimuli:
                 if stimulus.name in self._pictures:
                     self._pictures.move_to_end(stimulus.name)
                     return self._pictures[stimulus.name]
-            image = self._made.image(stimulus)
+            image = self._source.image(stimulus)
             if image is None:
                 raise ParameterError(f"stimulus {stimulus.name} has no picture")
             from PIL import Image as Pillow
@@ -162,25 +149,25 @@ class PreparedStimuli:
                     self._pictures.popitem(last=False)
             return file.getvalue()
 
-        return self._noted(stimulus.name, ("picture", stimulus.name), made)
+        return self._made_once(stimulus.name, ("picture", stimulus.name), made)
 
-    def _noted(self, name: str, key: object, make: Callable[[], T]) -> T:
-        """Make something alone, and keep what went wrong for the experimenter."""
+    def _made_once(self, name: str, key: object, make: Callable[[], T]) -> T:
+        """Return ``make()``, one thread at a time for each key; record an error for the experimenter."""
         with self._guard:
             lock = self._locks[key]
         with lock:
             try:
                 made = make()
             except TactogramError as error:
-                self.troubles[name] = str(error)
+                self.failures[name] = str(error)
                 raise
-        self.troubles.pop(name, None)
+        self.failures.pop(name, None)
         return made
 
     def _silence(self, page: Page) -> Signal:
         for presented in page.presented:
             if presented.stimulus is not None and presented.stimulus.is_played:
-                drive = self._once(presented).drive
+                drive = self._played(presented).drive
                 if drive is not None:
                     return drive.signal.with_samples(np.zeros_like(drive.signal.samples))
         display = open_display(self.study.display)
@@ -194,26 +181,24 @@ class PreparedStimuli:
                 continue
             try:
                 if stimulus.is_played:
-                    self._once(presented)
+                    self._played(presented)
                 if stimulus.is_seen:
                     self._picture(stimulus)
             except TactogramError as error:
                 log.warning("%s", error)
-            except Exception:  # a program's error must not end the thread: the others can be made
+            except Exception:  # a bug must not end the thread: the other stimuli can be made
                 log.exception("a stimulus could not be made")
-                self.troubles[stimulus.name] = (
-                    f"stimulus {stimulus.name}: an error in the program; see the log"
-                )
+                self.failures[stimulus.name] = f"stimulus {stimulus.name}: program error; see the log"
 
     def _next(self) -> PresentedStimulus | None:
-        """Return what to make next, waiting for it; None at the end."""
-        with self._wanted:
-            while not self._ended:
-                if self._soon:
-                    return self._soon.popleft()
-                if self._later:
-                    return self._later.popleft()
-                self._wanted.wait()
+        """Wait for the next stimulus to prepare and return it; None once stopped."""
+        with self._wakeup:
+            while not self._stopped:
+                if self._next_pages:
+                    return self._next_pages.popleft()
+                if self._queue:
+                    return self._queue.popleft()
+                self._wakeup.wait()
         return None
 
 
@@ -227,22 +212,16 @@ def wav_bytes(signal: Signal) -> bytes:
 
 
 def check_browser(display: Display) -> None:
-    """Refuse a display that no browser can stand in for.
-
-    Raises
-    ------
-    ParameterError
-        If its drive is not in parts of full scale, or at a rate that browsers do not play.
-    """
-    if not _by_browser(display):
+    """Raise `ParameterError` for a drive that is not in parts of full scale, or whose rate browsers do not play."""
+    if not _plays_in_browser(display):
         low, high = BROWSER_RATES
-        usable = ", ".join(known for known in shipped() if _by_browser(open_display(known)))
+        usable = ", ".join(known for known in shipped() if _plays_in_browser(open_display(known)))
         raise ParameterError(
             f"a browser plays parts of full scale at {low} to {high} Hz, {display.name} takes {display.unit} at "
             f"{display.rate:g} Hz: give a display such as {usable}, or played_by = 'server'"
         )
 
 
-def _by_browser(display: Display) -> bool:
+def _plays_in_browser(display: Display) -> bool:
     low, high = BROWSER_RATES
     return display.unit == "1" and low <= display.rate <= high and display.rate % 1 == 0

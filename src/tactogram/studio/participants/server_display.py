@@ -1,4 +1,4 @@
-"""Stimuli on the server's display: one at a time, and stopped by whom they are played to."""
+"""The server's display: plays one stimulus at a time; only the participant who started it can stop it."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from typing import Any
 from tactogram.errors import TactogramError
 from tactogram.rendering.displays.display import Display
 from tactogram.signal import Signal
-from tactogram.workflows.rendering.playback import NULL, Playback, full_scale_of
+from tactogram.workflows.rendering.playback import Playback, full_scale_of
 
 PATIENCE_S = 2.0
-"""How long somebody's former stimulus may take to fade out before the next."""
+"""How long a participant's previous stimulus may take to fade out before the next."""
 
 
 class DisplayInUseError(TactogramError):
-    """The display plays to somebody else."""
+    """The display is playing to another participant."""
 
 
 @dataclass
@@ -26,9 +26,9 @@ class ServerDisplay:
     Parameters
     ----------
     device : str
-        ``audio``, ``audio:NAME``, or ``null``, which plays to nobody, at the right pace.
+        ``audio``, ``audio:NAME``, or ``null``: no actuator connected, same timing.
     full_scale : float, optional
-        What 1.0 of the device stands for in the unit of drives; see `workflows.rendering.playback.full_scale_of`.
+        Value of 1.0 on the device in the drive's unit; see `workflows.rendering.playback.full_scale_of`.
     """
 
     device: str = "audio"
@@ -38,30 +38,19 @@ class ServerDisplay:
     _owner: str = field(default="", repr=False)
     _playing: Playback | None = field(default=None, repr=False)
 
-    @property
-    def simulated(self) -> bool:
-        """Whether it plays to nobody."""
-        return self.device == NULL
-
     def check(self, display: Display) -> None:
-        """Refuse a display that the device cannot drive.
-
-        Raises
-        ------
-        ParameterError
-            If it is none for a sound card, or nobody says what full scale stands for.
-        """
+        """Refuse a display that the device cannot drive: `ParameterError`."""
         full_scale_of(display, self.device.partition(":")[0], self.full_scale)
 
     def play(self, owner: str, drive: Signal, display: Display) -> dict[str, Any]:
-        """Play a drive to its end, and return `Playback.facts`; what the same owner had playing is stopped.
+        """Play a drive to its end and return `Playback.facts`; stops the owner's previous one first.
 
         Raises
         ------
-        InUseError
-            While it plays to another.
+        DisplayInUseError
+            While it plays to another participant.
         TactogramError
-            If it cannot be played, or the device does not answer.
+            If the drive cannot be played, or the device does not respond.
         """
         playing = Playback(drive, display, device=self.device, strength=1.0, full_scale=self.full_scale)
         with self._guard:
@@ -83,7 +72,7 @@ class ServerDisplay:
             self._turn.release()
 
     def stop(self, owner: str) -> bool:
-        """Fade out what an owner has playing; return whether something was."""
+        """Fade out an owner's stimulus; return whether one was playing."""
         with self._guard:
             if self._playing is None or self._owner != owner:
                 return False
