@@ -53,9 +53,9 @@ def bound_port(a: Arguments) -> AbstractContextManager[ListeningPort]:
     from tactogram.extras import imported
 
     imported("nicegui", extra="studio", what="the studio")
-    from tactogram.studio.server.listening import listening
+    from tactogram.studio.server.listening import open_port
 
-    return listening(a.host, a.port, https=a.https, certificate=a.certificate, key=a.key)
+    return open_port(a.host, a.port, https=a.https, certificate=a.certificate, key=a.key)
 
 
 def shown_qr_code(address: str) -> str:

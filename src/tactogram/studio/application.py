@@ -124,7 +124,7 @@ def serve(
         If there is no certificate and none can be created.
     """
     imported("uvicorn", extra="studio", what="the studio")
-    from tactogram.studio.server.connections import LimitedServer, limits_here
+    from tactogram.studio.server.connections import LimitedServer, system_limits
 
     listening = listening.with_certificate(_state_folder(studio))
     certificate = listening.certificate
@@ -135,7 +135,7 @@ def serve(
     announcement = ServerAnnouncement(
         f"{listening.roots[0]}{path}{query}",
         listening.roots,
-        certificate.sha256 if certificate is not None and certificate.own else None,
+        certificate.sha256 if certificate is not None and certificate.self_signed else None,
     )
 
     def on_ready() -> None:
@@ -150,7 +150,7 @@ def serve(
     gc.freeze()
     try:
         LimitedServer(
-            app, listening.socket, context=context, limits=limits_here(), ready=on_ready
+            app, listening.socket, context=context, limits=system_limits(), ready=on_ready
         ).serve_until_ended()
     finally:
         studio.sessions.close()

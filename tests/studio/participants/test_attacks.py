@@ -23,7 +23,7 @@ from tactogram.errors import ParameterError, TactogramError
 from tactogram.studio.participants.routes import make_participant_app
 from tactogram.studio.participants.sessions import SessionRegistry
 from tactogram.studio.participants.tickets import load_keys
-from tactogram.studio.server.certificates import kept_certificate
+from tactogram.studio.server.certificates import self_signed_certificate
 from tactogram.studio.server.connections import ConnectionLimits
 from tactogram.studio.server.guard import RequestGuard
 from tactogram.studio.server.guard_rules import COOKIE, GuardSettings
@@ -297,7 +297,7 @@ def test_oversized_body(under_attack):
     answered = client.post(f"/take/{one.ticket}/answers", content=b"x" * 70_000, headers=JSON)
     assert (answered.status_code, answered.json()["error"]) == (
         413,
-        "At most 64 KiB can be sent here; send less, or cut it.",
+        "At most 64 KiB can be sent here; send less.",
     )
     head = (
         f"POST /take/{one.ticket}/answers HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/json\r\n"
@@ -547,7 +547,7 @@ def test_answers_that_nobody_takes_are_given_up(served_here):
 def test_what_is_no_tls_and_handshakes_that_never_end(under_attack, person, served_here, tmp_path, limits):
     sessions, session, _, _ = under_attack
     app = RequestGuard(make_participant_app(sessions), GuardSettings())
-    kept = kept_certificate(tmp_path / "https.pem", ["127.0.0.1"])
+    kept = self_signed_certificate(tmp_path / "https.pem", ["127.0.0.1"])
     trusting = ssl.create_default_context(cafile=kept.file)
     with served_here(app, limits, kept.context()) as address, ExitStack() as held:
         silent, plain, half, *more = (held.enter_context(connection_to(address)) for _ in range(40))
@@ -570,7 +570,7 @@ def test_who_sleeps_or_stops_on_the_way_is_not_waited_for_at_the_end(served_here
             if told[-1] == "http.disconnect":
                 break
 
-    kept = kept_certificate(tmp_path / "https.pem", ["127.0.0.1"])
+    kept = self_signed_certificate(tmp_path / "https.pem", ["127.0.0.1"])
     trusting = ssl.create_default_context(cafile=kept.file)
     with ExitStack() as held:
         with served_here(receives, context=kept.context()) as address:
@@ -727,7 +727,7 @@ def test_many_who_guess_do_not_keep_people_out(under_attack, person):
 @pytest.fixture(scope="module")
 def laboratory_s(tmp_path_factory):
     """Give a certificate of a laboratory, for a name that the browser of these tests knows."""
-    return kept_certificate(tmp_path_factory.mktemp("certified") / "lab.pem", [TABLET, "127.0.0.2"])
+    return self_signed_certificate(tmp_path_factory.mktemp("certified") / "lab.pem", [TABLET, "127.0.0.2"])
 
 
 @pytest.fixture(scope="module")

@@ -296,7 +296,7 @@ def test_reload_back_double_click_and_a_killed_server_lose_nothing_and_store_not
     page.locator(".foot button").dblclick()
     page.wait_for_selector("#banner:visible")
     page.wait_for_function(
-        "() => document.querySelector('#banner').textContent.includes('kept on this device')"
+        "() => document.querySelector('#banner').textContent.includes('stored on this device')"
     )
     page.wrong.clear()  # the server was away: what the browser says of it is expected
     studies.start()
@@ -314,9 +314,9 @@ def test_words_are_rated_by_touch_and_by_keys_beside_an_image_of_30_mm(person, s
     page.wait_for_selector("form[data-token='trial-1.1']")
     image = page.locator("img.picture").bounding_box()
     assert image["width"] == pytest.approx(30 * PX_PER_MM, abs=0.5)
-    assert page.get_attribute("img.picture", "alt") == "The image to be judged"
+    assert page.get_attribute("img.picture", "alt") == "Image to rate"
     _play(page, "")
-    assert page.text_content(".reason") == "10 more to answer."
+    assert page.text_content(".reason") == "10 questions left to answer."
     words = [one.get_attribute("data-key") for one in page.locator("fieldset").all()]
     for word in words[:9]:
         page.locator(f'[data-key="{word}"] .option').nth(4).tap()
@@ -406,12 +406,12 @@ def test_who_goes_on_by_code_is_where_they_were_and_who_declines_is_asked_nothin
     page.fill("#code", code.lower())
     page.tap(".by-code button")
     page.wait_for_selector(".code-block")
-    assert page.text_content(".moment h1") == "You go on where you were"
+    assert page.text_content(".moment h1") == "Continue where you stopped"
 
     page = person("two_area", language="en")
     page.wait_for_selector("form[data-token=consent]")
     _answer(page, {"consent": "declined"})
-    assert page.text_content("h1") == "That is quite all right"
+    assert page.text_content("h1") == "That is fine"
 
 
 PURE = """async () => {

@@ -6,7 +6,7 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from tactogram.errors import DataError
-from tactogram.studio.server.certificates import LEFT, VALID, given_certificate, kept_certificate
+from tactogram.studio.server.certificates import RENEWAL, VALIDITY, load_certificate, self_signed_certificate
 
 x509 = pytest.importorskip("cryptography.x509")
 hashes = pytest.importorskip("cryptography.hazmat.primitives.hashes")
@@ -21,7 +21,7 @@ BEGIN = b"-----BEGIN CERTIFICATE-----\n"
 @pytest.fixture(scope="module")
 def kept(tmp_path_factory):
     """Give a certificate that holds now."""
-    return kept_certificate(tmp_path_factory.mktemp("kept") / "https.pem", NAMES)
+    return self_signed_certificate(tmp_path_factory.mktemp("kept") / "https.pem", NAMES)
 
 
 @pytest.fixture
@@ -48,13 +48,13 @@ def hands_shaken(server, client, name):
 
 def test_a_certificate_is_kept_for_its_owner_and_used_again(tmp_path):
     path = tmp_path / "state" / "https.pem"
-    first = kept_certificate(path, (*NAMES, "no name of a host!"), now=NOW)
+    first = self_signed_certificate(path, (*NAMES, "no name of a host!"), now=NOW)
     assert stat.S_IMODE(path.stat().st_mode) == 0o600
     assert list(path.parent.iterdir()) == [path]
-    assert (set(first.names), first.until, first.own) == (set(NAMES), NOW + VALID, True)
+    assert (set(first.names), first.valid_until, first.self_signed) == (set(NAMES), NOW + VALIDITY, True)
     path.chmod(0o644)
     for names in (NAMES, NAMES[1:]):
-        assert kept_certificate(path, names, now=NOW + VALID - LEFT) == first
+        assert self_signed_certificate(path, names, now=NOW + VALIDITY - RENEWAL) == first
     assert stat.S_IMODE(path.stat().st_mode) == 0o600
 
 
@@ -62,16 +62,16 @@ def test_a_certificate_is_kept_for_its_owner_and_used_again(tmp_path):
     ("names", "later", "damaged"),
     [
         (("192.0.2.8", "lab-pc"), timedelta(0), lambda pem: pem),
-        (NAMES, VALID - LEFT + timedelta(seconds=1), lambda pem: pem),
+        (NAMES, VALIDITY - RENEWAL + timedelta(seconds=1), lambda pem: pem),
         (NAMES, timedelta(0), lambda pem: b""),
         (NAMES, timedelta(0), lambda pem: pem[pem.index(BEGIN) :]),
     ],
 )
 def test_a_new_one_is_made_where_addresses_changed_it_runs_out_or_is_damaged(tmp_path, names, later, damaged):
     path = tmp_path / "https.pem"
-    first = kept_certificate(path, NAMES, now=NOW)
+    first = self_signed_certificate(path, NAMES, now=NOW)
     path.write_bytes(damaged(path.read_bytes()))
-    second = kept_certificate(path, names, now=NOW + later)
+    second = self_signed_certificate(path, names, now=NOW + later)
     assert second.sha256 != first.sha256
     assert set(second.names) == set(names)
     second.context()
@@ -79,8 +79,8 @@ def test_a_new_one_is_made_where_addresses_changed_it_runs_out_or_is_damaged(tmp
 
 def test_where_none_can_be_kept_it_is_told(tmp_path):
     (tmp_path / "state").write_text("no folder")
-    with pytest.raises(DataError, match="can neither be read nor made"):
-        kept_certificate(tmp_path / "state" / "https.pem", NAMES)
+    with pytest.raises(DataError, match="can neither be read nor created"):
+        self_signed_certificate(tmp_path / "state" / "https.pem", NAMES)
 
 
 def test_who_trusts_it_is_answered_under_its_names_only_and_sees_its_fingerprint(kept):
@@ -99,7 +99,7 @@ def test_it_is_a_server_s_and_no_authority_s_and_ends_within_398_days(kept, tmp_
     assert (value["keyUsage"].digital_signature, value["keyUsage"].key_cert_sign) == (True, False)
     assert not value["basicConstraints"].ca
     assert made.not_valid_after_utc - made.not_valid_before_utc < timedelta(days=398)
-    other = kept_certificate(tmp_path / "other.pem", NAMES).file
+    other = self_signed_certificate(tmp_path / "other.pem", NAMES).file
     assert x509.load_pem_x509_certificate(other.read_bytes()).serial_number != made.serial_number
 
 
@@ -112,8 +112,8 @@ def test_nothing_older_than_tls_1_2_is_spoken(kept):
 
 def test_a_laboratory_s_own_is_taken_from_two_files_or_one(kept, pair):
     for files in (pair, (kept.file, kept.file)):
-        found = given_certificate(*files)
-        assert (found.names, found.sha256, found.own) == (kept.names, kept.sha256, False)
+        found = load_certificate(*files)
+        assert (found.names, found.sha256, found.self_signed) == (kept.names, kept.sha256, False)
 
 
 def test_one_for_all_names_of_a_domain_holds_for_this_machine_s(pair, monkeypatch):
@@ -127,7 +127,7 @@ def test_one_for_all_names_of_a_domain_holds_for_this_machine_s(pair, monkeypatc
         .sign(key, hashes.SHA256())
     )
     pair[0].write_bytes(signed.public_bytes(serialization.Encoding.PEM))
-    assert given_certificate(*pair).names == ("lab-pc.lab.example", "touch.example")
+    assert load_certificate(*pair).names == ("lab-pc.lab.example", "touch.example")
 
 
 def of_another_kind(pem):
@@ -144,12 +144,12 @@ def locked(pem):
 @pytest.mark.parametrize(
     ("which", "written", "told"),
     [
-        (0, lambda pem: None, "certificate.pem: there is no such file; give the certificate as PEM"),
-        (1, lambda pem: None, "key.pem: there is no such file; give the key as PEM"),
-        (0, lambda pem: b"\x30\x82\x01", "certificate.pem: holds no certificate as PEM"),
-        (1, lambda pem: b"nonsense", "key.pem: holds no private key as PEM"),
+        (0, lambda pem: None, "certificate.pem: no such file; expected the certificate in PEM format"),
+        (1, lambda pem: None, "key.pem: no such file; expected the key in PEM format"),
+        (0, lambda pem: b"\x30\x82\x01", "certificate.pem: not a certificate in PEM format"),
+        (1, lambda pem: b"nonsense", "key.pem: not a private key in PEM format"),
         (1, of_another_kind, "key.pem: is not the key of"),
-        (1, locked, "key.pem: is locked by a password; give a key without one"),
+        (1, locked, "key.pem: is locked by a password; use a key without one"),
     ],
 )
 def test_files_that_cannot_be_used_are_told_in_a_line(pair, which, written, told):
@@ -158,17 +158,17 @@ def test_files_that_cannot_be_used_are_told_in_a_line(pair, which, written, told
     if text is not None:
         pair[which].write_bytes(text)
     with pytest.raises(DataError) as caught:
-        given_certificate(*pair)
+        load_certificate(*pair)
     assert told in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
 def test_files_that_do_not_belong_together_and_one_that_ran_out_are_told(pair, tmp_path):
-    other = kept_certificate(tmp_path / "other.pem", NAMES).file
-    with pytest.raises(DataError, match=r"other.pem: is not the key of .*certificate.pem; give"):
-        given_certificate(pair[0], other)
+    other = self_signed_certificate(tmp_path / "other.pem", NAMES).file
+    with pytest.raises(DataError, match=r"other.pem: is not the key of .*certificate.pem; use"):
+        load_certificate(pair[0], other)
     with pytest.raises(DataError, match="cannot be read: Is a directory"):
-        given_certificate(tmp_path, pair[1])
+        load_certificate(tmp_path, pair[1])
     for now in (datetime(2020, 1, 1, tzinfo=UTC), datetime(2120, 1, 1, tzinfo=UTC)):
-        with pytest.raises(DataError, match="not now; have it renewed"):
-            given_certificate(*pair, now=now)
+        with pytest.raises(DataError, match="not now; renew it"):
+            load_certificate(*pair, now=now)

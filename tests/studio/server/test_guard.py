@@ -8,8 +8,15 @@ from matplotlib.figure import Figure
 from tactogram.errors import ParameterError
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportSound, write_report
 from tactogram.signal import Signal
-from tactogram.studio.server.guard import REPORT, STRICT, STUDIO, RequestGuard
-from tactogram.studio.server.guard_rules import COOKIE, KIB, MIB, GuardSettings, is_own, token_in_query
+from tactogram.studio.server.guard import PARTICIPANT_POLICY, REPORT_POLICY, STUDIO_POLICY, RequestGuard
+from tactogram.studio.server.guard_rules import (
+    COOKIE,
+    KIB,
+    MIB,
+    GuardSettings,
+    is_same_origin,
+    token_in_query,
+)
 
 TOKEN = "a-token-that-nobody-guesses"
 LOCAL = GuardSettings()
@@ -178,7 +185,7 @@ def test_a_link_elsewhere_opens_a_page_and_embeds_none():
     ],
 )
 def test_an_origin_is_compared_with_its_scheme_s_port(origin, host, own):
-    assert is_own(origin, host) is own
+    assert is_same_origin(origin, host) is own
 
 
 def test_a_token_in_the_address_becomes_a_cookie_and_leaves_the_address():
@@ -250,7 +257,7 @@ def test_a_body_that_grows_too_long_is_refused_as_it_comes():
     status, _, body = ask("/take/x/answers", "POST", pieces=pieces * 2)
     assert (status, json.loads(body)["error"]) == (
         413,
-        "At most 64 KiB can be sent here; send less, or cut it.",
+        "At most 64 KiB can be sent here; send less.",
     )
 
 
@@ -275,7 +282,7 @@ def test_two_ways_to_say_a_length_are_refused():
 
 def test_a_sender_that_stalls_is_sent_away():
     status, _, body = ask("/take/x", "POST", pieces=(), settings=GuardSettings(body_seconds=0.01))
-    assert (status, "stopped on its way" in json.loads(body)["error"]) == (408, True)
+    assert (status, "stopped arriving" in json.loads(body)["error"]) == (408, True)
 
 
 def test_a_sender_that_drips_is_sent_away():
@@ -309,7 +316,7 @@ def test_an_error_inside_becomes_one_sentence_and_is_logged(caplog):
     status, headers, body = ask("/broken")
     assert status == 500
     assert b"secret" not in body
-    assert headers["content-security-policy"] == STUDIO
+    assert headers["content-security-policy"] == STUDIO_POLICY
     assert "a secret of the inside" in caplog.text
 
 
@@ -324,12 +331,12 @@ def test_secrets_of_participants_stand_in_no_log(caplog):
 
 def test_every_answer_says_what_a_browser_may_do_with_it():
     headers = ask("/take/x")[1]
-    assert headers["content-security-policy"] == STRICT
-    assert "unsafe" not in STRICT
-    assert "http:" not in STRICT + STUDIO
+    assert headers["content-security-policy"] == PARTICIPANT_POLICY
+    assert "unsafe" not in PARTICIPANT_POLICY
+    assert "http:" not in PARTICIPANT_POLICY + STUDIO_POLICY
     assert (headers["x-content-type-options"], headers["referrer-policy"]) == ("nosniff", "no-referrer")
     assert headers["cache-control"] == "no-store"
-    assert "frame-ancestors 'none'" in STUDIO
+    assert "frame-ancestors 'none'" in STUDIO_POLICY
 
 
 def test_an_answer_s_own_headers_stay():
@@ -392,7 +399,7 @@ def test_a_websocket_needs_the_token_too():
 
 
 def test_a_message_that_is_too_long_ends_a_websocket():
-    sent = websocket([], texts=["ab", "x" * 11], settings=GuardSettings(message=10))
+    sent = websocket([], texts=["ab", "x" * 11], settings=GuardSettings(message_bytes=10))
     assert [message["type"] for message in sent] == ["websocket.accept", "websocket.send", "websocket.close"]
     assert sent[-1]["code"] == 1009
 
@@ -412,6 +419,6 @@ def test_a_report_is_heard_and_seen_under_its_policy(tmp_path):
     path = write_report(tmp_path / "r.html", title="t", summary="s", simulated=True, sections=sections)
     held = dict(re.findall(r'<(\w+)[^>]* src="(\w+):', path.read_text(encoding="utf-8")))
     assert held == {"img": "data", "audio": "data"}
-    allowed = {name: sources for name, *sources in (line.split() for line in REPORT.split(";"))}
+    allowed = {name: sources for name, *sources in (line.split() for line in REPORT_POLICY.split(";"))}
     for kind, directive in (("img", "img-src"), ("audio", "media-src")):
         assert f"{held[kind]}:" in allowed[directive]

@@ -5,8 +5,8 @@ import pytest
 
 from tactogram.errors import DeviceError, ParameterError
 from tactogram.studio.server import listening as module
-from tactogram.studio.server.certificates import kept_certificate
-from tactogram.studio.server.listening import ListeningPort, addresses, is_loopback, listening
+from tactogram.studio.server.certificates import self_signed_certificate
+from tactogram.studio.server.listening import ListeningPort, addresses, is_loopback, open_port
 
 NUMBERS = ("192.0.2.7", "198.51.100.7")
 
@@ -17,7 +17,7 @@ def lan(monkeypatch):
     monkeypatch.setattr(
         module, "addresses", lambda *, ipv6=False: (*NUMBERS, *(["2001:db8::7"] if ipv6 else []))
     )
-    monkeypatch.setattr(module, "_named", lambda: ("lab-pc", "lab-pc.example"))
+    monkeypatch.setattr(module, "_host_names", lambda: ("lab-pc", "lab-pc.example"))
 
 
 @pytest.fixture
@@ -28,7 +28,7 @@ def listener():
 
 
 def test_on_loopback_it_is_reached_from_this_machine_alone():
-    with listening(port=0) as port:
+    with open_port(port=0) as port:
         assert (port.loopback, port.https) == (True, False)
         assert port.roots == (port.here,) == (f"http://127.0.0.1:{port.port}",)
         assert set(port.names) == {"127.0.0.1", "localhost", "::1"}
@@ -64,15 +64,15 @@ def test_https_has_a_certificate_for_all_names_which_is_kept(listener, lan, tmp_
 
 
 def test_a_laboratory_s_certificate_says_by_which_names_it_is_reached(lan, tmp_path):
-    file = kept_certificate(tmp_path / "own.pem", ["touch.lab.example", NUMBERS[1]]).file
-    with listening("0.0.0.0", 0, certificate=file) as port:
+    file = self_signed_certificate(tmp_path / "own.pem", ["touch.lab.example", NUMBERS[1]]).file
+    with open_port("0.0.0.0", 0, certificate=file) as port:
         assert port.https
         assert port.roots == tuple(f"https://{one}:{port.port}" for one in ("touch.lab.example", NUMBERS[1]))
         assert port.here == port.roots[0]
         assert "touch.lab.example" in port.names
         assert port.with_certificate(tmp_path / "none") == port
     assert not (tmp_path / "none").exists()
-    with pytest.raises(ParameterError, match="--key belongs to --certificate"), listening(port=0, key=file):
+    with pytest.raises(ParameterError, match="key needs certificate"), open_port(port=0, key=file):
         pytest.fail("listened")
 
 
@@ -80,13 +80,13 @@ def test_a_laboratory_s_certificate_says_by_which_names_it_is_reached(lan, tmp_p
     ("host", "port", "kind", "told"),
     [
         ("203.0.113.9", 0, DeviceError, "address of this machine: .*127.0.0.1"),
-        ("", 0, ParameterError, "--host must be a name or address of this machine, got nothing"),
-        ("127.0.0.1", 65536, ParameterError, "--port must be 0 to 65535, got 65536"),
-        ("127.0.0.1", -1, ParameterError, "--port must be 0 to 65535, got -1"),
+        ("", 0, ParameterError, "host must be a name or address of this machine, got nothing"),
+        ("127.0.0.1", 65536, ParameterError, "port must be 0 to 65535, got 65536"),
+        ("127.0.0.1", -1, ParameterError, "port must be 0 to 65535, got -1"),
     ],
 )
 def test_where_nothing_can_be_listened_on_it_is_told_in_a_line(host, port, kind, told):
-    with pytest.raises(kind, match=told) as caught, listening(host, port):
+    with pytest.raises(kind, match=told) as caught, open_port(host, port):
         pytest.fail("listened")
     assert "\n" not in str(caught.value)
 
@@ -96,7 +96,7 @@ def test_a_name_that_nobody_knows_is_told(monkeypatch):
         raise socket.gaierror(socket.EAI_NONAME, "Name or service not known")
 
     monkeypatch.setattr("socket.getaddrinfo", unknown)
-    with pytest.raises(DeviceError, match="--host lab-pd: no such name is known"), listening("lab-pd", 0):
+    with pytest.raises(DeviceError, match="host lab-pd: unknown name"), open_port("lab-pd", 0):
         pytest.fail("listened")
 
 
@@ -109,10 +109,10 @@ def resolving(monkeypatch, *found):
 def test_a_name_that_is_loopback_here_is_told_with_what_others_reach(lan, monkeypatch):
     resolving(monkeypatch, "127.0.1.1")  # Debian's /etc/hosts
     told = (
-        "--host lab-pc: that name stands for 127.0.1.1 here, which no other machine reaches: for others give 0.0.0.0, "
-        "or an address of this machine (192.0.2.7, 198.51.100.7); for this machine alone 127.0.0.1"
+        "host lab-pc: this name stands for 127.0.1.1 here, which other machines cannot reach; for them use 0.0.0.0 or "
+        "an address of this machine (192.0.2.7, 198.51.100.7), for this machine alone 127.0.0.1"
     )
-    with pytest.raises(DeviceError) as caught, listening("lab-pc", 0):
+    with pytest.raises(DeviceError) as caught, open_port("lab-pc", 0):
         pytest.fail("listened")
     assert str(caught.value) == told
 
@@ -151,8 +151,8 @@ def test_a_taken_port_is_told(listener):
     number = listener.getsockname()[1]
     for host in ("127.0.0.1", "0.0.0.0"):
         with (
-            pytest.raises(DeviceError, match=f"port {number} of {host} cannot be listened on"),
-            listening(host, number),
+            pytest.raises(DeviceError, match=f"cannot listen on port {number} of {host} "),
+            open_port(host, number),
         ):
             pytest.fail("listened")
 

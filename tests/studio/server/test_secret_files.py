@@ -11,7 +11,7 @@ def test_a_secret_is_its_owner_s_and_the_first_one_stays_unless_it_is_to_go(tmp_
     write_secret(path, b"first")
     write_secret(path, b"second")
     assert path.read_bytes() == b"first"
-    write_secret(path, b"third", over=True)
+    write_secret(path, b"third", replace=True)
     assert path.read_bytes() == b"third"
     assert stat.S_IMODE(path.stat().st_mode) == 0o600
     assert list(path.parent.iterdir()) == [path]

@@ -1,7 +1,7 @@
-"""Certificates for https: one of our own, signed by itself and kept, or a laboratory's.
+"""Certificates for https: one signed by itself and kept in a file, or one of the laboratory's own.
 
-Browsers give AudioWorklet, camera and clipboard to secure contexts only (W3C Secure Contexts): this machine itself, or
-a page that came encrypted, also where somebody had to confirm the certificate.
+Browsers allow AudioWorklet, camera and clipboard in secure contexts only (W3C Secure Contexts): pages of this machine
+itself, or encrypted ones, even where the user had to accept the certificate.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from tactogram.extras import imported
 from tactogram.studio.server.secret_files import write_secret
 
 if TYPE_CHECKING:
-    from cryptography.x509 import Certificate as Parsed
+    from cryptography.x509 import Certificate as ParsedCertificate
     from cryptography.x509 import GeneralName
 
-VALID = timedelta(days=397)
-"""Of our own. Browsers of Apple's refuse more than 825 days (support.apple.com/103769); 398 are for authorities'."""
-LEFT = timedelta(days=7)
-"""With less than this before it a new one is made, so that none ends in the midst of a study."""
+VALIDITY = timedelta(days=397)
+"""Of a self-signed certificate. Apple's browsers refuse more than 825 days (support.apple.com/103769)."""
+RENEWAL = timedelta(days=7)
+"""A self-signed certificate is replaced this long before its end, so that none expires during a study."""
 _NAME = re.compile(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*")
 
 
@@ -38,57 +38,51 @@ class Certificate:
     Parameters
     ----------
     file, key : Path
-        As PEM; may be the same file.
+        PEM; may be the same file.
     names : tuple of str
-        Names and addresses that it holds for.
-    until : datetime
+        Host names and addresses that it covers.
+    valid_until : datetime
     sha256 : str
-        Its fingerprint as browsers show it: 32 bytes in hexadecimal, with colons.
-    own : bool
-        Whether it was made here and signed by itself, so that browsers ask before they trust it.
+        Fingerprint as browsers show it: 32 bytes in hexadecimal, with colons.
+    self_signed : bool
+        Whether it was made here, so that browsers ask before they trust it.
     """
 
     file: Path
     key: Path
     names: tuple[str, ...]
-    until: datetime
+    valid_until: datetime
     sha256: str
-    own: bool
+    self_signed: bool
 
     def context(self) -> ssl.SSLContext:
-        """Return the server's side of TLS, 1.2 or later, with this certificate.
-
-        Raises
-        ------
-        DataError
-            If it is too weak for TLS.
-        """
+        """Return the server's side of TLS, 1.2 or later; `DataError` if the certificate is too weak."""
         context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
         context.minimum_version = ssl.TLSVersion.TLSv1_2
         context.set_alpn_protocols(["http/1.1"])
         try:
             context.load_cert_chain(self.file, self.key, password="")
         except ssl.SSLError as error:
-            why = (error.reason or str(error)).lower().replace("_", " ")
-            raise DataError(f"{self.file}: cannot be used for TLS ({why}); make another") from None
+            reason = (error.reason or str(error)).lower().replace("_", " ")
+            raise DataError(f"{self.file}: cannot be used for TLS ({reason}); make another") from None
         return context
 
 
-def given_certificate(file: Path, key: Path, *, now: datetime | None = None) -> Certificate:
-    """Return a laboratory's certificate.
+def load_certificate(file: Path, key: Path, *, now: datetime | None = None) -> Certificate:
+    """Return a laboratory's own certificate.
 
     Parameters
     ----------
     file : Path
-        The server's certificate first, then those that it follows from.
+        PEM of the server's certificate, followed by its chain.
     key : Path
-        Without a password.
+        PEM, without a password.
     now : datetime, optional
 
     Raises
     ------
     DataError
-        If a file is missing, is none, is locked, has run out, or does not belong to the other.
+        If a file is missing, damaged, expired or locked by a password, or the two do not match.
     """
     imported("cryptography", extra="studio", what="certificates")
     from cryptography.hazmat.primitives.serialization import load_pem_private_key
@@ -96,60 +90,62 @@ def given_certificate(file: Path, key: Path, *, now: datetime | None = None) -> 
     parsed = _parsed(file, _read(file, "certificate"))
     secret = _read(key, "key")
     try:
-        opened = load_pem_private_key(secret, password=None)
+        private_key = load_pem_private_key(secret, password=None)
     except TypeError:
-        raise DataError(f"{key}: is locked by a password; give a key without one") from None
-    except Exception as error:  # of several kinds, by what is wrong in it
-        raise DataError(f"{key}: holds no private key as PEM; give the key of {file} by --key") from error
-    if opened.public_key() != parsed.public_key():
-        raise DataError(f"{key}: is not the key of {file}; give the two that were made together")
+        raise DataError(f"{key}: is locked by a password; use a key without one") from None
+    except Exception as error:  # of several kinds, depending on the damage
+        raise DataError(f"{key}: not a private key in PEM format; name the key of {file}") from error
+    if private_key.public_key() != parsed.public_key():
+        raise DataError(f"{key}: is not the key of {file}; use the two that were made together")
     now = now or datetime.now(UTC)
-    if not parsed.not_valid_before_utc <= now <= parsed.not_valid_after_utc:
-        since, until = parsed.not_valid_before_utc, parsed.not_valid_after_utc
-        raise DataError(f"{file}: holds from {since:%Y-%m-%d} to {until:%Y-%m-%d}, not now; have it renewed")
-    found = _certificate(parsed, file, key, own=False)
-    found.context()
-    return found
+    since, until = parsed.not_valid_before_utc, parsed.not_valid_after_utc
+    if not since <= now <= until:
+        raise DataError(f"{file}: valid from {since:%Y-%m-%d} to {until:%Y-%m-%d}, not now; renew it")
+    certificate = _certificate(parsed, file, key, self_signed=False)
+    certificate.context()
+    return certificate
 
 
-def kept_certificate(path: Path, names: Sequence[str], *, now: datetime | None = None) -> Certificate:
-    """Return the certificate that is kept in a file, or a new one, where none is kept that holds for all ``names``.
+def self_signed_certificate(path: Path, names: Sequence[str], *, now: datetime | None = None) -> Certificate:
+    """Return the certificate in a file, or a new one if it does not cover all ``names`` or is about to expire.
 
     Parameters
     ----------
     path : Path
         PEM of key and certificate, readable by its owner only.
     names : sequence of str
-        Names and addresses of this machine.
+        Host names and addresses of this machine.
     now : datetime, optional
 
     Raises
     ------
     DataError
-        If it can neither be read nor made.
+        If it can neither be read nor created.
     """
     imported("cryptography", extra="studio", what="certificates")
     now = now or datetime.now(UTC)
-    wanted = {str(held.value) for name in names if (held := _held(name))}
+    wanted = {str(entry.value) for name in names if (entry := _general_name(name))}
     try:
         if path.is_file():
             if path.stat().st_mode & 0o077:
                 path.chmod(0o600)
             try:
-                kept = _certificate(_parsed(path, path.read_bytes()), path, path, own=True)
-                kept.context()
+                certificate = _certificate(_parsed(path, path.read_bytes()), path, path, self_signed=True)
+                certificate.context()
             except DataError:  # damaged: a new one is as good
-                kept = None
-            if kept is not None and wanted <= set(kept.names) and now + LEFT <= kept.until:
-                return kept
+                pass
+            else:
+                if wanted <= set(certificate.names) and now + RENEWAL <= certificate.valid_until:
+                    return certificate
         _make(path, names, now)
-        return _certificate(_parsed(path, path.read_bytes()), path, path, own=True)
+        return _certificate(_parsed(path, path.read_bytes()), path, path, self_signed=True)
     except OSError as error:
-        raise DataError(f"{path}: the certificate can neither be read nor made: {error.strerror}") from error
+        raise DataError(
+            f"{path}: the certificate can neither be read nor created: {error.strerror}"
+        ) from error
 
 
 def _make(path: Path, names: Sequence[str], now: datetime) -> None:
-    """Write a new key and its certificate."""
     from cryptography import x509
     from cryptography.hazmat.primitives import hashes, serialization
     from cryptography.hazmat.primitives.asymmetric import ec
@@ -159,16 +155,16 @@ def _make(path: Path, names: Sequence[str], now: datetime) -> None:
     name = x509.Name(
         [x509.NameAttribute(x509.NameOID.COMMON_NAME, f"tactogram on {socket.gethostname()}"[:64])]
     )
-    held = x509.SubjectAlternativeName([value for text in dict.fromkeys(names) if (value := _held(text))])
-    # No authority: a tablet that is made to trust it trusts this server, and no other in its name.
+    alternatives = [value for text in dict.fromkeys(names) if (value := _general_name(text))]
+    # Not an authority: a tablet that trusts it trusts this server, and no other signed by it.
     constraints = x509.BasicConstraints(ca=False, path_length=None)
     signs_handshakes = x509.KeyUsage(True, *[False] * 8)  # and nothing else
     purpose = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH])
     certificate = (
         x509.CertificateBuilder(name, name, key.public_key(), x509.random_serial_number())
-        .not_valid_before(now - timedelta(hours=1))  # a tablet's clock may be late
-        .not_valid_after(now + VALID)
-        .add_extension(held, critical=False)
+        .not_valid_before(now - timedelta(hours=1))  # a tablet's clock may be slow
+        .not_valid_after(now + VALIDITY)
+        .add_extension(x509.SubjectAlternativeName(alternatives), critical=False)
         .add_extension(constraints, critical=True)
         .add_extension(signs_handshakes, critical=True)
         .add_extension(purpose, critical=False)
@@ -177,54 +173,54 @@ def _make(path: Path, names: Sequence[str], now: datetime) -> None:
     pem, plain = serialization.Encoding.PEM, serialization.NoEncryption()
     written = key.private_bytes(pem, serialization.PrivateFormat.PKCS8, plain) + certificate.public_bytes(pem)
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_secret(path, written, over=True)
+    write_secret(path, written, replace=True)
 
 
 def _read(path: Path, what: str) -> bytes:
     try:
         return path.read_bytes()
     except FileNotFoundError:
-        raise DataError(f"{path}: there is no such file; give the {what} as PEM") from None
+        raise DataError(f"{path}: no such file; expected the {what} in PEM format") from None
     except OSError as error:
         raise DataError(f"{path}: the {what} cannot be read: {error.strerror}") from None
 
 
-def _parsed(path: Path, pem: bytes) -> Parsed:
+def _parsed(path: Path, pem: bytes) -> ParsedCertificate:
     from cryptography import x509
 
     try:
         return x509.load_pem_x509_certificates(pem)[0]
     except ValueError:
-        raise DataError(f"{path}: holds no certificate as PEM (-----BEGIN CERTIFICATE-----)") from None
+        raise DataError(f"{path}: not a certificate in PEM format (-----BEGIN CERTIFICATE-----)") from None
 
 
-def _certificate(parsed: Parsed, file: Path, key: Path, *, own: bool) -> Certificate:
+def _certificate(parsed: ParsedCertificate, file: Path, key: Path, *, self_signed: bool) -> Certificate:
     from cryptography import x509
     from cryptography.hazmat.primitives import hashes
 
     try:
-        held = parsed.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+        alternatives = parsed.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
     except (x509.ExtensionNotFound, ValueError):
-        held = x509.SubjectAlternativeName([])
-    named = [_as_here(name) for name in held.get_values_for_type(x509.DNSName)]
-    numbers = [str(number) for number in held.get_values_for_type(x509.IPAddress)]
+        alternatives = x509.SubjectAlternativeName([])
+    hosts = [_filled_wildcard(name) for name in alternatives.get_values_for_type(x509.DNSName)]
+    addresses = [str(address) for address in alternatives.get_values_for_type(x509.IPAddress)]
     return Certificate(
         file=file,
         key=key,
-        names=(*named, *numbers),
-        until=parsed.not_valid_after_utc,
+        names=(*hosts, *addresses),
+        valid_until=parsed.not_valid_after_utc,
         sha256=parsed.fingerprint(hashes.SHA256()).hex(":").upper(),
-        own=own,
+        self_signed=self_signed,
     )
 
 
-def _as_here(name: str) -> str:
-    """Return the name of this machine where a certificate holds for all names of a domain."""
+def _filled_wildcard(name: str) -> str:
+    """Return this machine's name in the domain of a wildcard."""
     return name.replace("*", socket.gethostname().partition(".")[0], 1) if name.startswith("*.") else name
 
 
-def _held(name: str) -> GeneralName | None:
-    """Return a name or address as a certificate holds it; None if no host is called so."""
+def _general_name(name: str) -> GeneralName | None:
+    """Return a host name or address in X.509 form; None if it is not valid."""
     from cryptography import x509
 
     try:

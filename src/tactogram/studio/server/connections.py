@@ -1,7 +1,7 @@
-"""Connections to the server: how many there may be, how long each may take, and which gives way to another.
+"""Connections to the server: limits on their number and duration, and which one is closed when there are too many.
 
-uvicorn's own limit answers everybody with 503 once there are too many connections, so that idle ones shut people out.
-Here one that nobody waits for is closed instead.
+uvicorn's own limit answers everybody with 503 once there are too many connections, so that idle ones lock people out.
+Here an idle one is closed instead.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 MOST_FILES = 8192
-"""Open files that a process asks the system for: connections, and what the studio reads."""
-MOST_WRITTEN = 64 * 1024
-"""Bytes of an answer that wait for the other side. Where more do, a quarter of it has to be reached in time."""
+"""Open files that the process requests from the system, for connections and for reading."""
+MOST_BUFFERED = 64 * 1024
+"""Unsent bytes of a response; above, writing pauses until only a quarter is left, within ``write_s``."""
 
 
 @dataclass(frozen=True)
@@ -35,15 +35,15 @@ class ConnectionLimits:
     Parameters
     ----------
     connections : int
-        At once, without websockets, which need the token. A tablet takes up to six.
+        At once, without websockets, which need the token. A tablet opens up to six.
     handshake_s : float
-        For the beginning of TLS, and for its end.
+        For the start and the end of TLS.
     head_s : float
-        For the head of a request, from its first byte on; of the first one from the connection on.
-    idle_s : float
+        For the head of a request, from its first byte; of the first request, from the connection.
+    idle_s : int
         Between requests. People think longer than uvicorn's 5 s.
     write_s : float
-        For 48 KiB of an answer to be taken.
+        For the client to accept 48 KiB of a response.
     """
 
     connections: int = 512
@@ -54,19 +54,17 @@ class ConnectionLimits:
 
 
 class _Deadline:
-    """Something that is done unless it is ended in time."""
+    """Calls ``then`` unless it is cancelled in time."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop, seconds: float, then: Callable[[], None]) -> None:
         self._loop, self._seconds, self._then = loop, seconds, then
         self._handle: asyncio.TimerHandle | None = None
 
-    def begin(self) -> None:
-        """Begin, unless it was begun."""
+    def start(self) -> None:
         if self._handle is None:
             self._handle = self._loop.call_later(self._seconds, self._then)
 
-    def end(self) -> None:
-        """End, in time."""
+    def cancel(self) -> None:
         if self._handle is not None:
             self._handle.cancel()
             self._handle = None
@@ -79,15 +77,15 @@ class SlotHolder(Protocol):
     since: float
 
     @property
-    def waits(self) -> bool:
-        """Whether it is the other side's turn: to ask, or to send the rest of what it asks."""
+    def idle(self) -> bool:
+        """Whether the server waits for the client: for a request, or the rest of one."""
 
     @property
-    def asked(self) -> bool:
-        """Whether anything was asked on it, to the end."""
+    def served(self) -> bool:
+        """Whether a complete request came."""
 
     def abort(self) -> None:
-        """Hang up at once."""
+        """Close the connection immediately."""
 
 
 @dataclass(eq=False)
@@ -97,135 +95,125 @@ class PendingConnection:
     sender: str
     since: float
     task: asyncio.Task[None]
-    waits: bool = True
-    asked: bool = False
+    idle: bool = True
+    served: bool = False
 
     def abort(self) -> None:
-        """Hang up at once."""
+        """Close the connection immediately."""
         self.task.cancel()
 
 
 class Connection(H11Protocol):
-    """A connection that ends by itself where its other side is too slow."""
+    """A connection that closes itself if the client is too slow."""
 
     def __init__(
-        self, *args: Any, sender: str, limits: ConnectionLimits, among: set[SlotHolder], **kwargs: Any
+        self, *args: Any, sender: str, limits: ConnectionLimits, slots: set[SlotHolder], **kwargs: Any
     ) -> None:
         super().__init__(*args, **kwargs)
-        self.sender, self.among = sender, among
+        self.sender, self.slots = sender, slots
         self.since = self.loop.time()
         self._head = _Deadline(self.loop, limits.head_s, self.abort)
         self._write = _Deadline(self.loop, limits.write_s, self.abort)
 
     @property
-    def waits(self) -> bool:
-        """Whether it is the other side's turn: to ask, or to send the rest of what it asks."""
-        return bool(self.cycle.more_body) if self._asks else not self.flow.write_paused
+    def idle(self) -> bool:
+        """Whether the server waits for the client: for a request, or the rest of one."""
+        return bool(self.cycle.more_body) if self._in_request else not self.flow.write_paused
 
     @property
-    def asked(self) -> bool:
-        """Whether anything was asked on it, to the end."""
+    def served(self) -> bool:
+        """Whether a complete request came."""
         return self.cycle is not None and not self.cycle.more_body
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Begin."""
+        """Take a slot."""
         super().connection_made(transport)
-        transport.set_write_buffer_limits(MOST_WRITTEN)  # over TLS, asyncio would hold eight times that
-        self.among.add(self)
-        self._head.begin()
+        transport.set_write_buffer_limits(MOST_BUFFERED)  # over TLS, asyncio would buffer eight times that
+        self.slots.add(self)
+        self._head.start()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """End."""
-        self._left()
+        """Release the slot."""
+        self._release()
         super().connection_lost(exc)
 
     def data_received(self, data: bytes) -> None:
-        """Take what came; a head that has begun has to end in time, however slowly it drips."""
-        self._head.begin()
+        """Read data; the head of a request must be complete in time, however slowly it comes."""
+        self._head.start()
         super().data_received(data)
-        if self._asks:
-            self._head.end()
+        if self._in_request:
+            self._head.cancel()
 
     def on_response_complete(self) -> None:
         """Wait for the next request."""
         self.since = self.loop.time()
-        self._head.end()
+        self._head.cancel()
         super().on_response_complete()
 
     def handle_websocket_upgrade(self, event: h11.Request) -> None:
-        """Hand over to a websocket, which has limits of its own."""
-        self._left()
+        """Release the slot: a websocket has limits of its own."""
+        self._release()
         super().handle_websocket_upgrade(event)
 
     def pause_writing(self) -> None:
-        """Wait until the other side takes what was written, but not for ever."""
+        """Wait until the client accepts the data, for a limited time."""
         super().pause_writing()
-        self._write.begin()
+        self._write.start()
 
     def resume_writing(self) -> None:
-        """Go on writing."""
-        self._write.end()
+        """Resume writing."""
+        self._write.cancel()
         super().resume_writing()
 
     def abort(self) -> None:
-        """Hang up at once."""
-        self._left()
+        """Close the connection immediately."""
+        self._release()
         self.transport.abort()
 
     @property
-    def _asks(self) -> bool:
-        """Whether a request's head is through, and its answer is not."""
+    def _in_request(self) -> bool:
+        """Whether the head of a request is complete and its response is not."""
         return self.cycle is not None and not self.cycle.response_complete
 
-    def _left(self) -> None:
-        self.among.discard(self)
-        self._head.end()
-        self._write.end()
+    def _release(self) -> None:
+        self.slots.discard(self)
+        self._head.cancel()
+        self._write.cancel()
 
 
 class Websocket(WebSocketsSansIOProtocol):
-    """A websocket that also ends while its other side is closing it.
+    """A websocket that can shut down while the client is closing it.
 
-    uvicorn's sends a close frame then, too, which its protocol refuses; the exception would end the server.
+    uvicorn's would send a close frame then, which its protocol refuses; the exception would end the server.
     """
 
     def shutdown(self) -> None:
-        """Close it; abort the connection where it is being closed already, as nothing more can be said on it."""
+        """Close the websocket, or abort its connection if that is closing already."""
         if self.transport.is_closing():
             self.transport.abort()
         else:
             super().shutdown()
 
 
-def gives_way(held: set[SlotHolder]) -> list[SlotHolder]:
-    """Return the connections that are closed where there are too many.
+def connections_to_close(slots: set[SlotHolder]) -> list[SlotHolder]:
+    """Return the connections to close when there are too many.
 
-    They are of the sender with the most that wait for it: first those on which nothing was asked yet, then those that
-    have waited longest. An eighth of them, so that of many that come at once not each is weighed against all. Where all
-    are being answered it is the newest.
+    They belong to the sender with the most idle ones: first those without a request, then those that have been idle
+    longest. An eighth at once, so that a flood of connections does not compare each with all others. If none is idle,
+    the newest.
     """
-    waiting = [one for one in held if one.waits]
-    if not waiting:
-        return [max(held, key=lambda one: one.since)]
-    ((sender, count),) = Counter(one.sender for one in waiting).most_common(1)
-    theirs = sorted((one for one in waiting if one.sender == sender), key=lambda one: (one.asked, one.since))
-    return theirs[: max(1, count // 8)]
+    idle = [one for one in slots if one.idle]
+    if not idle:
+        return [max(slots, key=lambda one: one.since)]
+    ((sender, count),) = Counter(one.sender for one in idle).most_common(1)
+    candidates = sorted(
+        (one for one in idle if one.sender == sender), key=lambda one: (one.served, one.since)
+    )
+    return candidates[: max(1, count // 8)]
 
 
 class LimitedServer(uvicorn.Server):
-    """uvicorn, with limits that are kept on connections.
-
-    Parameters
-    ----------
-    app : ASGI application
-    listener : socket
-    context : ssl.SSLContext, optional
-    limits : Limits
-    ready : callable
-        Called when it answers.
-    options
-        Others of `uvicorn.Config`.
-    """
+    """uvicorn with limits on connections; ``options`` go to `uvicorn.Config`."""
 
     def __init__(
         self,
@@ -239,13 +227,13 @@ class LimitedServer(uvicorn.Server):
     ) -> None:
         self.listener, self.context, self.ready = listener, context, ready
         self.limits = limits or ConnectionLimits()
-        self._held: set[SlotHolder] = set()
+        self._slots: set[SlotHolder] = set()
         config = uvicorn.Config(
             app,
             log_level="warning",
-            access_log=False,  # tickets and the token stand in addresses
+            access_log=False,  # addresses hold tickets and the token
             server_header=False,
-            http=Connection,  # of h11: httptools takes headers without end
+            http=Connection,  # h11: httptools accepts headers of any length
             ws=Websocket,
             timeout_keep_alive=self.limits.idle_s,
             timeout_graceful_shutdown=2,
@@ -254,12 +242,12 @@ class LimitedServer(uvicorn.Server):
         super().__init__(config)
 
     def serve_until_ended(self) -> None:
-        """Serve until it is interrupted or told to exit."""
-        with suppress(KeyboardInterrupt):  # the usual way to end it
+        """Serve until interrupted or `should_exit` is set."""
+        with suppress(KeyboardInterrupt):  # the usual way to stop it
             self.run(sockets=[self.listener])
 
     async def startup(self, sockets: Sequence[socket] | None = None) -> None:
-        """Begin to take connections."""
+        """Accept connections."""
         await super().startup(sockets=[])
         self.listener.setblocking(False)
         self.listener.listen(self.config.backlog)
@@ -267,33 +255,33 @@ class LimitedServer(uvicorn.Server):
         self.ready()
 
     async def shutdown(self, sockets: list[socket] | None = None) -> None:
-        """End, without waiting for whose turn it is: over TLS, a tablet that sleeps does not say that it hung up."""
+        """Stop without waiting for idle connections: over TLS, a sleeping tablet does not announce its end."""
         self._accepting.cancel()
-        for one in list(self._held):
-            if one.waits:
+        for one in list(self._slots):
+            if one.idle:
                 one.abort()
-        # What is not answered in time is cancelled, and uvicorn would tell it as an error. Real ones are the guard's.
+        # uvicorn logs requests that it cancels as errors; real errors are logged by the guard.
         logging.getLogger("uvicorn.error").setLevel(logging.CRITICAL)
         await super().shutdown(sockets)
 
     async def _accept(self) -> None:
-        """Give each that comes a place. asyncio's own servers do not say who is still shaking hands."""
+        """Accept connections and give each a slot; asyncio's own servers do not expose pending handshakes."""
         loop = asyncio.get_running_loop()
         while True:
             try:
                 accepted, address = await loop.sock_accept(self.listener)
-            except OSError:  # gone again, or no file is left
+            except OSError:  # disconnected again, or no file descriptor is left
                 await asyncio.sleep(0.05)
                 continue
-            if len(self._held) >= self.limits.connections:
-                for one in gives_way(self._held):
+            if len(self._slots) >= self.limits.connections:
+                for one in connections_to_close(self._slots):
                     one.abort()
             sender = str(address[0])
             task = loop.create_task(self._connect(accepted, sender))
-            arriving = PendingConnection(sender, loop.time(), task)
-            self._held.add(arriving)
-            task.add_done_callback(functools.partial(self._arrived, arriving))
-            await asyncio.sleep(0)  # others have their turn, however many come
+            pending = PendingConnection(sender, loop.time(), task)
+            self._slots.add(pending)
+            task.add_done_callback(functools.partial(self._connected, pending))
+            await asyncio.sleep(0)  # lets other tasks run, however many connections come
 
     async def _connect(self, accepted: socket, sender: str) -> None:
         def connection() -> Connection:
@@ -303,27 +291,27 @@ class LimitedServer(uvicorn.Server):
                 self.lifespan.state,
                 sender=sender,
                 limits=self.limits,
-                among=self._held,
+                slots=self._slots,
             )
 
         handshake_s = None if self.context is None else self.limits.handshake_s
-        with suppress(OSError):  # no handshake, or none in time
+        with suppress(OSError):  # no handshake in time
             await asyncio.get_running_loop().connect_accepted_socket(
                 connection,
                 accepted,
                 ssl=self.context,
                 ssl_handshake_timeout=handshake_s,
-                ssl_shutdown_timeout=handshake_s,  # until then asyncio goes on taking what comes
+                ssl_shutdown_timeout=handshake_s,  # until then asyncio keeps reading
             )
 
-    def _arrived(self, arriving: PendingConnection, task: asyncio.Task[None]) -> None:
-        self._held.discard(arriving)
+    def _connected(self, pending: PendingConnection, task: asyncio.Task[None]) -> None:
+        self._slots.discard(pending)
 
 
-def limits_here() -> ConnectionLimits:
-    """Return the limits, and let this process have the files open that they take, where the system allows it.
+def system_limits() -> ConnectionLimits:
+    """Return the limits for this machine, after raising the process's limit of open files as far as possible.
 
-    macOS gives 256, which 50 tablets use up. Where no more can be had, half of them are for connections.
+    macOS allows 256, which 50 tablets exhaust. At most half of the files are for connections.
     """
     limits = ConnectionLimits()
     try:

@@ -1,7 +1,7 @@
-"""The guard around the whole server: who may ask, how much may be sent, and what every answer says to the browser.
+"""Request guard around the whole server: access, size limits and security headers.
 
-Pure ASGI, so that it stands before everything, websockets too, and never reads a body itself. What it checks is
-`studio.server.guard_rules`. An exception inside never ends the server, and its traceback goes to the log only.
+Pure ASGI, so that it also covers websockets and never buffers a body. Its rules are in `studio.server.guard_rules`. An
+exception inside never ends the server; its traceback goes to the log only.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from tactogram.studio.server.guard_rules import (
     PARTICIPANTS,
     GuardSettings,
     Refusal,
+    accepts_html,
     body_refusal,
     cookie_name,
-    header,
     is_secure,
     is_token,
     needs_token,
@@ -29,51 +29,42 @@ from tactogram.studio.server.guard_rules import (
     token_in_query,
 )
 
-STRICT = (
+PARTICIPANT_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; media-src 'self' blob:; "
     "connect-src 'self'; font-src 'self'; worker-src 'self' blob:; manifest-src 'self'; base-uri 'none'; "
     "form-action 'self'; frame-ancestors 'none'"
 )
-"""Of participants' pages: nothing but this server's own files, no inline script or style."""
-STUDIO = (
+"""Content policy of participants' pages: only this server's own files, no inline scripts or styles."""
+STUDIO_POLICY = (
     "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
     "img-src 'self' blob: data:; media-src 'self' blob: data:; font-src 'self' data:; connect-src 'self' blob: data:; "
     "worker-src 'self' blob:; object-src 'none'; base-uri 'self'; form-action 'self'; frame-ancestors 'none'"
 )
-"""Of the rest. NiceGUI writes scripts and styles into its pages and compiles templates; no other host is named."""
-REPORT = (
+"""Content policy of all other pages. NiceGUI writes inline scripts and styles and compiles templates."""
+REPORT_POLICY = (
     "sandbox; default-src 'none'; img-src 'self' data:; media-src data:; style-src 'unsafe-inline'; font-src data:; "
     "frame-ancestors 'self'"
 )
-"""For a route to set on an HTML report that a run holds: shown, never run; within a page of this server."""
-ALWAYS = (
+"""For routes that send a run's HTML report: displayed within a page of this server, never executed."""
+DEFAULT_HEADERS = (
     ("x-content-type-options", "nosniff"),
     ("referrer-policy", "no-referrer"),
     ("cross-origin-resource-policy", "same-origin"),
     ("permissions-policy", "camera=(self), microphone=(self), geolocation=(), payment=(), usb=()"),
     ("cache-control", "no-store"),
 )
-"""Set where an answer does not say otherwise."""
-FAILED = Refusal(
-    500, "This did not work because of an error in the program; it was written to the server's log."
-)
-STALLED = Refusal(408, "What was being sent stopped on its way; send it again.")
+FAILED = Refusal(500, "This failed because of an error in the program; details are in the server's log.")
+STALLED = Refusal(408, "The request stopped arriving; send it again.")
 TOKEN_NEEDED = Refusal(
     401,
-    "This needs the token that the command printed: open the address with it; if you just did, open this again.",
+    "This page needs the token that the command printed: open the address with the token; if you just did, try again.",
 )
 
 log = logging.getLogger("tactogram.studio")
 
 
 class RequestGuard:
-    """An ASGI application around another.
-
-    Parameters
-    ----------
-    app : ASGI application
-    settings : Guarding
-    """
+    """ASGI application that guards another."""
 
     def __init__(self, app: ASGIApp, settings: GuardSettings) -> None:
         self.app, self.settings = app, settings
@@ -88,38 +79,37 @@ class RequestGuard:
             await self.app(scope, receive, send)
 
     async def _http(self, scope: Scope, receive: Receive, send: Send) -> None:
-        send = with_usual_headers(scope, send)
+        send = _with_default_headers(scope, send)
         refused = refusal(scope, self.settings)
         if refused is None and needs_token(scope, self.settings):
-            if (exchanged := self._exchanged(scope)) is not None:
-                await exchanged(scope, receive, send)
+            if (redirect := self._token_to_cookie(scope)) is not None:
+                await redirect(scope, receive, send)
                 return
             refused = TOKEN_NEEDED
         if refused is not None:
-            await refuse(refused, scope)(scope, receive, send)
+            await _refusal_response(refused, scope)(scope, receive, send)
             return
         body = _RequestBody(scope, receive, self.settings)
-        answer = _GuardedResponse(send, body)
+        response = _GuardedResponse(send, body)
         try:
-            await self.app(scope, body.receive, answer.send)
+            await self.app(scope, body.receive, response.send)
         except Exception:
             if body.refused is None:
-                log.exception("%s %s failed", scope["method"], _place(scope))
-        if not answer.started:
-            await refuse(body.refused or FAILED, scope)(scope, receive, send)
+                log.exception("%s %s failed", scope["method"], _logged_path(scope))
+        if not response.started:
+            await _refusal_response(body.refused or FAILED, scope)(scope, receive, send)
 
     async def _websocket(self, scope: Scope, receive: Receive, send: Send) -> None:
         if refusal(scope, self.settings) or needs_token(scope, self.settings):
             await receive()
             await send({"type": "websocket.close", "code": 1008})
             return
-        most = self.settings.message
 
         async def limited() -> Message:
             message = await receive()
             if message["type"] == "websocket.receive":
                 length = len(message.get("bytes") or b"") + len((message.get("text") or "").encode())
-                if length > most:
+                if length > self.settings.message_bytes:
                     await send({"type": "websocket.close", "code": 1009})
                     return {"type": "websocket.disconnect", "code": 1009}
             return message
@@ -127,37 +117,38 @@ class RequestGuard:
         try:
             await self.app(scope, limited, send)
         except Exception:
-            log.exception("websocket %s failed", _place(scope))
+            log.exception("websocket %s failed", _logged_path(scope))
 
-    def _exchanged(self, scope: Scope) -> Response | None:
-        """Take the token out of an address into a cookie; None if it is not there, or not right."""
-        found = token_in_query(scope)
-        if found is None or scope["method"] != "GET" or not is_token(found[0], self.settings):
+    def _token_to_cookie(self, scope: Scope) -> Response | None:
+        """Return a redirect that moves the address's token into a cookie; None without a valid token."""
+        entry = token_in_query(scope)
+        if entry is None or scope["method"] != "GET" or not is_token(entry[0], self.settings):
             return None
-        answer = RedirectResponse(found[1], 303)
-        answer.set_cookie(
-            cookie_name(scope), found[0], secure=is_secure(scope), httponly=True, samesite="strict"
+        token, address = entry
+        response = RedirectResponse(address, 303)
+        response.set_cookie(
+            cookie_name(scope), token, secure=is_secure(scope), httponly=True, samesite="strict"
         )
-        return answer
+        return response
 
 
 class _RequestBody:
-    """Request body, counted and timed. After a refusal the application is told that the sender is gone."""
+    """Request body with limits on size and time; after a refusal the application sees a disconnect."""
 
     def __init__(self, scope: Scope, receive: Receive, settings: GuardSettings) -> None:
         self._scope, self._receive, self._settings = scope, receive, settings
-        self._bytes, self._whole = 0, False
+        self._bytes, self._complete = 0, False
         self._waited = 0.0
         self.refused: Refusal | None = None
 
     async def receive(self) -> Message:
-        if self._whole:
+        if self._complete:
             return await self._receive()
         most, loop = self._settings.body_seconds, asyncio.get_running_loop()
-        in_all = most + self._bytes / self._settings.body_rate
+        allowed = most + self._bytes / self._settings.body_rate
         begun = loop.time()
         try:
-            message = await asyncio.wait_for(self._receive(), min(most, in_all - self._waited))
+            message = await asyncio.wait_for(self._receive(), min(most, allowed - self._waited))
         except TimeoutError:
             return self._refuse(STALLED)
         self._waited += loop.time() - begun
@@ -165,16 +156,16 @@ class _RequestBody:
             self._bytes += len(message.get("body", b""))
             if self._bytes > self._settings.most_bytes(self._scope["path"]):
                 return self._refuse(body_refusal(self._scope, self._settings))
-        self._whole = not message.get("more_body", False)
+        self._complete = not message.get("more_body", False)
         return message
 
-    def _refuse(self, why: Refusal) -> Message:
-        self.refused, self._whole = why, True
+    def _refuse(self, refused: Refusal) -> Message:
+        self.refused, self._complete = refused, True
         return {"type": "http.disconnect"}
 
 
 class _GuardedResponse:
-    """Guarded response: nothing of the application's after a refusal."""
+    """Response that the application cannot start once its request body was refused."""
 
     def __init__(self, send: Send, body: _RequestBody) -> None:
         self._send, self._body = send, body
@@ -186,40 +177,41 @@ class _GuardedResponse:
             await self._send(message)
 
 
-def with_usual_headers(scope: Scope, send: Send) -> Send:
-    """Return ``send`` with the headers that every answer has; those that an answer sets itself stay."""
-    policy = STRICT if str(scope["path"]).startswith(PARTICIPANTS) else STUDIO
+def _with_default_headers(scope: Scope, send: Send) -> Send:
+    """Return ``send`` with security headers, except where a response sets its own."""
+    participants = str(scope["path"]).startswith(PARTICIPANTS)
+    policy = PARTICIPANT_POLICY if participants else STUDIO_POLICY
 
-    async def headed(message: Message) -> None:
+    async def send_with_headers(message: Message) -> None:
         if message["type"] == "http.response.start":
             headers = MutableHeaders(
                 raw=[(name.lower(), value) for name, value in message.get("headers", [])]
             )
-            for name, value in (*ALWAYS, ("content-security-policy", policy)):
+            for name, value in (*DEFAULT_HEADERS, ("content-security-policy", policy)):
                 headers.setdefault(name, value)
             message = {**message, "headers": headers.raw}
         await send(message)
 
-    return headed
+    return send_with_headers
 
 
-def refuse(why: Refusal, scope: Scope) -> Response:
-    """Return an answer of one sentence: a page for a browser that asks for one, else JSON; then the server hangs up."""
-    ends = {"connection": "close"}
-    if "text/html" not in (header(scope, "accept") or ""):
-        return JSONResponse({"error": why.sentence}, why.status, ends)
-    # After a link from elsewhere a browser sends the cookie only from here on: followed from this page, it does.
+def _refusal_response(refused: Refusal, scope: Scope) -> Response:
+    """Return a page for a browser, JSON for everything else; then the connection closes."""
+    headers = {"connection": "close"}
+    if not accepts_html(scope):
+        return JSONResponse({"error": refused.sentence}, refused.status, headers)
+    # After a link on another site, a browser sends the cookie only with requests from this page.
     again = quote("/" + str(scope["path"]).lstrip("/"))
     return HTMLResponse(
         "<!doctype html><html lang='en'><meta charset='utf-8'><title>tactogram</title>"
-        f"<p>{html.escape(why.sentence)}</p><p><a href='{again}'>Open this page again</a></p></html>",
-        why.status,
-        ends,
+        f"<p>{html.escape(refused.sentence)}</p><p><a href='{again}'>Open this page again</a></p></html>",
+        refused.status,
+        headers,
     )
 
 
-def _place(scope: Scope) -> str:
-    """Return a path for the log, without the secrets that stand in participants' addresses."""
+def _logged_path(scope: Scope) -> str:
+    """Return a path for the log, without the secrets in participants' addresses."""
     parts = str(scope["path"]).split("/")
     if len(parts) > 2 and parts[1] in ("join", "take"):
         parts[2] = "…"

@@ -1,7 +1,7 @@
 """Rules of the request guard: pure functions of an ASGI scope and the guard's settings.
 
-Host header against DNS rebinding, Origin and Sec-Fetch-Site against forged requests of other pages, as
-https://cheatsheetseries.owasp.org describes them; sizes before anything is read.
+The Host header is checked against DNS rebinding, Origin and Sec-Fetch-Site against forged requests from other sites
+(https://cheatsheetseries.owasp.org); sizes are checked before a body is read.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 from urllib.parse import parse_qsl, quote, urlencode, urlsplit
 
+from starlette.datastructures import Headers
 from starlette.requests import cookie_parser
 
 from tactogram.errors import ParameterError
@@ -21,16 +22,16 @@ from tactogram.errors import ParameterError
 Scope = Mapping[str, Any]
 
 COOKIE = "tactogram_token"
-"""Over https with ``__Host-`` before it: browsers take such a cookie from no answer that came without (RFC 6265bis)."""
+"""Prefixed with ``__Host-`` over https: browsers accept such a cookie over encrypted connections only (RFC 6265bis)."""
 METHODS = ("GET", "HEAD", "POST")
 LONGEST_PATH = 2048
 MOST_HEADER_BYTES = 32 * 1024
 KIB, MIB = 2**10, 2**20
 PARTICIPANTS = ("/join/", "/take/", "/participants/")
-"""What begins so is for participants: a ticket stands in for the token, and their pages get the strict policy."""
+"""Prefixes of participants' paths: these need a ticket instead of the token and get the strict policy."""
 
 _HOST = re.compile(r"(\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9._-]+)(?::([0-9]{1,5}))?")
-_LOOPBACK = ("localhost", "127.0.0.1", "::1")
+_OTHER_SITE = "This request comes from a page of another site; open the page here and do it there."
 
 
 @dataclass(frozen=True)
@@ -42,79 +43,77 @@ class GuardSettings:
     loopback : bool
         Whether the server is reached from this machine only.
     token : str, optional
-        What a browser has to know; needed where it is not.
+        Secret that a browser must present; required unless ``loopback``.
     hosts : tuple of str
-        Names by which the server is reached beyond loopback. Addresses need none: no name can be bound to another
-        address where none is used.
+        Names of the server beyond loopback. IP addresses are always accepted: DNS rebinding needs a name.
     open_to_all : tuple of str
-        Beginnings of paths that need no token.
-    bodies : tuple of (str, int)
-        Most bytes of a body by the beginning of its path; the first that fits counts.
-    body : int
-        Most bytes of any other body.
-    message : int
-        Most bytes of a message through a websocket.
+        Prefixes of paths that need no token.
+    path_bytes : tuple of (str, int)
+        Largest body by path prefix; the first match counts.
+    body_bytes, message_bytes : int
+        Largest other body; largest websocket message.
     body_seconds : float
-        For each piece of a body; a sender that stalls is sent away.
+        Longest wait for each chunk of a body, s.
     body_rate : float
-        Bytes per second; less than that on the whole, beyond the first ``body_seconds``, is stalling, too.
+        Least average rate of a body after the first ``body_seconds``, bytes/s.
 
     Raises
     ------
     ParameterError
-        If the server is reached from elsewhere and there is no token, or one that can be guessed.
+        If the server is reached from elsewhere without a token, or the token can be guessed.
     """
 
     loopback: bool = True
     token: str | None = None
     hosts: tuple[str, ...] = ()
     open_to_all: tuple[str, ...] = (*PARTICIPANTS, "/static/")
-    bodies: tuple[tuple[str, int], ...] = (
+    path_bytes: tuple[tuple[str, int], ...] = (
         *((path, 64 * KIB) for path in PARTICIPANTS),
         ("/_nicegui/client/", 512 * MIB),
     )
-    body: int = MIB
-    message: int = 4 * MIB
+    body_bytes: int = MIB
+    message_bytes: int = 4 * MIB
     body_seconds: float = 20.0
     body_rate: float = float(KIB)
 
     def __post_init__(self) -> None:
         if not self.loopback and self.token is None:
-            raise ParameterError("a server beyond loopback needs a token, got none; draw one and print it")
+            raise ParameterError("a server beyond loopback needs a token, got none; create one and print it")
         if self.token is not None and len(self.token) < 16:
             raise ParameterError(f"a token must have at least 16 characters, got {len(self.token)}")
 
     def most_bytes(self, path: str) -> int:
-        """Return how long a body sent to ``path`` may be."""
-        return next((most for start, most in self.bodies if path.startswith(start)), self.body)
+        """Return the largest body that ``path`` accepts."""
+        return next((most for start, most in self.path_bytes if path.startswith(start)), self.body_bytes)
 
 
 @dataclass(frozen=True)
 class Refusal:
-    """An HTTP status, and one sentence: what was expected, what came, what to do."""
+    """HTTP status, and one sentence: what was expected, what came, what to do."""
 
     status: int
     sentence: str
 
 
 def refusal(scope: Scope, settings: GuardSettings) -> Refusal | None:
-    """Return why a request is refused before its body is read; None lets it through to the token's check."""
+    """Return why a request is refused before its body is read, or None; the token is checked separately."""
     return (
-        malformed(scope)
-        or foreign_host(scope, settings)
-        or wrong_method(scope)
-        or foreign_origin(scope)
-        or too_long(scope, settings)
+        _malformed(scope)
+        or _foreign_host(scope, settings)
+        or _wrong_method(scope)
+        or _foreign_origin(scope)
+        or _too_long(scope, settings)
     )
 
 
-def malformed(scope: Scope) -> Refusal | None:
-    """Refuse paths with control characters or ``..``, long ones, and piles of headers."""
+def _malformed(scope: Scope) -> Refusal | None:
     path = str(scope["path"])
     if len(path) + len(scope.get("query_string", b"")) > LONGEST_PATH:
         return Refusal(414, f"An address must have at most {LONGEST_PATH} characters; shorten it.")
     if any(ord(c) < 32 or ord(c) == 127 for c in path) or "\\" in path or ".." in path.split("/"):
-        return Refusal(400, "An address holds no control characters, backslashes or '..'; correct it.")
+        return Refusal(
+            400, "An address must not contain control characters, backslashes or '..'; correct it."
+        )
     if sum(len(name) + len(value) for name, value in scope["headers"]) > MOST_HEADER_BYTES:
         return Refusal(
             431, f"Headers must have at most {MOST_HEADER_BYTES} bytes; clear this site's cookies."
@@ -122,22 +121,25 @@ def malformed(scope: Scope) -> Refusal | None:
     return None
 
 
-def foreign_host(scope: Scope, settings: GuardSettings) -> Refusal | None:
-    """Refuse a Host header that is not this server's: a name of another that was bound to this address."""
-    hosts = headers(scope, "host")
-    found = _HOST.fullmatch(hosts[0]) if len(hosts) == 1 else None
-    if found is None:
-        return Refusal(400, "A request must say exactly one host; send one Host header.")
-    name = _name(found[1])
-    if name in _LOOPBACK or _is_loopback(name):
+def _foreign_host(scope: Scope, settings: GuardSettings) -> Refusal | None:
+    """Refuse a name that is not this server's: another site's name could be bound to this address."""
+    hosts = _headers(scope).getlist("host")
+    match = _HOST.fullmatch(hosts[0]) if len(hosts) == 1 else None
+    if match is None:
+        return Refusal(400, "A request must name exactly one host; send one Host header.")
+    name = _name(match[1])
+    try:
+        address = ipaddress.ip_address(name)
+    except ValueError:
+        address = None
+    if name == "localhost" or (address is not None and address.is_loopback):
         return None
-    if not settings.loopback and (_is_address(name) or name in {_name(host) for host in settings.hosts}):
+    if not settings.loopback and (address is not None or name in map(_name, settings.hosts)):
         return None
     return Refusal(421, f"This server is not called {name[:100]}; open the address that the command printed.")
 
 
-def wrong_method(scope: Scope) -> Refusal | None:
-    """Refuse every method but those that are used; what overrides a method is not looked at."""
+def _wrong_method(scope: Scope) -> Refusal | None:
     if scope["type"] == "http" and scope["method"] not in METHODS:
         return Refusal(
             405, f"The method must be one of {', '.join(METHODS)}, got {str(scope['method'])[:20]}."
@@ -145,25 +147,22 @@ def wrong_method(scope: Scope) -> Refusal | None:
     return None
 
 
-def foreign_origin(scope: Scope) -> Refusal | None:
-    """Refuse what another site's page sends: everything but following a link to a page.
+def _foreign_origin(scope: Scope) -> Refusal | None:
+    """Refuse what another site's page sends, except following a link to a page.
 
-    A request without Origin and Sec-Fetch-Site is no browser's, and carries no cookie that the sender lacks.
+    A request without Origin and Sec-Fetch-Site is not from a browser, and carries no cookie that the sender lacks.
     """
-    refused = Refusal(403, "This was sent by a page of another site; open the page here and do it there.")
+    headers = _headers(scope)
     reads = scope["type"] == "http" and scope["method"] in ("GET", "HEAD")
-    site = header(scope, "sec-fetch-site")
-    if site not in (None, "same-origin", "none"):
-        follows = (
-            header(scope, "sec-fetch-mode") == "navigate" and header(scope, "sec-fetch-dest") == "document"
-        )
-        if not (reads and follows):
-            return refused
-    origins = headers(scope, "origin")
+    if headers.get("sec-fetch-site") not in (None, "same-origin", "none"):
+        navigates = headers.get("sec-fetch-mode") == "navigate"
+        if not (reads and navigates and headers.get("sec-fetch-dest") == "document"):
+            return Refusal(403, _OTHER_SITE)
+    origins = headers.getlist("origin")
     if origins and not reads:
-        host, secure = header(scope, "host") or "", is_secure(scope)
-        if not (len(origins) == 1 and is_own(origins[0], host, secure=secure)):
-            return refused
+        host, secure = headers.get("host", ""), is_secure(scope)
+        if not (len(origins) == 1 and is_same_origin(origins[0], host, secure=secure)):
+            return Refusal(403, _OTHER_SITE)
     return None
 
 
@@ -172,57 +171,50 @@ def is_secure(scope: Scope) -> bool:
     return scope.get("scheme") in ("https", "wss")
 
 
-def is_own(origin: str, host: str, *, secure: bool = False) -> bool:
-    """Return whether an Origin header is that of the host that was asked.
+def is_same_origin(origin: str, host: str, *, secure: bool = False) -> bool:
+    """Return whether an Origin header names the requested host.
 
-    Parameters
-    ----------
-    origin, host : str
-        Headers.
-    secure : bool
-        Whether it was asked over https: a page of this host that came without is another site then. The other way round
-        a proxy stands between that speaks https to browsers and http to this server.
+    With ``secure`` (a request over https), a page of this host that was loaded over http is another site. Without it,
+    an https origin is accepted: a proxy may speak https to browsers and http to this server.
     """
     try:
         parts = urlsplit(origin)
         port = parts.port
     except ValueError:
         return False
-    usual = {"https": 443}.get(parts.scheme) if secure else {"http": 80, "https": 443}.get(parts.scheme)
-    asked = _HOST.fullmatch(host)
-    if usual is None or asked is None or not parts.hostname:
+    default = {"https": 443}.get(parts.scheme) if secure else {"http": 80, "https": 443}.get(parts.scheme)
+    requested = _HOST.fullmatch(host)
+    if default is None or requested is None or not parts.hostname:
         return False
-    same_port = (port or usual) == (int(asked[2]) if asked[2] else usual)
-    return same_port and _name(parts.hostname) == _name(asked[1])
+    same_port = (port or default) == (int(requested[2]) if requested[2] else default)
+    return same_port and _name(parts.hostname) == _name(requested[1])
 
 
-def too_long(scope: Scope, settings: GuardSettings) -> Refusal | None:
-    """Refuse a body that is announced as longer than its path takes, or in two ways at once."""
-    lengths = headers(scope, "content-length")
+def _too_long(scope: Scope, settings: GuardSettings) -> Refusal | None:
+    """Refuse an announced length above the path's limit, and ambiguous lengths."""
+    headers = _headers(scope)
+    lengths = headers.getlist("content-length")
     if not lengths:
         return None
-    if (
-        len(set(lengths)) > 1
-        or headers(scope, "transfer-encoding")
-        or not re.fullmatch("[0-9]{1,18}", lengths[0])
-    ):
-        return Refusal(400, "A body must say its length once, as a whole number; send it again.")
+    ambiguous = len(set(lengths)) > 1 or "transfer-encoding" in headers
+    if ambiguous or not re.fullmatch("[0-9]{1,18}", lengths[0]):
+        return Refusal(400, "A body must state its length once, as a whole number; send it again.")
     return body_refusal(scope, settings) if int(lengths[0]) > settings.most_bytes(scope["path"]) else None
 
 
 def body_refusal(scope: Scope, settings: GuardSettings) -> Refusal:
-    """Return what is said of a body that is too long."""
+    """Return the refusal of a body that is too long."""
     most = settings.most_bytes(scope["path"])
-    told = f"{most // MIB} MiB" if most >= MIB else f"{most // KIB} KiB"
-    return Refusal(413, f"At most {told} can be sent here; send less, or cut it.")
+    size = f"{most // MIB} MiB" if most >= MIB else f"{most // KIB} KiB"
+    return Refusal(413, f"At most {size} can be sent here; send less.")
 
 
 def needs_token(scope: Scope, settings: GuardSettings) -> bool:
-    """Return whether a request has to show the token, and does not."""
+    """Return whether a request must present the token, but does not."""
     if settings.token is None or str(scope["path"]).startswith(settings.open_to_all):
         return False
-    cookies = (cookie_parser(text) for text in headers(scope, "cookie"))
-    return not any(is_token(found.get(cookie_name(scope), ""), settings) for found in cookies)
+    cookies = (cookie_parser(text) for text in _headers(scope).getlist("cookie"))
+    return not any(is_token(cookie.get(cookie_name(scope), ""), settings) for cookie in cookies)
 
 
 def cookie_name(scope: Scope) -> str:
@@ -231,12 +223,12 @@ def cookie_name(scope: Scope) -> str:
 
 
 def is_token(text: str, settings: GuardSettings) -> bool:
-    """Return whether ``text`` is the token, in the same time whatever it is."""
+    """Return whether ``text`` is the token; takes the same time for every text."""
     return hmac.compare_digest(text.encode(), (settings.token or "").encode()) and settings.token is not None
 
 
 def token_in_query(scope: Scope) -> tuple[str, str] | None:
-    """Return the token that stands in an address, and the address without it; None where none stands."""
+    """Return the token in an address and the address without it; None if it holds no token, or several."""
     pairs = parse_qsl(scope.get("query_string", b"").decode("latin-1"), keep_blank_values=True)
     tokens = [value for name, value in pairs if name == "token"]
     if len(tokens) != 1:
@@ -247,28 +239,14 @@ def token_in_query(scope: Scope) -> tuple[str, str] | None:
     return tokens[0], path + (f"?{rest}" if rest else "")
 
 
-def header(scope: Scope, name: str) -> str | None:
-    """Return the first header of a name."""
-    return next(iter(headers(scope, name)), None)
+def accepts_html(scope: Scope) -> bool:
+    """Return whether a browser asks for a page."""
+    return "text/html" in _headers(scope).get("accept", "")
 
 
-def headers(scope: Scope, name: str) -> list[str]:
-    """Return all headers of a name."""
-    wanted = name.encode()
-    return [value.decode("latin-1") for key, value in scope["headers"] if key.lower() == wanted]
+def _headers(scope: Scope) -> Headers:
+    return Headers(raw=[(name.lower(), value) for name, value in scope["headers"]])
 
 
 def _name(host: str) -> str:
     return host.strip("[]").rstrip(".").lower()
-
-
-def _is_address(name: str) -> bool:
-    try:
-        ipaddress.ip_address(name)
-    except ValueError:
-        return False
-    return True
-
-
-def _is_loopback(name: str) -> bool:
-    return _is_address(name) and ipaddress.ip_address(name).is_loopback

@@ -15,7 +15,7 @@ import psutil
 
 from tactogram.errors import DeviceError, ParameterError
 from tactogram.extras import imported
-from tactogram.studio.server.certificates import Certificate, given_certificate, kept_certificate
+from tactogram.studio.server.certificates import Certificate, load_certificate, self_signed_certificate
 
 LOCALHOST = "localhost"
 LOOPBACK = ("127.0.0.1", LOCALHOST, "::1")
@@ -25,18 +25,17 @@ CERTIFICATE = "https.pem"
 
 @dataclass(frozen=True)
 class ListeningPort:
-    """A port that is listened on.
+    """A port in use by a server.
 
     Parameters
     ----------
     socket : socket.socket
         Bound and listening.
     host : str
-        As it was asked for.
+        Name or address that the user chose.
     https : bool
-        Whether connections are encrypted.
     certificate : Certificate, optional
-        What is shown then; `with_certificate` makes one where the laboratory gave none.
+        With ``https``; `with_certificate` adds a self-signed one.
     """
 
     socket: socket.socket
@@ -46,12 +45,12 @@ class ListeningPort:
 
     @property
     def port(self) -> int:
-        """The port, also where a free one was asked for."""
+        """Port number, also if the system chose it."""
         return int(self.socket.getsockname()[1])
 
     @property
     def loopback(self) -> bool:
-        """Whether it is reached from this machine alone."""
+        """Whether only this machine can connect."""
         return is_loopback(self.host)
 
     @property
@@ -59,38 +58,39 @@ class ListeningPort:
         """All names and addresses that lead here."""
         if self.loopback:
             return tuple(dict.fromkeys((self.host, *LOOPBACK)))
-        return tuple(dict.fromkeys((*self._given, *self._reached, *_named(), *LOOPBACK)))
+        return tuple(dict.fromkeys((*self._certified_names, *self._addresses, *_host_names(), *LOOPBACK)))
 
     @property
     def roots(self) -> tuple[str, ...]:
-        """How addresses begin, ``https://192.0.2.7:8123``, for people on other machines; the best first.
+        """Beginnings of addresses for other machines, such as ``https://192.0.2.7:8123``, the best first.
 
-        A laboratory's certificate says by which names it holds. Without one they are numbers: names that a tablet can
-        look up are rare.
+        A laboratory's certificate names the hosts; without one they are numeric: tablets can rarely look up a name.
         """
-        return tuple(self._root(name) for name in self._given or self._reached or _named()[:1])
+        return tuple(
+            self._root(name) for name in self._certified_names or self._addresses or _host_names()[:1]
+        )
 
     @property
     def here(self) -> str:
-        """How addresses begin for a browser on this machine. There a page is trusted without encryption, too."""
-        if self.host in EVERYWHERE and not self._given:
+        """Beginning of addresses for a browser on this machine, which trusts loopback without encryption, too."""
+        if self.host in EVERYWHERE and not self._certified_names:
             return self._root(LOOPBACK[0])
         return self.roots[0]
 
     def with_certificate(self, folder: Path) -> ListeningPort:
-        """Return it with a certificate where it needs one: the one that is kept in ``folder``, or a new one."""
+        """Return the port with a certificate if it needs one: self-signed, stored in ``folder``."""
         if not self.https or self.certificate is not None:
             return self
-        return replace(self, certificate=kept_certificate(folder / CERTIFICATE, self.names))
+        return replace(self, certificate=self_signed_certificate(folder / CERTIFICATE, self.names))
 
     @property
-    def _given(self) -> tuple[str, ...]:
-        if self.certificate is None or self.certificate.own or self.loopback:
+    def _certified_names(self) -> tuple[str, ...]:
+        if self.certificate is None or self.certificate.self_signed or self.loopback:
             return ()
         return self.certificate.names
 
     @property
-    def _reached(self) -> tuple[str, ...]:
+    def _addresses(self) -> tuple[str, ...]:
         return addresses(ipv6=self.host == "::") if self.host in EVERYWHERE else (self.host,)
 
     def _root(self, name: str) -> str:
@@ -99,7 +99,7 @@ class ListeningPort:
 
 
 @contextmanager
-def listening(
+def open_port(
     host: str = "127.0.0.1",
     port: int = 8123,
     *,
@@ -107,51 +107,47 @@ def listening(
     certificate: Path | str | None = None,
     key: Path | str | None = None,
 ) -> Iterator[ListeningPort]:
-    """Take a port, and give it back at the end.
+    """Bind a port, and release it at the end.
 
     Parameters
     ----------
     host : str
         A name or address of this machine; ``0.0.0.0`` or ``::`` for all.
     port : int
-        0 takes a free one.
+        0 lets the system choose.
     https : bool
-        Whether connections are encrypted; they are in any case with a certificate.
+        Whether to encrypt; implied by a certificate.
     certificate, key : path, optional
-        A laboratory's own, as PEM.
+        A laboratory's own, as PEM; by default the key is in the same file.
 
     Raises
     ------
     DeviceError
-        If the port is taken, the host is not this machine's, or it is a name by which no other machine finds it.
+        If the port is taken, or the host is not this machine's or cannot be reached from others.
     ParameterError
+        If ``host`` or ``port`` is invalid, or a key comes without a certificate.
+    DataError
         If certificate and key cannot be used.
     """
     if key is not None and certificate is None:
-        raise ParameterError("--key belongs to --certificate; give both")
-    if https:  # before anything is begun
+        raise ParameterError("key needs certificate, got only key; give both")
+    if https:  # before anything starts
         imported("cryptography", extra="studio", what="certificates")
-    own = None if certificate is None else given_certificate(Path(certificate), Path(key or certificate))
+    loaded = None if certificate is None else load_certificate(Path(certificate), Path(key or certificate))
     with _listener(host, port) as listener:
-        yield ListeningPort(listener, host, https or own is not None, own)
+        yield ListeningPort(listener, host, https or loaded is not None, loaded)
 
 
 def addresses(*, ipv6: bool = False) -> tuple[str, ...]:
-    """Return the addresses of this machine that others may reach it by, the likeliest first. Nothing is sent.
-
-    Parameters
-    ----------
-    ipv6 : bool
-        Whether those of IPv6 come, too, after the others.
-    """
+    """Return the addresses by which other machines may reach this one, the likeliest first, IPv6 last."""
     families = [socket.AF_INET, socket.AF_INET6] if ipv6 else [socket.AF_INET]
-    up = {name for name, facts in psutil.net_if_stats().items() if facts.isup}
+    up = {name for name, stats in psutil.net_if_stats().items() if stats.isup}
     return tuple(
         dict.fromkeys(
             address
             for family in families
             for address in (
-                *_towards_others(family),
+                *_outgoing_address(family),
                 *sorted(
                     entry.address
                     for name, entries in psutil.net_if_addrs().items()
@@ -164,73 +160,73 @@ def addresses(*, ipv6: bool = False) -> tuple[str, ...]:
     )
 
 
-def _towards_others(family: socket.AddressFamily) -> tuple[str, ...]:
-    """Return from which address this machine would send to others; connecting a datagram socket sends nothing."""
+def _outgoing_address(family: socket.AddressFamily) -> tuple[str, ...]:
+    """Return the address from which this machine sends to others; connecting a datagram socket sends nothing."""
     # Addresses for documentation: RFC 5737, 3849.
     elsewhere = "192.0.2.1" if family == socket.AF_INET else "2001:db8::1"
-    with suppress(OSError), socket.socket(family, socket.SOCK_DGRAM) as asked:
-        asked.connect((elsewhere, 9))
-        return (str(asked.getsockname()[0]),)
+    with suppress(OSError), socket.socket(family, socket.SOCK_DGRAM) as datagrams:
+        datagrams.connect((elsewhere, 9))
+        return (str(datagrams.getsockname()[0]),)
     return ()
 
 
 def _reaches_others(address: str) -> bool:
     try:
-        found = ipaddress.ip_address(address)
+        parsed = ipaddress.ip_address(address)
     except ValueError:
         return False
-    # Link-local ones of IPv6 need a zone, which browsers do not take.
-    return not (found.is_loopback or found.is_link_local or found.is_unspecified)
+    # Link-local IPv6 addresses need a zone, which browsers do not accept.
+    return not (parsed.is_loopback or parsed.is_link_local or parsed.is_unspecified)
 
 
-def _named() -> tuple[str, str]:
+def _host_names() -> tuple[str, str]:
     return socket.gethostname(), socket.getfqdn()
 
 
 def _listener(host: str, port: int) -> socket.socket:
     if not 0 <= port <= 65535:
-        raise ParameterError(f"--port must be 0 to 65535, got {port}")
+        raise ParameterError(f"port must be 0 to 65535, got {port}")
     if not host:
-        raise ParameterError("--host must be a name or address of this machine, got nothing")
+        raise ParameterError("host must be a name or address of this machine, got nothing")
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     address = _address(host, family)
     both = host == "::" and socket.has_dualstack_ipv6()
     try:
         return socket.create_server((address, port), family=family, dualstack_ipv6=both)
     except OSError as error:
-        what, why = f"port {port} of {host} cannot be listened on", os.strerror(error.errno or 0)
+        failure = f"cannot listen on port {port} of {host} ({os.strerror(error.errno or 0)})"
         if error.errno == errno.EADDRNOTAVAIL:
             known = ", ".join((*addresses(ipv6=family == socket.AF_INET6), LOOPBACK[0]))
-            raise DeviceError(f"{what} ({why}): give an address of this machine: {known}") from None
-        raise DeviceError(f"{what} ({why}): give another --port, or 0 for a free one") from None
+            raise DeviceError(f"{failure}: use an address of this machine: {known}") from None
+        raise DeviceError(f"{failure}: use another port, or 0 for a free one") from None
 
 
 def _address(host: str, family: socket.AddressFamily) -> str:
-    """Return which address a host stands for: of several, one that others reach.
+    """Return the address of a host name, preferably one that other machines reach.
 
-    Debian writes ``127.0.1.1 NAME`` into /etc/hosts. Who asks for the name means its address on the network; which one
-    that is, and whether all of them are meant, only they know. ``localhost`` is this machine alone, whatever
-    /etc/hosts says (RFC 6761, section 6.3): no token is asked for there.
+    Debian maps the machine's own name to ``127.0.1.1`` in /etc/hosts. A user who names it means its network address,
+    and only they know which. ``localhost`` is always this machine alone (RFC 6761, section 6.3), since it needs no
+    token.
     """
     if host == LOCALHOST:
         return LOOPBACK[0]
     try:
         entries = socket.getaddrinfo(host, None, family=family, type=socket.SOCK_STREAM)
     except (OSError, UnicodeError):
-        raise DeviceError(f"--host {host}: no such name is known; give an address of this machine") from None
-    found = [str(entry[4][0]) for entry in entries]
-    address = next((one for one in found if not is_loopback(one)), found[0])
+        raise DeviceError(f"host {host}: unknown name; use an address of this machine") from None
+    resolved = [str(entry[4][0]) for entry in entries]
+    address = next((one for one in resolved if not is_loopback(one)), resolved[0])
     if is_loopback(address) and host != address:
-        others = ", ".join(addresses(ipv6=family == socket.AF_INET6)) or "no address of its own at present"
+        others = ", ".join(addresses(ipv6=family == socket.AF_INET6)) or "none at present"
         raise DeviceError(
-            f"--host {host}: that name stands for {address} here, which no other machine reaches: for others give "
-            f"{EVERYWHERE[0]}, or an address of this machine ({others}); for this machine alone {LOOPBACK[0]}"
+            f"host {host}: this name stands for {address} here, which other machines cannot reach; for them use "
+            f"{EVERYWHERE[0]} or an address of this machine ({others}), for this machine alone {LOOPBACK[0]}"
         )
     return address
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether a name or address is reached from this machine alone."""
+    """Return whether a name or address can be reached from this machine only."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:

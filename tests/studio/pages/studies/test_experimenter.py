@@ -171,14 +171,14 @@ def test_a_port_that_cannot_be_had_begins_no_study_and_leaves_nothing(page, lab,
         for more, told in (
             (
                 ("--host", "127.0.0.2", "--port", port),
-                f"port {port} of 127.0.0.2 cannot be listened on (Address already in use)",
+                f"cannot listen on port {port} of 127.0.0.2 (Address already in use)",
             ),
             (
                 ("--host", "203.0.113.9"),
-                "of 203.0.113.9 cannot be listened on (Cannot assign requested address)",
+                "of 203.0.113.9 (Cannot assign requested address)",
             ),
-            (("--certificate", "no.pem"), "no.pem: there is no such file; give the certificate as PEM"),
-            (("--key", "no.pem"), "--key belongs to --certificate; give both"),
+            (("--certificate", "no.pem"), "no.pem: no such file; expected the certificate in PEM format"),
+            (("--key", "no.pem"), "key needs certificate, got only key; give both"),
         ):
             assert main([*verb, "--no-open", "--port", "0", *more]) == 1
             said = capsys.readouterr()

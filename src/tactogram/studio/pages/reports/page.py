@@ -25,7 +25,7 @@ from tactogram.studio.pages.reports.catalogue import (
     readable_file,
     report_files,
 )
-from tactogram.studio.server.guard import REPORT
+from tactogram.studio.server.guard import REPORT_POLICY
 from tactogram.workflows.table import table
 
 TABS = {"reports": "Reports", "published": "Published and ours", "experiments": "Experiments"}
@@ -40,7 +40,7 @@ def add(studio: Studio) -> None:
             path, kind = readable_file(studio.workspace, name)
         except TactogramError as error:
             return JSONResponse({"error": str(error)}, status_code=404)
-        return FileResponse(path, media_type=kind, headers={"Content-Security-Policy": REPORT})
+        return FileResponse(path, media_type=kind, headers={"Content-Security-Policy": REPORT_POLICY})
 
     @ui.page("/reports")
     def show(of: str = "", tab: str = "reports") -> None:

@@ -26,7 +26,7 @@ from tactogram.studio.pages.studies.experiment_view import (
     view_of,
 )
 from tactogram.studio.pages.studies.joining import JoinCard
-from tactogram.studio.server.guard import REPORT
+from tactogram.studio.server.guard import REPORT_POLICY
 from tactogram.study.session.states import NOT_BEGUN, called
 from tactogram.workflows.study.export import export_zip
 from tactogram.workflows.study.simulation import simulate_session
@@ -65,7 +65,7 @@ def add(studio: Studio) -> None:
             return PlainTextResponse(str(error), status_code=404)
         if not path.is_file():
             return PlainTextResponse("no analysis yet; analyse the answers first", status_code=404)
-        return FileResponse(path, headers={"Content-Security-Policy": REPORT})
+        return FileResponse(path, headers={"Content-Security-Policy": REPORT_POLICY})
 
 
 class ExperimenterPage:
