@@ -64,7 +64,7 @@ def test_a_connection_idle_while_it_is_the_other_side_s_turn():
     async def states():
         found, held = [], set()
         config = uvicorn.Config(answers_later, lifespan="off", access_log=False, log_level="warning")
-        one = Connection(config, ServerState(), {}, sender="a", limits=ConnectionLimits(), among=held)
+        one = Connection(config, ServerState(), {}, sender="a", limits=ConnectionLimits(), slots=held)
         transport = Mock(spec=asyncio.Transport, **{"is_closing.return_value": False})
         one.connection_made(transport)
         transport.set_write_buffer_limits.assert_called_once_with(MOST_BUFFERED)
