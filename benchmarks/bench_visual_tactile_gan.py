@@ -49,7 +49,7 @@ def run():
                 {"job": name, "batch": BATCH if name == "step" else 1, **measure(operations, ours, plain)}
             )
     eaten = BATCH / (rows[0]["ms"] / 1000)
-    for _ in range(len(learner.ends.pairs(data)) // BATCH):
+    for _ in range(len(learner.translation.pairs(data)) // BATCH):
         next(batches)  # every crop made once
     seconds = timed(lambda: [next(batches) for _ in range(20)])
     rows.append(

@@ -44,7 +44,7 @@ def test_a_kind_refuses_another_rate():
 
 def test_a_kind_says_how_axes_of_other_names_are_read():
     kind = SignalKind(330, "m/s^2", ("x", "y", "z"))
-    with pytest.raises(ParameterError, match=r"got .* axes ax,ay,az; read it as x,y,z \(--axes\) if these"):
+    with pytest.raises(ParameterError, match=r"got .* axes ax,ay,az; read it with axes x,y,z if these"):
         kind.check(Signal(np.zeros((3, 4)), 330, "m/s^2", ("ax", "ay", "az")))
 
 

@@ -97,10 +97,10 @@ def test_what_is_simulated_for_paper_holds_published_pictures_and_crops(tmp_path
         changes = next(changes for model, _, changes in made_up.trained if model == name)
         facts = models.find(name)
         config = facts.config(Recipe.load(facts.recipe("paper"), changes=changes).config)
-        ends = PhotoTranslation(config.pairs, kind, seed=0)
-        ends.check(examples)
-        ends.fit(examples)
-        assert ends.pairs(examples).batch([0]).picture.shape == (1, 1, 256, 256)
+        translation = PhotoTranslation(config.pairs, kind, seed=0)
+        translation.check(examples)
+        translation.fit(examples)
+        assert translation.pairs(examples).batch([0]).picture.shape == (1, 1, 256, 256)
 
 
 def test_finished_cells_are_not_trained_again(tmp_path, made_up):

@@ -28,14 +28,14 @@ def example(material, seed, level=1.0):
 EXAMPLES = [example(name, seed) for name in "ab" for seed in range(2)]
 
 
-def ends(config=CONFIG):
+def translation(config=CONFIG):
     made = PhotoTranslation(config, KIND, seed=0)
     made.fit(EXAMPLES)
     return made
 
 
 def test_ceiling_is_the_largest_amplitude_up_to_five_decibels():
-    assert ends().ceiling_db == 0.0  # a sinusoid of 1 m/s^2 reads at most 0 dB
+    assert translation().ceiling_db == 0.0  # a sinusoid of 1 m/s^2 reads at most 0 dB
     louder = PhotoTranslation(CONFIG, KIND, seed=0)
     louder.fit([*EXAMPLES, example("a", 9, level=4.0)])
     assert louder.ceiling_db == 15.0  # 12 dB less what falls between bins, rounded up
@@ -46,7 +46,7 @@ def test_ceiling_is_the_largest_amplitude_up_to_five_decibels():
 
 
 def test_level_of_a_recording_comes_back_through_its_picture():
-    made = ends()
+    made = translation()
     picture = made.pairs(EXAMPLES).batch([0]).picture
     signal = made.signal(lambda photo: picture, {"image": EXAMPLES[0].photographs[0]}, seconds=None, seed=0)
     assert signal.seconds == pytest.approx(0.9)  # the recordings' length; a picture is shorter
@@ -54,7 +54,7 @@ def test_level_of_a_recording_comes_back_through_its_picture():
 
 
 def test_crops_of_a_photograph_are_plain_and_the_seed_chooses_them():
-    made, image = ends(), EXAMPLES[0].photographs[0]
+    made, image = translation(), EXAMPLES[0].photographs[0]
     one, same, other = (made.photo({"image": image}, 0, seed=seed) for seed in (1, 1, 2))
     torch.testing.assert_close(one, same, rtol=0, atol=0)
     assert not torch.equal(one, other)
@@ -65,7 +65,7 @@ def test_crops_of_a_photograph_are_plain_and_the_seed_chooses_them():
 
 
 def test_longer_signal_of_a_seed_begins_as_the_shorter_one():
-    made, image = ends(), EXAMPLES[0].photographs[0]
+    made, image = translation(), EXAMPLES[0].photographs[0]
     short, long = (
         made.signal(lambda photo: photo, {"image": image}, seconds=seconds, seed=0).samples
         for seconds in (0.4, 1.3)
@@ -74,7 +74,7 @@ def test_longer_signal_of_a_seed_begins_as_the_shorter_one():
 
 
 def test_validation_leaves_out_what_it_cannot_use():
-    made = ends()
+    made = translation()
     bare = [
         Example("x", EXAMPLES[0].signal, "a"),
         Example("y", EXAMPLES[0].signal.cut(0, 100), "b", {}, EXAMPLES[0].photographs),
@@ -104,7 +104,7 @@ def test_silence_and_other_conditions_are_one_line():
     with pytest.raises(ParameterError, match="silent"):
         PhotoTranslation(CONFIG, KIND, seed=0).fit(silent)
     with pytest.raises(ParameterError, match="must be an Image, got str"):
-        ends().photo({"image": "photo.jpg"}, 0, seed=0)
+        translation().photo({"image": "photo.jpg"}, 0, seed=0)
     with pytest.raises(ParameterError, match="none has one"):
         PhotoTranslation(CONFIG, SignalKind(1000.0, "m/s^2", ("z",)), seed=0)
 

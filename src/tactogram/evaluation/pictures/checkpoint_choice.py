@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
 
 from torch import Tensor
 
 from tactogram.errors import DataError, MissingExtraError
 from tactogram.evaluation.pictures.networks import Lpips
-from tactogram.nn.photo_translation import row_statistics_distance
-
-DistanceName = Literal["lpips", "row_statistics"]
+from tactogram.nn.photo_translation import DistanceName, row_statistics_distance
 
 Distance = Callable[[Tensor, Tensor], Tensor]
 

@@ -4,22 +4,16 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
-from tactogram.evaluation.pictures.checkpoint_choice import DistanceName
-from tactogram.nn.photo_translation import PairConfig
+from tactogram.training.picture_learner import Beta, PictureConfig
 
-Beta = Annotated[float, Field(ge=0, lt=1)]
 Count = Annotated[int, Field(gt=0)]
 
 
-class Config(BaseModel):
+class Config(PictureConfig):
     """Defaults are the papers'."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    pairs: PairConfig = PairConfig()
-    """Neshov et al., Sec. 4.1: the same for all models that are compared there."""
     widths: tuple[Count, ...] = Field(default=(64, 128, 256, 512, 512, 512, 512, 512), min_length=2)
     """Channels after each stage of the encoder. Sec. 6.1.1, "C64-C128-C256-C512-C512-C512-C512-C512"."""
     dropout: int = Field(default=3, ge=0)
@@ -43,11 +37,3 @@ class Config(BaseModel):
     constant: float = Field(default=0.5, ge=0, le=1)
     """Share of the training before the learning rate falls linearly to 0. The authors' PyTorch code, and
     Neshov et al."""
-    steps: int | None = Field(default=None, gt=0)
-    """Steps in place of ``epochs``. Ours."""
-    choose_every: int | None = Field(default=None, gt=0)
-    """Steps between judgements on the validation part; None: once per epoch. Neshov et al., Sec. 3.2."""
-    choose_by: DistanceName = "lpips"
-    """What weights are chosen by. Neshov et al., Sec. 3.2: LPIPS; ``row_statistics`` where it lacks weights."""
-    lpips_weights: str = ""
-    """File of AlexNet's weights; empty looks into torch's cache."""

@@ -2,24 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from pydantic import Field
 
-from pydantic import BaseModel, ConfigDict, Field
-
-from tactogram.evaluation.pictures.checkpoint_choice import DistanceName
 from tactogram.nn.adversarial_loss import LossKind
-from tactogram.nn.photo_translation import PairConfig
-
-Beta = Annotated[float, Field(ge=0, lt=1)]
+from tactogram.training.picture_learner import Beta, PictureConfig
 
 
-class Config(BaseModel):
+class Config(PictureConfig):
     """Defaults are the papers'."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    pairs: PairConfig = PairConfig()
-    """Neshov et al., Sec. 4.1: the same for all models that are compared there."""
     generator_width: int = Field(default=64, gt=0)
     """Channels after the first convolution. Sec. 9 (appendix), "c7s1-64"."""
     downsamplings: int = Field(default=4, gt=0)
@@ -40,11 +31,9 @@ class Config(BaseModel):
     """Weight of the sum over layers (times 4 / (L + 1)). Sec. 3.2, Eq. 5, and Sec. 4, lambda = 10. Neshov et al.'s 40
     over the mean of the layers is the same weight."""
     perceptual: float = Field(default=10.0, ge=0, allow_inf_nan=False)
-    """Weight of the perceptual loss, where there is one. Sec. 3.2 names it, the authors' code has 10."""
+    """Weight of the perceptual loss, if ``vgg_weights`` names its network. Sec. 3.2; 10 in the authors' code."""
     vgg_weights: str = ""
-    """torchvision's file of VGG-19; empty leaves the perceptual loss away ("pix2pixHD w/o VGG loss", Sec. 4)."""
-    batch_size: int = Field(default=32, gt=1)
-    """Neshov et al., Sec. 3.2."""
+    """torchvision's file of VGG-19; empty omits the perceptual loss ("pix2pixHD w/o VGG loss", Sec. 4)."""
     learning_rate: float = Field(default=2e-4, gt=0, allow_inf_nan=False)
     """Of Adam. Sec. 4."""
     betas: tuple[Beta, Beta] = (0.5, 0.999)
@@ -53,11 +42,3 @@ class Config(BaseModel):
     """Sec. 4, 100 and then 100 more."""
     constant: float = Field(default=0.5, ge=0, le=1)
     """Share of the training before the learning rate falls linearly to 0. Sec. 4."""
-    steps: int | None = Field(default=None, gt=0)
-    """Steps in place of ``epochs``. Ours."""
-    choose_every: int | None = Field(default=None, gt=0)
-    """Steps between judgements on the validation part; None: once per epoch. Neshov et al., Sec. 3.2."""
-    choose_by: DistanceName = "lpips"
-    """What weights are chosen by. Neshov et al., Sec. 3.2: LPIPS; ``row_statistics`` where it lacks weights."""
-    lpips_weights: str = ""
-    """File of AlexNet's weights; empty looks into torch's cache."""

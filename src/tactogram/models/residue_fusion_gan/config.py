@@ -1,33 +1,27 @@
-"""Numbers of a Residue-Fusion GAN. Its own paper is not at hand: Neshov et al. 2026, Sec. 2, describe it.
+"""Numbers of a Residue-Fusion GAN. Its own paper is not available: Neshov et al. 2026, Sec. 2, describe it.
 
-They say: a U-Net-style generator, into which feature maps of a classifier based on DenseNet are fed through a residue
-fusion module; a single discriminator; WGAN-GP; feature matching and a perceptual loss of VGG-19. Everything else here
-is our choice, marked "ours".
+They describe a U-Net-style generator, into which feature maps of a DenseNet classifier are fed through a residue fusion
+module; a single discriminator; WGAN-GP; feature matching and a perceptual loss of VGG-19. Everything else here is our
+choice, marked "ours".
 """
 
 from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
-from tactogram.evaluation.pictures.checkpoint_choice import DistanceName
 from tactogram.nn.label_predictor import PredictorConfig
-from tactogram.nn.photo_translation import PairConfig
+from tactogram.training.picture_learner import Beta, PictureConfig
 
-Beta = Annotated[float, Field(ge=0, lt=1)]
 Count = Annotated[int, Field(gt=0)]
 
 
-class Config(BaseModel):
-    """Defaults are as described where something is, else ours."""
+class Config(PictureConfig):
+    """Defaults are as described, or ours where nothing is."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    pairs: PairConfig = PairConfig()
-    """Neshov et al., Sec. 4.1: the same for all models that are compared there."""
     predictor: PredictorConfig = PredictorConfig()
-    """The classifier whose maps are fused: Neshov et al.'s label predictor, also of DenseNet. Ours."""
+    """The classifier whose maps are fused: Neshov et al.'s label predictor, also a DenseNet. Ours."""
     widths: tuple[Count, ...] = Field(default=(64, 128, 256, 512, 512, 512, 512, 512), min_length=2)
     """Channels after each stage of the encoder: pix2pix's. Ours."""
     layers: int = Field(default=3, gt=0)
@@ -43,24 +37,16 @@ class Config(BaseModel):
     feature_matching: float = Field(default=40.0, ge=0, allow_inf_nan=False)
     """Over the mean of the layers; pix2pixHD's weight. Ours."""
     perceptual: float = Field(default=10.0, ge=0, allow_inf_nan=False)
-    """Weight of the perceptual loss, where there is one; pix2pixHD's. Ours."""
+    """Weight of the perceptual loss, if ``vgg_weights`` names its network; pix2pixHD's. Ours."""
     vgg_weights: str = ""
-    """torchvision's file of VGG-19; empty leaves the perceptual loss away."""
-    batch_size: int = Field(default=32, gt=1)
-    """Neshov et al., Sec. 3.2."""
+    """torchvision's file of VGG-19; empty omits the perceptual loss."""
     learning_rate: float = Field(default=1e-4, gt=0, allow_inf_nan=False)
     """Of Adam. Gulrajani et al. 2017, Algorithm 1."""
     betas: tuple[Beta, Beta] = (0.0, 0.9)
     """Of Adam. Gulrajani et al. 2017, Algorithm 1."""
     epochs: int = Field(default=200, gt=0)
-    """Neshov et al., Sec. 3.2; a pair counts however it is used."""
+    """Neshov et al., Sec. 3.2; pairs of critic updates count, too."""
     constant: float = Field(default=1.0, ge=0, le=1)
     """Share of the training before the learning rate falls linearly to 0: never. Ours."""
     steps: int | None = Field(default=None, gt=0)
-    """Generator updates in place of ``epochs``. Ours."""
-    choose_every: int | None = Field(default=None, gt=0)
-    """Steps between judgements on the validation part; None: once per epoch. Neshov et al., Sec. 3.2."""
-    choose_by: DistanceName = "lpips"
-    """What weights are chosen by. Neshov et al., Sec. 3.2: LPIPS; ``row_statistics`` where it lacks weights."""
-    lpips_weights: str = ""
-    """File of AlexNet's weights; empty looks into torch's cache."""
+    """Generator updates, instead of ``epochs``. Ours."""

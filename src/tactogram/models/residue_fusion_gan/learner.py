@@ -1,99 +1,58 @@
-"""Residue-Fusion GAN as Neshov et al. 2026, Sec. 2, describe it; from a photograph to a signal."""
+"""Training of a Residue-Fusion GAN as Neshov et al. 2026, Sec. 2, describe it; from a photograph to a signal."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import torch
 from torch import Tensor
 
 from tactogram.evaluation.pictures.checkpoint_choice import picture_choice
-from tactogram.model import Condition, Example, SignalKind, Stage, check_condition
+from tactogram.model import Example, SignalKind, Stage
 from tactogram.models.residue_fusion_gan.config import Config
 from tactogram.models.residue_fusion_gan.networks import discriminator, generator
 from tactogram.nn.adversarial_loss import feature_matching_loss
-from tactogram.nn.adversarial_pair import AdversarialPair
 from tactogram.nn.bare_and_fixed import bare
 from tactogram.nn.gradient_penalty import gradient_penalty
 from tactogram.nn.label_predictor import PredictorTraining
+from tactogram.nn.patch_discriminator import PatchDiscriminator
 from tactogram.nn.perceptual_loss import PerceptualLoss
-from tactogram.nn.photo_translation import VARIATION, PhotoTranslation
-from tactogram.nn.picture_training import PictureTraining
-from tactogram.signal import Image, Signal
-from tactogram.training.seeds import torch_seeded
+from tactogram.nn.unet import UNet
+from tactogram.signal import Image
+from tactogram.training.picture_learner import VARIATION, PictureLearner
 
 
-class ResidueFusionLearner:
-    """U-Net into which a classifier's feature maps are fused, against one Wasserstein critic.
-
-    Parameters
-    ----------
-    config : Config
-    kind : SignalKind
-        Rate, unit, axis and materials of the training signals.
-    seed : int
-        Decides initial weights, crops and pairs.
-    device : str or torch.device
-    """
+class ResidueFusionLearner(PictureLearner[Config]):
+    """U-Net with a classifier's feature maps fused in, against one Wasserstein critic."""
 
     variation = VARIATION
+    predictor: PredictorTraining
+    perceptual: PerceptualLoss | None = None
 
     def __init__(
         self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
     ) -> None:
-        self.config, self.kind, self.materials = config, kind, kind.materials
-        self.ends = PhotoTranslation(config.pairs, kind, seed=seed)
-        with torch_seeded(seed, "predictor"):
-            self.predictor = PredictorTraining(
-                config.predictor, len(kind.materials), device=torch.device(device)
-            )
-        with torch_seeded(seed, "weights"):
-            self.gan = AdversarialPair(
-                generator(config, self.predictor.bare.trunk.features),
-                discriminator(config),
-                learning_rate=config.learning_rate,
-                betas=config.betas,
-                device=torch.device(device),
-                constant=config.constant,
-            )
-        self.perceptual: PerceptualLoss | None = None
-        self.training = PictureTraining(
-            self.ends,
-            self.gan,
-            batch_size=config.batch_size * config.critic_updates,
-            epochs=config.epochs,
-            steps=config.steps,
-            choose_every=config.choose_every,
-            predictor=self.predictor,
-        )
+        super().__init__(config, kind, seed=seed, device=device, predictor=config.predictor)
 
-    def setup(self, fabric: Any) -> None:
-        self.training.setup(fabric)
+    def networks(self) -> tuple[UNet, PatchDiscriminator]:
+        return generator(self.config, self.predictor.bare.trunk.features), discriminator(self.config)
+
+    @property
+    def pairs_per_step(self) -> int:
+        return self.config.batch_size * self.config.critic_updates
 
     def set_validation(self, examples: Sequence[Example]) -> str:
-        """Choose weights by ``examples``, which are not trained on; return a note if not by the distance asked for."""
         choice = picture_choice(self.config.choose_by, self.config.lpips_weights)
-        self.training.watch(examples, choice.name, choice.distance)
+        self.choose_weights_by(examples, choice.name, choice.distance)
         return choice.note
 
-    # -- training ----------------------------------------------------------------------------------------
-
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
-        if self.config.vgg_weights and self.perceptual is None:  # a finished run needs no file but its own
+        if self.config.vgg_weights and self.perceptual is None:  # only a training needs the file
             self.perceptual = PerceptualLoss(self.config.vgg_weights).to(self.gan.device)
-        return self.training.stages(examples)
+        return super().stages(examples)
 
-    def batches(
-        self, stage: Stage, examples: Sequence[Example], *, seed: int, start: int = 0
-    ) -> Iterator[Any]:
-        return self.training.batches(stage, examples, seed=seed, start=start)
-
-    def step(self, stage: Stage, batch: Any) -> dict[str, float]:
-        return self.training.step(stage, batch, self._update, self.make)
-
-    def _update(self, photo: Tensor, picture: Tensor, label: Tensor, crops: Tensor) -> dict[str, float]:
-        """Gulrajani et al. 2017, Algorithm 1; the generator goes by features and, where there is one, VGG too."""
+    def update(self, photo: Tensor, picture: Tensor, label: Tensor, crops: Tensor) -> dict[str, float]:
+        """Gulrajani et al. 2017, Algorithm 1, with feature matching and, if configured, a perceptual loss."""
         figures: dict[str, Tensor] = {}
         size = self.config.batch_size
         for begin in range(0, len(photo), size):
@@ -104,10 +63,10 @@ class ResidueFusionLearner:
 
     def _update_critic(self, photo: Tensor, picture: Tensor) -> dict[str, Tensor]:
         with torch.no_grad():
-            made = self.gan.generator(photo, self._maps(photo))
+            made = self.gan.generator(photo, *self.conditioning(photo))
         real = self.gan.discriminator(torch.cat((photo, picture), 1))[-1].mean()
         fake = self.gan.discriminator(torch.cat((photo, made), 1))[-1].mean()
-        with self.gan.autocast():  # Fabric's wrapper lets no gradient be taken but by its own backward
+        with self.gan.autocast():  # Fabric's wrapper allows no gradient but by its own backward
             critic = bare(self.gan.discriminator)
             penalty = gradient_penalty(
                 lambda x: critic(torch.cat((photo, x), 1))[-1].float().mean((1, 2, 3)), picture, made.float()
@@ -116,7 +75,7 @@ class ResidueFusionLearner:
         return {"wasserstein": real - fake, "penalty": penalty}
 
     def _update_generator(self, photo: Tensor, picture: Tensor) -> dict[str, Tensor]:
-        made = self.gan.generator(photo, self._maps(photo))  # B, 1, R, C
+        made = self.gan.generator(photo, *self.conditioning(photo))  # B, 1, R, C
         with self.gan.fixed_discriminator():
             with torch.no_grad():
                 real = self.gan.discriminator(torch.cat((photo, picture), 1))
@@ -130,47 +89,13 @@ class ResidueFusionLearner:
         return figures
 
     @torch.no_grad()
-    def _maps(self, photo: Tensor) -> Tensor:
-        """Return the classifier's feature maps, shape (batch, feature, row, column); it is not trained any more."""
+    def conditioning(self, photo: Tensor) -> tuple[Tensor]:
+        """Return the classifier's feature maps, shape (batch, feature, row, column); it is no longer trained."""
         network = self.predictor.bare.eval()
-        maps: Tensor = network.trunk.maps(photo)
-        return maps
-
-    def validate(self, examples: Sequence[Example]) -> dict[str, float]:
-        return self.training.validate(examples, self.make)
-
-    def state(self) -> dict[str, Any]:
-        return self.training.state()
-
-    def load_state(self, state: Mapping[str, Any]) -> None:
-        self.training.load_state(state)
-
-    # -- use ---------------------------------------------------------------------------------------------
-
-    def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
-        """Return what the photographed surface feels like, at the training data's level.
-
-        The network takes no noise: ``seed`` decides which crop of the photograph it sees, and the phase.
-        """
-        check_condition(condition, needs=("image",))
-        return self.ends.signal(self.make, condition, seconds=seconds, seed=seed)
+        return (network.trunk.maps(photo.to(self.gan.device)),)
 
     def classify_photograph(self, image: Image) -> tuple[str, float]:
-        """Return the material that the classifier takes a photograph for, and its probability."""
-        probabilities = self.training.named(image)
-        place = int(probabilities.argmax())
-        return self.materials[place], probabilities[place].item()
-
-    @torch.inference_mode()
-    def make(self, photo: Tensor) -> Tensor:
-        """Return pictures, shape (batch, 1, row, column), of photographs of that shape."""
-        photo = photo.to(self.gan.device)
-        made: Tensor = self.gan.bare_generator.eval()(photo, *self.conditioning(photo))
-        return made
-
-    def conditioning(self, photo: Tensor) -> tuple[Any, ...]:
-        """Return what the generator is given beside photographs: the classifier's maps of them."""
-        return (self._maps(photo.to(self.gan.device)),)
+        return self._classified(image)
 
 
 def build(

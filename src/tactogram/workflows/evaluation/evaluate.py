@@ -206,7 +206,7 @@ def _finite(value: Any) -> Any:
 def _splits_within(loaded: LoadedRun) -> str:
     """Return the protocol by which a run keeps parts of what it was trained on for testing; empty if it has none."""
     if isinstance(loaded.model, PictureGenerator):
-        return str(loaded.model.ends.splits_crops)
+        return str(loaded.model.translation.crop_protocol)
     return loaded.model.window_protocol if isinstance(loaded.model, PublishedEvaluator) else ""
 
 

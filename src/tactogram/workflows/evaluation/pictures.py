@@ -103,8 +103,8 @@ def evaluate_run_pictures(
 def _judged(
     loaded: LoadedRun, weights: PictureWeights | None, most: int, progress: ProgressCallback
 ) -> tuple[dict[str, Any], _PicturePairs, dict[str, InversionLoss]]:
-    ends = _generator(loaded).ends
-    picture = ends.picture
+    translation = _generator(loaded).translation
+    picture = translation.picture
     train, test = _parts(loaded)
     tested = _tested(loaded, test)
     pairs = _pairs(loaded, tested, most, progress)
@@ -117,7 +117,7 @@ def _judged(
     }
     if pairs.named_rightly is not None:
         found["label_accuracy"] = pairs.named_rightly
-    leak = pair_leak(ends.pairs(train), tested)
+    leak = pair_leak(translation.pairs(train), tested)
     found["leak"] = asdict(leak) | {"leaks": leak.leaks}
     losses = _inversion(loaded, pairs, train, test, progress)
     found["inversion"] = {
@@ -150,15 +150,17 @@ def _parts(loaded: LoadedRun) -> tuple[Examples, Examples]:
     store, split = test_part(loaded.run)
     train, test = (
         part_examples(store, split, part, loaded.as_trained, label=loaded.run.data["label"])
-        for part in ("train", "train" if _generator(loaded).ends.splits_crops else "test")
+        for part in ("train", "train" if _generator(loaded).translation.crop_protocol else "test")
     )
     return train, test
 
 
 def _tested(loaded: LoadedRun, test: Examples) -> WeakPairs:
     """Return the pairs of the test part."""
-    ends = _generator(loaded).ends
-    pairs: WeakPairs | None = ends.pairs(test, "test") if ends.splits_crops else ends.unseen(test)
+    translation = _generator(loaded).translation
+    pairs: WeakPairs | None = (
+        translation.pairs(test, "test") if translation.crop_protocol else translation.unseen(test)
+    )
     if pairs is None:
         raise ParameterError(
             f"{loaded.run.name}: the test part has no photograph and recording that are large enough to be judged by"
@@ -192,11 +194,11 @@ def _inversion(
     loaded: LoadedRun, pairs: _PicturePairs, train: Examples, test: Examples, progress: ProgressCallback
 ) -> dict[str, InversionLoss]:
     """Return the loss of the inverted signals, the mean over materials."""
-    ends = _generator(loaded).ends
-    picture, places = ends.picture, pairs.by_material()
+    translation = _generator(loaded).translation
+    picture, places = translation.picture, pairs.by_material()
     held: dict[str, list[list[Any]]] = {name: [[], []] for name in places}
     # Crops of the same recordings have no floor: a recording beside itself is no other recording.
-    parts = (test,) if ends.splits_crops else (test, train)
+    parts = (test,) if translation.crop_protocol else (test, train)
     for side, part in enumerate(parts):
         for example in part:
             if example.material in held and len(example.signal) >= picture.length:
@@ -246,7 +248,7 @@ def compare_pictures(
             raise ParameterError(
                 f"{run}: tested on other pairs than {next(iter(columns))}; train on one split"
             )
-        columns[name], picture = found, _generator(loaded).ends.picture
+        columns[name], picture = found, _generator(loaded).translation.picture
         if name in attention:
             photo = found.photo[[places[0] for places in found.by_material().values()][:MOST_SHOWN]]
             model = _generator(loaded)
@@ -281,7 +283,7 @@ def _sections(
     missing = "".join(f" {name} is missing: {why}." for name, why in found["missing"].items())
     blocks: list[Any] = [ReportTable(("measure", "value", "better"), rows, caption + missing)]
     cases = _cases(loaded, pairs)
-    picture = _generator(loaded).ends.picture
+    picture = _generator(loaded).translation.picture
     first = [places[0] for places in pairs.by_material().values()][:MOST_SHOWN]
     notes = {"made": attention_note(_generator(loaded).gan.bare_generator)}
     blocks.append(

@@ -79,7 +79,7 @@ class Plain:
 def test_a_step_is_five_critic_updates_and_one_of_the_generator(perceptual):
     config = Config(**SMALL, steps=STEPS, predictor=PredictorConfig(trunk="own", hidden=4))
     ours = ResidueFusionLearner(config, KIND, seed=0)
-    assert ours.training.batch_size == 15
+    assert ours.pairs_per_step == 15
     if perceptual:
         ours.perceptual = SquaredDistance()
     trunk = deepcopy(ours.predictor.bare.trunk).eval()

@@ -250,7 +250,7 @@ def test_where_crops_are_split_weights_are_chosen_by_crops_kept_apart():
     fit(made, TRAINING, seed=0)
     assert made.state()["gan"]["chosen_by"] == "row_statistics"
     assert set(made.validate(())) == {"row_statistics_unseen", "label_accuracy_unseen"}
-    train, judged = made.ends.pairs(TRAINING), made.training.unseen(())
+    train, judged = made.translation.pairs(TRAINING), made.unseen(())
     assert not set(train.pairs[:, 0]) & set(judged.pairs[:, 0])
     assert not set(train.pairs[:, 1]) & set(judged.pairs[:, 1])
 
@@ -263,7 +263,7 @@ def test_figures_bear_the_name_of_what_they_are_not_of_what_weights_were_chosen_
     assert made.gan.state()["chosen_by"] == "lpips"
     assert made.validate(UNSEEN)["row_statistics_unseen"] == trained.validate(UNSEEN)["row_statistics_unseen"]
     made.set_validation(UNSEEN)  # LPIPS is gone: what it said is not compared with what is said now
-    made.gan.choose(made.make, made.ends.unseen(UNSEEN))
+    made.gan.choose(made.make, made.translation.unseen(UNSEEN))
     assert made.gan.state()["chosen_by"] == "row_statistics"
     assert made.gan.best > 1e-9
 
@@ -287,7 +287,7 @@ def test_ablations_and_variant_train(changes):
 
 def test_without_cbn_nothing_is_named_and_no_material_taken():
     made = learner(conditional=False)
-    with pytest.raises(ParameterError, match="names nothing"):
+    with pytest.raises(ParameterError, match="cannot classify"):
         made.classify_photograph(photo("fine"))
     with pytest.raises(ParameterError, match="takes no material"):
         made.generate({"image": photo("fine"), "material": "fine"}, seed=0)
@@ -334,7 +334,7 @@ def test_matched_bands_give_the_labels_recordings_their_level_whatever_was_drawn
 
 
 def test_matching_needs_labels_and_recordings_longer_than_its_filters():
-    with pytest.raises(ParameterError, match="goes by the label"):
+    with pytest.raises(ParameterError, match="needs the label"):
         learner(match_bands=True, conditional=False)
     made = learner(match_bands=True)
     brief = [Example(e.id, e.signal.cut(0, 480), e.material, photographs=e.photographs) for e in TRAINING]
@@ -345,9 +345,9 @@ def test_matching_needs_labels_and_recordings_longer_than_its_filters():
 def test_a_label_is_heard_from_the_first_step_where_its_weights_begin_large():
     def heard(gain):
         made, image = learner(label_gain=gain), photo("fine")
-        made.ends.fit(TRAINING)
+        made.translation.fit(TRAINING)
         one, other = (made._label({"image": image, "material": name}) for name in KIND.materials)
-        crop = made.ends.photo({"image": image}, 0, seed=0)
-        return (made._made(crop, one) - made._made(crop, other)).abs().mean().item()
+        crop = made.translation.photo({"image": image}, 0, seed=0)
+        return (made._generated(crop, one) - made._generated(crop, other)).abs().mean().item()
 
     assert heard(1.0) > 10 * heard(0.02)
