@@ -5,14 +5,14 @@ from tactogram.datasets import Recording, RecordingInfo, create_store, open_stor
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal
-from tactogram.studio.pages.materials.drop import fitting_stream, keep_signal, mixing
+from tactogram.studio.pages.materials.drop import keep_signal, matching_stream, mixing_warning
 from tactogram.studio.pages.materials.recordings import (
     RecordingFilter,
     StoreCache,
     choices,
     describe_recording,
     filtered,
-    page_of,
+    page_bounds,
     thumbnail,
     trace_svg,
 )
@@ -43,7 +43,7 @@ def tones(tmp_path):
     return create_store(tmp_path / "tones", made, name="tones", licence="made in a test")
 
 
-def test_near_is_what_has_the_same_spectrum_whatever_its_level_and_rate(tones, tmp_path):
+def test_similar_recordings_have_the_same_spectrum_at_any_level_and_rate(tones, tmp_path):
     found = find_similar(tones, tone(100, level=0.1), count=2, cache=tmp_path / "spectra")
     assert [each["material"] for each in found["nearest"]] == ["tone-100", "tone-100"]
     assert found["nearest"][0]["distance"] < 2.0 < found["materials"][1]["distance"]
@@ -71,16 +71,16 @@ def test_recordings_are_filtered_and_paged(tones):
     assert len(filtered(index, RecordingFilter(material="tone-50"))) == 1
     assert len(filtered(index, RecordingFilter(fields={"speed_mm_s": "100", "session": "day 1"}))) == 2
     assert choices(index) == {"session": ["day 0", "day 1"], "speed_mm_s": ["50", "100", "200"]}
-    assert page_of(45, 3, 20) == (3, 40, 45)
-    assert page_of(45, 99, 20) == (3, 40, 45)
-    assert page_of(0, 1, 20) == (1, 0, 0)
+    assert page_bounds(45, 3, 20) == (3, 40, 45)
+    assert page_bounds(45, 99, 20) == (3, 40, 45)
+    assert page_bounds(0, 1, 20) == (1, 0, 0)
     known = dict(
         describe_recording(RecordingInfo(id="a", material="x", speed_mm_s=50.0, labels={"lab": "b"}))
     )
-    assert (known["speed"], known["lab"], known["source"]) == ("50 mm/s", "b", "not said")
+    assert (known["speed"], known["lab"], known["source"]) == ("50 mm/s", "b", "unknown")
 
 
-def test_small_pictures_are_of_what_they_show(tmp_path):
+def test_small_pictures_have_the_expected_format_and_size(tmp_path):
     picture = trace_svg(tone(10, seconds=8.0)).decode()
     assert picture.startswith("<svg")
     assert picture.count(",") == 2 * 240
@@ -102,7 +102,7 @@ def test_small_pictures_are_of_what_they_show(tmp_path):
         thumbnail(store, key, size=5000)
 
 
-def test_a_store_is_opened_anew_when_something_was_added(tones, tmp_path):
+def test_a_store_is_reopened_after_an_addition(tones, tmp_path):
     stores = StoreCache(Workspace.at(tmp_path))
     first = stores.get("tones")
     assert stores.get("tones") is first
@@ -113,7 +113,7 @@ def test_a_store_is_opened_anew_when_something_was_added(tones, tmp_path):
         stores.get("../tones")
 
 
-def test_what_is_added_is_told_whole(tones, tmp_path):
+def test_an_addition_is_reported(tones, tmp_path):
     write_signal(tmp_path / "a.csv", tone(70), metadata={"simulated": True})
     write_image(tmp_path / "a.png", Image(np.zeros((8, 8, 3), np.uint8)))
     known = {"material": "x", "contactor": "pen", "photograph": tmp_path / "a.png", "force_n": 0.5}
@@ -131,7 +131,7 @@ def test_what_is_added_is_told_whole(tones, tmp_path):
     assert add_signal(tones.path, tmp_path / "a.csv", **known)["added"] is False
 
 
-def test_a_table_without_a_rate_is_kept_and_nonsense_is_not(tmp_path):
+def test_a_table_without_a_rate_is_stored_and_nonsense_is_not(tmp_path):
     table = b"x,y,z\n1,2,3\n2,3,4\n3,4,5\n"
     assert keep_signal(tmp_path, "../my file.csv", table).name == "my_file.csv"
     assert keep_signal(tmp_path, "my file.csv", table).name == "my_file-2.csv"
@@ -142,17 +142,17 @@ def test_a_table_without_a_rate_is_kept_and_nonsense_is_not(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["my_file-2.csv", "my_file.csv"]
 
 
-def test_measured_and_simulated_are_not_mixed_unsaid(tones):
-    assert mixing(False, False, False) == ""
-    assert mixing(True, True, True) == ""
-    assert mixing(True, False, True) == ""
-    assert "counts as simulated for good" in mixing(False, False, True)
-    assert "stay marked as simulated" in mixing(True, True, False)
-    assert fitting_stream(tones, tone(50)) == "acceleration"
-    assert fitting_stream(tones, Signal(np.ones(5), 10.0, "N")) == ""
+def test_mixing_measured_and_simulated_recordings_gives_a_warning(tones):
+    assert mixing_warning(False, False, False) == ""
+    assert mixing_warning(True, True, True) == ""
+    assert mixing_warning(True, False, True) == ""
+    assert "marked as simulated, permanently" in mixing_warning(False, False, True)
+    assert "stay marked as simulated" in mixing_warning(True, True, False)
+    assert matching_stream(tones, tone(50)) == "acceleration"
+    assert matching_stream(tones, Signal(np.ones(5), 10.0, "N")) == ""
 
 
-def test_a_dropped_recording_is_compared_named_and_added(tab, workspace, tmp_path):
+def test_an_uploaded_recording_is_compared_and_added(tab, workspace, tmp_path):
     store = open_store(workspace / SET)
     info = store.index[0]
     write_signal(tmp_path / "mine.csv", store.signal(info.id, "acceleration").cut(100, 900))
@@ -163,7 +163,7 @@ def test_a_dropped_recording_is_compared_named_and_added(tab, workspace, tmp_pat
     tab.get_by_role("heading", name="Materials (9)").wait_for()
     tab.get_by_role("link", name="carpet").first.click()
     tab.get_by_text("1 to 2 of 2").wait_for()
-    tab.get_by_role("button", name="Drop a recording").click()
+    tab.get_by_role("button", name="Upload a recording").click()
     tab.wait_for_url("**/drop**")
     chooser = tab.locator("input[type=file]").first
     (tmp_path / "bad.wav").write_bytes(b"MZ nothing")
@@ -171,26 +171,27 @@ def test_a_dropped_recording_is_compared_named_and_added(tab, workspace, tmp_pat
     tab.get_by_text("not what its suffix says").wait_for()
     tab.goto(f"/materials/drop?set={SET}")
     tab.locator("input[type=file]").first.set_input_files(tmp_path / "bare.csv")
-    tab.get_by_role("alert").filter(has_text="rate").wait_for()  # the file does not say it: the page asks
+    tab.get_by_role("alert").filter(has_text="rate").wait_for()  # missing from the file: the page asks
     tab.get_by_label("Rate, Hz").fill("1000")
-    tab.get_by_label("Unit").click()
+    tab.get_by_label("Unit", exact=True).click()
     tab.get_by_role("option", name="m/s^2", exact=True).click()
-    tab.get_by_role("button", name="Read it so").click()
-    near = tab.get_by_label("What is near")
-    near.get_by_text("not a classifier").wait_for()
-    assert near.locator(".recording").first.get_by_role("link").inner_text() == info.material
-    tab.get_by_role("button", name="Add it").click()
-    tab.get_by_text("Material: say what was touched").wait_for()
+    tab.get_by_role("button", name="Read again").click()
+    similar = tab.get_by_label("Similar recordings")
+    similar.get_by_text("not a classifier").wait_for()
+    assert similar.locator(".recording").first.get_by_role("link").inner_text() == info.material
+    add = tab.get_by_role("button", name="Add", exact=True)
+    add.click()
+    tab.get_by_text("Material: enter the material").wait_for()
     tab.get_by_label("Material", exact=True).fill("my desk")
     tab.get_by_label("Force, N").fill("0.4")
-    tab.get_by_role("button", name="Add it").click()
-    tab.get_by_text("say that it is meant so").wait_for()  # measured into simulated
-    tab.reload()  # nothing that was filled in is lost
-    tab.get_by_role("checkbox", name="Mix them all the same").click()
-    tab.get_by_role("button", name="Add it").click()
-    tab.get_by_text("now holds 19 recordings").wait_for()
-    added = [held for held in open_store(workspace / SET).index if held.material == "my desk"]
-    assert [(held.force_n, held.simulated) for held in added] == [(0.4, False)]
-    tab.get_by_role("link", name="Look at it").click()
+    add.click()
+    tab.get_by_text("tick the box above").wait_for()  # measured into simulated
+    tab.reload()  # the entries survive
+    tab.get_by_role("checkbox", name="Mix measured and simulated").click()
+    add.click()
+    tab.get_by_text("now has 19 recordings").wait_for()
+    added = [each for each in open_store(workspace / SET).index if each.material == "my desk"]
+    assert [(each.force_n, each.simulated) for each in added] == [(0.4, False)]
+    tab.get_by_role("link", name="Show the recording").click()
     tab.get_by_role("heading", name="my desk", exact=True).wait_for()
-    tab.get_by_label("What is near").locator(".recording").first.wait_for()
+    tab.get_by_label("Similar recordings").locator(".recording").first.wait_for()

@@ -9,21 +9,21 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.models import find
 from tactogram.recipe import parse_changes
 from tactogram.studio.pages.train import detached
-from tactogram.studio.pages.train.config_form import assignments, settings_of
+from tactogram.studio.pages.train.config_form import assignments, recipe_fields
 from tactogram.studio.pages.train.detached import DetachedProcess, start
 from tactogram.studio.pages.train.log import (
     TaskProgress,
-    checkpoint_step,
-    complaint,
-    curves,
-    duration,
-    is_stopped,
-    metrics,
-    step_of,
+    checkpoint_position,
+    duration_text,
+    last_message,
+    loss_curves,
+    progress_of,
+    read_metrics,
+    reports_stop,
     thinned,
     time_left,
 )
-from tactogram.studio.pages.train.run_facts import figures, run_facts
+from tactogram.studio.pages.train.run_summary import evaluation_results, run_summary
 from tactogram.studio.pages.train.trainings import StudioTask, TaskQueue, command_line, free_name
 from tactogram.studio.pages.train.widgets import state_of
 from tactogram.studio.workspace.folder import Workspace
@@ -39,32 +39,20 @@ ARGUMENTS = ["--set", f"config.steps={STEPS}", "--set", "training.checkpoint_eve
 
 
 def command(out, *more):
-    return [
-        "train",
-        "stroke_cnn",
-        "--data",
-        STORE,
-        "--recipe",
-        "tiny",
-        *ARGUMENTS,
-        "--accelerator",
-        "cpu",
-        "--out",
-        out,
-        *more,
-    ]
+    options = ["--recipe", "tiny", *ARGUMENTS, "--accelerator", "cpu"]
+    return ["train", "stroke_cnn", "--data", STORE, *options, "--out", out, *more]
 
 
 @pytest.fixture(scope="module")
 def trainings(workspace, until):
-    nice, detached.NICE = detached.NICE, 0  # nothing else is to stay quick here
-    made = TaskQueue(Workspace.at(workspace), most=1)
-    yield made
+    nice, detached.NICE = detached.NICE, 0  # nothing else has to stay responsive
+    queue = TaskQueue(Workspace.at(workspace), max_running=1)
+    yield queue
     detached.NICE = nice
-    for task in made.all():
+    for task in queue.all():
         if task.process is not None:
-            task.process.end()
-    until(lambda: not any(task.process and task.process.alive() for task in made.all()))
+            task.process.kill()
+    until(lambda: not any(task.process and task.process.alive() for task in queue.all()))
 
 
 def test_a_training_is_stopped_found_by_another_server_and_resumed_to_the_same_weights(
@@ -73,26 +61,26 @@ def test_a_training_is_stopped_found_by_another_server_and_resumed_to_the_same_w
     first = trainings.begin("train", command("runs/one"), "runs/one")
     second = trainings.begin("train", command("runs/two"), "runs/two")
     assert trainings.status(second).state == "waiting"  # one at a time
-    with pytest.raises(ParameterError, match="runs/one: train is at it already"):
+    with pytest.raises(ParameterError, match="runs/one: in use by train"):
         trainings.begin("train", command("runs/one"), "runs/one")
     run = workspace / "runs/one"
-    until(lambda: len(metrics(run)) > 4)
+    until(lambda: len(read_metrics(run)) > 4)
     assert trainings.status(first).state == "running"
-    with pytest.raises(ParameterError, match="stop it before the run is deleted"):
+    with pytest.raises(ParameterError, match="in use by train; wait for it, or stop it first"):
         trainings.delete_run(run)
-    other = TaskQueue(Workspace.at(workspace), most=1)  # as after a restart: nothing but what is on the disk
+    other = TaskQueue(Workspace.at(workspace), max_running=1)  # as after a restart of the server
     status = other.status(other.get(first.id))
-    assert (status.state, status.step.name, status.step.total) == ("running", "classify", STEPS)
+    assert (status.state, status.progress.name, status.progress.total) == ("running", "classify", STEPS)
     other.stop(second.id)
     assert other.status(other.get(second.id)).state == "stopped"
     other.stop(first.id)
     until(lambda: not other.get(first.id).process.alive())
     stopped = other.status(other.get(first.id))
-    kept = checkpoint_step(run)
+    step = checkpoint_position(run)["step"]
     assert stopped.state == "stopped"
-    assert stopped.line.startswith(f"stopped after step {kept['step']} of {STEPS} of classify")
-    assert 0 < kept["step"] < STEPS
-    assert metrics(run)[-1]["step"] <= kept["step"] < metrics(run)[-1]["step"] + 10  # nothing is lost
+    assert stopped.message.startswith(f"stopped after step {step} of {STEPS} of classify")
+    assert 0 < step < STEPS
+    assert read_metrics(run)[-1]["step"] <= step < read_metrics(run)[-1]["step"] + 10  # nothing is lost
     again = other.resume(first.id)
     assert again.arguments == ("train", "--resume", "runs/one")
     whole = train(
@@ -102,56 +90,56 @@ def test_a_training_is_stopped_found_by_another_server_and_resumed_to_the_same_w
     until(lambda: other.status(other.get(first.id)).state == "finished")
     for name in ("model.safetensors", "metrics.jsonl"):
         assert (run / name).read_bytes() == (whole / name).read_bytes()
-    with pytest.raises(ParameterError, match="finished; only what was stopped or failed can go on"):
+    with pytest.raises(ParameterError, match="finished; only stopped or failed tasks can be resumed"):
         other.resume(first.id)
     other.delete_run(run)
     assert not run.exists()
     assert first.id not in [task.id for task in other.all()]
 
 
-def test_a_training_that_fails_says_why_and_one_that_is_killed_too(trainings, workspace, until):
+def test_a_failed_or_killed_training_says_why(trainings, workspace, until):
     failed = trainings.begin("train", ["train", "nosuch", *command("runs/bad")[2:]], "runs/bad")
     until(lambda: trainings.status(trainings.get(failed.id)).state == "failed")
-    assert trainings.status(trainings.get(failed.id)).line.startswith("model must be one of ar_texture")
+    assert trainings.status(trainings.get(failed.id)).message.startswith("model must be one of ar_texture")
     assert not (workspace / "runs/bad").exists()
     killed = trainings.begin("train", command("runs/killed"), "runs/killed")
     trainings.stop(killed.id, at_once=True)
     until(lambda: not trainings.get(killed.id).process.alive())
     assert trainings.status(trainings.get(killed.id)).state == "stopped"
     trainings.forget(killed.id)
-    with pytest.raises(DataError, match="no training"):
+    with pytest.raises(DataError, match="no task"):
         trainings.get(killed.id)
 
 
-def test_a_process_of_the_same_number_is_another_one(trainings, tmp_path, until, monkeypatch):
+def test_a_process_with_a_reused_number_is_another_one(trainings, tmp_path, until, monkeypatch):
     lasting = tmp_path / "python"
     lasting.write_text("#!/bin/sh\nexec sleep 600\n")
     lasting.chmod(0o755)
     monkeypatch.setattr(detached.sys, "executable", str(lasting))
     process = start(["devices"], folder=tmp_path, log=tmp_path / "log")
-    later = DetachedProcess(os.getpid(), process.created - 1000)  # the number was given again
+    later = DetachedProcess(os.getpid(), process.created - 1000)  # the number was reused
     assert DetachedProcess(os.getpid(), time.time() + 5).alive() is False
     assert not later.alive()
-    assert not later.ask_to_end()
+    assert not later.terminate()
     task = StudioTask(
         "20260101-000000-abcdef", "train", ("train",), "runs/gone", "2026-01-01T00:00:00+00:00", later
     )
     assert trainings.status(task).state == "failed"
-    assert "killed, or the machine was switched off" in trainings.status(task).line
-    assert process.end()
+    assert "killed, or the machine was switched off" in trainings.status(task).message
+    assert process.kill()
     until(lambda: not process.alive())
 
 
-def test_a_run_that_another_process_trains_is_left_alone(trainings, workspace):
+def test_a_run_that_another_process_trains_is_protected(trainings, workspace):
     run = workspace / "runs/elsewhere"
     run.mkdir(parents=True)
     (run / "recipe.toml").write_text('model = "stroke_cnn"\n')
-    assert state_of(run_facts(run), None) == "unfinished"
+    assert state_of(run_summary(run), None) == "unfinished"
     with run_lock(run):
-        assert state_of(run_facts(run), None) == "running"
-        with pytest.raises(ParameterError, match="begun elsewhere trains it at present"):
+        assert state_of(run_summary(run), None) == "running"
+        with pytest.raises(ParameterError, match="outside the studio is training it; wait"):
             trainings.resume_run(run)
-        with pytest.raises(ParameterError, match="a process trains it; stop it before"):
+        with pytest.raises(ParameterError, match="outside the studio is training it; stop it before"):
             trainings.delete_run(run)
         stopped = StudioTask(
             "20260101-000000-abcdef",
@@ -162,18 +150,17 @@ def test_a_run_that_another_process_trains_is_left_alone(trainings, workspace):
             stop_asked=True,
         )
         trainings._write(stopped)
-        with pytest.raises(
-            ParameterError, match="begun elsewhere trains it at present"
-        ):  # this studio began it once
+        # Also if the studio once started it.
+        with pytest.raises(ParameterError, match="outside the studio is training it; wait"):
             trainings.resume_run(run)
     left = run.with_name(".deleted-0a1b2c.gone")
     (left / "samples").mkdir(parents=True)
     trainings.delete_run(run)
     assert not run.exists()
-    assert not left.exists()  # by a server that was killed while it deleted
+    assert not left.exists()  # the leftover of a killed server
 
 
-def test_a_sample_is_asked_for_by_name(workspace, tmp_path):
+def test_a_sample_is_selected_by_name(workspace, tmp_path):
     run = tmp_path / "voices"
     shutil.copytree(workspace / "studio/first/voices", run)
     names = [f"luncheon-mat-0{number}" for number in (1, 2, 3)]
@@ -183,13 +170,13 @@ def test_a_sample_is_asked_for_by_name(workspace, tmp_path):
     assert (run / "samples/end-tile.wav").is_file()
     with pytest.raises(ParameterError, match="must be of one of artificial-grass, .* got 'foam'"):
         sample(run, of="foam")
-    (run / "model.json").unlink()  # while it trains, its data says it
+    (run / "model.json").unlink()  # an unfinished run: the names come from its data
     data = json.loads((run / "data.json").read_text())
     (run / "data.json").write_text(json.dumps({**data, "path": str(workspace / STORE)}))
     assert sample_choices(run) == names
 
 
-def test_what_went_on_elsewhere_is_not_where_this_studio_left_it(trainings, workspace):
+def test_a_run_continued_elsewhere_is_reported(trainings, workspace):
     task = StudioTask(
         "20260102-000000-abcdef",
         "train",
@@ -204,9 +191,9 @@ def test_what_went_on_elsewhere_is_not_where_this_studio_left_it(trainings, work
     trainings.folder.mkdir(parents=True, exist_ok=True)
     log.write_text("tactogram: stopped after step 4 of 9 of gan; all of it is kept\n")
     os.utime(log, (2e9, 2e9))
-    assert trainings.status(task).line.startswith("stopped after step 4")
+    assert trainings.status(task).message.startswith("stopped after step 4")
     os.utime(checkpoint, (2e9 + 9, 2e9 + 9))
-    assert trainings.status(task).line.startswith("a process that was begun elsewhere went on with it")
+    assert "outside the studio, continued this run" in trainings.status(task).message
 
 
 def test_a_broken_record_is_left_out(trainings, tmp_path):
@@ -221,7 +208,7 @@ def test_a_broken_record_is_left_out(trainings, tmp_path):
         other.delete_run(tmp_path)
 
 
-def test_data_and_model_that_do_not_fit_are_refused_before_anything_is_made(workspace):
+def test_a_model_that_does_not_fit_the_data_is_refused_in_advance(workspace):
     facts = check_training(TrainingRequest("stroke_cnn", workspace / STORE, recipe="tiny", split="all"))
     assert (facts["train"], facts["test"], len(facts["materials"]), facts["rate"]) == (18, 0, 9, 1000.0)
     assert facts["simulated"] is True
@@ -241,99 +228,88 @@ classify: 50/500 loss 2
 """
 
 
-def test_how_far_it_is_comes_from_the_log_and_the_metrics(tmp_path):
-    assert step_of("") is None
-    assert step_of(LOG) == TaskProgress("classify", 50, 500)
+def test_progress_comes_from_log_and_metrics(tmp_path):
+    assert progress_of("") is None
+    assert progress_of(LOG) == TaskProgress("classify", 50, 500)
     lines = [{"stage": 1, "step": step, "loss": 1.0} for step in (10, 70)]
     (tmp_path / "metrics.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines) + '{"sta')
-    assert step_of(LOG, tmp_path) == TaskProgress("classify", 70, 500)
+    assert progress_of(LOG, tmp_path) == TaskProgress("classify", 70, 500)
     (tmp_path / "metrics.jsonl").write_text('{"stage": 0, "step": 400}\n')  # of the stage before
-    assert step_of(LOG, tmp_path) == TaskProgress("classify", 50, 500)
-    assert step_of(LOG).share == pytest.approx(0.1)
+    assert progress_of(LOG, tmp_path) == TaskProgress("classify", 50, 500)
+    assert progress_of(LOG).share == pytest.approx(0.1)
 
 
-def test_why_it_ended_is_its_last_word():
-    assert complaint(LOG) is None
-    assert complaint(LOG + "tactogram: training diverged at step 3\n") == "training diverged at step 3"
-    assert (
-        complaint("usage: …\ntactogram train: error: argument --devices: invalid")
-        == "argument --devices: invalid"
-    )
-    assert complaint("Traceback (most recent call last):\n  File x\nKeyError: 'a'\n") == "KeyError: 'a'"
-    assert is_stopped("stopped after step 4 of 9 of gan; all of it is kept")
-    assert is_stopped("interrupted")
-    assert not is_stopped("training diverged")
+def test_the_last_message_says_why_a_process_ended():
+    assert last_message(LOG) is None
+    assert last_message(LOG + "tactogram: training diverged at step 3\n") == "training diverged at step 3"
+    usage = "usage: …\ntactogram train: error: argument --devices: invalid"
+    assert last_message(usage) == "argument --devices: invalid"
+    assert last_message("Traceback (most recent call last):\n  File x\nKeyError: 'a'\n") == "KeyError: 'a'"
+    assert reports_stop("stopped after step 4 of 9 of gan; all of it is kept")
+    assert reports_stop("interrupted")
+    assert not reports_stop("training diverged")
 
 
-def test_curves_are_of_stages_with_more_than_one_step():
+def test_only_stages_of_several_steps_have_curves():
     lines = [{"stage": 0, "step": 1, "scale": 2.0}]
     lines += [{"stage": 1, "step": step, "loss": step / 2} for step in (1, 10, 20)]
-    assert curves(lines) == {"loss": [(1, 0.5), (10, 5.0), (20, 10.0)]}
+    assert loss_curves(lines) == {"loss": [(1, 0.5), (10, 5.0), (20, 10.0)]}
     lines += [{"stage": 2, "step": step, "loss": 1.0} for step in (1, 2)]
-    assert set(curves(lines)) == {"loss (stage 1)", "loss (stage 2)"}
-    assert thinned([(n, float(n)) for n in range(10)], most=5) == [
-        (1, 0.5),
-        (3, 2.5),
-        (5, 4.5),
-        (7, 6.5),
-        (9, 8.5),
-    ]
+    assert set(loss_curves(lines)) == {"loss (stage 1)", "loss (stage 2)"}
+    means = [(1, 0.5), (3, 2.5), (5, 4.5), (7, 6.5), (9, 8.5)]
+    assert thinned([(n, float(n)) for n in range(10)], most=5) == means
 
 
-def test_time_left_follows_from_what_was_seen_of_the_stage():
-    seen = [
+def test_time_left_follows_from_readings_of_the_stage():
+    readings = [
         (0.0, TaskProgress("fit", 1, 1)),
         (1.0, TaskProgress("train", 10, 100)),
         (3.0, TaskProgress("train", 30, 100)),
     ]
-    assert time_left(TaskProgress("train", 30, 100), seen) == (10.0, 7.0)
-    assert time_left(TaskProgress("train", 30, 100), seen[:2]) is None
-    assert [duration(s) for s in (0.2, 61, 600, 7200)] == ["1 s", "61 s", "10 min", "2.0 h"]
+    assert time_left(TaskProgress("train", 30, 100), readings) == (10.0, 7.0)
+    assert time_left(TaskProgress("train", 30, 100), readings[:2]) is None
+    assert [duration_text(s) for s in (0.2, 61, 600, 7200)] == ["1 s", "61 s", "10 min", "2.0 h"]
 
 
-def test_names_are_free_and_commands_can_be_typed(tmp_path):
+def test_names_are_unused_and_commands_are_quoted(tmp_path):
     (tmp_path / "a").mkdir()
     assert free_name(tmp_path, "a") == "a-2"
     assert free_name(tmp_path, "b") == "b"
     assert command_line(["train", "x", "--out", "my run"]) == "tactogram train x --out 'my run'"
-    assert checkpoint_step(tmp_path) is None
+    assert checkpoint_position(tmp_path) is None
 
 
-def test_a_form_shows_what_the_model_itself_says_of_its_values():
-    settings = {each.key: each for each in settings_of(find("stroke_cnn"), "tiny")}
-    window = settings["config.window"]
+def test_a_form_shows_the_models_own_documentation():
+    fields = {field.key: field for field in recipe_fields(find("stroke_cnn"), "tiny")}
+    window = fields["config.window"]
     assert (window.value, window.published, window.widget) == (32, 200, "integer")
     assert window.text == 'Samples per axis of one input. Sec. II-B: "200-point continuous time series".'
-    assert settings["config.schedule"].choices == ("constant", "one-cycle")
-    assert settings["prepare.rate"].widget == "text"
-    given = {
+    assert fields["config.schedule"].choices == ("constant", "one-cycle")
+    assert fields["prepare.rate"].widget == "text"
+    entries = {
         "config.window": 64.0,
         "config.filters": "[8, 8]",
         "config.steps": 6,
         "prepare.band": "",
         "other": 1,
     }
-    changed = assignments(list(settings.values()), given)
+    changed = assignments(list(fields.values()), entries)
     assert changed == ["config.window=64", "config.filters=[8, 8]"]
     assert parse_changes(changed) == {"config.window": 64, "config.filters": [8, 8]}
     with pytest.raises(ParameterError, match="whole number"):
-        assignments(list(settings.values()), {"config.window": 2.5})
+        assignments(list(fields.values()), {"config.window": 2.5})
 
 
-def test_a_nested_configuration_is_asked_for_by_dotted_keys():
-    settings = {each.key: each for each in settings_of(find("visual_tactile_gan"), "quick")}
-    assert settings["config.pairs.hop"].published == 128
-    assert settings["config.pairs.hop"].value == 32
-    assert all(setting.text for setting in settings.values())
+def test_a_nested_configuration_has_dotted_keys():
+    fields = {field.key: field for field in recipe_fields(find("visual_tactile_gan"), "quick")}
+    assert fields["config.pairs.hop"].published == 128
+    assert fields["config.pairs.hop"].value == 32
+    assert all(field.text for field in fields.values())
 
 
-def test_a_run_tells_its_figures_without_its_networks(workspace):
-    facts = run_facts(workspace / "studio/first/voices")
-    assert (facts.model, facts.finished, facts.simulated) == ("ar_texture", True, True)
-    assert figures(
-        {"window_accuracy": 0.5, "recordings": 3, "measures": {"lsd_db": {"model": 2.0, "floor": 1}}}
-    ) == {
-        "window_accuracy": 0.5,
-        "lsd_db": 2.0,
-    }
-    assert run_facts(workspace / "nothing").model == "unknown"
+def test_a_summary_has_the_results_of_a_run(workspace):
+    summary = run_summary(workspace / "studio/first/voices")
+    assert (summary.model, summary.finished, summary.simulated) == ("ar_texture", True, True)
+    evaluation = {"window_accuracy": 0.5, "recordings": 3, "measures": {"lsd_db": {"model": 2.0, "floor": 1}}}
+    assert evaluation_results(evaluation) == {"window_accuracy": 0.5, "lsd_db": 2.0}
+    assert run_summary(workspace / "nothing").model == "unknown"

@@ -75,7 +75,7 @@ def _draw_starter(studio: Studio) -> None:
 def _draw_summary(studio: Studio) -> None:
     contents: dict[str, tuple[list[Path], str]] = {
         "run": (studio.workspace.runs(), "/train"),
-        "data set": (studio.workspace.stores(), "/materials"),
+        "store": (studio.workspace.stores(), "/materials"),
         "study session": (studio.workspace.sessions(), "/studies"),
         "kept result": ([made.folder for made in studio.shelf.all()], "/send"),
     }

@@ -1,1 +1,1 @@
-"""The page Materials: data sets, recordings, what is like a new one."""
+"""The page Materials."""

@@ -1,4 +1,4 @@
-"""Drop a new recording: what is it like, what is it called, and put it into a data set."""
+"""Page of an uploaded recording: read it, compare it, and add it to a store."""
 
 from __future__ import annotations
 
@@ -14,9 +14,18 @@ from tactogram.signal import Signal
 from tactogram.signal.io import READABLE, SignalFile, read_file
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.files import SOUND
-from tactogram.studio.layout import NumberField, busy, in_background, page, report_errors, upload
+from tactogram.studio.layout import (
+    NumberField,
+    busy,
+    heading,
+    hint,
+    in_background,
+    page,
+    report_errors,
+    upload,
+)
 from tactogram.studio.pages.materials.media import HEAD, MaterialsContext, address
-from tactogram.studio.pages.materials.neighbours import draw_near
+from tactogram.studio.pages.materials.neighbours import draw_similar
 from tactogram.studio.pages.train.trainings import free_name
 from tactogram.studio.signals.view import add_routes, signal_card
 from tactogram.studio.workspace.uploads import checked, read_uploaded_signal, save_upload
@@ -26,7 +35,7 @@ UNITS = ("", "m/s^2", "g", "m/s", "mm/s", "m", "mm", "N", "V", "1")
 PICTURES = ".png,.jpg,.jpeg,.webp,.tif,.tiff,.bmp"
 
 
-def add(desk: MaterialsContext) -> None:
+def add(context: MaterialsContext) -> None:
     """Register ``/materials/drop``."""
     add_routes()
 
@@ -34,259 +43,252 @@ def add(desk: MaterialsContext) -> None:
     async def show(file: str = "", set: str = "", unit: str = "", rate: str = "", axes: str = "") -> None:
         ui.add_head_html(HEAD)
         with page("Materials"):
-            ui.link("All data sets", "/materials").classes("small")
-            drop = _DroppedFile(desk, file, set, unit, rate, axes)
-            drop.draw_upload()
+            ui.link("All stores", "/materials").classes("small")
+            uploaded = _UploadedFile(context, file, set, unit, rate, axes)
+            uploaded.draw_upload()
             if file:
-                await drop.draw_file()
+                await uploaded.draw_file()
 
 
-class _DroppedFile:
-    """A dropped file, kept in the workspace until it is added or removed, and what is said of it in the address."""
+class _UploadedFile:
+    """An uploaded file, stored in the workspace until it is removed; its settings are part of the page's address."""
 
     def __init__(
-        self, desk: MaterialsContext, file: str, set_name: str, unit: str, rate: str, axes: str
+        self, context: MaterialsContext, file: str, set_name: str, unit: str, rate: str, axes: str
     ) -> None:
-        self.desk, self.file = desk, file
-        self.unit, self.rate, self.axes = unit, _number(rate), axes
-        workspace = desk.studio.workspace
+        self.context, self.file = context, file
+        self.query = {"file": file, "set": set_name, "unit": unit, "rate": _positive(rate), "axes": axes}
+        workspace = context.studio.workspace
         self.folder = workspace.own / "dropped"
         self.sets = [workspace.name_of(path) for path in workspace.stores()]
-        self.asked = set_name if set_name in self.sets else ""
-        self.set = self.asked or (self.sets[0] if self.sets else "")
+        self.chosen_set = set_name if set_name in self.sets else ""
+        self.set = self.chosen_set or next(iter(self.sets), "")
 
     @property
     def path(self) -> Path:
-        path = self.desk.studio.workspace.inside(self.folder / self.file)
+        path = self.context.studio.workspace.inside(self.folder / self.file)
         if path.parent != self.folder or not path.is_file():
-            raise ParameterError(f"{self.file[:100]}: is not here any more; drop it again")
+            raise ParameterError(f"{self.file[:100]}: no longer available; upload it again")
         return path
 
+    @property
+    def reading(self) -> dict[str, Any]:
+        """Arguments of `read_file` that the file itself may lack."""
+        rate, axes = self.query["rate"], self.query["axes"]
+        return {
+            "unit": self.query["unit"] or None,
+            "rate": float(rate) if rate else None,
+            "axes": tuple(name.strip() for name in axes.split(",") if name.strip()) or None,
+        }
+
     def go(self, **changes: Any) -> None:
-        now = {"file": self.file, "set": self.set, "unit": self.unit, "rate": self.rate, "axes": self.axes}
-        ui.navigate.to(address("drop", **(now | changes)))
+        ui.navigate.to(address("drop", **(self.query | {"set": self.set} | changes)))
+
+    def _message(self, error: Exception) -> str:
+        return str(error).replace(f"{self.folder}/", "")
 
     # -- the file ------------------------------------------------------------------------------------------
 
     def draw_upload(self) -> None:
+        kinds = ", ".join(READABLE)
+
         async def take(event: events.UploadEventArguments) -> None:
             data = await event.file.read()
             with busy(f"reading {event.file.name}"):
                 saved = await in_background(keep_signal, self.folder, event.file.name, data)
-            self.go(file=saved.name, set=self.asked, unit="", rate="", axes="")
+            ui.navigate.to(address("drop", file=saved.name, set=self.chosen_set))
 
         with ui.element("section").classes("card w-full"):
-            ui.label("Drop a new recording").classes("h2").props('role="heading" aria-level="2"')
-            ui.label(f"One of {', '.join(READABLE)}. It stays on this machine.").classes("small quiet")
-            given = upload("Drop a file here, or choose one", on_upload=report_errors(take))
-            given.props(f'accept="{",".join(READABLE)}"').classes("w-full")
-            given.on(
-                "rejected", lambda: ui.notify(f"It must be one of {', '.join(READABLE)}.", type="negative")
-            )
+            heading("Upload a recording")
+            hint(f"Supported files: {kinds}. The recording stays on this machine.")
+            field = upload("Drop a file here, or choose one", on_upload=report_errors(take))
+            field.props(f'accept="{",".join(READABLE)}"').classes("w-full")
+            field.on("rejected", lambda: ui.notify(f"Expected one of {kinds}.", type="negative"))
 
     async def draw_file(self) -> None:
         try:
-            known = await in_background(self._read)
+            read = await in_background(lambda: read_file(self.path, **self.reading))
         except (TactogramError, OSError, ValueError) as error:
             with ui.element("section").classes("card w-full"):
-                ui.label(self.file).classes("h2")
-                ui.label(str(error).replace(f"{self.folder}/", "")).classes("text-negative").props(
-                    'role="alert"'
-                )
-                self._ask()
+                heading(self.file)
+                ui.label(self._message(error)).classes("text-negative").props('role="alert"')
+                self._draw_reading()
             return
+        signal = read.signal
         with ui.element("section").classes("card w-full"):
-            ui.label(self.file).classes("h2").props('role="heading" aria-level="2"')
-            signal = known.signal
-            per = "Hz" if signal.domain == "time" else "per mm"
-            ui.label(
-                f"{signal.extent:.3g} {'s' if signal.domain == 'time' else 'mm'} at {signal.rate:g} {per}, "
-                f"in {signal.unit}, axes {', '.join(signal.axes)}"
-            )
-            if known.timing is not None and not known.timing.even:
-                ui.label("Its time stamps were brought to even spacing.").classes("small quiet")
-            self._ask(closed=True)
-        self.set = self.asked or self._fitting(signal)
-        said_simulated = str(known.metadata.get("simulated", "")).lower() == "true"
-        signal_card(signal, title=self.file, simulated=said_simulated)
+            heading(self.file)
+            self._draw_facts(read)
+            self._draw_reading(closed=True)
+        self.set = self.chosen_set or self._matching_set(signal)
+        simulated = str(read.metadata.get("simulated", "")).lower() == "true"
+        signal_card(signal, title=self.file, simulated=simulated)
         if not self.sets:
-            ui.label("There is no data set to compare it with or to add it to: simulate or import one first.")
+            ui.label("There is no store to compare it with, or to add it to.")
             ui.link("Simulate or import one", "/materials")
             return
         with ui.element("section").classes("card w-full"):
-            ui.select(
-                self.sets, label="Compared with, and added to", value=self.set, on_change=self._choose
-            ).classes("w-full max-w-lg")
-        stream = fitting_stream(self.desk.stores.get(self.set), signal)
-        draw_near(self.desk, signal, set_name=self.set, stream=stream)
-        self._form(said_simulated, stream)
+            sets = ui.select(self.sets, label="Store to compare with and add to", value=self.set)
+            sets.classes("w-full max-w-lg").on_value_change(lambda event: self.go(set=event.value))
+        stream = matching_stream(self.context.stores.get(self.set), signal)
+        draw_similar(self.context, signal, set_name=self.set, stream=stream)
+        _AddForm(self, simulated, stream).draw()
 
-    def _fitting(self, signal: Signal) -> str:
-        """Return the first data set with a stream of the signal's unit and domain, else the first."""
+    def _draw_facts(self, read: SignalFile) -> None:
+        signal = read.signal
+        over, per = ("s", "Hz") if signal.domain == "time" else ("mm", "per mm")
+        ui.label(
+            f"{signal.extent:.3g} {over} at {signal.rate:g} {per}, in {signal.unit}, axes {', '.join(signal.axes)}"
+        )
+        if read.timing is not None and not read.timing.even:
+            hint("Its uneven time stamps were resampled to even spacing.")
+
+    def _matching_set(self, signal: Signal) -> str:
+        """Return the first store with a stream of the signal's unit and domain, else the first."""
         for name in self.sets:
             with suppress(TactogramError, OSError):
-                if fitting_stream(self.desk.stores.get(name), signal):
+                if matching_stream(self.context.stores.get(name), signal):
                     return name
-        return self.sets[0] if self.sets else ""
+        return next(iter(self.sets), "")
 
-    def _read(self) -> SignalFile:
-        return read_file(
-            self.path,
-            unit=self.unit or None,
-            rate=float(self.rate) if self.rate else None,
-            axes=tuple(name.strip() for name in self.axes.split(",") if name.strip()) or None,
-        )
+    def _draw_reading(self, *, closed: bool = False) -> None:
+        """Draw the fields for unit, rate and axes, which many files lack."""
+        expansion = ui.expansion("Unit, rate and axes", value=not closed).classes("w-full").props("dense")
+        with expansion, ui.row().classes("items-end gap-3"):
+            options = {name: name or "from the file" for name in UNITS}
+            unit = ui.select(options, label="Unit", value=self.reading["unit"] or "").classes("w-40")
+            rate = NumberField("Rate, Hz", value=self.reading["rate"]).classes("w-36")
+            axes = ui.input("Axes", value=self.query["axes"], placeholder="x,y,z").classes("w-36")
 
-    def _ask(self, *, closed: bool = False) -> None:
-        """Ask for what the file does not say."""
-        asked = ui.expansion("What the file does not say", value=not closed).classes("w-full").props("dense")
-        with asked, ui.row().classes("items-end gap-3"):
-            unit = ui.select(
-                {name: name or "as the file says" for name in UNITS},
-                label="Unit",
-                value=self.unit if self.unit in UNITS else "",
-            ).classes("w-40")
-            rate = NumberField("Rate, Hz", value=float(self.rate) if self.rate else None).classes("w-36")
-            axes = ui.input("Axes", value=self.axes, placeholder="x,y,z").classes("w-36")
-            ui.button(
-                "Read it so",
-                on_click=lambda: self.go(
-                    unit=unit.value,
-                    rate="" if rate.value is None else f"{rate.value:g}",
-                    axes=axes.value or "",
-                ),
-            ).props("outline")
-            ui.button("Remove it", on_click=report_errors(self._remove)).props("flat color=negative")
+            def again() -> None:
+                text = "" if rate.value is None else f"{rate.value:g}"
+                self.go(unit=unit.value, rate=text, axes=axes.value or "")
+
+            ui.button("Read again", on_click=again).props("outline")
+            ui.button("Remove", on_click=report_errors(self._remove)).props("flat color=negative")
 
     def _remove(self) -> None:
         self.path.unlink(missing_ok=True)
         ui.navigate.to(address("drop", set=self.set))
 
-    def _choose(self, event: Any) -> None:
-        self.go(set=event.value)
 
-    # -- adding --------------------------------------------------------------------------------------------
+class _AddForm:
+    """Form that adds the uploaded recording to a store; its entries survive a reload."""
 
-    def _form(self, said_simulated: bool, stream: str) -> None:
-        store = self.desk.stores.get(self.set)
-        values: dict[str, Any] = app.storage.user.setdefault("drop", {}).setdefault(self.file, {})
-        values.setdefault("simulated", said_simulated)
-        materials = sorted({info.material for info in store.index if info.material})
-        with ui.element("section").classes("card w-full").props('aria-label="Add it"'):
-            ui.label(f"Add it to {self.set}").classes("h2").props('role="heading" aria-level="2"')
+    def __init__(self, uploaded: _UploadedFile, simulated: bool, stream: str) -> None:
+        self.uploaded = uploaded
+        self.store = uploaded.context.stores.get(uploaded.set)
+        self.simulated = simulated
+        self.values: dict[str, Any] = app.storage.user.setdefault("drop", {}).setdefault(uploaded.file, {})
+        self.values.setdefault("simulated", simulated)
+        if self.values.get("stream") not in self.store.streams:
+            self.values["stream"] = stream or next(iter(self.store.streams))
+
+    def draw(self) -> None:
+        values = self.values
+        materials = sorted({info.material for info in self.store.index if info.material})
+        with ui.element("section").classes("card w-full").props('aria-label="Add to the store"'):
+            heading(f"Add to {self.uploaded.set}")
             with ui.row().classes("items-end gap-3"):
                 ui.input("Material", autocomplete=materials).bind_value(values, "material").classes("w-56")
-                if len(store.streams) > 1:
-                    if values.get("stream") not in store.streams:
-                        values["stream"] = stream or next(iter(store.streams))
-                    ui.select(list(store.streams), label="Stream").bind_value(values, "stream").classes(
-                        "w-40"
-                    )
+                if len(self.store.streams) > 1:
+                    streams = ui.select(list(self.store.streams), label="Stream")
+                    streams.bind_value(values, "stream").classes("w-40")
                 NumberField("Speed, mm/s").bind_value(values, "speed_mm_s").classes("w-32")
                 NumberField("Force, N").bind_value(values, "force_n").classes("w-32")
                 for name in ("contactor", "session", "subject"):
                     ui.input(name.capitalize()).bind_value(values, name).classes("w-32")
-            ui.label("A subject is a code, never a name.").classes("small quiet")
-            upload("A photograph of it, if there is one", on_upload=report_errors(self._photograph)).props(
-                f'accept="{PICTURES}"'
-            ).classes("w-full max-w-lg")
-            self.pictured = ui.label(
-                f"photograph: {values['photograph']}" if values.get("photograph") else ""
-            ).classes("small")
-            ui.checkbox("It is simulated, or a model made it").bind_value(values, "simulated").set_enabled(
-                not said_simulated
-            )
-            self.mixing = ui.label().classes("small")
-            self.agreed = ui.checkbox("Mix them all the same").bind_value(values, "agreed")
-            self.refused = ui.label().classes("text-negative").props('role="alert"')
-            button = ui.button("Add it")
-            button.on_click(report_errors(lambda: self._add(button, values)))
+            hint("Enter a code as the subject, never a name.")
+            photograph = upload("Photograph (optional)", on_upload=report_errors(self._take_photograph))
+            photograph.props(f'accept="{PICTURES}"').classes("w-full max-w-lg")
+            self.photograph = ui.label().classes("small")
+            self._show_photograph()
+            box = ui.checkbox("Simulated, or generated by a model").bind_value(values, "simulated")
+            box.set_enabled(not self.simulated)
+            self.warning = ui.label().classes("small")
+            self.agreed = ui.checkbox("Mix measured and simulated recordings").bind_value(values, "agreed")
+            self.problem = ui.label().classes("text-negative").props('role="alert"')
+            self.button = ui.button("Add", on_click=report_errors(self._add))
             self.done = ui.column().classes("gap-1").props('role="status"')
+        self._warn()
+        ui.timer(0.5, self._warn)
 
-        def look() -> None:
-            text = mixing(
-                store.simulated, all(info.simulated for info in store.index), bool(values["simulated"])
-            )
-            self.mixing.text = text
-            self.agreed.visible = bool(text)
+    def _warn(self) -> None:
+        every = all(info.simulated for info in self.store.index)
+        self.warning.text = mixing_warning(self.store.simulated, every, bool(self.values["simulated"]))
+        self.agreed.visible = bool(self.warning.text)
 
-        look()
-        ui.timer(0.5, look)
+    def _show_photograph(self) -> None:
+        name = self.values.get("photograph")
+        self.photograph.text = f"photograph: {name}" if name else ""
 
-    async def _photograph(self, event: events.UploadEventArguments) -> None:
+    async def _take_photograph(self, event: events.UploadEventArguments) -> None:
         data = await event.file.read()
-        saved = await in_background(save_upload, self.folder, event.file.name, data, kind="image")
-        app.storage.user["drop"][self.file]["photograph"] = saved.name
-        self.pictured.text = f"photograph: {saved.name}"
+        saved = await in_background(save_upload, self.uploaded.folder, event.file.name, data, kind="image")
+        self.values["photograph"] = saved.name
+        self._show_photograph()
 
-    async def _add(self, button: ui.button, values: dict[str, Any]) -> None:
-        self.refused.text = ""
+    async def _add(self) -> None:
+        self.problem.text = ""
         try:
-            if not (values.get("material") or "").strip():
-                raise ParameterError("Material: say what was touched")
-            if self.agreed.visible and not values.get("agreed"):
+            if not (self.values.get("material") or "").strip():
+                raise ParameterError("Material: enter the material that was touched")
+            if self.agreed.visible and not self.values.get("agreed"):
                 raise ParameterError(
-                    "Measured and simulated recordings would be mixed: say that it is meant so"
+                    "Measured and simulated recordings would be mixed: tick the box above to allow it"
                 )
-            with busy("adding it", button=button):
-                report = await in_background(self._added, values)
+            with busy("adding the recording", button=self.button):
+                report = await in_background(self._added)
         except (TactogramError, OSError) as error:
-            self.refused.text = str(error).replace(f"{self.folder}/", "")
+            self.problem.text = self.uploaded._message(error)
             return
         self.done.clear()
         with self.done:
-            if not report["added"]:
-                ui.label("The same samples are in this data set already; nothing was changed.")
-            else:
-                ui.label(f"Added: {self.set} now holds {report['recordings']:,} recordings.")
+            if report["added"]:
+                ui.label(f"Added: {self.uploaded.set} now has {report['recordings']:,} recordings.")
                 ui.label(
-                    f"Its sha256 changed from {report['sha256_before'][:12]}… to {report['sha256'][:12]}…: a new "
-                    "training learns from it, too; runs that were trained before keep to the recordings they name."
+                    f"Its sha256 changed from {report['sha256_before'][:12]}… to {report['sha256'][:12]}…. New "
+                    "trainings use the recording; existing runs refer to their own recordings as before."
                 ).classes("small")
-            ui.link(
-                "Look at it",
-                address("recording", set=self.set, id=report["id"], stream=values.get("stream", "")),
-            )
+            else:
+                ui.label("The store already has a recording with the same samples; nothing was changed.")
+            query = {"set": self.uploaded.set, "id": report["id"], "stream": self.values["stream"]}
+            ui.link("Show the recording", address("recording", **query))
 
-    def _added(self, values: dict[str, Any]) -> dict[str, Any]:
+    def _added(self) -> dict[str, Any]:
+        """Add the recording and return the report of `add_signal`."""
+        values, workspace = self.values, self.uploaded.context.studio.workspace
         photograph = values.get("photograph")
-        texts = {
-            name: (values.get(name) or "").strip() or None for name in ("contactor", "session", "subject")
-        }
-        numbers = {name: values.get(name) for name in ("speed_mm_s", "force_n")}
+        texts, numbers = ("contactor", "session", "subject"), ("speed_mm_s", "force_n")
+        conditions: dict[str, Any] = {name: (values.get(name) or "").strip() or None for name in texts}
+        conditions |= {name: None if values.get(name) is None else float(values[name]) for name in numbers}
         return add_signal(
-            self.desk.studio.workspace.inside(self.set),
-            self.path,
+            workspace.inside(self.uploaded.set),
+            self.uploaded.path,
             material=values["material"].strip(),
-            stream=values.get("stream") if len(self.desk.stores.get(self.set).streams) > 1 else None,
-            unit=self.unit or None,
-            rate=float(self.rate) if self.rate else None,
-            axes=tuple(name.strip() for name in self.axes.split(",") if name.strip()) or None,
-            photograph=None
-            if not photograph
-            else self.desk.studio.workspace.inside(self.folder / photograph),
+            stream=values["stream"] if len(self.store.streams) > 1 else None,
+            photograph=workspace.inside(self.uploaded.folder / photograph) if photograph else None,
             simulated=bool(values["simulated"]),
-            **texts,
-            **{name: None if value is None else float(value) for name, value in numbers.items()},
+            **self.uploaded.reading,
+            **conditions,
         )
 
 
-def _number(text: str) -> str:
-    """Return a number above 0 as it was written; empty for what is none: an address can be edited by hand."""
+def _positive(text: str) -> str:
+    """Return ``text`` if it is a positive number, else an empty text: addresses can be edited by hand."""
     with suppress(ValueError):
         return text if float(text) > 0 else ""
     return ""
 
 
 def keep_signal(folder: Path, name: str, data: bytes) -> Path:
-    """Keep an uploaded signal in a folder under a safe name that nothing there has; return its path.
+    """Store an uploaded signal in a folder under a safe, unused name, and return its path.
 
-    One that only lacks its rate is kept, too: the page asks for it.
+    A file that only lacks its rate is stored, too: the page asks for it.
 
     Raises
     ------
     TactogramError
-        In one sentence, if it is no signal; nothing is written then.
+        If the data is not a signal; nothing is written then.
     """
     try:
         return save_upload(folder, name, data, kind="signal")
@@ -294,41 +296,34 @@ def keep_signal(folder: Path, name: str, data: bytes) -> Path:
         safe = checked(name, data, kind="signal")
         if Path(safe).suffix in SOUND:
             raise
-        read_uploaded_signal(safe, data, rate=1.0)  # raises where it is not the rate that lacks
+        read_uploaded_signal(safe, data, rate=1.0)  # raises unless only the rate is missing
     path = folder / free_name(folder, Path(safe).stem, Path(safe).suffix)
     with atomic_write(path) as part:
         part.write_bytes(data)
     return path
 
 
-def fitting_stream(store: Store, signal: Signal) -> str:
-    """Return the stream of a data set that a signal is one of by unit and domain, else nothing."""
-    found = (
-        name
-        for name, facts in store.streams.items()
-        if (facts.unit, facts.domain) == (signal.unit, signal.domain)
-    )
-    return next(found, "")
+def matching_stream(store: Store, signal: Signal) -> str:
+    """Return the first stream of a store with the unit and domain of a signal; empty if there is none."""
+    for name, facts in store.streams.items():
+        if (facts.unit, facts.domain) == (signal.unit, signal.domain):
+            return name
+    return ""
 
 
-def mixing(any_simulated: bool, all_simulated: bool, adding_simulated: bool) -> str:
-    """Return what is to be known before measured and simulated recordings stand beside each other; empty where not.
+def mixing_warning(any_simulated: bool, all_simulated: bool, adding_simulated: bool) -> str:
+    """Return the consequences of mixing measured and simulated recordings; empty if nothing would be mixed.
 
-    Parameters
-    ----------
-    any_simulated, all_simulated : bool
-        Of the data set.
-    adding_simulated : bool
-        Of the recording.
+    The first two parameters refer to the store, the last to the recording.
     """
     if adding_simulated and not any_simulated:
         return (
-            "This data set holds measured recordings only. With this one in it, it counts as simulated for good: so "
-            "does every run that is trained on it, and every figure of it."
+            "This store contains measured recordings only. With this recording, the store, every run trained on "
+            "it and all their results are marked as simulated, permanently."
         )
     if not adding_simulated and all_simulated:
         return (
-            "This data set is simulated. A measured recording in it is marked as measured, but runs and figures of the "
+            "This store is simulated. A measured recording is marked as measured, but runs and results of the data "
             "set stay marked as simulated."
         )
     return ""

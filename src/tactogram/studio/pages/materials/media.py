@@ -1,8 +1,8 @@
-"""Pictures and sounds of the materials pages, and rows of recordings."""
+"""Pictures, sounds and rows of recordings on the materials pages."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any
 from urllib.parse import urlencode
@@ -13,10 +13,12 @@ from nicegui import app, ui
 from tactogram.datasets import RecordingInfo, Store
 from tactogram.errors import TactogramError
 from tactogram.studio.context import Studio
+from tactogram.studio.layout import hint
 from tactogram.studio.pages.materials.recordings import (
+    UNITS,
     StoreCache,
     picture_of,
-    recording_excerpt,
+    recording_start,
     shown_value,
     stream_of,
     thumbnail,
@@ -30,7 +32,7 @@ from tactogram.studio.signals.traits import traits_of
 
 HEAD = '<link rel="stylesheet" href="/static/materials.css">'
 KEPT = {"cache-control": "private, max-age=86400"}
-"""Of what follows from a recording's id: the same for good."""
+"""A recording never changes under its id."""
 
 
 @dataclass
@@ -44,115 +46,92 @@ class MaterialsContext:
 
 def address(page: str, **query: Any) -> str:
     """Return the address of a page or picture below ``/materials``."""
-    kept = {name: value for name, value in query.items() if value not in ("", None)}
-    return f"/materials/{page}?{urlencode(kept)}"
+    query = {name: value for name, value in query.items() if value not in ("", None)}
+    return f"/materials/{page}?{urlencode(query)}"
 
 
-def add_routes(desk: MaterialsContext) -> None:
-    """Register small pictures and sounds of recordings."""
+def add_routes(context: MaterialsContext) -> None:
+    """Register the routes of recordings' small pictures and sounds."""
 
-    def answered(make: Callable[[], bytes], kind: str, asked: str | None = None) -> Response:
+    def respond(make: Callable[[], bytes], kind: str, byte_range: str | None = None) -> Response:
         try:
-            return answer_of(make(), asked, kind=kind, headers=KEPT)
+            return answer_of(make(), byte_range, kind=kind, headers=KEPT)
         except (TactogramError, OSError) as error:
             return Response(str(error), status_code=404, media_type="text/plain")
 
     @app.get("/materials/picture")
     def picture(set: str, key: str, size: int = 160) -> Response:
-        return answered(lambda: thumbnail(desk.stores.get(set), key, size=size), "image/jpeg")
+        return respond(lambda: thumbnail(context.stores.get(set), key, size=size), "image/jpeg")
 
     @app.get("/materials/trace")
     def trace(set: str, id: str, stream: str = "") -> Response:
-        return answered(
-            lambda: trace_svg(recording_excerpt(desk.stores.get(set), id, stream)), "image/svg+xml"
+        return respond(
+            lambda: trace_svg(recording_start(context.stores.get(set), id, stream)), "image/svg+xml"
         )
 
     @app.get("/materials/spectrogram")
     def spectrogram(set: str, id: str, stream: str = "") -> Response:
         def make() -> bytes:
-            traits = traits_of(recording_excerpt(desk.stores.get(set), id, stream))
+            traits = traits_of(recording_start(context.stores.get(set), id, stream))
             return spectrogram_png(traits, width=240, height=56)
 
-        return answered(make, "image/png")
+        return respond(make, "image/png")
 
     @app.get("/materials/sound")
     def sound(set: str, id: str, stream: str = "", range: Annotated[str | None, Header()] = None) -> Response:
         def make() -> bytes:
-            store = desk.stores.get(set)
+            store = context.stores.get(set)
             name = stream_of(store, id, stream)
             return sound_bytes(store.signal(id, name))
 
-        return answered(make, "audio/wav", range)
+        return respond(make, "audio/wav", range)
 
 
 def draw_recording(
-    set_name: str, store: Store, info: RecordingInfo, *, stream: str = "", beside: str = ""
+    set_name: str, store: Store, info: RecordingInfo, *, stream: str = "", note: str = ""
 ) -> None:
-    """Draw a recording as a row: photograph, waveform, spectrogram, sound, what is known, a link to all of it.
+    """Draw a recording as a row: photograph, link and metadata, waveform, spectrogram, sound.
 
-    Parameters
-    ----------
-    set_name : str
-        The data set's path relative to the workspace.
-    store : Store
-    info : RecordingInfo
-    stream : str
-    beside : str
-        Said beside its material, such as a distance.
+    ``set_name`` is relative to the workspace; ``note``, such as a distance, goes next to the material.
     """
-    called = info.material or "no material"
+    title = info.material or "no material"
+    name = stream_of(store, info.id, stream)
     photographs = bool(store.photograph_keys())
     with ui.element("div").classes("recording" if photographs else "recording bare"):
         key = picture_of(store, info)
         if key is not None:
-            picture(address("picture", set=set_name, key=key, size=112), f"Photograph of {called}")
+            picture(address("picture", set=set_name, key=key, size=112), f"Photograph of {title}")
         elif photographs:
             ui.element("div").classes("none").tooltip("no photograph")
         with ui.element("div").classes("known"):
             with ui.row().classes("items-center gap-2"):
-                ui.link(called, address("recording", set=set_name, id=info.id, stream=stream)).style(
-                    "overflow-wrap: anywhere"
-                )
-                if beside:
-                    ui.label(beside).classes("small")
+                link = ui.link(title, address("recording", set=set_name, id=info.id, stream=stream))
+                link.style("overflow-wrap: anywhere")
+                if note:
+                    ui.label(note).classes("small")
                 if info.simulated:
                     ui.label("simulated").classes("simulated")
-            ui.label(summary(info)).classes("small quiet").style("overflow-wrap: anywhere")
-        name = stream_of(store, info.id, stream)
-        picture(address("trace", set=set_name, id=info.id, stream=name), f"Waveform of {name}, {called}")
-        picture(
-            address("spectrogram", set=set_name, id=info.id, stream=name), f"Spectrogram of {name}, {called}"
-        )
-        source = address("sound", set=set_name, id=info.id, stream=name)
-        ui.element("audio").props(
-            f'controls preload="none" src="{source}" aria-label="Play {_plain(called)}"'
-        )
+            hint(summary(info)).style("overflow-wrap: anywhere")
+        query = {"set": set_name, "id": info.id, "stream": name}
+        picture(address("trace", **query), f"Waveform of {name}, {title}")
+        picture(address("spectrogram", **query), f"Spectrogram of {name}, {title}")
+        source = address("sound", **query)
+        ui.element("audio").props(f'controls preload="none" src="{source}" aria-label="Play {_plain(title)}"')
 
 
 def picture(source: str, text: str) -> None:
-    """Draw a picture that is fetched when it comes into view."""
+    """Draw a picture that loads when it scrolls into view."""
     ui.element("img").props(f'src="{source}" alt="{_plain(text)}" loading="lazy"')
 
 
 def summary(info: RecordingInfo) -> str:
-    """Return what is known of a recording in a line."""
-    parts = [
-        f"{shown_value(info, name)} {unit}"
-        for name, unit in (("speed_mm_s", "mm/s"), ("force_n", "N"))
-        if shown_value(info, name)
-    ]
-    parts += [value for name in ("contactor", "session", "subject") if (value := shown_value(info, name))]
+    """Return the conditions and source of a recording in a line."""
+    names = ("speed_mm_s", "force_n", "contactor", "session", "subject")
+    values = {name: value for name in names if (value := shown_value(info, name))}
+    parts = [f"{value} {UNITS.get(name, '')}".strip() for name, value in values.items()]
     return " · ".join([*parts, info.source or info.id])
 
 
-def facts_list(facts: Mapping[str, str]) -> None:
-    """Draw names and texts as a list of definitions."""
-    with ui.element("dl").classes("facts"):
-        for name, text in facts.items():
-            ui.element("dt")._text = name
-            ui.element("dd")._text = text
-
-
 def _plain(text: str) -> str:
-    """Return a text for an attribute between double quotes."""
+    """Return a text that is safe in a double-quoted attribute."""
     return text.replace("\\", "").replace('"', "'")

@@ -1,1 +1,1 @@
-"""The page Train: trainings as processes of their own, watched and compared."""
+"""The page Train."""

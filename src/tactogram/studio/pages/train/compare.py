@@ -1,4 +1,4 @@
-"""Run comparison: losses in one chart, differences of recipes, figures."""
+"""Run comparison: losses in one chart, results, and differences of recipe and data."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from fastapi import Query
 from nicegui import ui
 
 from tactogram.errors import ParameterError
-from tactogram.studio.layout import in_background, page
-from tactogram.studio.pages.train.log import curves, metrics
-from tactogram.studio.pages.train.run_facts import RunSummary, run_facts
+from tactogram.studio.layout import heading, in_background, page
+from tactogram.studio.pages.train.log import loss_curves, read_metrics
+from tactogram.studio.pages.train.run_summary import RunSummary, run_summary
 from tactogram.studio.pages.train.widgets import TrainContext, loss_options
 
-MOST = 8
+MOST_RUNS = 8
 Curves = dict[str, list[tuple[int, float]]]
 
 
-def add(desk: TrainContext) -> None:
+def add(context: TrainContext) -> None:
     """Register ``/train/compare``."""
 
     @ui.page("/train/compare")
@@ -28,47 +28,46 @@ def add(desk: TrainContext) -> None:
         with page("Train"):
             ui.link("All runs", "/train").classes("small")
             try:
-                found = await in_background(_read, desk, run)
+                runs = await in_background(_read, context, run)
             except ParameterError as error:
                 ui.label(str(error)).props('role="alert"')
                 return
-            ui.label("Runs compared").classes("h2").props('role="heading" aria-level="2"')
-            _losses({name: held for name, (_, held) in found.items()})
-            _table(
-                "Figures", rows_of_figures({name: facts for name, (facts, _) in found.items()}), list(found)
-            )
-            _table(
-                "What differs in their recipes and data",
-                differences({name: _flat_facts(facts) for name, (facts, _) in found.items()}),
-                list(found),
-            )
+            heading("Comparison of runs")
+            _draw_losses({name: curves for name, (_, curves) in runs.items()})
+            summaries = {name: summary for name, (summary, _) in runs.items()}
+            _draw_table("Results", result_rows(summaries), list(runs))
+            settings = {name: _flat_settings(summary) for name, summary in summaries.items()}
+            _draw_table("Differences in recipe and data", differences(settings), list(runs))
 
 
-def _read(desk: TrainContext, names: Sequence[str]) -> dict[str, tuple[RunSummary, Curves]]:
-    names = list(dict.fromkeys(names))[:MOST]
-    found = {}
-    for name in names:
-        folder = desk.studio.workspace.inside(name)
+def _read(context: TrainContext, names: Sequence[str]) -> dict[str, tuple[RunSummary, Curves]]:
+    workspace = context.studio.workspace
+    runs = {}
+    for name in list(dict.fromkeys(names))[:MOST_RUNS]:
+        folder = workspace.inside(name)
         if not (folder / "recipe.toml").is_file():
-            raise ParameterError(f"{name[:200]}: no run of this workspace; it was deleted, or never there")
-        found[desk.studio.workspace.name_of(folder)] = (run_facts(folder), curves(metrics(folder)))
-    if len(found) < 2:
-        raise ParameterError("choose at least two runs on the page Train")
-    return found
+            raise ParameterError(f"{name[:200]}: no such run in this workspace; it may have been deleted")
+        runs[workspace.name_of(folder)] = (run_summary(folder), loss_curves(read_metrics(folder)))
+    if len(runs) < 2:
+        raise ParameterError("select at least two runs on the page Train")
+    return runs
 
 
-def _losses(held: Mapping[str, Curves]) -> None:
-    names = list(dict.fromkeys(loss for curve in held.values() for loss in curve))
+def _draw_losses(curves_by_run: Mapping[str, Curves]) -> None:
+    names = list(dict.fromkeys(loss for curves in curves_by_run.values() for loss in curves))
     with ui.element("section").classes("card w-full"):
         if not names:
-            ui.label("None of them has curves: they are fitted in one step.").classes("quiet")
+            ui.label("None of these runs has loss curves: their models are fitted in one step.").classes(
+                "quiet"
+            )
             return
-        chart = ui.echart(loss_options(overlaid(held, names[0]))).classes("w-full").style("height: 22rem")
-        chart.props('role="img" aria-label="Losses of the runs over steps"')
+        chart = ui.echart(loss_options(loss_by_run(curves_by_run, names[0]))).classes("w-full")
+        chart.style("height: 22rem").props('role="img" aria-label="Losses of the runs over steps"')
 
         def draw() -> None:
             chart.options.clear()
-            chart.options.update(loss_options(overlaid(held, loss.value), log_scale=log_scale.value))
+            shown = loss_by_run(curves_by_run, loss.value)
+            chart.options.update(loss_options(shown, log_scale=log_scale.value))
             chart.update()
 
         with ui.row().classes("items-center"):
@@ -76,50 +75,49 @@ def _losses(held: Mapping[str, Curves]) -> None:
             log_scale = ui.switch("logarithmic", on_change=draw)
 
 
-def overlaid(held: Mapping[str, Curves], loss: str) -> Curves:
+def loss_by_run(curves_by_run: Mapping[str, Curves], loss: str) -> Curves:
     """Return one loss of each run that has it, by run."""
-    return {run: curve[loss] for run, curve in held.items() if loss in curve}
+    return {run: curves[loss] for run, curves in curves_by_run.items() if loss in curves}
 
 
-def rows_of_figures(facts: Mapping[str, RunSummary]) -> dict[str, dict[str, str]]:
-    """Return figures by name and run, as text; empty where a run has none."""
+def result_rows(summaries: Mapping[str, RunSummary]) -> dict[str, dict[str, str]]:
+    """Return results as text by name and run, without entries for runs that lack one."""
     rows: dict[str, dict[str, str]] = {}
-    for run, each in facts.items():
-        for of, figures in (("validation", each.validation), ("evaluation", each.evaluation)):
-            for name, value in figures.items():
-                rows.setdefault(f"{name} ({of})", {})[run] = f"{value:.4g}"
+    for run, summary in summaries.items():
+        for origin, results in (("validation", summary.validation), ("evaluation", summary.evaluation)):
+            for name, value in results.items():
+                rows.setdefault(f"{name} ({origin})", {})[run] = f"{value:.4g}"
     return rows
 
 
-def differences(values: Mapping[str, Mapping[str, str]]) -> dict[str, dict[str, str]]:
-    """Return the keys whose values are not the same in all runs, with each run's value."""
-    keys = list(dict.fromkeys(key for held in values.values() for key in held))
-    found = {key: {run: held.get(key, "") for run, held in values.items()} for key in keys}
-    return {key: row for key, row in found.items() if len(set(row.values())) > 1}
+def differences(settings: Mapping[str, Mapping[str, str]]) -> dict[str, dict[str, str]]:
+    """Return the settings whose values differ between runs, as values by key and run."""
+    keys = dict.fromkeys(key for values in settings.values() for key in values)
+    rows = {key: {run: values.get(key, "") for run, values in settings.items()} for key in keys}
+    return {key: row for key, row in rows.items() if len(set(row.values())) > 1}
 
 
-def _flat_facts(facts: RunSummary) -> dict[str, str]:
-    data = {name: facts.data.get(name) for name in ("name", "label", "split", "simulated")}
-    data["sha256"] = str(facts.data.get("sha256", ""))[:12]
-    return flat(
-        {"model": facts.model, "data": data, **{k: v for k, v in facts.recipe.items() if k != "model"}}
-    )
+def _flat_settings(summary: RunSummary) -> dict[str, str]:
+    data = {name: summary.data.get(name) for name in ("name", "label", "split", "simulated")}
+    data["sha256"] = str(summary.data.get("sha256", ""))[:12]
+    recipe = {key: value for key, value in summary.recipe.items() if key != "model"}
+    return flat({"model": summary.model, "data": data, **recipe})
 
 
 def flat(values: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
     """Return nested values by dotted key, as JSON."""
-    found: dict[str, str] = {}
+    items: dict[str, str] = {}
     for key, value in values.items():
         if isinstance(value, Mapping):
-            found |= flat(value, f"{prefix}{key}.")
+            items |= flat(value, f"{prefix}{key}.")
         else:
-            found[f"{prefix}{key}"] = json.dumps(value, ensure_ascii=False)
-    return found
+            items[f"{prefix}{key}"] = json.dumps(value, ensure_ascii=False)
+    return items
 
 
-def _table(title: str, rows: Mapping[str, Mapping[str, str]], runs: Sequence[str]) -> None:
+def _draw_table(title: str, rows: Mapping[str, Mapping[str, str]], runs: Sequence[str]) -> None:
     with ui.element("section").classes("card w-full").style("overflow-x: auto"):
-        ui.label(title).classes("h2").props('role="heading" aria-level="2"')
+        heading(title)
         if not rows:
             ui.label("None.").classes("quiet")
             return

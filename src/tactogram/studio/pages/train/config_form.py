@@ -1,4 +1,4 @@
-"""Recipe form, built from the model's configuration: values, published ones, and what they mean."""
+"""Fields of the recipe form, derived from the model's configuration: value, published value and description."""
 
 from __future__ import annotations
 
@@ -24,22 +24,21 @@ Widget = Literal["switch", "choice", "integer", "number", "text"]
 
 @dataclass(frozen=True)
 class RecipeField:
-    """One value of a recipe.
+    """A setting of a recipe, with the widget that edits it.
 
     Parameters
     ----------
     key : str
-        Dotted, as ``--set`` takes it.
+        Dotted key, as in ``--set``.
     value : JSON value
-        What the recipe says, or the default.
+        The recipe's value.
     published : JSON value
-        The default: of a model's configuration, the paper's.
+        The default; for a model's configuration, the paper's value.
     text : str
-        What it means, and where it stands.
+        Description, with its place in the paper.
     widget : str
-        How it is asked for.
     choices : tuple of str
-        Of a ``choice``.
+        Options if ``widget`` is ``choice``.
     """
 
     key: str
@@ -49,30 +48,24 @@ class RecipeField:
     widget: Widget
     choices: tuple[str, ...] = ()
 
-    def read(self, given: Any) -> Any:
-        """Return what a widget gives as a value of the recipe.
-
-        Raises
-        ------
-        ParameterError
-            If it is none.
-        """
-        if self.widget == "integer" and given is not None:
-            if float(given) != int(float(given)):
-                raise ParameterError(f"{self.key} must be a whole number, got {given}")
-            return int(float(given))
+    def read(self, entry: Any) -> Any:
+        """Return the recipe's value for a widget's entry; raise `ParameterError` for a fraction in an integer field."""
+        if self.widget == "integer" and entry is not None:
+            if float(entry) != int(float(entry)):
+                raise ParameterError(f"{self.key} must be a whole number, got {entry}")
+            return int(float(entry))
         if self.widget == "text":
-            return parsed(given)
-        return given
+            return parse_text(entry)
+        return entry
 
 
-def settings_of(facts: ModelInfo, recipe: str) -> list[RecipeField]:
-    """Return what can be changed: the seed, the preparation, the loop, and the model's configuration.
+def recipe_fields(facts: ModelInfo, recipe: str) -> list[RecipeField]:
+    """Return the settings that can be changed: seed, preparation, training loop, and the model's configuration.
 
     Imports the model, and torch with it.
     """
     chosen = Recipe.load(facts.recipe(recipe))
-    seed = RecipeField("seed", chosen.seed, 0, "The one seed of weights, batches and splits.", "integer")
+    seed = RecipeField("seed", chosen.seed, 0, "Seed of weights, batches and splits.", "integer")
     config = facts.config_class()
     return [
         seed,
@@ -82,37 +75,25 @@ def settings_of(facts: ModelInfo, recipe: str) -> list[RecipeField]:
     ]
 
 
-def assignments(settings: list[RecipeField], given: Mapping[str, Any]) -> list[str]:
-    """Return ``KEY=VALUE`` of each setting that was changed, as ``--set`` takes it.
-
-    Parameters
-    ----------
-    settings : list of Setting
-    given : mapping
-        What widgets give, by key; keys that are no setting are left out.
-
-    Raises
-    ------
-    ParameterError
-        If a value cannot be read.
-    """
-    found = []
-    for setting in settings:
-        if setting.key not in given:
+def assignments(fields: list[RecipeField], entries: Mapping[str, Any]) -> list[str]:
+    """Return ``KEY=VALUE`` for each changed setting, as in ``--set``; entries with unknown keys are ignored."""
+    changed = []
+    for field in fields:
+        if field.key not in entries:
             continue
-        value = setting.read(given[setting.key])
-        if value is not None and value != setting.value:
-            found.append(f"{setting.key}={json.dumps(value, ensure_ascii=False)}")
-    return found
+        value = field.read(entries[field.key])
+        if value is not None and value != field.value:
+            changed.append(f"{field.key}={json.dumps(value, ensure_ascii=False)}")
+    return changed
 
 
-def shown(value: Any) -> str:
-    """Return a value as a text field shows it."""
+def text_of(value: Any) -> str:
+    """Return the content of a text field for a value; the inverse of `parse_text`."""
     return "" if value is None else json.dumps(value, ensure_ascii=False)
 
 
-def parsed(text: str | None) -> Any:
-    """Return what a text field holds: a TOML value, else the text; nothing is None."""
+def parse_text(text: str | None) -> Any:
+    """Return the value of a text field: TOML if it parses, else the text itself; None if empty."""
     text = (text or "").strip()
     if not text:
         return None
@@ -123,38 +104,33 @@ def parsed(text: str | None) -> Any:
 
 
 def _fields(model: type[BaseModel], values: Mapping[str, Any], prefix: str) -> list[RecipeField]:
-    texts = described(model)
-    found: list[RecipeField] = []
+    texts = field_docstrings(model)
+    fields: list[RecipeField] = []
     for name, field in model.model_fields.items():
         key, value = f"{prefix}.{name}", values[name]
         inner = field.annotation
         if isinstance(inner, type) and issubclass(inner, BaseModel):
-            found += _fields(inner, value, key)
+            fields += _fields(inner, value, key)
             continue
         default = field.get_default(call_default_factory=True)
         if isinstance(default, tuple):
             default = list(default)
         widget, choices = _widget(field)
-        found.append(RecipeField(key, value, default, texts.get(name, ""), widget, choices))
-    return found
+        fields.append(RecipeField(key, value, default, texts.get(name, ""), widget, choices))
+    return fields
 
 
 def _widget(field: FieldInfo) -> tuple[Widget, tuple[str, ...]]:
     kind = field.annotation
-    if kind is bool:
-        return "switch", ()
-    if kind is int:
-        return "integer", ()
-    if kind is float:
-        return "number", ()
     if get_origin(kind) is Literal and all(isinstance(choice, str) for choice in get_args(kind)):
         return "choice", get_args(kind)
-    return "text", ()
+    simple: dict[Any, Widget] = {bool: "switch", int: "integer", float: "number"}
+    return simple.get(kind, "text"), ()
 
 
-def described(model: type[BaseModel]) -> dict[str, str]:
-    """Return the string below each field of a class, inherited ones included, as one line each."""
-    found: dict[str, str] = {}
+def field_docstrings(model: type[BaseModel]) -> dict[str, str]:
+    """Return the docstring below each field of a class, inherited ones included, as one line each."""
+    texts: dict[str, str] = {}
     for kind in reversed(model.__mro__):
         if kind is BaseModel or not issubclass(kind, BaseModel):
             continue
@@ -171,5 +147,5 @@ def described(model: type[BaseModel]) -> dict[str, str]:
                 and isinstance(after.value, ast.Constant)
                 and isinstance(after.value.value, str)
             ):
-                found[field.target.id] = " ".join(after.value.value.split())
-    return found
+                texts[field.target.id] = " ".join(after.value.value.split())
+    return texts

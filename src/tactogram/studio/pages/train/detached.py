@@ -1,4 +1,4 @@
-"""Processes of the command line that outlive the server that began them."""
+"""Command line processes that outlive the server."""
 
 from __future__ import annotations
 
@@ -15,46 +15,39 @@ from pathlib import Path
 import psutil
 
 SAME_S = 2.0
-"""How far two readings of when a process began may be apart: clocks are set meanwhile."""
+"""Tolerance between two readings of a process's start time: the clock may be adjusted in between."""
 NICE = 5
-"""So that pages stay quick while something is learned."""
+"""Keeps the pages responsive during a training."""
 
 
 @dataclass(frozen=True)
 class DetachedProcess:
-    """A process, told from a later one of the same number by when it began.
-
-    Parameters
-    ----------
-    pid : int
-    created : float
-        Seconds since 1970.
-    """
+    """A process, identified by its number and start time (s since 1970): numbers are reused."""
 
     pid: int
     created: float
 
     def alive(self) -> bool:
-        """Say whether it is still there and not only waiting to be reaped."""
-        return self._found() is not None
+        """Return whether it is running; a zombie is not."""
+        return self._process() is not None
 
-    def ask_to_end(self) -> bool:
-        """Send SIGTERM; return whether it was there."""
-        found = self._found()
-        if found is not None:
+    def terminate(self) -> bool:
+        """Send SIGTERM; return whether it was running."""
+        process = self._process()
+        if process is not None:
             with contextlib.suppress(psutil.NoSuchProcess):
-                found.terminate()
-        return found is not None
+                process.terminate()
+        return process is not None
 
-    def end(self) -> bool:
-        """Kill it with all that it started, which are of its session; return whether it was there."""
-        if self._found() is None:
+    def kill(self) -> bool:
+        """Kill it and its children, which share its session; return whether it was running."""
+        if self._process() is None:
             return False
         with contextlib.suppress(ProcessLookupError):
             os.killpg(self.pid, signal.SIGKILL)
         return True
 
-    def _found(self) -> psutil.Process | None:
+    def _process(self) -> psutil.Process | None:
         try:
             process = psutil.Process(self.pid)
             same = abs(process.create_time() - self.created) < SAME_S
@@ -64,22 +57,7 @@ class DetachedProcess:
 
 
 def start(arguments: Sequence[str], *, folder: Path, log: Path) -> DetachedProcess:
-    """Run ``tactogram`` with ``arguments`` in ``folder``, in a session of its own.
-
-    Parameters
-    ----------
-    arguments : sequence of str
-        Verb first.
-    folder : Path
-        What relative paths are relative to.
-    log : Path
-        Takes what it says, on both streams; begun anew.
-
-    Raises
-    ------
-    OSError
-        If it cannot be started.
-    """
+    """Run ``tactogram`` in ``folder`` in a session of its own; ``log`` is overwritten with its stdout and stderr."""
     log.parent.mkdir(parents=True, exist_ok=True)
     with log.open("wb") as file:
         child = subprocess.Popen(
@@ -96,6 +74,6 @@ def start(arguments: Sequence[str], *, folder: Path, log: Path) -> DetachedProce
         process = psutil.Process(child.pid)
         created = process.create_time()
         process.nice(NICE)
-    except psutil.Error:  # over already
+    except psutil.Error:  # it has ended
         created = 0.0
     return DetachedProcess(child.pid, created)

@@ -1,4 +1,4 @@
-"""Training request of the form, as the command line takes it."""
+"""Training request of the form, and its equivalent command line."""
 
 from __future__ import annotations
 
@@ -17,45 +17,44 @@ from tactogram.workflows.training.plan import TrainingRequest
 
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,79}")
 SPLITS = {
-    "": "a part kept apart, drawn",
-    "last": "the last of each material kept apart",
-    "all": "nothing kept apart",
+    "": "random validation and test parts",
+    "last": "last recordings of each material as test part",
+    "all": "no test part",
 }
-"""Ways of splitting."""
 SPLIT_TEXTS = {
-    "": "A fifth of the recordings of each material is kept for testing, a tenth for validation: each needs at least "
-    "three. With fewer, choose another split.",
-    "last": "The last recordings of each material are kept for testing, and one before them for validation where there "
-    "are enough.",
-    "all": "All is learned from: it cannot be evaluated on its own data.",
+    "": "Of each material, a fifth of the recordings is used for testing and a tenth for validation. This needs at "
+    "least three recordings of each; with fewer, choose another split.",
+    "last": "The last recordings of each material are used for testing and, where there are enough, the one before "
+    "them for validation.",
+    "all": "All recordings are used for training: the run cannot be evaluated on its own data.",
 }
-"""What each does, and asks of the data."""
-BYS = {
-    "recording": "recording",
-    "session": "session: none on two sides",
-    "subject": "subject: none on two sides",
-    "material": "material: new ones are tested",
-    "condition": "condition (speed and force): none on two sides",
+"""Explanation of each split."""
+GROUPINGS = {
+    "recording": "single recordings",
+    "session": "recordings of a session",
+    "subject": "recordings of a subject",
+    "material": "recordings of a material (tests unseen materials)",
+    "condition": "recordings of a condition (speed and force)",
 }
-"""What must not stand on two sides."""
+"""Groups of recordings that a split never divides."""
 
 
 @dataclass(frozen=True)
 class RunRequest:
-    """A training that somebody wants.
+    """A training as entered in the form.
 
     Parameters
     ----------
     model, data, recipe : str
-        ``data`` relative to the workspace.
+        ``data`` is relative to the workspace.
     name : str
-        Of the run: it comes to lie in ``runs/NAME``.
+        Name of the run in ``runs/``.
     split : str
         A key of `SPLITS`.
     last : int
-        Of split ``last``: how many recordings of each material.
+        Number of test recordings of each material for split ``last``.
     by, label, where : str
-        ``where`` is ``KEY=VALUE``, several parted by spaces.
+        ``where`` is ``KEY=VALUE``, separated by spaces.
     changes : tuple of str
         ``KEY=VALUE`` each.
     """
@@ -72,39 +71,34 @@ class RunRequest:
     changes: tuple[str, ...] = ()
 
     @property
-    def run(self) -> str:
-        """The folder, relative to the workspace.
-
-        Raises
-        ------
-        ParameterError
-            If the name is none for a folder.
-        """
+    def folder(self) -> str:
+        """The run folder relative to the workspace; raise `ParameterError` if ``name`` is not a folder name."""
         if not NAME.fullmatch(self.name):
             raise ParameterError(
-                f"the run's name must be letters, digits, '.', '_' and '-', at most 80, got {self.name[:100]!r}"
+                "the run's name must be letters, digits, '.', '_' and '-', at most 80, not starting with '.' or '-', "
+                f"got {self.name[:100]!r}"
             )
         return f"runs/{self.name}"
 
     @property
     def arguments(self) -> list[str]:
-        """What ``tactogram`` is given."""
-        found = ["train", self.model, "--data", self.data, "--recipe", self.recipe]
-        for option, value, usual in (
+        """The arguments of ``tactogram``."""
+        arguments = ["train", self.model, "--data", self.data, "--recipe", self.recipe]
+        for option, value, default in (
             ("--split", self._split, ""),
             ("--by", self.by, "recording"),
             ("--label", self.label, "material"),
         ):
-            if value != usual:
-                found += [option, value]
+            if value != default:
+                arguments += [option, value]
         for key, value in self._where.items():
-            found += ["--where", f"{key}={value}"]
+            arguments += ["--where", f"{key}={value}"]
         for change in self.changes:
-            found += ["--set", change]
-        return [*found, "--out", self.run]
+            arguments += ["--set", change]
+        return [*arguments, "--out", self.folder]
 
-    def asked(self, data: Path) -> TrainingRequest:
-        """Return what the jobs are asked for, of the data set in ``data``."""
+    def training_request(self, data: Path) -> TrainingRequest:
+        """Return the request as `workflows.training` takes it, for the store in ``data``."""
         return TrainingRequest(
             self.model,
             data,
@@ -122,32 +116,32 @@ class RunRequest:
 
     @property
     def _where(self) -> Mapping[str, str]:
-        found = {}
+        conditions = {}
         for text in self.where.split():
             key, sign, value = text.partition("=")
             if not (sign and key and value):
-                raise ParameterError(f"only recordings with: needs KEY=VALUE, got {text!r}")
-            found[key] = value
-        return found
+                raise ParameterError(f"the filter must be KEY=VALUE, got {text!r}")
+            conditions[key] = value
+        return conditions
 
 
-def describe_model(facts: ModelInfo) -> str:
-    """Return what a model is, as two sentences."""
-    authors = facts.authors[0] + (" et al." if len(facts.authors) > 1 else "")
-    does = {
-        "classification": "Names the material of a signal",
-        "generation": f"Generates {'an image' if facts.gives == 'image' else 'signals'}",
-        "prediction": "Scores signals or images in words",
-    }[facts.task]
-    asked = [*facts.needs, *(f"{name} (if given)" for name in facts.takes if name != "latent")]
-    goes_by = f", going by {_listed(asked)}" if asked and facts.task == "generation" else ""
-    learns = {
-        "recordings": "recordings of materials" + (" with photographs" if "image" in facts.needs else ""),
-        "ratings": "people's scores of signals or images",
+def describe_model(model: ModelInfo) -> str:
+    """Return what a model does, what it learns from, and its paper."""
+    authors = model.authors[0] + (" et al." if len(model.authors) > 1 else "")
+    task = {
+        "classification": "Classifies the material of a signal",
+        "generation": f"Generates {'an image' if model.gives == 'image' else 'signals'}",
+        "prediction": "Predicts word ratings of signals or images",
+    }[model.task]
+    inputs = [*model.needs, *(f"{name} (optional)" for name in model.takes if name != "latent")]
+    given = f" from {_listed(inputs)}" if inputs and model.task == "generation" else ""
+    data = {
+        "recordings": "recordings of materials" + (" with photographs" if "image" in model.needs else ""),
+        "ratings": "people's ratings of signals or images",
         "images": "rated images",
         "both": "rated surfaces and rated signals",
-    }[facts.learns_from]
-    return f"{does}{goes_by}; learns from {learns}. {authors} {facts.year}: {facts.title}."
+    }[model.learns_from]
+    return f"{task}{given}; learns from {data}. {authors} {model.year}: {model.title}."
 
 
 def _listed(names: list[str]) -> str:

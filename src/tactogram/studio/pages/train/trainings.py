@@ -1,7 +1,7 @@
-"""Long errands of the studio, trainings above all: processes of the same command line that survive the server.
+"""Task queue of the studio: trainings and other long tasks, as command line processes that outlive the server.
 
-Each has a record ``studio/trainings/ID.json`` and a log ``ID.log`` beside it. What state it is in follows from the
-record, the process, and what lies in the folder it makes, so that a server that was restarted finds all of it.
+Each task has a record ``studio/trainings/ID.json`` and a log ``ID.log``. Its state follows from the record, the process
+and the contents of its output folder, so a restarted server finds every task again.
 """
 
 from __future__ import annotations
@@ -10,10 +10,12 @@ import json
 import os
 import re
 import secrets
+import shlex
 import shutil
 import threading
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -23,47 +25,46 @@ from tactogram.datasets.store.pending import clear_stale_parts
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import write_text
 from tactogram.studio.pages.train.detached import DetachedProcess, start
-from tactogram.studio.pages.train.log import TaskProgress, complaint, is_stopped, step_of
+from tactogram.studio.pages.train.log import TaskProgress, last_message, progress_of, reports_stop
 from tactogram.studio.workspace.folder import Workspace
 from tactogram.workflows.training.run_lock import is_training
 
 Kind = Literal["train", "evaluate", "simulate", "import"]
 State = Literal["waiting", "running", "stopping", "stopped", "finished", "failed"]
 ID = re.compile(r"\d{8}-\d{6}-[0-9a-f]{6}")
-MADE = {
+OUTPUTS = {
     "train": "model.json",
     "evaluate": "evaluation.json",
     "simulate": "dataset.json",
     "import": "dataset.json",
 }
-"""What lies in the folder when it is done."""
+"""File in the output folder that marks a finished task."""
 LOG_BYTES = 64 * 1024
-"""How much of the end of a log is looked at."""
-KILLED = "it ended without a word: it was killed, or the machine was switched off"
-ENDED = "it was ended at once, as asked"
-GONE_ON = "a process that was begun elsewhere went on with it, and ended before the run was finished"
+"""Length of the end of a log that is read."""
+KILLED = "it ended without a message: it was killed, or the machine was switched off"
+STOPPED_NOW = "stopped immediately on request"
+CONTINUED = "another process, started outside the studio, continued this run and ended before it was finished"
 
 
 @dataclass(frozen=True)
 class StudioTask:
-    """One errand: what was asked, and the process that does it.
+    """Record of a task.
 
     Parameters
     ----------
     id : str
     kind : str
-        One of `Kind`.
     arguments : tuple of str
-        Of ``tactogram``, verb first; paths relative to the workspace.
+        Of ``tactogram``, beginning with the verb; paths relative to the workspace.
     about : str
-        The folder that it makes or writes into, relative to the workspace.
+        Output folder, relative to the workspace.
     asked_at : str
-        ISO 8601, UTC.
-    process : Process, optional
-        None while it waits.
+        Time of the request, ISO 8601, UTC.
+    process : DetachedProcess, optional
+        None while the task waits.
     stop_asked : bool
     began_at : float
-        Seconds since 1970, of the last start.
+        Time of the last start, s since 1970.
     """
 
     id: str
@@ -77,68 +78,51 @@ class StudioTask:
 
     @property
     def command(self) -> str:
-        """The equal command line."""
+        """The equivalent shell command."""
         return command_line(self.arguments)
 
 
 @dataclass(frozen=True)
 class TaskStatus:
-    """Status of a task.
-
-    Parameters
-    ----------
-    state : str
-    line : str
-        Why it failed, or what it said at its end; empty where there is nothing to say.
-    step : Step, optional
-        How far it is.
-    """
+    """Status of a task; ``message`` says why it failed or stopped."""
 
     state: State
-    line: str = ""
-    step: TaskProgress | None = None
+    message: str = ""
+    progress: TaskProgress | None = None
 
     @property
     def active(self) -> bool:
-        """Whether a process is at it, or will be."""
+        """Whether it is running or waiting to run."""
         return self.state in ("waiting", "running", "stopping")
 
 
 @dataclass
 class TaskQueue:
-    """The errands of a workspace.
-
-    Parameters
-    ----------
-    workspace : Workspace
-    most : int
-        How many run at once; the rest wait.
-    """
+    """The tasks of a workspace; at most ``max_running`` run at once, the others wait."""
 
     workspace: Workspace
-    most: int = field(default_factory=lambda: max(1, (os.cpu_count() or 2) // 2))
+    max_running: int = field(default_factory=lambda: max(1, (os.cpu_count() or 2) // 2))
     _lock: threading.RLock = field(default_factory=threading.RLock, repr=False)
-    _moving: bool = False
+    _advancing: bool = False
 
     @property
     def folder(self) -> Path:
-        """Where the records lie."""
+        """Folder of records and logs."""
         return self.workspace.own / "trainings"
 
-    # -- asking ------------------------------------------------------------------------------------------
+    # -- changing ----------------------------------------------------------------------------------------
 
     def begin(self, kind: Kind, arguments: Sequence[str], about: Path | str) -> StudioTask:
-        """Start an errand, or let it wait for one that runs.
+        """Start a task, or queue it.
 
         Raises
         ------
         ParameterError
-            If another is at the same folder, or the folder lies outside of the workspace.
+            If another task uses the folder, or the folder is outside the workspace.
         """
         name = self.workspace.name_of(self.workspace.inside(about))
         with self._lock:
-            if (other := self.active_at(name)) is not None:
-                raise ParameterError(f"{name}: {other.kind} is at it already; wait for it, or stop it")
+            self._refuse_if_used(name)
             identifier = f"{datetime.now(UTC):%Y%m%d-%H%M%S}-{secrets.token_hex(3)}"
             now = datetime.now(UTC).isoformat(timespec="seconds")
             self._write(StudioTask(identifier, kind, tuple(arguments), name, now))
@@ -146,119 +130,115 @@ class TaskQueue:
             return self.get(identifier)
 
     def resume(self, identifier: str) -> StudioTask:
-        """Go on with what was stopped or failed: from the start, or where there is a run already from where it is.
+        """Restart a stopped or failed task; a training with a run folder continues from its checkpoint.
 
         Raises
         ------
         ParameterError
-            If it runs, or came to its end.
+            If it is active or finished, or another process uses its folder.
         """
         with self._lock:
             task = self.get(identifier)
             state = self.status(task).state
             if state not in ("stopped", "failed"):
-                raise ParameterError(f"{task.about}: {state}; only what was stopped or failed can go on")
-            if (other := self.active_at(task.about)) is not None:
-                raise ParameterError(f"{task.about}: {other.kind} is at it already; wait for it, or stop it")
-            if is_training(self.place(task)):
-                raise ParameterError(f"{task.about}: a process that was begun elsewhere trains it at present")
+                raise ParameterError(f"{task.about}: {state}; only stopped or failed tasks can be resumed")
+            self._refuse_if_used(task.about)
+            self._refuse_if_trained(self.output(task), "wait for it")
             arguments = task.arguments
-            if task.kind == "train" and (self.place(task) / "recipe.toml").is_file():
-                arguments = resuming(task.about)
+            if task.kind == "train" and (self.output(task) / "recipe.toml").is_file():
+                arguments = _resume_arguments(task.about)
             self._write(replace(task, arguments=arguments, process=None, stop_asked=False))
             self.advance()
             return self.get(identifier)
 
     def resume_run(self, run: Path | str) -> StudioTask:
-        """Go on with an unfinished run, whoever began it, as it was asked for.
+        """Continue an unfinished run with its original settings, wherever it was started.
 
         Raises
         ------
         ParameterError
-            If a process is at it, here or at the command line.
+            If a process is training it.
         """
         folder = self.workspace.inside(run)
         name = self.workspace.name_of(folder)
-        made = next((task for task in self.of(name) if task.kind == "train"), None)
-        if made is not None:
-            return self.resume(made.id)
-        if is_training(folder):
-            raise ParameterError(f"{name}: a process that was begun elsewhere trains it at present")
-        return self.begin("train", resuming(name), name)
+        training = next((task for task in self.of(name) if task.kind == "train"), None)
+        if training is not None:
+            return self.resume(training.id)
+        self._refuse_if_trained(folder, "wait for it")
+        return self.begin("train", _resume_arguments(name), name)
 
     def stop(self, identifier: str, *, at_once: bool = False) -> None:
-        """Ask the process to end; a training writes a checkpoint first. What waits is taken out.
+        """Ask the process to end; a training first writes a checkpoint. A waiting task leaves the queue.
 
-        Parameters
-        ----------
-        identifier : str
-        at_once : bool
-            Kill it: what it did since its last checkpoint is lost.
+        With ``at_once`` the process is killed: progress since the last checkpoint is lost.
         """
         with self._lock:
             task = self.get(identifier)
             self._write(replace(task, stop_asked=True))
             if task.process is not None:
-                _ = task.process.end() if at_once else task.process.ask_to_end()
+                _ = task.process.kill() if at_once else task.process.terminate()
 
     def forget(self, identifier: str) -> None:
-        """Remove the record of a task that is over, and what it left half made; what it made stays."""
+        """Remove the record and partial output of a task that has ended; finished output stays."""
         with self._lock:
             task = self.get(identifier)
             if self.status(task).active:
                 raise ParameterError(f"{task.about}: stop it first")
             if task.kind in ("simulate", "import"):
-                clear_stale_parts(self.place(task))
+                clear_stale_parts(self.output(task))
             for suffix in (".log", ".json"):
                 (self.folder / (identifier + suffix)).unlink(missing_ok=True)
 
     def delete_run(self, run: Path) -> None:
-        """Delete the folder of a run with all that is known of it.
+        """Delete a run folder with the records of its tasks.
 
         Raises
         ------
         ParameterError
-            If something is at it, or it is no run inside the workspace.
+            If a process uses it, or it is not a run inside the workspace.
         """
         folder = self.workspace.inside(run)
         if folder == self.workspace.folder or not (folder / "recipe.toml").is_file():
             raise ParameterError(f"{run}: not a run of this workspace")
         with self._lock:
             name = self.workspace.name_of(folder)
-            if (other := self.active_at(name)) is not None:
-                raise ParameterError(f"{name}: {other.kind} is at it; stop it before the run is deleted")
-            if is_training(folder):
-                raise ParameterError(f"{name}: a process trains it; stop it before the run is deleted")
+            self._refuse_if_used(name)
+            self._refuse_if_trained(folder, "stop it before you delete the run")
             folder.rename(folder.with_name(f".{folder.name}-{secrets.token_hex(3)}.gone"))
-            for gone in folder.parent.glob(f".*-{'[0-9a-f]' * 6}.gone"):  # a server that was killed left some
+            for gone in folder.parent.glob(
+                f".*-{'[0-9a-f]' * 6}.gone"
+            ):  # includes leftovers of killed servers
                 shutil.rmtree(gone, ignore_errors=True)
-            for task in self.all():
-                if task.about == name:
-                    self.forget(task.id)
+            for task in self.of(name):
+                self.forget(task.id)
 
-    # -- looking -----------------------------------------------------------------------------------------
+    def _refuse_if_used(self, name: str) -> None:
+        """Raise if a task is active in a folder, given relative to the workspace."""
+        active = next((task for task in self.of(name) if self.status(task).active), None)
+        if active is not None:
+            raise ParameterError(f"{name}: in use by {active.kind}; wait for it, or stop it first")
+
+    def _refuse_if_trained(self, folder: Path, remedy: str) -> None:
+        """Raise if a process of any origin is training a run."""
+        if is_training(folder):
+            name = self.workspace.name_of(folder)
+            raise ParameterError(f"{name}: a process started outside the studio is training it; {remedy}")
+
+    # -- reading -----------------------------------------------------------------------------------------
 
     def all(self) -> list[StudioTask]:
-        """Return every task, newest first; a record that cannot be read is left out."""
-        found = []
+        """Return every task, newest first, without unreadable records."""
+        tasks = []
         for path in sorted(self.folder.glob("*.json"), reverse=True) if self.folder.is_dir() else []:
-            try:
-                found.append(self.get(path.stem))
-            except DataError:
-                continue
-        return found
+            with suppress(DataError):
+                tasks.append(self.get(path.stem))
+        return tasks
 
     def get(self, identifier: str) -> StudioTask:
-        """Return one task.
-
-        Raises
-        ------
-        DataError
-            If there is none of this id, or its record is broken.
-        """
+        """Return a task; raise `DataError` if there is none with this id, or its record is broken."""
         path = self.folder / f"{identifier}.json"
         if not ID.fullmatch(identifier) or not path.is_file():
-            raise DataError(f"no training {identifier[:40]!r}; it was removed, or never there")
+            raise DataError(f"no task {identifier[:40]!r}; it may have been removed")
         try:
             values: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
             values["arguments"] = tuple(values["arguments"])
@@ -268,26 +248,28 @@ class TaskQueue:
             raise DataError(f"{path}: not readable: {error}") from error
 
     def status(self, task: StudioTask) -> TaskStatus:
-        """Return how it stands with a task, from its process, its log and its folder."""
-        text = self.log(task)
-        step = step_of(text, self.place(task) if task.kind == "train" else None)
+        """Return the status of a task, from its process, log and output folder."""
         if task.process is None:
-            return TaskStatus("stopped", "it had not begun") if task.stop_asked else TaskStatus("waiting")
+            return (
+                TaskStatus("stopped", "stopped before it began") if task.stop_asked else TaskStatus("waiting")
+            )
+        text = self.log(task)
+        progress = progress_of(text, self.output(task) if task.kind == "train" else None)
         if task.process.alive():
-            return TaskStatus("stopping" if task.stop_asked else "running", step=step)
-        why = complaint(text)
-        if self._made(task) and why is None:
-            return TaskStatus("finished", step=step)
-        if why is not None and self._gone_on(task):
-            return TaskStatus("stopped", GONE_ON)
-        if why is not None and not is_stopped(why):
-            return TaskStatus("failed", why, step)
-        if task.stop_asked or why is not None or (self.place(task) / "checkpoint.safetensors").is_file():
-            return TaskStatus("stopped", why or (ENDED if task.stop_asked else KILLED), step)
-        return TaskStatus("failed", KILLED, step)
+            return TaskStatus("stopping" if task.stop_asked else "running", progress=progress)
+        message = last_message(text)
+        if self._finished(task) and message is None:
+            return TaskStatus("finished", progress=progress)
+        if message is not None and self._continued_elsewhere(task):
+            return TaskStatus("stopped", CONTINUED)
+        if message is not None and not reports_stop(message):
+            return TaskStatus("failed", message, progress)
+        if task.stop_asked or message is not None or (self.output(task) / "checkpoint.safetensors").is_file():
+            return TaskStatus("stopped", message or (STOPPED_NOW if task.stop_asked else KILLED), progress)
+        return TaskStatus("failed", KILLED, progress)
 
     def log(self, task: StudioTask) -> str:
-        """Return the end of what its process said."""
+        """Return the end of a task's log."""
         path = self.folder / f"{task.id}.log"
         if task.process is None or not path.is_file():
             return ""
@@ -295,56 +277,50 @@ class TaskQueue:
             file.seek(max(0, path.stat().st_size - LOG_BYTES))
             return file.read().decode("utf-8", "replace")
 
-    def place(self, task: StudioTask) -> Path:
-        """Return the folder that it makes or writes into."""
+    def output(self, task: StudioTask) -> Path:
+        """Return the output folder of a task."""
         return self.workspace.folder / task.about
 
-    def active_at(self, about: str) -> StudioTask | None:
-        """Return the task that is at a folder, given relative to the workspace, or will be."""
-        held = (task for task in self.all() if task.about == about)
-        return next((task for task in held if self.status(task).active), None)
-
     def of(self, about: str) -> list[StudioTask]:
-        """Return the tasks about a folder, newest first."""
+        """Return the tasks of an output folder, newest first."""
         return [task for task in self.all() if task.about == about]
 
-    # -- moving on ---------------------------------------------------------------------------------------
+    # -- advancing ---------------------------------------------------------------------------------------
 
     def advance(self) -> None:
-        """Start what waits as far as there is room, the one that was asked first before the others."""
+        """Start waiting tasks, oldest first, up to the limit."""
         with self._lock:
             tasks = [(task, self.status(task).state) for task in reversed(self.all())]
-            room = self.most - sum(state in ("running", "stopping") for _, state in tasks)
+            room = self.max_running - sum(state in ("running", "stopping") for _, state in tasks)
             for task in [task for task, state in tasks if state == "waiting"][: max(0, room)]:
-                process = start(
-                    task.arguments, folder=self.workspace.folder, log=self.folder / f"{task.id}.log"
-                )
+                log = self.folder / f"{task.id}.log"
+                process = start(task.arguments, folder=self.workspace.folder, log=log)
                 self._write(replace(task, process=process, began_at=time.time()))
 
     def keep_advancing(self, every_s: float = 1.0) -> None:
-        """Call `advance` from now on, in a thread that ends with the server."""
+        """Call `advance` regularly in a daemon thread, started once."""
         with self._lock:
-            if self._moving:
+            if self._advancing:
                 return
-            self._moving = True
+            self._advancing = True
 
-        def move() -> None:
+        def run() -> None:
             while True:
                 time.sleep(every_s)
                 if any(task.process is None and not task.stop_asked for task in self.all()):
                     self.advance()
 
-        threading.Thread(target=move, name="trainings", daemon=True).start()
+        threading.Thread(target=run, name="trainings", daemon=True).start()
 
-    def _made(self, task: StudioTask) -> bool:
-        """Say whether what it makes is there, and of this start."""
-        file = self.place(task) / MADE[task.kind]
+    def _finished(self, task: StudioTask) -> bool:
+        """Return whether the output is complete; that of an evaluation must be newer than its start."""
+        file = self.output(task) / OUTPUTS[task.kind]
         return file.is_file() and (task.kind != "evaluate" or file.stat().st_mtime >= task.began_at - 1)
 
-    def _gone_on(self, task: StudioTask) -> bool:
-        """Say whether a run got a checkpoint after the last word of the training that this studio began."""
+    def _continued_elsewhere(self, task: StudioTask) -> bool:
+        """Return whether the run has a checkpoint that is newer than the task's log."""
         try:
-            checkpoint = (self.place(task) / "checkpoint.safetensors").stat().st_mtime
+            checkpoint = (self.output(task) / "checkpoint.safetensors").stat().st_mtime
             return checkpoint > (self.folder / f"{task.id}.log").stat().st_mtime
         except OSError:
             return False
@@ -353,28 +329,25 @@ class TaskQueue:
         write_text(self.folder / f"{task.id}.json", json.dumps(asdict(task), ensure_ascii=False, indent=1))
 
 
-_open: dict[Path, TaskQueue] = {}
+_queues: dict[Path, TaskQueue] = {}
 
 
 def trainings_of(workspace: Workspace) -> TaskQueue:
-    """Return the errands of a workspace, the same for all pages of a server."""
-    return _open.setdefault(workspace.folder, TaskQueue(workspace))
+    """Return the task queue of a workspace, shared by all pages of a server."""
+    return _queues.setdefault(workspace.folder, TaskQueue(workspace))
 
 
-def resuming(run: str) -> tuple[str, ...]:
-    """Return what ``tactogram`` is given to go on with a run."""
+def _resume_arguments(run: str) -> tuple[str, ...]:
     return ("train", "--resume", run)
 
 
 def command_line(arguments: Sequence[str]) -> str:
-    """Return what one would type for ``arguments``."""
-    import shlex
-
+    """Return the shell command for ``arguments`` of ``tactogram``."""
     return shlex.join(["tactogram", *arguments])
 
 
 def free_name(folder: Path, name: str, suffix: str = "") -> str:
-    """Return ``name``, or ``name-2``, ``name-3``, … with ``suffix``, whichever is free in ``folder``."""
+    """Return the first of ``name``, ``name-2``, ``name-3``, … (plus ``suffix``) that is unused in ``folder``."""
     number, free = 1, name + suffix
     while (folder / free).exists():
         number += 1

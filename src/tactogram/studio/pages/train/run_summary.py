@@ -1,4 +1,4 @@
-"""Run summaries for lists and comparisons, read without the networks."""
+"""Run summaries for lists and comparisons, read without loading the model."""
 
 from __future__ import annotations
 
@@ -15,28 +15,25 @@ from tactogram.workflows.training.run_lock import is_training
 
 @dataclass(frozen=True)
 class RunSummary:
-    """A run as a list shows it.
+    """Summary of a run; entries whose file is unreadable are empty.
 
     Parameters
     ----------
     folder : Path
     model : str
     finished : bool
-    at_work : bool
-        Whether a process trains it at present, begun by a studio or elsewhere.
-    data : mapping
-        ``data.json``; empty where it cannot be read.
-    recipe : mapping
-        ``recipe.toml``; likewise.
-    validation : mapping from str to float
-    evaluation : mapping from str to float
-        Figures of ``evaluation.json``, by name.
+    training : bool
+        Whether a process, of any origin, is training it.
+    data, recipe : mapping
+        Contents of ``data.json`` and ``recipe.toml``.
+    validation, evaluation : mapping from str to float
+        Results on the validation part, and of ``evaluation.json``, by name.
     """
 
     folder: Path
     model: str
     finished: bool
-    at_work: bool = False
+    training: bool = False
     data: Mapping[str, Any] = field(default_factory=dict)
     recipe: Mapping[str, Any] = field(default_factory=dict)
     validation: Mapping[str, float] = field(default_factory=dict)
@@ -44,7 +41,7 @@ class RunSummary:
 
     @property
     def simulated(self) -> bool:
-        """Whether any of its data was simulated."""
+        """Whether any of its data is simulated."""
         return bool(self.data.get("simulated"))
 
     @property
@@ -53,12 +50,11 @@ class RunSummary:
         return (self.folder / "report.html").is_file()
 
 
-def run_facts(folder: Path) -> RunSummary:
-    """Return what a run folder says; what cannot be read is left empty."""
+def run_summary(folder: Path) -> RunSummary:
+    """Return the summary of a run folder."""
     recipe: Mapping[str, Any] = {}
     with suppress(OSError, ValueError):
         recipe = tomllib.loads((folder / "recipe.toml").read_text(encoding="utf-8"))
-    done = _json(folder / "model.json")
     return RunSummary(
         folder,
         str(recipe.get("model", "unknown")),
@@ -66,20 +62,20 @@ def run_facts(folder: Path) -> RunSummary:
         is_training(folder),
         _json(folder / "data.json"),
         recipe,
-        _numbers(done.get("validation")),
-        figures(_json(folder / "evaluation.json")),
+        _numbers(_json(folder / "model.json").get("validation")),
+        evaluation_results(_json(folder / "evaluation.json")),
     )
 
 
-def figures(evaluation: Mapping[str, Any]) -> dict[str, float]:
-    """Return the figures of an ``evaluation.json`` by name: of a generator's measures, the model's own column."""
-    found = {name: value for name, value in _numbers(evaluation).items() if "accuracy" in name}
+def evaluation_results(evaluation: Mapping[str, Any]) -> dict[str, float]:
+    """Return the results in an ``evaluation.json`` by name; for a generator's measures, the model's column."""
+    results = {name: value for name, value in _numbers(evaluation).items() if "accuracy" in name}
     for measure, row in (evaluation.get("measures") or {}).items():
         if isinstance(row, Mapping) and isinstance(row.get("model"), int | float):
-            found[str(measure)] = float(row["model"])
+            results[str(measure)] = float(row["model"])
     for table in ("spread", "following", "mean"):
-        found |= {f"{table} {name}": value for name, value in _numbers(evaluation.get(table)).items()}
-    return found
+        results |= {f"{table} {name}": value for name, value in _numbers(evaluation.get(table)).items()}
+    return results
 
 
 def _numbers(values: Any) -> dict[str, float]:
