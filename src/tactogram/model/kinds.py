@@ -68,6 +68,17 @@ class SignalKind:
             hint = f"; read it with axes {','.join(self.axes)} if these are the same" if renamed else ""
             raise ParameterError(f"signal must be {_properties(self)}; got {_properties(signal)}{hint}")
 
+    def require_materials(self, model: str) -> None:
+        """Refuse a kind without materials.
+
+        Raises
+        ------
+        ParameterError
+            Naming ``model``.
+        """
+        if not self.materials:
+            raise ParameterError(f"{model} needs recordings with a material, got none")
+
     def check_all_present(self, examples: Sequence[Example]) -> None:
         """Refuse training examples without a recording of one of ``materials``.
 

@@ -1,8 +1,8 @@
-"""Fit in one closed-form step; generate by mixing filters and driving them with noise."""
+"""Fit of autoregressive models in one closed-form step; generation by mixed filters driven with noise."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from tactogram.model import (
     SignalKind,
     Stage,
     check_condition,
+    check_state,
     material_weights,
 )
 from tactogram.models.ar_texture.config import Config
@@ -23,45 +24,22 @@ from tactogram.signal.autoregressive import AutoregressiveModel, mix
 from tactogram.signal.autoregressive_fit import fit_autoregressive
 from tactogram.signal.synthesis import synthesise
 from tactogram.signal.texture_map import NAMES, TextureMap
+from tactogram.training.one_step_learner import OneStepLearner
 
 if TYPE_CHECKING:
     import torch
 
-Key = tuple[float, float]
 
-
-class TextureLearner:
-    """One `TextureMap` per material.
-
-    Parameters
-    ----------
-    config : Config
-    kind : SignalKind
-        Rate, unit, axes and materials of the training signals.
-    """
+class TextureLearner(OneStepLearner):
+    """One `TextureMap` per material."""
 
     def __init__(self, config: Config, kind: SignalKind) -> None:
-        if not kind.materials:
-            raise ParameterError("ar_texture needs recordings with a material, got none")
-        self.config = config
-        self.kind = kind
-        self.materials = kind.materials
+        kind.require_materials("ar_texture")
+        self.config, self.kind, self.materials = config, kind, kind.materials
         self.maps: list[TextureMap] = []
         self.seconds = 0.0
 
-    def setup(self, fabric: Any) -> None:
-        """Nothing to hand over: the fit is a closed form on the processor."""
-
     # -- training ----------------------------------------------------------------------------------------
-
-    def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
-        return (Stage("fit", 1),)
-
-    def batches(
-        self, stage: Stage, examples: Sequence[Example], *, seed: int, start: int = 0
-    ) -> Iterator[Any]:
-        if start == 0:
-            yield examples
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         examples: Sequence[Example] = batch
@@ -71,16 +49,13 @@ class TextureLearner:
         return {"order": float(np.mean(orders)), **self.validate(examples)}
 
     def _fit(self, examples: Sequence[Example]) -> TextureMap:
-        """Return the models of one material at every condition that all its recordings name."""
-        asked = np.array([[_number(example.condition.get(name)) for name in NAMES] for example in examples])
-        known = ~np.isnan(asked).any(axis=0) & self.config.by_condition
-        asked[:, ~known] = np.nan
-        conditions, group = np.unique(np.where(known, asked, 0.0), axis=0, return_inverse=True)
+        """Return the models of one material at each speed and force, as far as all its recordings have them."""
+        values = np.array([[_number(example.condition.get(name)) for name in NAMES] for example in examples])
+        known = ~np.isnan(values).any(axis=0) & self.config.by_condition
+        conditions, group = np.unique(np.where(known, values, 0.0), axis=0, return_inverse=True)
         models = []
         for number in range(len(conditions)):
             signals = [e.signal for e, g in zip(examples, group.ravel(), strict=True) if g == number]
-            for signal in signals:
-                self.kind.check(signal)
             longest = max(map(len, signals))
             models.append(
                 fit_autoregressive(
@@ -94,7 +69,7 @@ class TextureLearner:
         return TextureMap(models, conditions, level=self.config.level)
 
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
-        """Return ``nll``: negative log-likelihood per sample and axis of what was recorded, in nats."""
+        """Return ``nll``: negative log-likelihood of recordings per sample and axis, nats."""
         scores = []
         for example in examples:
             if example.material not in self.materials:
@@ -123,10 +98,7 @@ class TextureLearner:
         }
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        if tuple(state["materials"]) != self.materials:
-            raise ParameterError(
-                f"state is of {', '.join(state['materials'])}; expected {', '.join(self.materials)}"
-            )
+        check_state(state["materials"], self.materials)
         self.seconds = float(state["seconds"])
         self.maps = [
             TextureMap(
@@ -154,9 +126,9 @@ class TextureLearner:
         return self._model(condition)
 
     def _model(self, condition: Condition, *, lenient: bool = False) -> AutoregressiveModel:
-        """Return the mix over materials, and within each over speed and force, in one go.
+        """Return the mix over materials, and within each over speed and force, in one step.
 
-        ``lenient`` leaves out a speed or force that a material's recordings do not know.
+        ``lenient`` ignores a speed or force that a material's recordings do not have.
         """
         if not self.maps:
             raise ParameterError("ar_texture has not been trained")
@@ -164,12 +136,12 @@ class TextureLearner:
         shares: list[NDArray[np.float64]] = []
         for surface, weight in zip(self.maps, material_weights(condition, self.materials), strict=True):
             if weight > 0:
-                asked = [
+                point = [
                     condition.get(name) if known or not lenient else None
                     for name, known in zip(NAMES, surface.known, strict=True)
                 ]
                 chosen += surface.models
-                shares.append(weight * surface.weights(*asked))
+                shares.append(weight * surface.weights(*point))
         return mix(chosen, np.concatenate(shares), level=self.config.level)
 
 

@@ -19,49 +19,49 @@ TrunkUsed = Literal["efficientnet_lite0", "none"]
 
 
 class ImageFeatures:
-    """Colour and texture statistics, then pooled features of a frozen trunk where one is used.
+    """Colour and texture statistics, then pooled features of a frozen trunk if one is used.
 
     Parameters
     ----------
     trunk : {"auto", "efficientnet_lite0", "none"}
-        ``auto`` takes the trunk where the extra ``vision`` is installed; `used` says what came of it.
+        ``auto`` uses the trunk if the extra ``vision`` is installed; see `used`.
     size : int
-        Pixels of the shorter side that the trunk is shown.
+        Pixels of the shorter side of the trunk's input.
     """
 
     def __init__(self, trunk: Literal["auto", "efficientnet_lite0", "none"], size: int) -> None:
-        self._asked, self._size = trunk, size
+        self._requested, self._size = trunk, size
         self._trunk: Trunk | None = None
         self.used: TrunkUsed = "none"
         self.blocks: tuple[int, ...] = ()
 
     def prepare(self) -> None:
         """Load the trunk's weights, before a training."""
-        if self._asked == "none" or self._trunk is not None:
+        if self._requested == "none" or self._trunk is not None:
             return
         try:
             trunk = Trunk("efficientnet_lite0")
             trunk.load()
         except MissingExtraError:
-            if self._asked == "efficientnet_lite0":
+            if self._requested == "efficientnet_lite0":
                 raise
             return
         self._trunk, self.used = trunk, "efficientnet_lite0"
 
     def state(self) -> dict[str, Any]:
-        """Return what was used, and the trunk's weights."""
+        """Return the trunk's name and weights."""
         weights = {} if self._trunk is None else dict(self._trunk.network.state_dict())
         return {"used": self.used, "weights": weights}
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        """Use what a run was trained with."""
+        """Use the trunk of a `state`."""
         self.used, self._trunk = state["used"], None
         if self.used != "none":
             self._trunk = Trunk(self.used)
             self._trunk.network.load_state_dict(state["weights"])
 
     def __call__(self, images: Sequence[Image]) -> NDArray[np.float64]:
-        """Return the features of each image, float64, shape (image, feature); `blocks` says how many of which kind.
+        """Return the features of each image, float64, shape (image, feature), and set `blocks`, their sizes by kind.
 
         Raises
         ------
@@ -74,14 +74,14 @@ class ImageFeatures:
                     f"an image must be at least {SMALLEST} x {SMALLEST} pixels, "
                     f"got {image.size[1]} x {image.size[0]}"
                 )
-        described = np.array([descriptor(image) for image in images])
-        self.blocks = (described.shape[1],)
+        statistics = np.array([descriptor(image) for image in images])
+        self.blocks = (statistics.shape[1],)
         if self._trunk is None:
-            return described
-        # One by one: images may differ in size, and one's features must not depend on the others.
+            return statistics
+        # One at a time: images differ in size, and must not affect each other's features.
         pooled = np.array([self._pooled(image, self._trunk) for image in images])
-        self.blocks = (described.shape[1], pooled.shape[1])
-        return np.concatenate([described, pooled], axis=1)
+        self.blocks = (statistics.shape[1], pooled.shape[1])
+        return np.concatenate([statistics, pooled], axis=1)
 
     def _pooled(self, image: Image, trunk: Trunk) -> NDArray[np.float64]:
         pixels = torch.from_numpy(np.array(image.pixels)).permute(2, 0, 1)[None].float()  # 1, 3, row, column

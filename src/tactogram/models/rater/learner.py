@@ -1,21 +1,22 @@
-"""Describe what was rated, fit a regression in one step; score a signal or an image on the raters' scale."""
+"""Fit of a regression of ratings in one step; scores of a signal or an image on the raters' scale."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.model import Example, ImageExample, Kind, SignalKind, Stage
+from tactogram.model import Example, ImageExample, Kind, SignalKind, Stage, check_state
 from tactogram.models.rater.config import Config
 from tactogram.models.rater.image_features import ImageFeatures
 from tactogram.models.rater.regression import Regression, fit_regression
 from tactogram.models.rater.signal_features import signal_features
 from tactogram.signal import Image, Signal
+from tactogram.training.one_step_learner import OneStepLearner
 from tactogram.training.seeds import child_rng
 
 if TYPE_CHECKING:
@@ -25,33 +26,19 @@ Rateable = Example | ImageExample
 FEWEST_ITEMS = 3
 
 
-class RaterLearner:
-    """Scores of a signal, or of an image, as the mean of the raters would be.
-
-    Parameters
-    ----------
-    config : Config
-    kind : SignalKind or ImageKind
-        What was rated, in which words, on which scale.
-    seed : int
-        Shuffles the items by which the form of the regression is chosen.
-    """
+class RaterLearner(OneStepLearner):
+    """Predicted mean scores of a signal or an image; ``seed`` shuffles the items that choose the regression's form."""
 
     def __init__(self, config: Config, kind: Kind, *, seed: int) -> None:
         if not kind.words or kind.scale is None:
-            raise ParameterError(
-                "rater needs what was rated, in words and on a scale; got signals without ratings"
-            )
+            raise ParameterError("rater needs ratings in words and on a scale; got signals without ratings")
         self.config, self.kind, self.seed = config, kind, seed
         self.words = kind.words
         self.low, self.high = kind.scale
         self.images = ImageFeatures(config.trunk, config.image_size)
         self.regression: Regression | None = None
         self.noise = np.full(len(self.words), np.nan)
-        """Standard deviation between raters of one item, in points of the scale; NaN where one rater stands for all."""
-
-    def setup(self, fabric: Any) -> None:
-        """Nothing to hand over: the fit is a closed form on the processor."""
+        """Standard deviation between raters of one item, in points of the scale; NaN where no item has two raters."""
 
     # -- training ----------------------------------------------------------------------------------------
 
@@ -64,23 +51,17 @@ class RaterLearner:
         for word, items in zip(self.words, np.sum(list(rated.values()), axis=0), strict=True):
             if items < FEWEST_ITEMS:
                 raise ParameterError(
-                    f"a rater needs at least {FEWEST_ITEMS} items with a score in {word}, got {items}; leave the word "
-                    "out of the ratings"
+                    f"a rater needs at least {FEWEST_ITEMS} items with a score in {word}, got {items}; omit the "
+                    "word from the ratings"
                 )
-        return (Stage("fit", 1),)
-
-    def batches(
-        self, stage: Stage, examples: Sequence[Rateable], *, seed: int, start: int = 0
-    ) -> Iterator[Any]:
-        if start == 0:
-            yield examples
+        return super().stages(examples)
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         examples: Sequence[Rateable] = [example for example in batch if example.rated is not None]
         if not isinstance(self.kind, SignalKind):
             self.images.prepare()
         features, blocks = self._features(examples)
-        means, noise, weights = _of_raters(examples)
+        means, noise, weights = _rating_statistics(examples)
         self.regression = fit_regression(
             features,
             means,
@@ -99,15 +80,15 @@ class RaterLearner:
         }
 
     def validate(self, examples: Sequence[Rateable]) -> dict[str, float]:
-        """Return the mean absolute error to the raters' means, and the training mean's, in points of the scale."""
+        """Return the mean absolute errors of the predictions and of the training mean, in points of the scale."""
         rated = [example for example in examples if example.rated is not None]
         if not rated:
             return {}
-        said = np.array([list(self.predict(content_of(example)).values()) for example in rated])
+        predicted = np.array([list(self.predict(content_of(example)).values()) for example in rated])
         truth = self._on_scale(np.array([example.rated.means for example in rated if example.rated]))
         guess = self._on_scale(self._fitted.intercepts)
         return {
-            "mae": float(np.nanmean(np.abs(said - truth))),
+            "mae": float(np.nanmean(np.abs(predicted - truth))),
             "mae_of_training_mean": float(np.nanmean(np.abs(guess - truth))),
         }
 
@@ -120,29 +101,28 @@ class RaterLearner:
         }
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        if tuple(state["words"]) != self.words:
-            raise ParameterError(f"state is of {', '.join(state['words'])}; expected {', '.join(self.words)}")
+        check_state(state["words"], self.words)
         self.noise = np.asarray(state["noise"], np.float64)
         self.images.load_state(state["images"])
         self.regression = Regression.of_state(state["regression"]) if state["regression"] else None
 
     # -- use ---------------------------------------------------------------------------------------------
 
-    def predict(self, given: Signal | Image) -> Mapping[str, float]:
-        scores = self._on_scale(self._fitted.predict(self._described(given))[0])
+    def predict(self, content: Signal | Image) -> Mapping[str, float]:
+        scores = self._on_scale(self._fitted.predict(self._row(content))[0])
         return dict(zip(self.words, scores.tolist(), strict=True))
 
-    def novelty(self, given: Signal | Image) -> float:
-        """Return the share of features that lie beyond all that was trained on: near 0 for what is alike.
+    def novelty(self, content: Signal | Image) -> float:
+        """Return the share of features outside the range of the training data: near 0 for similar content.
 
-        Features are held within what was met in training, so that scores of a novel signal are those of the nearest
-        known ones; they deserve the less trust the larger this is.
+        Features are limited to that range, so that a novel signal gets the scores of the nearest known ones; the larger
+        this share, the less reliable they are.
         """
-        return self._fitted.scaling.beyond(self._described(given)[0])
+        return self._fitted.scaling.share_outside(self._row(content)[0])
 
     @property
     def feature_description(self) -> str:
-        """Which features are used, in words."""
+        """The features, in words."""
         if isinstance(self.kind, SignalKind):
             return "third-octave levels, spectral shape, envelope and length"
         trunk = "" if self.images.used == "none" else f", pooled features of {self.images.used}"
@@ -158,21 +138,20 @@ class RaterLearner:
         return self.low + shares * (self.high - self.low)
 
     def _features(self, examples: Sequence[Rateable]) -> tuple[NDArray[np.float64], tuple[int, ...]]:
-        contents = [content_of(example) for example in examples]
-        rows = [self._described(content)[0] for content in contents]
-        found = np.array(rows)
-        return found, self.images.blocks or (found.shape[1],)
+        """Return the features, shape (example, feature), and the sizes of their blocks."""
+        rows = np.array([self._row(content_of(example))[0] for example in examples])
+        return rows, self.images.blocks or (rows.shape[1],)
 
-    def _described(self, given: Signal | Image) -> NDArray[np.float64]:
+    def _row(self, content: Signal | Image) -> NDArray[np.float64]:
         """Return the features of one signal or image, shape (1, feature)."""
         if isinstance(self.kind, SignalKind):
-            if not isinstance(given, Signal):
-                raise ParameterError(f"this rater is of signals, got {type(given).__name__}")
-            self.kind.check(given)
-            return signal_features(given)[None]
-        if not isinstance(given, Image):
-            raise ParameterError(f"this rater is of images, got {type(given).__name__}")
-        return self.images([given])
+            if not isinstance(content, Signal):
+                raise ParameterError(f"this rater is of signals, got {type(content).__name__}")
+            self.kind.check(content)
+            return signal_features(content)[None]
+        if not isinstance(content, Image):
+            raise ParameterError(f"this rater is of images, got {type(content).__name__}")
+        return self.images([content])
 
 
 def build(config: Config, kind: Kind, *, seed: int, device: str | torch.device = "cpu") -> RaterLearner:
@@ -181,17 +160,17 @@ def build(config: Config, kind: Kind, *, seed: int, device: str | torch.device =
 
 
 def content_of(example: Rateable) -> Signal | Image:
-    """Return what of an example was rated."""
+    """Return the rated signal or image of an example."""
     return example.image if isinstance(example, ImageExample) else example.signal
 
 
-def _of_raters(
+def _rating_statistics(
     examples: Sequence[Rateable],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return means to be met, the noise of a rater, and how much each example counts.
+    """Return the target means, the noise of a rater, and the weight of each example.
 
-    An item's mean counts by its reliability, ``t² / (t² + s² / n)`` with variance t² between items and s² between the
-    n raters of one item (classical test theory), shared by the item's examples.
+    An item's weight is the reliability of its mean, ``t² / (t² + s² / n)`` with variance t² between items and s²
+    between the n raters of one item (classical test theory), divided among the item's examples.
 
     Returns
     -------
@@ -202,9 +181,9 @@ def _of_raters(
         1 in the mean.
     """
     rated = {str(e.item): e.rated for e in examples if e.rated is not None}
-    means = {item: given.means for item, given in rated.items()}
-    counts = {item: (~np.isnan(given.scores)).sum(0) for item, given in rated.items()}
-    several = [given for given in rated.values() if len(given.raters) > 1]
+    means = {item: ratings.means for item, ratings in rated.items()}
+    counts = {item: (~np.isnan(ratings.scores)).sum(0) for item, ratings in rated.items()}
+    several = [ratings for ratings in rated.values() if len(ratings.raters) > 1]
     squares = sum((np.nansum((g.scores - g.means) ** 2, axis=0) for g in several), np.zeros(1))
     freedom = sum((np.maximum((~np.isnan(g.scores)).sum(0) - 1, 0) for g in several), np.zeros(1))
     with np.errstate(invalid="ignore", divide="ignore"):

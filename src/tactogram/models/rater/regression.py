@@ -1,4 +1,4 @@
-"""Kernel ridge regression of several words from one set of features; what fits best is chosen by items kept apart."""
+"""Kernel ridge regression of several words from one set of features; its form is chosen by cross-validation."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from tactogram.models.rater.config import Config, Kernel
 
 Floats = NDArray[np.float64]
 CONSTANT_FEATURE = 1e-9
-"""A feature that varies less is left out."""
+"""Features that vary less are ignored."""
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """One form of the regression: ``width`` is of no use to a linear kernel."""
+    """One form of the regression; a linear kernel has no ``width``."""
 
     kernel: Kernel
     penalty: float
@@ -29,14 +29,10 @@ class Candidate:
 
 @dataclass(frozen=True, eq=False)
 class Scaling:
-    """Features brought to one scale: each by its spread in training, and held within what was met there.
+    """Scaling of features by their spread in training, limited to the range of the training data.
 
-    Parameters
-    ----------
-    low, high, mean, spread : float64 arrays, shape (feature,)
-        ``spread`` is 0 for a feature that does not vary.
-    weight : float64 array, shape (feature,)
-        Share of a feature in the kernel; blocks of many features are to count no more than others.
+    Arrays are float64, shape (feature,). ``spread`` is 0 for a constant feature; ``weight`` is a feature's share in the
+    kernel, where large blocks count no more than small ones.
     """
 
     low: Floats
@@ -47,21 +43,21 @@ class Scaling:
 
     @classmethod
     def of(cls, features: Floats, blocks: Sequence[int]) -> Scaling:
-        """Return the scaling of training ``features`` (example, feature), in blocks of so many features."""
+        """Return the scaling of training ``features``, shape (example, feature), in ``blocks`` of these sizes."""
         mean, spread = features.mean(0), features.std(0)
         spread[spread < CONSTANT_FEATURE] = 0
         weight = np.concatenate([np.full(size, 1 / (size * len(blocks))) for size in blocks])
         return cls(features.min(0), features.max(0), mean, spread, np.sqrt(weight))
 
     def apply(self, features: Floats) -> Floats:
-        """Return scaled features, shape as given; the mean square of an example is about 1."""
-        held = np.clip(features, self.low, self.high) - self.mean
+        """Return scaled features of the same shape; the mean square of an example is about 1."""
+        x = np.clip(features, self.low, self.high) - self.mean
         return np.asarray(
-            self.weight * np.divide(held, self.spread, out=np.zeros_like(held), where=self.spread > 0)
+            self.weight * np.divide(x, self.spread, out=np.zeros_like(x), where=self.spread > 0)
         )
 
-    def beyond(self, features: Floats) -> float:
-        """Return the share of features that lie outside of what was met in training, by more than a spread."""
+    def share_outside(self, features: Floats) -> float:
+        """Return the share of features outside the range of the training data by more than their spread."""
         over = np.maximum(features - self.high, self.low - features)
         return float(np.mean(over > self.spread))
 
@@ -70,17 +66,9 @@ class Scaling:
 class Regression:
     """A fitted regression of each word.
 
-    Parameters
-    ----------
-    scaling : Scaling
-    support : float64 array, shape (example, feature)
-        Scaled features of the training examples.
-    coefficients : float64 array, shape (example, word)
-    intercepts : float64 array, shape (word,)
-        Mean of the training scores: also the constant guess.
-    chosen : sequence of Candidate, one per word
-    error : float64 array, shape (word,)
-        Mean absolute error over items kept apart in choosing; a little optimistic, since it was chosen by.
+    ``support`` are the scaled features of the training examples, shape (example, feature); ``coefficients`` have shape
+    (example, word). ``intercepts``, shape (word,), are means of the training scores and so the constant guess.
+    ``error``, shape (word,), is the mean absolute error over the folds; slightly optimistic, since it was minimised.
     """
 
     scaling: Scaling
@@ -95,7 +83,7 @@ class Regression:
         return np.clip(self.unbounded(features), 0, 1)
 
     def unbounded(self, features: Floats) -> Floats:
-        """Return scores as `predict`, but where they are: for putting in order, in which what is clipped is tied."""
+        """Return scores as `predict` does, not clipped: for ranking, where clipped scores would tie."""
         x = self.scaling.apply(features)
         columns = [
             kernel_of(x, self.support, form) @ self.coefficients[:, word]
@@ -104,7 +92,7 @@ class Regression:
         return np.asarray(np.stack(columns, axis=1) + self.intercepts)
 
     def state(self) -> dict[str, Any]:
-        """Return all of it as arrays and numbers."""
+        """Return the regression as arrays and numbers."""
         names = ("low", "high", "mean", "spread", "weight")
         return {
             "scaling": {name: getattr(self.scaling, name) for name in names},
@@ -119,7 +107,7 @@ class Regression:
 
     @classmethod
     def of_state(cls, state: Mapping[str, Any]) -> Regression:
-        """Return what `state` was taken of."""
+        """Return the regression of a `state`."""
         arrays = {
             name: np.asarray(state[name], np.float64)
             for name in ("support", "coefficients", "intercepts", "error")
@@ -138,21 +126,21 @@ def fit_regression(
     config: Config,
     rng: np.random.Generator,
 ) -> Regression:
-    """Choose for each word by items kept apart, then fit to all.
+    """Choose a form for each word by cross-validation over items, then fit it to all.
 
     Parameters
     ----------
     features : float64 array, shape (example, feature)
     scores : float64 array, shape (example, word)
-        0 to 1; NaN where nobody scored: that example is left out of that word.
+        0 to 1; NaN where nobody scored: the word ignores that example.
     items : sequence of str, one per example
-        Examples of one item are never on both sides.
+        Examples of one item are in one fold.
     weights : float64 array, shape (example,)
     blocks : sequence of int
-        How many features belong together, in order.
+        Sizes of the blocks of features, in order.
     config : Config
     rng : numpy Generator
-        Shuffles the items into parts.
+        Shuffles the items into folds.
     """
     candidates = list(_candidates(config))
     words = scores.shape[1]
@@ -164,24 +152,24 @@ def fit_regression(
     coefficients = np.zeros((len(features), words))
     intercepts, error = np.zeros(words), np.zeros(words)
     chosen = [candidates[0]] * words
-    for held, columns in _patterns(scores):
-        y, w, group = scores[np.ix_(held, columns)], weights[held], shuffled[held]
+    for rows, columns in _patterns(scores):
+        y, w, group = scores[np.ix_(rows, columns)], weights[rows], shuffled[rows]
         parts = list(GroupKFold(min(folds, len(np.unique(group)))).split(y, groups=group))
-        errors = np.array([_error(features[held], y, w, parts, form, blocks) for form in candidates])
+        errors = np.array([_error(features[rows], y, w, parts, form, blocks) for form in candidates])
         intercepts[columns] = np.average(y, axis=0, weights=w)
         for column, best in zip(columns, errors.argmin(0), strict=True):
             form = candidates[best]
-            gram = kernel_of(support[held], support[held], form)
+            gram = kernel_of(support[rows], support[rows], form)
             model = KernelRidge(alpha=form.penalty, kernel="precomputed")
-            model.fit(gram, scores[held, column] - intercepts[column], sample_weight=w)
-            coefficients[held, column] = model.dual_coef_
+            model.fit(gram, scores[rows, column] - intercepts[column], sample_weight=w)
+            coefficients[rows, column] = model.dual_coef_
             chosen[column] = form
         error[columns] = errors.min(0)
     return Regression(scaling, support, coefficients, intercepts, chosen, error)
 
 
 def kernel_of(x: Floats, support: Floats, form: Candidate) -> Floats:
-    """Return how alike each of ``x`` (example, feature) is to each of ``support``, shape (example, support)."""
+    """Return the kernel of ``x``, (example, feature), with ``support``, shape (example, support)."""
     inner = x @ support.T
     if form.kernel == "linear":
         return np.asarray(inner)
@@ -197,10 +185,10 @@ def _candidates(config: Config) -> Iterator[Candidate]:
 
 
 def _patterns(scores: Floats) -> Iterator[tuple[NDArray[np.bool_], NDArray[np.int64]]]:
-    """Yield the examples that have a score, and the words of which it is just these."""
-    given, which = np.unique(~np.isnan(scores), axis=1, return_inverse=True)
-    for number in range(given.shape[1]):
-        yield given[:, number], np.flatnonzero(which.ravel() == number)
+    """Yield each pattern of scored examples, and the words that share it."""
+    patterns, which = np.unique(~np.isnan(scores), axis=1, return_inverse=True)
+    for number in range(patterns.shape[1]):
+        yield patterns[:, number], np.flatnonzero(which.ravel() == number)
 
 
 def _error(
@@ -211,7 +199,7 @@ def _error(
     form: Candidate,
     blocks: Sequence[int],
 ) -> Floats:
-    """Return the weighted mean absolute error over parts that were not fitted to, shape (word,)."""
+    """Return the weighted mean absolute error over the test parts, shape (word,)."""
     total = np.zeros(scores.shape[1])
     for train, test in parts:
         scaling = Scaling.of(features[train], blocks)
@@ -219,6 +207,6 @@ def _error(
         mean = np.average(scores[train], axis=0, weights=weights[train])
         model = KernelRidge(alpha=form.penalty, kernel="precomputed")
         model.fit(kernel_of(x, x, form), scores[train] - mean, sample_weight=weights[train])
-        said = np.clip(model.predict(kernel_of(unseen, x, form)) + mean, 0, 1)
-        total += weights[test] @ np.abs(said - scores[test])
+        predicted = np.clip(model.predict(kernel_of(unseen, x, form)) + mean, 0, 1)
+        total += weights[test] @ np.abs(predicted - scores[test])
     return np.asarray(total / weights.sum())

@@ -12,32 +12,32 @@ from tactogram.evaluation.measures.bands import band_edges, band_sums
 from tactogram.signal import Signal
 
 LOWEST_HZ, HIGHEST_HZ = 5.0, 1000.0
-"""What is felt as vibration; above it the skin is all but blind (Bolanowski et al. 1988)."""
+"""Range of vibrations that are felt; above it the skin is hardly sensitive (Bolanowski et al. 1988)."""
 PER_OCTAVE = 3
-"""Third-octave bands: about as finely as vibrations are told apart by frequency."""
+"""Third-octave bands: about the resolution at which people distinguish frequencies."""
 RANGE_DB = 50.0
-"""A band that far below the whole is as good as empty: nearer to silence, levels say nothing that is felt."""
+"""Floor of the bands below the whole: weaker bands are not felt."""
 SILENCE = 1e-12
-"""Added to powers (unit²), so that silence has a level."""
+"""Added to powers, unit², so that silence has a level."""
 ENVELOPE_RATE = 200.0
-"""Hz; envelopes hold what is slower than a quarter of it, about where flutter becomes a tone."""
+"""Hz; envelopes hold up to a quarter of it, about where flutter becomes a tone."""
 MODULATIONS_HZ = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 """Octave bands of the envelope."""
 ACTIVE_DB = 30.0
-"""A vibration is on while its envelope is no farther below its peak."""
+"""A vibration is on while its envelope is within this of its peak."""
 DEPTH_FLOOR = 1e-4
-"""Of modulation: a share of the mean, squared."""
+"""Floor of modulation: a share of the mean, squared."""
 LOWEST_RATE = 80.0
-"""Hz: holds three octaves of what is felt; slower signals have no spectrum to go by."""
+"""Hz: holds three octaves of the range that is felt."""
 
 
 def edges(rate: float) -> NDArray[np.float64]:
-    """Return the edges of the third-octave bands that a signal of ``rate`` Hz holds, Hz.
+    """Return the edges of the third-octave bands in a signal of ``rate`` Hz, Hz.
 
     Raises
     ------
     ParameterError
-        If the rate holds fewer than three octaves of what is felt.
+        If the rate is below `LOWEST_RATE`.
     """
     if rate < LOWEST_RATE:
         raise ParameterError(f"rate must be at least {LOWEST_RATE:g} Hz to be rated by, got {rate:g}")
@@ -45,7 +45,7 @@ def edges(rate: float) -> NDArray[np.float64]:
 
 
 def signal_features(signal: Signal) -> NDArray[np.float64]:
-    """Return what a score can go by, blind to phase, to where it starts and, as far as can be, to how long it lasts.
+    """Return features for scoring, independent of phase and start and, as far as possible, of length.
 
     Parameters
     ----------
@@ -55,17 +55,17 @@ def signal_features(signal: Signal) -> NDArray[np.float64]:
     Returns
     -------
     float64 array, shape (feature,)
-        Level in each band of `edges` while it is on, dB re 1 unit²; its level, peak and bandwidth; where the spectrum
-        lies (octaves re 1 Hz) and how it is shaped; crest, kurtosis; modulation depth in `MODULATIONS_HZ` (dB); how
-        much of the time it is on, onsets per second, where in time its energy lies, how it decays, how long it is.
+        Level in each band of `edges` while it is on, dB re 1 unit²; whole level; centre (octaves re 1 Hz) and shape of
+        the spectrum; peak, crest and kurtosis; modulation depth in `MODULATIONS_HZ`, dB; share of time on, onsets per
+        second, place and spread of the energy in time, decay, length.
 
     Raises
     ------
     ParameterError
-        If it is over displacement or too slow a signal.
+        If it is over displacement or its rate is too low.
     """
     if signal.domain != "time":
-        raise ParameterError("a rater goes by signals over time, got one over displacement")
+        raise ParameterError("a rater needs signals over time, got one over displacement")
     x = signal.samples.astype(np.float64)
     felt, power, frequency = _felt(x - x.mean(1, keepdims=True), signal.rate)
     envelope = _envelope(felt, signal.rate)
@@ -88,9 +88,9 @@ def signal_features(signal: Signal) -> NDArray[np.float64]:
 def _felt(
     x: NDArray[np.float64], rate: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the signal without what is not felt, and its power by frequency, summed over axes.
+    """Return the signal limited to the range that is felt, and its power by frequency, summed over axes.
 
-    Zeros follow a signal shorter than a second: every band then holds a bin.
+    Signals shorter than a second are padded with zeros, so that every band holds a bin.
     """
     length = x.shape[1]
     size = next_fast_len(max(length, round(rate)) * 2, real=True)
@@ -129,7 +129,7 @@ def _peaks(felt: NDArray[np.float64], share: float) -> NDArray[np.float64]:
 
 
 def _depths(envelope: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how much of the envelope lies in each of `MODULATIONS_HZ`, dB re its squared mean."""
+    """Return the envelope's power in each of `MODULATIONS_HZ`, dB re its squared mean."""
     relative = envelope / (envelope.mean() + np.sqrt(SILENCE))
     relative = (relative - relative.mean()) * np.hanning(len(envelope) + 2)[1:-1]
     size = max(len(envelope), round(4 * ENVELOPE_RATE))

@@ -8,23 +8,21 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 
 class Config(BaseModel):
-    """Amount kept of the recordings, and how segments are joined."""
+    """Stored part of the recordings, and joins of segments."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     seconds_per_material: float = Field(default=60.0, gt=0, allow_inf_nan=False)
-    """Longest stretch of recordings kept of each material, s, shared out evenly among its recordings: bounds
-    the run's size."""
+    """Most of each material's recordings that is stored, s, divided evenly among them; bounds the run's size."""
     segment_s: float = Field(default=0.5, gt=0, allow_inf_nan=False)
     """Length of the segments that are joined, s, crossfades included; a shorter recording is one segment."""
     overlap_s: float = Field(default=0.1, ge=0, allow_inf_nan=False)
     """Length of the crossfades, s."""
     search_s: float = Field(default=0.02, ge=0, allow_inf_nan=False)
-    """How far a segment may slide to where it goes on best from the one before, s (Verhelst & Roelands 1993)."""
+    """How far a segment may move for the smoothest join, s (Verhelst & Roelands 1993)."""
 
     @model_validator(mode="after")
-    def _segments_go_on(self) -> Self:
-        """Refuse segments that are used up by their crossfades."""
+    def _segments_outlast_crossfades(self) -> Self:
         if self.segment_s <= 2 * self.overlap_s + self.search_s:
             raise ValueError(
                 f"segment_s must be above 2 overlap_s + search_s, {2 * self.overlap_s + self.search_s:g} s"

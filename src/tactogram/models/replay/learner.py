@@ -1,8 +1,8 @@
-"""Keep recordings in one step; generate by joining random segments of them."""
+"""Storage of recordings in one step; generation by joining random segments of them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -16,11 +16,13 @@ from tactogram.model import (
     SignalKind,
     Stage,
     check_condition,
+    check_state,
     material_weights,
 )
 from tactogram.models.replay.config import Config
 from tactogram.signal import Signal
 from tactogram.signal.concatenative import concatenated, excerpts
+from tactogram.training.one_step_learner import OneStepLearner
 from tactogram.training.seeds import child_rng
 
 if TYPE_CHECKING:
@@ -33,86 +35,64 @@ SHORTEST_JUDGED_S = 0.25
 
 @dataclass(frozen=True, eq=False)
 class StoredSegment:
-    """A stretch of a training recording, and what it was recorded under."""
+    """A segment of a training recording, with its speed and force."""
 
     id: str
     signal: Signal
     condition: Mapping[str, float | None]
 
 
-class ReplayLearner:
-    """The recordings themselves, per material.
+class ReplayLearner(OneStepLearner):
+    """Segments of the recordings by material; ``seed`` decides which segments."""
 
-    Parameters
-    ----------
-    config : Config
-    kind : SignalKind
-        Rate, unit, axes and materials of the training signals.
-    seed : int
-        Decides which stretch of a recording is kept.
-    """
+    stage = "keep"
 
     def __init__(self, config: Config, kind: SignalKind, *, seed: int) -> None:
-        if not kind.materials:
-            raise ParameterError("replay needs recordings with a material, got none")
-        self.config = config
-        self.kind = kind
+        kind.require_materials("replay")
+        self.config, self.kind, self.seed = config, kind, seed
         self.materials = kind.materials
-        self.seed = seed
-        self.kept: dict[str, list[StoredSegment]] = {}
+        self.segments: dict[str, list[StoredSegment]] = {}
         self.seconds = 0.0
-
-    def setup(self, fabric: Any) -> None:
-        """Nothing to hand over: there are no weights."""
 
     # -- training ----------------------------------------------------------------------------------------
 
-    def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
-        return (Stage("keep", 1),)
-
-    def batches(
-        self, stage: Stage, examples: Sequence[Example], *, seed: int, start: int = 0
-    ) -> Iterator[Any]:
-        if start == 0:
-            yield examples
-
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         examples: Sequence[Example] = batch
-        found = self.kind.by_material(examples)
+        by_material = self.kind.by_material(examples)
         for example in examples:
-            if len(example.signal) <= 2 * self._least:
+            if len(example.signal) <= 2 * self._join:
                 raise ParameterError(
-                    f"recording {example.id} must be longer than {2 * self._least} samples, two crossfades "
+                    f"recording {example.id} must be longer than {2 * self._join} samples, two crossfades "
                     f"and searches; got {len(example.signal)}: lower config.overlap_s"
                 )
-        self.kept = {name: self._keep(name, members) for name, members in found.items()}
+        self.segments = {name: self._stored(name, members) for name, members in by_material.items()}
         self.seconds = float(np.median([example.signal.extent for example in examples]))
-        kept = [sum(k.signal.extent for k in members) for members in self.kept.values()]
-        return {"seconds_per_material": float(np.mean(kept))}
+        stored = [sum(s.signal.extent for s in members) for members in self.segments.values()]
+        return {"seconds_per_material": float(np.mean(stored))}
 
     @property
-    def _least(self) -> int:
-        """Samples that a crossfade and the search before it use."""
+    def _join(self) -> int:
+        """Samples of a crossfade and the search before it."""
         return round(self.config.overlap_s * self.kind.rate) + round(self.config.search_s * self.kind.rate)
 
-    def _keep(self, material: str, examples: Sequence[Example]) -> list[StoredSegment]:
-        """Return a stretch of each of ``examples``, or of as many, drawn, as a segment each leaves room for."""
+    def _stored(self, material: str, examples: Sequence[Example]) -> list[StoredSegment]:
+        """Return a segment of each of ``examples``, or of as many, drawn, as the configured duration allows."""
         budget, segment = (
             max(1, round(s * self.kind.rate))
             for s in (self.config.seconds_per_material, self.config.segment_s)
         )
-        kept = excerpts(
+        stored = excerpts(
             [example.signal for example in examples],
             budget,
             segment=segment,
-            least=2 * self._least + 1,
+            least=2 * self._join + 1,
             rng=child_rng(self.seed, "keep", material),
         )
         return [
             StoredSegment(
                 examples[i].id, cut, {name: _number(examples[i].condition.get(name)) for name in NAMES}
             )
-            for i, cut in kept
+            for i, cut in stored
         ]
 
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
@@ -120,7 +100,11 @@ class ReplayLearner:
         distances = []
         for number, example in enumerate(examples):
             over_time = self.kind.domain == "time"
-            if example.material in self.kept and over_time and example.signal.seconds >= SHORTEST_JUDGED_S:
+            if (
+                example.material in self.segments
+                and over_time
+                and example.signal.seconds >= SHORTEST_JUDGED_S
+            ):
                 made = self.generate(
                     {"material": example.material}, seconds=example.signal.seconds, seed=number
                 )
@@ -132,32 +116,26 @@ class ReplayLearner:
             "seconds": self.seconds,
             "materials": {
                 name: [
-                    {"id": k.id, "samples": k.signal.samples, "condition": dict(k.condition)} for k in members
+                    {"id": s.id, "samples": s.signal.samples, "condition": dict(s.condition)} for s in members
                 ]
-                for name, members in self.kept.items()
+                for name, members in self.segments.items()
             },
         }
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        if state["materials"] and tuple(state["materials"]) != self.materials:
-            raise ParameterError(
-                f"state is of {', '.join(state['materials'])}; expected {', '.join(self.materials)}"
-            )
+        check_state(tuple(state["materials"]) or self.materials, self.materials)
         self.seconds = float(state["seconds"])
-        self.kept = {
-            name: [StoredSegment(k["id"], self._signal(k["samples"]), k["condition"]) for k in members]
+        self.segments = {
+            name: [StoredSegment(s["id"], self.kind.signal(s["samples"]), s["condition"]) for s in members]
             for name, members in state["materials"].items()
         }
-
-    def _signal(self, samples: Any) -> Signal:
-        return Signal(np.asarray(samples), self.kind.rate, self.kind.unit, self.kind.axes, self.kind.domain)
 
     # -- use ---------------------------------------------------------------------------------------------
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
         check_condition(condition, needs=("material",), takes=NAMES)
         weights = material_weights(condition, self.materials)
-        if not self.kept:
+        if not self.segments:
             raise ParameterError("replay has not been trained")
         seconds = self.seconds if seconds is None else seconds
         mixed = 0.0
@@ -165,14 +143,14 @@ class ReplayLearner:
             if weight > 0:
                 members = self._nearest(name, condition)
                 x = self._replayed(members, seconds, seed, name).samples.astype(np.float64)
-                # Gravity and the like, the same in all, mixes evenly; vibrations, which are not, by power.
-                steady = np.mean([k.signal.samples.mean(axis=1, keepdims=True) for k in members], axis=0)
+                # Constant parts, as gravity, add linearly; vibrations, which are independent, add by power.
+                steady = np.mean([s.signal.samples.mean(axis=1, keepdims=True) for s in members], axis=0)
                 mixed = mixed + weight * steady + np.sqrt(weight) * (x - steady)
-        return self._signal(np.float32(mixed))
+        return self.kind.signal(np.float32(mixed))
 
     def _replayed(self, members: Sequence[StoredSegment], seconds: float, seed: int, name: str) -> Signal:
         return concatenated(
-            [k.signal for k in members],
+            [s.signal for s in members],
             seconds=seconds,
             segment=max(1, round(self.config.segment_s * self.kind.rate)),
             overlap_s=self.config.overlap_s,
@@ -181,34 +159,32 @@ class ReplayLearner:
         )
 
     def _nearest(self, name: str, condition: Condition) -> list[StoredSegment]:
-        """Return the recordings whose speed and force are nearest to what is asked for; all, if nothing is.
+        """Return the segments nearest to the speed and force of ``condition``; all, if it has neither.
 
-        Distance: Euclidean, each quantity as a share of what the material's recordings span.
+        Distance: Euclidean, each quantity as a share of the range of the material's recordings.
         """
-        members = self.kept[name]
+        members = self.segments[name]
         distance = np.zeros(len(members))
         for quantity in NAMES:
-            asked = condition.get(quantity)
-            if asked is None:
+            wanted = condition.get(quantity)
+            if wanted is None:
                 continue
-            if not (np.isfinite(asked) and asked >= 0):
-                raise ParameterError(f"{quantity} must be finite and >= 0, got {asked}")
-            known = np.array([k.condition[quantity] for k in members], dtype=np.float64)  # None: nan
-            if np.isnan(known).all():
-                raise ParameterError(f"{quantity} is not known of the recordings of {name}; leave it out")
-            span = np.nanmax(known) - np.nanmin(known)
-            distance += np.nan_to_num((known - asked) / (span or 1.0), nan=np.inf) ** 2
+            if not (np.isfinite(wanted) and wanted >= 0):
+                raise ParameterError(f"{quantity} must be finite and >= 0, got {wanted}")
+            values = np.array([s.condition[quantity] for s in members], dtype=np.float64)  # None: nan
+            if np.isnan(values).all():
+                raise ParameterError(f"{quantity} is unknown for the recordings of {name}; omit it")
+            span = np.nanmax(values) - np.nanmin(values)
+            distance += np.nan_to_num((values - wanted) / (span or 1.0), nan=np.inf) ** 2
         if not np.isfinite(distance).any():
-            raise ParameterError(
-                f"no recording of {name} names both {' and '.join(NAMES)}; leave one of them out"
-            )
-        return [k for k, far in zip(members, distance, strict=True) if far <= distance.min() + 1e-12]
+            raise ParameterError(f"no recording of {name} has both {' and '.join(NAMES)}; omit one of them")
+        return [s for s, far in zip(members, distance, strict=True) if far <= distance.min() + 1e-12]
 
 
 def build(
     config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
 ) -> ReplayLearner:
-    """Return a model that holds nothing yet; it always computes on the processor."""
+    """Return an empty model; it always computes on the processor."""
     return ReplayLearner(config, kind, seed=seed)
 
 

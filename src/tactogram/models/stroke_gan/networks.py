@@ -1,4 +1,4 @@
-"""Generator and discriminator of Saga et al., Table III. Tensors are (batch * axis, channel, time)."""
+"""Generator of Saga et al., Table III. Tensors are (batch * axis, channel, time)."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import torch.nn.functional as F
 from torch import Tensor, nn
 
 from tactogram.models.stroke_gan.config import Config
-from tactogram.nn import WaveDiscriminator, glorot_linear, strided_conv_transpose
+from tactogram.nn import glorot_linear, strided_conv_transpose
 
 
 class Generator(nn.Module):
-    """Latent and label to a signal. Each axis is convolved on its own, with shared filters.
+    """Latent and label to a signal. Each axis is convolved separately, with shared filters.
 
     Parameters
     ----------
@@ -41,17 +41,3 @@ class Generator(nn.Module):
         for layer in self.layers:
             h = layer(F.leaky_relu(h, self.leak))  # B A, C / 2, 4 T; the last B A, 1, 16384
         return torch.tanh(h.view(len(latent), self.shape[0], -1))  # B, A, 16384
-
-
-def discriminator(config: Config, *, axes: int, labels: int) -> WaveDiscriminator:
-    """Return the discriminator of Table III: the generator's layers backwards, and phase shuffle between them."""
-    return WaveDiscriminator(
-        channels=config.channels,
-        points=config.points,
-        kernel=config.kernel,
-        stride=config.stride,
-        leak=config.leak,
-        phase_shuffle=config.phase_shuffle,
-        axes=axes,
-        labels=labels,
-    )

@@ -1,4 +1,4 @@
-"""The scale that brings a data set into the range of tanh, and back."""
+"""Scale of a data set to the range of tanh, and back."""
 
 from __future__ import annotations
 
@@ -13,21 +13,14 @@ from tactogram.signal import Signal
 
 Array = NDArray[np.float64]
 BINS = 1 << 16
-"""Resolution of the range of a signal: its largest deviation over this."""
+"""Resolution of a signal's range: parts of its largest deviation."""
 
 
 class Scaling:
     """One offset and one scale per axis for the whole data set.
 
-    Per axis, so that a weak axis is not lost beside a strong one; the same for all materials, so that their levels
-    stay apart.
-
-    Parameters
-    ----------
-    kind : SignalKind
-        Of the signals.
-    within_range : float
-        Share of the samples that the range of tanh holds; the rest is clipped. 1 clips nothing.
+    Per axis, so that a weak axis is not drowned by a strong one; the same for all materials, to keep their levels.
+    The share ``within_range`` of the samples fits the range of tanh and the rest is clipped; 1 clips nothing.
     """
 
     def __init__(self, kind: SignalKind, within_range: float = 1.0) -> None:
@@ -36,10 +29,7 @@ class Scaling:
         self.scale = np.ones(len(kind.axes))
 
     def fit(self, examples: Sequence[Example]) -> dict[str, float]:
-        """Measure the mean and the range of each axis, and return the scales and the share that is clipped.
-
-        Memory does not grow with the number of examples.
-        """
+        """Measure the mean and the range of each axis; return the scales and the share that is clipped."""
         count = sum(len(example.signal) for example in examples)
         total = sum(example.signal.samples.sum(axis=1, dtype=np.float64) for example in examples)
         self.offset = np.asarray(total / count)
@@ -74,13 +64,13 @@ class Scaling:
     def unscaled(self, y: NDArray[np.float32]) -> Signal:
         """Return samples within -1 to 1, shape (axis, time), as a signal."""
         x = y * self.scale[:, None] + self.offset[:, None]
-        return Signal(x.astype(np.float32), self.kind.rate, self.kind.unit, self.kind.axes)
+        return self.kind.signal(x.astype(np.float32))
 
     def state(self) -> dict[str, Any]:
-        """Return what was fitted."""
+        """Return offset and scale."""
         return {"offset": self.offset, "scale": self.scale}
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        """Go on from `state`."""
+        """Continue from `state`."""
         self.offset = np.asarray(state["offset"], np.float64)
         self.scale = np.asarray(state["scale"], np.float64)

@@ -12,7 +12,7 @@ from tactogram.signal.band_levels import BandLevels
 from tactogram.training.seeds import child_seed
 
 RECORDINGS = 16
-"""Recordings of a material, at most, that the bands are matched to."""
+"""Most recordings of a material that the bands are matched to."""
 
 
 Generate = Callable[[int, Condition, int, int], NDArray[np.floating]]
@@ -27,27 +27,16 @@ def match_bands(
     longest: int,
     generate: Generate,
 ) -> None:
-    """Measure ``levels`` of recordings and, for the condition of each, of a generated signal.
-
-    Parameters
-    ----------
-    levels : BandLevels
-    examples : sequence of Example
-        At least one of each material.
-    materials : sequence of str
-    longest : int
-        Samples of a recording, from its beginning, that are measured.
-    generate : Generate
-    """
+    """Measure ``levels`` of recordings, up to ``longest`` samples of each, and of signals of their conditions."""
     levels.measure(
-        _beside(
+        _to_match(
             levels, [e for e in examples if e.material == name], place, longest=longest, generate=generate
         )
         for place, name in enumerate(materials)
     )
 
 
-def _beside(
+def _to_match(
     levels: BandLevels, examples: Sequence[Example], place: int, *, longest: int, generate: Generate
 ) -> tuple[list[NDArray[np.floating]], list[NDArray[np.floating]]]:
     """Return recordings of a material and a generated signal for each, all longer than the filters."""

@@ -17,8 +17,8 @@ NUMBERS = ("speed_mm_s", "force_n")
 """Conditions that are numbers."""
 
 
-class Number(NamedTuple):
-    """A numeric condition over the training recordings."""
+class ConditionRange(NamedTuple):
+    """Distribution of a numeric condition over the training recordings."""
 
     median: float
     deviation: float
@@ -26,42 +26,38 @@ class Number(NamedTuple):
     most: float
 
     def standardised(self, value: float) -> float:
-        """Return ``value``, or the nearest of the recordings', so that the median is 0 and a deviation 1."""
+        """Return ``value``, limited to the recorded range, so that the median is 0 and a deviation 1."""
         if self.deviation == 0:
             return 0.0
         return (min(max(float(value), self.least), self.most) - self.median) / self.deviation
 
 
 class Labels:
-    """Labels of the networks from the conditions of signals.
-
-    Parameters
-    ----------
-    names : sequence of str
-        The numbers, of `NUMBERS`, that stand beside the materials: ``config.conditions``.
-    """
+    """Labels of the networks; ``names`` are the numbers in them, after the materials: ``config.conditions``."""
 
     def __init__(self, names: Sequence[str]) -> None:
         self.names = tuple(names)
-        self.known: Mapping[str, Number] = {}
-        """The numbers that every training recording has, in the label or not."""
+        self.ranges: Mapping[str, ConditionRange] = {}
+        """Ranges of the numbers that every training recording has, in the label or not."""
 
     def fit(self, examples: Sequence[Example]) -> None:
         """Measure the numeric conditions of the training part."""
-        found: dict[str, Number] = {}
+        found: dict[str, ConditionRange] = {}
         for name in NUMBERS:
             values = [example.condition.get(name) for example in examples]
             if all(value is not None for value in values):
                 x = np.array(values, np.float64)
-                found[name] = Number(float(np.median(x)), float(x.std()), float(x.min()), float(x.max()))
-        self.known = found
+                found[name] = ConditionRange(
+                    float(np.median(x)), float(x.std()), float(x.min()), float(x.max())
+                )
+        self.ranges = found
 
     def label(self, weights: NDArray[np.float64], condition: Condition) -> Tensor:
-        """Return the label, float32, shape (C,); ``weights``, shape (material,), go in as they are."""
+        """Return the label, float32, shape (C,); ``weights``, shape (material,), are not scaled."""
         return torch.tensor([*weights, *self.numbers(condition)], dtype=torch.float32)
 
     def numbers(self, condition: Condition) -> list[float]:
-        """Return the numeric conditions, standardised: 0 is the median, and stands for what is not known."""
+        """Return the numeric conditions, standardised; 0, the median, if unknown."""
         return [self._standardised(name, condition.get(name)) for name in self.names]
 
     def check(self, condition: Condition) -> None:
@@ -70,7 +66,8 @@ class Labels:
         Raises
         ------
         ParameterError
-            If it is not finite or below 0, if the recordings have none, or if it is beyond theirs and not in the label.
+            If it is not finite or below 0, if the recordings have none, or if it is outside their range and not in the
+            label.
         """
         for name in NUMBERS:
             value = condition.get(name)
@@ -78,23 +75,23 @@ class Labels:
                 continue
             if not (np.isfinite(value) and value >= 0):
                 raise ParameterError(f"{name} must be finite and >= 0, got {value}")
-            if name not in self.known:
-                raise ParameterError(f"{name} is not known of the training recordings; leave it out")
-            known = self.known[name]
-            if name not in self.names and not known.least <= value <= known.most:
+            if name not in self.ranges:
+                raise ParameterError(f"{name} is unknown for the training recordings; omit it")
+            trained = self.ranges[name]
+            if name not in self.names and not trained.least <= value <= trained.most:
                 raise ParameterError(
-                    f"{name} was {known.least:g} to {known.most:g} in training and is not one of "
-                    f"config.conditions, got {value:g}; leave it out"
+                    f"{name} was {trained.least:g} to {trained.most:g} in training and is not one of "
+                    f"config.conditions, got {value:g}; omit it"
                 )
 
     def state(self) -> dict[str, Any]:
-        """Return what was fitted."""
-        return {name: list(values) for name, values in self.known.items()}
+        """Return the ranges."""
+        return {name: list(values) for name, values in self.ranges.items()}
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        """Go on from `state`."""
-        self.known = {name: Number(*values) for name, values in state.items()}
+        """Continue from `state`."""
+        self.ranges = {name: ConditionRange(*values) for name, values in state.items()}
 
     def _standardised(self, name: str, value: float | None) -> float:
-        known = self.known.get(name)
-        return 0.0 if value is None or known is None else known.standardised(value)
+        trained = self.ranges.get(name)
+        return 0.0 if value is None or trained is None else trained.standardised(value)

@@ -10,18 +10,18 @@ import torch.nn.functional as F
 from torch import Tensor, nn
 
 from tactogram.models.texture_gan.config import Config
-from tactogram.nn import WaveDiscriminator, glorot_linear, strided_conv_transpose
+from tactogram.nn import glorot_linear, strided_conv_transpose
 
 MOST_GAIN = 3.0
 """Range of the log gain of a noise band, Np: ±26 dB."""
 SLOWEST = 8.0
-"""Cycles of the slowest sinusoid in a signal; the latent and the dense layer shape what is slower."""
+"""Cycles of the slowest sinusoid in a signal; the latent and the dense layer shape slower parts."""
 FASTEST = 0.2
 """Cycles per sample of the fastest one."""
 
 
 class Generator(nn.Module):
-    """Latent, label and noise to a whitened signal. Each axis is convolved on its own, with shared filters.
+    """Latent, label and noise to a whitened signal. Each axis is convolved separately, with shared filters.
 
     Parameters
     ----------
@@ -76,12 +76,11 @@ class Generator(nn.Module):
 
 
 class Periodic(nn.Module):
-    """Sinusoids over time for what repeats, as in the periodic spatial GAN (Bergmann et al. 2017).
+    """Sinusoids for periodic textures, as in the periodic spatial GAN (Bergmann et al. 2017).
 
-    Ribs and weaves repeat for longer than filters reach. Frequencies lie evenly on a logarithmic scale, each moved
-    within its own step, and phases anywhere, by the latent. How much of each goes into the waveform of which axis,
-    and into which channel of the last hidden layer, which shapes the noise, is learned by label: so labels mix
-    here as well.
+    Ribs and weaves have longer periods than filters reach. Frequencies lie evenly on a logarithmic scale; the latent
+    moves each within its step and sets its phase. The weights of each sinusoid, in the waveform of each axis and in
+    each channel of the last hidden layer, which shapes the noise, are learned by label, so that labels mix here, too.
 
     References
     ----------
@@ -102,7 +101,7 @@ class Periodic(nn.Module):
         self.wave = nn.Parameter(0.05 * torch.randn(labels, 2 * config.sinusoids, axes))
 
     def forward(self, latent: Tensor, label: Tensor) -> tuple[Tensor, Tensor]:
-        """Return what is added to the hidden layer, (batch, channel, time / 4), and out, (batch, axis, time)."""
+        """Return addends of the hidden layer, (batch, channel, time / 4), and of the output, (batch, axis, time)."""
         place, phase = latent.float().chunk(2, 1)  # B, S
         frequency = (self.centres + self.step / 2 * place).exp()  # cycles per sample
         samples = torch.arange(self.time, device=latent.device)
@@ -113,15 +112,18 @@ class Periodic(nn.Module):
         return hidden @ sine[:, :, :: self.stride], wave @ both
 
 
-def discriminator(config: Config, *, axes: int, labels: int) -> WaveDiscriminator:
-    """Return the critic: the generator's layers backwards, and phase shuffle between them."""
-    return WaveDiscriminator(
-        channels=config.channels,
-        points=config.points,
-        kernel=config.kernel,
-        stride=config.stride,
-        leak=config.leak,
-        phase_shuffle=config.phase_shuffle,
-        axes=axes,
-        labels=labels,
-    )
+def split_bands(noise: Tensor, bands: int) -> Tensor:
+    """Return ``noise`` in octaves, the top one half of the band: (…, time) -> (…, time, band).
+
+    Neighbours cross over in the octave between their centres; all bands sum to ``noise``.
+    """
+    time = noise.shape[-1]
+    spectrum = torch.fft.rfft(noise)
+    place = torch.arange(spectrum.shape[-1], device=noise.device) / (time / 2)  # 0..1 of half the rate
+    octave = torch.log2(place.clamp(min=2.0**-30)) + bands - 0.5  # 0 at the edge below band 1
+    gains = torch.ones(bands + 1, len(place), device=noise.device)
+    for edge in range(1, bands):
+        across = (octave - edge + 1).clamp(0, 1) * (math.pi / 2)
+        gains[edge - 1] *= across.cos() ** 2
+        gains[edge] *= across.sin() ** 2
+    return torch.stack([torch.fft.irfft(spectrum * gain, time) for gain in gains[:bands]], -1)

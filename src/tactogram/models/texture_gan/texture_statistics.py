@@ -1,7 +1,7 @@
-"""Statistics that distinguish textures whatever their phase, and a distance between two sets of them.
+"""Texture statistics that do not depend on phase, and a distance between two sets of them.
 
-The choice follows work on the hearing of textures: marginal distributions, envelopes of bands, their modulation
-and their correlations (McDermott & Simoncelli 2011).
+As in work on hearing textures: marginal distributions, envelopes of bands, their modulation and correlations
+(McDermott & Simoncelli 2011).
 
 References
 ----------
@@ -22,7 +22,7 @@ from torch import Tensor
 
 QUANTILES = (0.002, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.998)
 RANKED = 1024
-"""Samples of a signal, at least, that its quantiles are taken of."""
+"""Fewest samples of a signal that its quantiles are computed from."""
 SIZES = (32, 128)
 """Samples of the two short-time spectra; each hops by a quarter."""
 BANDS = 5
@@ -39,9 +39,9 @@ def statistics(x: Tensor) -> Tensor:
         Of about unit variance; at least 512 samples.
     """
     x = x.float()
-    some = x[:, :, :: max(1, x.shape[2] // RANKED)]
-    ranks = torch.tensor(QUANTILES, device=x.device) * (some.shape[2] - 1)
-    found = [torch.asinh(some.sort(dim=2).values[:, :, ranks.long()]).flatten(1)]
+    subset = x[:, :, :: max(1, x.shape[2] // RANKED)]
+    ranks = torch.tensor(QUANTILES, device=x.device) * (subset.shape[2] - 1)
+    found = [torch.asinh(subset.sort(dim=2).values[:, :, ranks.long()]).flatten(1)]
     for size in SIZES:
         spectrum = _spectrum(x, size)  # B, A, F, N
         envelopes = _envelopes(spectrum)  # B, A BANDS, N
@@ -59,7 +59,7 @@ def statistics(x: Tensor) -> Tensor:
 
 
 def spread_within(found: Tensor, classes: Tensor) -> Tensor:
-    """Return the deviation of each statistic within a class, float32, (statistic,): what a difference is held against.
+    """Return the deviation of each statistic within a class, float32, shape (statistic,): the unit of differences.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def spread_within(found: Tensor, classes: Tensor) -> Tensor:
 def energy_distance(real: Tensor, made: Tensor, again: Tensor) -> Tensor:
     """Return an unbiased estimate of the energy distance between the processes behind ``real`` and the rest.
 
-    ``mean(2 |real - made| - |made - again|)``, less what only depends on ``real``: least when the distributions
+    ``mean(2 |real - made| - |made - again|)``, omitting what only depends on ``real``: least when the distributions
     are the same (Gneiting & Raftery 2007, Eq. 21; Gritsenko et al. 2020). Row k of each is of one condition.
 
     Parameters
@@ -105,7 +105,7 @@ def _envelopes(spectrum: Tensor) -> Tensor:
 
 
 def _coherency(spectrum: Tensor) -> Tensor:
-    """Return how the axes go together in each band, real and imaginary part: (batch, 2 * pair * band)."""
+    """Return the coherency of each pair of axes in each band, real and imaginary part: (batch, 2 * pair * band)."""
     first, second = torch.triu_indices(spectrum.shape[1], spectrum.shape[1], offset=1)
     found = []
     for low, high in _edges(spectrum.shape[2], BANDS):

@@ -1,4 +1,4 @@
-"""Whitening by autoregressive filters, and the way back. What is left swells, clicks and repeats.
+"""Whitening by autoregressive filters, and its inverse. Swells, clicks and periodic parts remain.
 
 References
 ----------
@@ -29,23 +29,23 @@ MAX_ORDER = 60
 REACH = 64
 """Samples to both sides of the filters that predict an axis from the others."""
 PORTION = 1 << 14
-"""Samples of a recording that are taken together; bounds the memory."""
+"""Samples of a recording processed at once; bounds the memory."""
 
 
 class Whitening:
     """The prediction error of an autoregressive model of the material, each axis white and of unit variance.
 
-    Each axis is predicted from its own past; its error is predicted, `REACH` samples to both sides, from the
-    errors of the axes before it; and the rest once more from its own past. So spectra, level and coherence between
-    the axes belong to the filters, and the networks shape what is left. Between materials the filters are mixed as
-    those of `ar_texture` are, the filters between axes linearly.
+    Each axis is predicted from its own past; its error is predicted, `REACH` samples to both sides, from the errors of
+    the axes before it; and the rest again from its own past. The filters thus hold spectra, level and coherence between
+    the axes, and the networks shape the rest. Filters of several materials are mixed as in `ar_texture`, those between
+    axes linearly.
 
     Attributes
     ----------
     couplings : list of float64 arrays, shape (axis, axis, 2 reach + 1)
         Per material; [i, j] predicts axis i from axis j < i.
     rests : list of AutoregressiveModel
-        Per material; of the rest of each axis' error, at unit variance.
+        Per material, of the rest of each axis's error, at unit variance.
     """
 
     def __init__(self, config: Config, kind: SignalKind) -> None:
@@ -86,11 +86,11 @@ class Whitening:
                     f"a recording of {name} must have more than {least} samples, got {max(map(len, signals))} at most"
                 )
             coupling = _couple(errors, len(self.kind.axes), self.reach)
-            left = [signals[0].with_samples(self._left(error, coupling)) for error in errors]
+            rest = [signals[0].with_samples(self._rest(error, coupling)) for error in errors]
             order = self.config.order if self.reach else 0
             self.models.append(model)
             self.couplings.append(coupling)
-            self.rests.append(fit_autoregressive(left, order=order, max_order=most))
+            self.rests.append(fit_autoregressive(rest, order=order, max_order=most))
         return {"order": float(np.mean([model.order for model in self.models]))}
 
     def whitened(self, x: NDArray[np.float32], material: int) -> NDArray[np.float32]:
@@ -98,15 +98,15 @@ class Whitening:
         model, rest = self.models[material], self.rests[material]
         needed = model.order + rest.order + 2 * self.reach
         error = _error(model, x[:, self.lead - needed :])
-        return _error(rest, self._left(error, self.couplings[material])).astype(np.float32)
+        return _error(rest, self._rest(error, self.couplings[material])).astype(np.float32)
 
-    def _left(self, error: Array, coupling: Array) -> Array:
+    def _rest(self, error: Array, coupling: Array) -> Array:
         """Return errors (axis, time) less their prediction from the axes before, (axis, time - 2 reach)."""
-        left = error[:, self.reach : error.shape[1] - self.reach].copy()
+        rest = error[:, self.reach : error.shape[1] - self.reach].copy()
         for i in range(1, len(error)):
             for j in range(i):
-                left[i] -= np.convolve(error[j], coupling[i, j], "valid")
-        return left
+                rest[i] -= np.convolve(error[j], coupling[i, j], "valid")
+        return rest
 
     def coloured(self, y: NDArray[np.float32], weights: NDArray[np.float64]) -> Signal:
         """Return (axis, settle + time) samples of the networks as a signal; ``weights`` are by material."""
@@ -118,7 +118,7 @@ class Whitening:
                 error[i] += np.convolve(error[j], coupling[i, j], "same")
         x = _driven(model, error)
         x = x[:, self.settle - self.reach : x.shape[1] - self.reach]
-        return Signal(x.astype(np.float32), self.kind.rate, self.kind.unit, self.kind.axes)
+        return self.kind.signal(x.astype(np.float32))
 
     def state(self) -> dict[str, Any]:
         """Return the filters."""
@@ -129,7 +129,7 @@ class Whitening:
         }
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        """Go on from `state`."""
+        """Continue from `state`."""
         self.models, self.rests = (
             [self._model(parts) for parts in state[name]] for name in ("models", "rests")
         )
@@ -145,7 +145,7 @@ def _parts(model: AutoregressiveModel) -> dict[str, Any]:
 
 
 def _unit(model: AutoregressiveModel) -> Array:
-    """Return the deviation of each axis' innovations, (axis, 1); 1 for a silent axis."""
+    """Return the deviation of each axis's innovations, (axis, 1); 1 for a silent axis."""
     deviation = np.sqrt(model.variance)
     result: Array = np.where(deviation > 0, deviation, 1.0)[:, None]
     return result
@@ -181,12 +181,12 @@ def _couple(errors: Sequence[Array], axes: int, reach: int) -> Array:
             rows = np.hstack((*windows, windows[:, :, reach].T))  # T, A W + A
             gram += rows.T @ rows
     for i in range(1, axes):
-        known, own = slice(0, i * width), axes * width + i
-        power = gram[own, own]
+        before, axis = slice(0, i * width), axes * width + i
+        power = gram[axis, axis]
         if not power > 0:
             continue
-        # A little white noise on what is known keeps the equations well posed.
-        inner = gram[known, known] + 1e-3 * power * np.eye(i * width)
-        taps = np.linalg.solve(inner, gram[known, own])
+        # A little white noise keeps the equations well posed.
+        inner = gram[before, before] + 1e-3 * power * np.eye(i * width)
+        taps = np.linalg.solve(inner, gram[before, axis])
         coupling[i, :i] = taps.reshape(i, width)[:, ::-1]
     return coupling

@@ -8,7 +8,7 @@ import pytest
 from tactogram.errors import ParameterError
 from tactogram.model import Example, ImageExample, ImageKind, ItemRatings, Predictor, SignalKind
 from tactogram.models.rater import Config, build
-from tactogram.models.rater.learner import _of_raters
+from tactogram.models.rater.learner import _rating_statistics
 from tactogram.models.rater.regression import fit_regression
 from tactogram.signal import Image, Signal
 
@@ -76,7 +76,7 @@ def test_says_when_a_signal_is_unlike_all_it_knows(trained):
 
 
 def test_noise_is_the_spread_of_raters_of_one_item(trained):
-    _, noise, weights = _of_raters(examples(60, raters=30, noise=0.03))
+    _, noise, weights = _rating_statistics(examples(60, raters=30, noise=0.03))
     np.testing.assert_allclose(noise, 0.03, rtol=0.15)
     np.testing.assert_allclose(weights, 1)
     assert trained.noise.shape == (2,)
@@ -87,7 +87,7 @@ def test_an_item_of_few_raters_counts_less_and_recordings_share_their_item():
     signal = vibration(1, 4, 0)
     given = [Example("a", signal, item="a", rated=many), Example("b", signal, item="b", rated=few)]
     given.append(replace(given[0], id="a2"))
-    _, _, weights = _of_raters(given)
+    _, _, weights = _rating_statistics(given)
     assert weights[0] == weights[2]
     assert 2 * weights[0] > 1.2 * weights[1]
 

@@ -87,19 +87,19 @@ def test_speed_and_force_take_the_nearest_recordings():
 
 def test_what_is_kept_is_bounded_and_of_every_recording():
     learner = trained(CORK + TILE, seconds_per_material=2.0)
-    for members in learner.kept.values():
+    for members in learner.segments.values():
         assert sum(k.signal.seconds for k in members) == pytest.approx(2.0)
-    assert {k.id for k in learner.kept["cork"]} == {e.id for e in CORK}
+    assert {k.id for k in learner.segments["cork"]} == {e.id for e in CORK}
     few = trained(CORK, seconds_per_material=1.0)
-    assert len(few.kept["cork"]) == 2
+    assert len(few.segments["cork"]) == 2
     short = [recording("cork", 0.9, 0.1, seconds=0.3, seed=s) for s in range(3)]
     both = trained([*short, *CORK], seconds_per_material=10.0)
-    assert sum(k.signal.seconds for k in both.kept["cork"]) == pytest.approx(10.0)
+    assert sum(k.signal.seconds for k in both.segments["cork"]) == pytest.approx(10.0)
 
 
 def test_the_seed_of_the_recipe_decides_what_is_kept():
     one, two = (trained(CORK, seed=seed, seconds_per_material=2.0) for seed in (0, 1))
-    assert not np.array_equal(one.kept["cork"][0].signal.samples, two.kept["cork"][0].signal.samples)
+    assert not np.array_equal(one.segments["cork"][0].signal.samples, two.segments["cork"][0].signal.samples)
 
 
 @pytest.mark.parametrize(
@@ -108,7 +108,7 @@ def test_the_seed_of_the_recipe_decides_what_is_kept():
         ({}, "'material' is needed"),
         ({"material": "glass"}, "must be one of cork, tile, got 'glass'"),
         ({"material": "cork", "words": {"rough": 1}}, "not one this model takes"),
-        ({"material": "cork", "speed_mm_s": 100.0}, "speed_mm_s is not known of the recordings of cork"),
+        ({"material": "cork", "speed_mm_s": 100.0}, "speed_mm_s is unknown for the recordings of cork"),
         ({"material": "cork", "speed_mm_s": np.nan}, "speed_mm_s must be finite"),
     ],
 )

@@ -83,8 +83,8 @@ def test_an_update_of_one_network_leaves_the_other_alone():
     x, label = next(made.batches(made.stages(data)[-1], data, seed=0))
     real, label = torch.from_numpy(x), torch.from_numpy(label)
     for network, other, update in (
-        (made.discriminator, made.generator, lambda: made._update_discriminator(real, label)),
-        (made.generator, made.discriminator, lambda: made._update_generator(label)),
+        (made.discriminator, made.generator, lambda: made.update_discriminator(real, label)),
+        (made.generator, made.discriminator, lambda: made.update_generator(label)),
     ):
         before = [p.clone() for p in network.parameters()], [p.clone() for p in other.parameters()]
         update()

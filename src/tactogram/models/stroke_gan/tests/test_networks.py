@@ -1,7 +1,7 @@
 import torch
 
 from tactogram.models.stroke_gan.config import Config
-from tactogram.models.stroke_gan.networks import Generator, discriminator
+from tactogram.models.stroke_gan.networks import Generator
 
 NARROW = Config(channels=(16, 8, 4, 2, 1))  # the published layout, a 64th of its channels
 AXES, CLASSES = 3, 9
@@ -40,7 +40,7 @@ def test_generator_has_the_shapes_of_table_iii():
 
 def test_discriminator_has_the_shapes_of_table_iii_with_its_typing_error_mended():
     """Table III says (n, 64, 4096, 64) and so on where the axes must stand: (n, 3, 4096, 64)."""
-    network = discriminator(NARROW, axes=AXES, labels=CLASSES)
+    network = NARROW.discriminator(axes=AXES, labels=CLASSES)
     seen, out = shapes_of(network, torch.zeros(2, 3, 16384), one_hot(count=2))
     shuffled = [
         (2, 3, 4096, 64 // 64),
@@ -58,7 +58,7 @@ def test_published_networks_have_the_weights_of_table_iii():
     assert config.length == 16384
     with torch.device("meta"):
         generator = Generator(config, axes=AXES, labels=CLASSES)
-        critic = discriminator(config, axes=AXES, labels=CLASSES)
+        critic = config.discriminator(axes=AXES, labels=CLASSES)
     kernels = [(512, 1024), (256, 512), (128, 256), (64, 128)]
     shared = sum(25 * a * b for a, b in kernels)
     by_hand = (100 + 9) * 49152 + 49152 + shared + 25 * 1 * 64 + (512 + 256 + 128 + 64 + 1)
@@ -97,7 +97,7 @@ def test_axes_share_their_filters_and_are_not_convolved_together():
 
 
 def test_label_channels_are_constant_channels_beside_the_signal():
-    network = discriminator(NARROW, axes=2, labels=CLASSES)
+    network = NARROW.discriminator(axes=2, labels=CLASSES)
     with torch.no_grad():
         network.first.bias.uniform_(-1, 1)
     x, label = torch.randn(3, 2, 16384), torch.rand(3, CLASSES)
@@ -108,7 +108,7 @@ def test_label_channels_are_constant_channels_beside_the_signal():
 
 def test_labels_reach_the_output_of_both():
     generator = Generator(NARROW, axes=1, labels=CLASSES)
-    critic = discriminator(NARROW, axes=1, labels=CLASSES)
+    critic = NARROW.discriminator(axes=1, labels=CLASSES)
     latent, x = torch.rand(1, 100), torch.randn(1, 1, 16384)
     assert not torch.allclose(generator(latent, one_hot(0)), generator(latent, one_hot(1)))
     with torch.random.fork_rng():

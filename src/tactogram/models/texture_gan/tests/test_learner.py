@@ -75,8 +75,8 @@ def test_an_update_of_one_network_leaves_the_other_alone():
     _, x, label = next(made.batches(made.stages(data)[1], data, seed=0))
     real, label = torch.from_numpy(x), torch.from_numpy(label)
     for network, other, update in (
-        (made.discriminator, made.generator, made._update_discriminator),
-        (made.generator, made.discriminator, made._update_generator),
+        (made.discriminator, made.generator, made.update_discriminator),
+        (made.generator, made.discriminator, made.update_generator),
     ):
         before = [p.clone() for p in network.parameters()], [p.clone() for p in other.parameters()]
         update(real, label)
@@ -88,7 +88,7 @@ def test_an_update_of_one_network_leaves_the_other_alone():
 def test_cosine_falls_to_nothing():
     made = learner(learning_rate=1e-2, generator_learning_rate=1e-3)
     for done, share in ((0, 1), (0.5, 0.5), (1, 0)):
-        made._schedule(done)
+        made.schedule(done)
         rates = [optimiser.param_groups[0]["lr"] for optimiser in made.optimisers]
         assert rates == pytest.approx([1e-3 * share, 1e-2 * share])
 
@@ -219,7 +219,7 @@ def test_weights_go_in_as_given():
         ({"material": {"cork": -0.5, "tile": 1}}, "weight of cork must be finite and >= 0, got -0.5"),
         ({"material": {"cork": float("nan")}}, "weight of cork must be finite and >= 0, got nan"),
         ({"material": "cork", "words": {"rough": 1}}, "'words' is not one this model takes"),
-        ({"material": "cork", "speed_mm_s": 100}, "speed_mm_s is not known of the training recordings"),
+        ({"material": "cork", "speed_mm_s": 100}, "speed_mm_s is unknown for the training recordings"),
         ({"material": "cork", "latent": np.zeros(5)}, "latent must be 12 numbers in -1 to 1, got shape"),
         ({"material": "cork", "latent": np.full(12, 1.5)}, "latent must be 12 numbers in -1 to 1"),
         ({"material": "cork", "latent": np.full(12, np.nan)}, "latent must be 12 numbers in -1 to 1"),
@@ -295,7 +295,7 @@ def test_the_default_of_a_condition_is_the_median_and_bands_are_matched_at_the_r
 
 
 @pytest.mark.parametrize(
-    ("speeds", "message"), [(None, "speed_mm_s is not known"), ((100.0,), None)], ids=["unknown", "constant"]
+    ("speeds", "message"), [(None, "speed_mm_s is unknown"), ((100.0,), None)], ids=["unknown", "constant"]
 )
 def test_a_condition_that_says_nothing_has_its_place_all_the_same(speeds, message):
     """So that a recipe can ask for it whatever the data."""

@@ -4,8 +4,7 @@ import pytest
 import torch
 
 from tactogram.models.texture_gan.config import Config
-from tactogram.models.texture_gan.excitation import split_bands
-from tactogram.models.texture_gan.networks import Generator, Periodic
+from tactogram.models.texture_gan.networks import Generator, Periodic, split_bands
 
 
 def test_bands_sum_to_the_noise_and_lie_in_octaves():

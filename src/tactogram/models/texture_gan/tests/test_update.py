@@ -8,8 +8,8 @@ from torch.testing import assert_close
 
 from tactogram.model import SignalKind, Stage
 from tactogram.models.texture_gan.config import Config
-from tactogram.models.texture_gan.excitation import split_bands
 from tactogram.models.texture_gan.learner import TextureGANLearner
+from tactogram.models.texture_gan.networks import split_bands
 from tactogram.models.texture_gan.texture_statistics import energy_distance, statistics
 
 pytestmark = pytest.mark.usefixtures("double_precision")
