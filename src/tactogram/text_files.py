@@ -25,6 +25,15 @@ _LONG_KEY = re.compile(
 )
 _LONG_INTEGER = re.compile(r"\d{19}")
 
+REPLACEMENT = "\ufffd"
+"""Stands for a byte of a file name that is not UTF-8."""
+_SURROGATE = re.compile("[\ud800-\udfff]")
+
+
+def displayable(text: str) -> str:
+    """Return a text that can be shown and sent: bytes of file names that are not UTF-8 become `REPLACEMENT`."""
+    return _SURROGATE.sub(REPLACEMENT, text)
+
 
 def decode_text(
     raw: bytes, where: Path | str, *, encoding: str = "utf-8-sig", hint: str = "", cut_short: bool = False

@@ -157,7 +157,7 @@ def serve(
 
 
 def _state_folder(studio: Studio) -> Path:
-    state = studio.workspace.own / "state"
+    state = studio.workspace.studio_folder / "state"
     state.mkdir(parents=True, exist_ok=True)
     return state
 

@@ -43,8 +43,8 @@ class Studio:
         workspace = Workspace.at(folder)
         return cls(
             workspace,
-            ResultArchive(workspace.own / "kept"),
-            StarterData(workspace.own / "first"),
+            ResultArchive(workspace.studio_folder / "kept"),
+            StarterData(workspace.studio_folder / "first"),
             SessionRegistry(workspace.folder),
             study_only,
         )

@@ -1,3 +1,6 @@
+import json
+import os
+
 import pytest
 
 from tactogram.errors import DataError, ParameterError
@@ -82,13 +85,40 @@ def test_a_path_inside_is_named_relative_to_the_workspace(workspace):
 def test_a_file_is_no_workspace(tmp_path):
     (tmp_path / "file").write_text("")
 
-    with pytest.raises(DataError, match="expected a folder to work in, got a file"):
+    with pytest.raises(DataError, match="the workspace must be a folder, got a file"):
         Workspace.at(tmp_path / "file")
 
 
 def test_a_folder_at_home_is_shown_from_there(tmp_path, monkeypatch):
     monkeypatch.setenv("HOME", str(tmp_path))
 
-    assert Workspace.at(tmp_path / "lab" / "one").shown == "~/lab/one"
+    assert Workspace.at(tmp_path / "lab" / "one").display_path == "~/lab/one"
     monkeypatch.setenv("HOME", str(tmp_path / "elsewhere"))
-    assert Workspace.at(tmp_path / "lab").shown == str(tmp_path / "lab")
+    assert Workspace.at(tmp_path / "lab").display_path == str(tmp_path / "lab")
+
+
+def test_names_that_are_not_utf_8_are_shown_with_replacement_characters_and_refused(workspace):
+    folder = os.fsencode(workspace.folder)
+    os.mkdir(folder + b"/st\xe4rke")
+    for name in (b"/st\xe4rke/dataset.json", b"/cork\xff.wav"):
+        with open(folder + name, "wb"):
+            pass
+
+    names = [workspace.name_of(path) for path in (*workspace.stores(), *workspace.files(".wav"))]
+    assert names == ["st�rke", "cork�.wav"]
+    json.dumps(names).encode()
+    for name in names:
+        with pytest.raises(ParameterError, match=f"^{name}: this name is not UTF-8 on the disk; rename"):
+            workspace.inside(name)
+    with pytest.raises(DataError, match="^st�rke/a: broken") as told, workspace.readable_errors():
+        raise DataError(f"{workspace.stores()[0]}/a: broken")
+    str(told.value).encode()
+
+
+def test_a_toml_file_beyond_the_limits_hides_no_other(workspace):
+    (workspace.folder / "study.toml").write_text('[design]\nkind = "abx"\n')
+    (workspace.folder / "latin.toml").write_bytes(b"[design]\nkind = '\xe4'\n")
+    (workspace.folder / "deep.toml").write_text("[design]\na = " + "[" * 40 + "]" * 40)
+    (workspace.folder / "huge.toml").write_text("[design]\n" + "#" * 2**20)
+
+    assert [path.name for path in workspace.studies()] == ["study.toml"]

@@ -68,11 +68,15 @@ def test_an_id_is_no_path(shelf, signal, name):
         shelf.get(name)
 
 
-def test_one_that_is_broken_does_not_hide_the_others(shelf, signal):
+@pytest.mark.parametrize("text", [b"{", b"[]", b'{"title": "\xff"}', b"[" * 100_000])
+def test_one_that_is_broken_is_refused_in_a_line_and_hides_no_other(shelf, signal, text):
     broken, whole = (shelf.keep(signal, title=title, facts={}) for title in ("broken", "whole"))
-    (broken.folder / FACTS).write_text("{")
+    (broken.folder / FACTS).write_bytes(text)
 
     assert [made.id for made in shelf.all()] == [whole.id]
+    with pytest.raises(DataError, match=FACTS) as told:
+        shelf.get(broken.id)
+    assert "\n" not in str(told.value)
 
 
 def test_a_title_is_needed(shelf, signal):
@@ -95,6 +99,6 @@ def test_a_result_of_another_shelf_is_kept_to_the_bit_with_its_facts(shelf, sign
     assert (kept.title, kept.facts["seed"]) == ("cork", 3)
     assert kept.file.read_bytes() == made.file.read_bytes()
     made.file.unlink()
-    with pytest.raises(DataError, match="cork: is gone; make it again"):
+    with pytest.raises(DataError, match="cork: was deleted; make it again"):
         shelf.keep_copy(made)
     assert len(shelf.all()) == 1

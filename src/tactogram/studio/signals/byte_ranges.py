@@ -9,7 +9,7 @@ from fastapi import Response
 _RANGE = re.compile(r"bytes=(\d{0,15})-(\d{0,15})")
 
 
-def answer_of(data: bytes, asked: str | None, *, kind: str, headers: dict[str, str]) -> Response:
+def range_response(data: bytes, asked: str | None, *, kind: str, headers: dict[str, str]) -> Response:
     """Return what is asked for of ``data``: all, one range of bytes, or a refusal (RFC 9110, section 14).
 
     Parameters

@@ -1,1 +1,1 @@
-"""The studio's workspace: folder, shelf of results, uploads."""
+"""The studio's workspace: folder, kept results, uploads."""

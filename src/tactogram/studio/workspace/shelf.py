@@ -1,4 +1,4 @@
-"""The shelf: results that were kept, each a folder with the signal or image and what is known of it."""
+"""Kept results: each a folder with a signal or image and its facts."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_image, read_signal, write_image, write_signal
 from tactogram.signal.io.atomic import write_text
 from tactogram.studio.workspace.dated_folders import DatedFolders
+from tactogram.text_files import read_json
 
 SIGNAL, IMAGE, FACTS = "signal.npz", "image.png", "facts.json"
 LONGEST_TITLE = 120
@@ -28,7 +29,7 @@ class KeptResult:
     Parameters
     ----------
     id : str
-        Its folder's name: when it was kept, to the microsecond, so that names are in order.
+        Name of its folder, which sorts by age.
     folder : Path
     title : str
     facts : mapping
@@ -47,29 +48,17 @@ class KeptResult:
 
     @property
     def file(self) -> Path:
-        """The signal's or the image's file."""
+        """File of the signal or image."""
         return self.folder / (IMAGE if self.is_image else SIGNAL)
 
     def signal(self) -> Signal:
-        """Return the signal.
-
-        Raises
-        ------
-        DataError
-            If it is an image, or gone.
-        """
+        """Return the signal; `DataError` if it is an image, or was deleted."""
         if self.is_image:
             raise DataError(f"{self.title}: is an image; a signal is needed")
         return read_signal(self.folder / SIGNAL)
 
     def image(self) -> Image:
-        """Return the image.
-
-        Raises
-        ------
-        DataError
-            If it is a signal, or gone.
-        """
+        """Return the image; `DataError` if it is a signal, or was deleted."""
         if not self.is_image:
             raise DataError(f"{self.title}: is a signal; an image is needed")
         return read_image(self.folder / IMAGE)
@@ -77,51 +66,35 @@ class KeptResult:
 
 @dataclass(frozen=True)
 class ResultArchive:
-    """Kept results in a folder. Each is written beside and renamed: there is none that is half there."""
+    """Kept results in a folder."""
 
     folder: Path
 
-    def keep(self, made: Signal | Image, *, title: str, facts: Mapping[str, Any]) -> KeptResult:
-        """Write a signal or an image with what is known of it.
-
-        Parameters
-        ----------
-        made : Signal or Image
-        title : str
-            What people call it.
-        facts : mapping
-            JSON values.
-        """
+    def keep(self, result: Signal | Image, *, title: str, facts: Mapping[str, Any]) -> KeptResult:
+        """Store a signal or an image under a title, with facts as JSON values."""
 
         def write(part: Path) -> None:
-            if isinstance(made, Image):
-                write_image(part / IMAGE, made)
+            if isinstance(result, Image):
+                write_image(part / IMAGE, result)
             else:
-                write_signal(part / SIGNAL, made)
+                write_signal(part / SIGNAL, result)
 
-        return self._put(write, title, facts)
+        return self._add(write, title, facts)
 
-    def keep_copy(self, made: KeptResult) -> KeptResult:
-        """Put a result of another shelf on this one; its samples or pixels stay as they are.
-
-        Raises
-        ------
-        DataError
-            If it is gone.
-        """
-        facts = {key: value for key, value in made.facts.items() if key != "kept_at"}
-        if not made.file.is_file():
-            raise DataError(f"{made.title}: is gone; make it again")
-        return self._put(lambda part: shutil.copy(made.file, part / made.file.name), made.title, facts)
+    def keep_copy(self, result: KeptResult) -> KeptResult:
+        """Copy a result of another archive unchanged; `DataError` if it was deleted."""
+        facts = {key: value for key, value in result.facts.items() if key != "kept_at"}
+        if not result.file.is_file():
+            raise DataError(f"{result.title}: was deleted; make it again")
+        return self._add(lambda part: shutil.copy(result.file, part / result.file.name), result.title, facts)
 
     @property
     def _folders(self) -> DatedFolders:
         return DatedFolders(self.folder)
 
-    def _put(self, write: Callable[[Path], object], title: str, facts: Mapping[str, Any]) -> KeptResult:
-        """Make a folder that ``write`` fills."""
+    def _add(self, write: Callable[[Path], object], title: str, facts: Mapping[str, Any]) -> KeptResult:
         kept_at = datetime.now(UTC).isoformat(timespec="seconds")
-        values = {"title": _titled(title), "kept_at": kept_at, **facts}
+        values = {"title": _checked_title(title), "kept_at": kept_at, **facts}
 
         def write_all(part: Path) -> None:
             write(part)
@@ -130,43 +103,36 @@ class ResultArchive:
         return self.get(self._folders.add(write_all))
 
     def all(self) -> list[KeptResult]:
-        """Return what is kept, newest first; what cannot be read is left out."""
-        found = []
+        """Return the readable results, newest first."""
+        results = []
         for name in self._folders.names():
             with suppress(DataError):
-                found.append(self.get(name))
-        return found
+                results.append(self.get(name))
+        return results
 
     def get(self, identifier: str) -> KeptResult:
-        """Return one by its id.
-
-        Raises
-        ------
-        DataError
-            If there is none.
-        """
+        """Return a result by its id; `DataError` if there is none, or its facts cannot be read."""
         folder = self._folders.find(identifier)
         if folder is None or not (folder / FACTS).is_file():
-            raise DataError(f"no kept result {identifier[:40]!r}; it was removed, or never there")
-        try:
-            facts = json.loads((folder / FACTS).read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
-            raise DataError(f"{folder / FACTS}: not readable: {error}") from error
+            raise DataError(f"no kept result {identifier[:40]!r}; it was deleted or never existed")
+        facts = read_json(folder / FACTS)
+        if not isinstance(facts, dict):
+            raise DataError(f"{folder / FACTS}: expected an object, got {type(facts).__name__}")
         return KeptResult(identifier, folder, str(facts.pop("title", identifier)), facts)
 
     def rename(self, identifier: str, title: str) -> KeptResult:
-        """Give one another title."""
-        made = self.get(identifier)
-        values = {"title": _titled(title), **made.facts}
-        write_text(made.folder / FACTS, json.dumps(values, ensure_ascii=False, indent=1))
+        """Change a result's title."""
+        result = self.get(identifier)
+        values = {"title": _checked_title(title), **result.facts}
+        write_text(result.folder / FACTS, json.dumps(values, ensure_ascii=False, indent=1))
         return self.get(identifier)
 
     def remove(self, identifier: str) -> None:
-        """Delete one."""
+        """Delete a result."""
         self._folders.remove(self.get(identifier).id)
 
 
-def _titled(title: str) -> str:
+def _checked_title(title: str) -> str:
     title = " ".join(title.split())
     if not title:
         raise ParameterError("a kept result needs a title")

@@ -1,33 +1,34 @@
-"""Questions that pages ask about kept results."""
+"""Dialogs of pages about kept results."""
 
 from __future__ import annotations
 
 from nicegui import ui
 
+from tactogram.studio.layout import heading
 from tactogram.studio.workspace.shelf import LONGEST_TITLE
 
 
 async def ask_title(title: str) -> str | None:
-    """Ask for another title, and return it; None where it was left as it is."""
+    """Return a new title from a dialog; None if it stays."""
     with ui.dialog() as dialog, ui.card():
-        ui.label("Rename").classes("h2")
+        heading("Rename")
         field = ui.input("Title", value=title).classes("w-80").props(f"autofocus maxlength={LONGEST_TITLE}")
         field.on("keydown.enter", lambda: dialog.submit(field.value))
         with ui.row():
-            ui.button("Rename it", on_click=lambda: dialog.submit(field.value)).props("no-caps unelevated")
-            ui.button("Leave it", on_click=lambda: dialog.submit(None)).props("no-caps flat")
-    given = await dialog
+            ui.button("Rename", on_click=lambda: dialog.submit(field.value)).props("no-caps unelevated")
+            ui.button("Cancel", on_click=lambda: dialog.submit(None)).props("no-caps flat")
+    answer = await dialog
     dialog.delete()
-    return None if given is None or given == title else str(given)
+    return None if answer is None or answer == title else str(answer)
 
 
 async def ask_removal(title: str) -> bool:
-    """Ask whether a kept result is to be deleted."""
+    """Return whether the user confirms to delete a kept result."""
     with ui.dialog() as dialog, ui.card():
-        ui.label(f"Delete {title} from what is kept? This cannot be undone.")
+        ui.label(f"Delete {title} from the kept results? This cannot be undone.")
         with ui.row():
-            ui.button("Delete it", color="negative", on_click=lambda: dialog.submit(True)).props("no-caps")
-            ui.button("Keep it", on_click=lambda: dialog.submit(False)).props("no-caps outline autofocus")
-    yes = bool(await dialog)
+            ui.button("Delete", color="negative", on_click=lambda: dialog.submit(True)).props("no-caps")
+            ui.button("Cancel", on_click=lambda: dialog.submit(False)).props("no-caps outline autofocus")
+    confirmed = bool(await dialog)
     dialog.delete()
-    return yes
+    return confirmed

@@ -1,4 +1,4 @@
-"""Something to play with at once: autoregressive textures of simulated surfaces, made on the first start."""
+"""Example data for an empty workspace: autoregressive textures of simulated surfaces, made on the first start."""
 
 from __future__ import annotations
 
@@ -11,84 +11,79 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-State = Literal["absent", "making", "there", "failed"]
+State = Literal["absent", "making", "ready", "failed"]
 PER_CLASS, SECONDS, SEED = 2, 1.5, 0
 SPEEDS_MM_S = (50.0, 100.0, 200.0)
-"""Of the strokes: more than one, so that what is felt can follow the speed of a hand."""
+"""Speeds of the strokes: several, so that the textures follow the speed of a hand."""
 
 
 @dataclass
 class StarterData:
-    """The run ``voices`` and the store ``surfaces`` in a folder, made by a process of its own.
-
-    Parameters
-    ----------
-    folder : Path
-    """
+    """The run ``voices`` and the store ``surfaces`` in a folder, made by a separate process."""
 
     folder: Path
     line: str = ""
-    """What the process is at, or why it failed."""
+    """Progress of the process, or the reason why it failed."""
     _lock: threading.Lock = field(default_factory=threading.Lock, repr=False)
     _making: bool = False
 
     @property
     def run(self) -> Path:
-        """The run of autoregressive textures."""
+        """Run of autoregressive textures."""
         return self.folder / "voices"
 
     @property
     def store(self) -> Path:
-        """The simulated surfaces."""
+        """Store of simulated surfaces."""
         return self.folder / "surfaces"
 
     @property
     def state(self) -> State:
-        """How far it is."""
+        """Progress so far."""
         if (self.run / "model.json").is_file():
-            return "there"
+            return "ready"
         if self._making:
             return "making"
         return "failed" if self.line else "absent"
 
     def make(self) -> None:
-        """Begin to make them in the background, unless they are there or being made."""
+        """Start making the data in the background, unless it is ready or being made."""
         with self._lock:
-            if self._making or self.state == "there":
+            if self._making or self.state == "ready":
                 return
-            self._making, self.line = True, "beginning"
-            threading.Thread(target=self._make, name="first voices", daemon=True).start()
+            self._making, self.line = True, "starting"
+            threading.Thread(target=self._make, name="starter data", daemon=True).start()
 
     def _make(self) -> None:
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            for gone in (self.store, self.run):  # what an earlier process left unfinished
-                shutil.rmtree(gone, ignore_errors=True)
+            for folder in (self.store, self.run):  # left unfinished by an earlier process
+                shutil.rmtree(folder, ignore_errors=True)
             self._follow([sys.executable, "-m", __name__, str(self.store), str(self.run)])
         except OSError as error:
-            self.line = f"the first surfaces could not be made: {error}"
+            self.line = f"the example surfaces could not be made: {error}"
         finally:
             self._making = False
 
     def _follow(self, command: list[str]) -> None:
-        """Run a command, and have ``line`` say what it says."""
+        """Run a command with its last line of output in ``line``."""
         environment = {**os.environ, "OMP_NUM_THREADS": "1"}
         with subprocess.Popen(
             command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment
         ) as process:
             for line in process.stdout or ():
                 self.line = line.strip()
-        self.line = "" if not process.returncode else f"the first surfaces could not be made: {self.line}"
+        self.line = "" if not process.returncode else f"the example surfaces could not be made: {self.line}"
 
 
 def make(store: Path, run: Path) -> None:
-    """Simulate the surfaces and learn their textures, saying on stdout what is being done."""
+    """Simulate the surfaces and fit their textures, with progress on stdout."""
     from tactogram.workflows.data.simulate import simulate_to_store
     from tactogram.workflows.training.train import train
 
     sys.stdout.write("simulating nine surfaces\n")
     sys.stdout.flush()
-    # One process: to start more takes longer than they save.
+    # One process: starting more takes longer than they save.
     simulate_to_store(
         "stroking9",
         store,
@@ -98,7 +93,7 @@ def make(store: Path, run: Path) -> None:
         speeds_mm_s=SPEEDS_MM_S,
         workers=1,
     )
-    sys.stdout.write("learning their textures\n")
+    sys.stdout.write("fitting their textures\n")
     sys.stdout.flush()
     train("ar_texture", store, split="all", out=run)
 

@@ -1,9 +1,8 @@
-"""Uploads: signals, tables, pictures, study files; measured before they are unpacked, and never run.
+"""Uploads: signals, tables, pictures and study files, checked before they are unpacked and never executed.
 
-Each function takes the bytes and the name that the browser gave. The suffix says what it is to be, the content has to
-agree, and what it would grow to is read from its own head first: samples of a WAV, members of a ZIP, pixels of a
-picture. Nothing is unpickled (`numpy.load` with ``allow_pickle=False``) and nothing is executed. Every refusal is one
-sentence with the name in it, and leaves nothing behind.
+The suffix must match the content, and the unpacked size is read from the file's header first: samples of a WAV, members
+of a ZIP, pixels of a picture. Nothing is unpickled (`numpy.load` with ``allow_pickle=False``). Each refusal is a
+`DataError` or `ParameterError` of one sentence that begins with the file's name, and leaves nothing behind.
 """
 
 from __future__ import annotations
@@ -38,16 +37,16 @@ SUFFIXES: dict[Kind, tuple[str, ...]] = {
 }
 MIB = 2**20
 MOST_BYTES: dict[str, int] = {".wav": 256 * MIB, ".flac": 128 * MIB, ".npz": 256 * MIB, ".toml": MIB}
-"""By suffix; of all others `MOST_OTHER_BYTES`. A text table takes many times its size to read."""
+"""By suffix, with `MOST_OTHER_BYTES` for all others: reading a text table takes many times its size."""
 MOST_OTHER_BYTES = 32 * MIB
 MOST_SAMPLES = 2**25
-"""Of all axes together: 11 minutes of one axis at 48 kHz, 256 MiB while it is read."""
+"""Of all axes: 11 minutes of one axis at 48 kHz, 256 MiB in memory."""
 MOST_UNPACKED = 8 * MOST_SAMPLES
-"""Bytes of a ZIP's members together (NPZ, XLSX)."""
+"""Unpacked bytes of a ZIP (NPZ, XLSX)."""
 MOST_MEMBERS = 200
 MOST_CHANNELS = 64
 LONGEST_NAME = 160
-"""Bytes of a name without its suffix; file systems take 255 of the whole."""
+"""Bytes of a name without its suffix; file systems allow 255 in all."""
 HEADS: dict[str, tuple[bytes, ...]] = {
     ".wav": (b"RIFF", b"RF64"),
     ".flac": (b"fLaC",),
@@ -55,20 +54,14 @@ HEADS: dict[str, tuple[bytes, ...]] = {
     ".xlsx": (b"PK\x03\x04",),
     ".parquet": (b"PAR1",),
 }
-"""How a file of a suffix begins; those that are not here are text, or pictures, which Pillow tells apart."""
+"""First bytes by suffix; all others are text, or pictures, which Pillow recognises."""
 _TEXT = (".csv", ".tsv", ".txt", ".toml")
 _RESERVED = {"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(1, 10))}
 _saving = threading.Lock()
 
 
 def safe_name(name: str) -> str:
-    """Return a file's name that is safe in any folder: its last part, of letters, digits, ``.``, ``_`` and ``-``.
-
-    Parameters
-    ----------
-    name : str
-        As a browser sent it: maybe a path, maybe with control characters, maybe ``..``.
-    """
+    """Return a browser's file name without its path, in letters, digits, ``.``, ``_`` and ``-``: safe anywhere."""
     last = re.split(r"[/\\\0]", unicodedata.normalize("NFC", name))[-1]
     stem, dot, suffix = last.rpartition(".")
     if not dot:
@@ -82,22 +75,8 @@ def safe_name(name: str) -> str:
 
 
 def read_uploaded_signal(name: str, data: bytes, **options: Any) -> Signal:
-    """Return the signal in an uploaded file.
-
-    Parameters
-    ----------
-    name : str
-        Its suffix is one of `tactogram.signal.io.READABLE`.
-    data : bytes
-    options
-        As `tactogram.signal.io.read_signal` takes them: ``unit``, ``rate``, ``columns`` …
-
-    Raises
-    ------
-    DataError, ParameterError
-        One sentence that begins with the name.
-    """
-    name = checked(name, data, kind="signal")
+    """Return the signal in an uploaded file; ``options`` as for `tactogram.signal.io.read_signal`."""
+    name = check_upload(name, data, kind="signal")
     with tempfile.TemporaryDirectory(prefix="tactogram-") as folder:
         path = Path(folder) / name
         path.write_bytes(data)
@@ -108,8 +87,9 @@ def read_uploaded_signal(name: str, data: bytes, **options: Any) -> Signal:
             raise type(error)(
                 str(error).replace(f"{path.parent}/", "").replace(f"{path.parent}\\", "")
             ) from None
-        except Exception as error:  # whatever a reader trips over in a damaged file, the user needs its name
-            raise DataError(f"{name}: not a readable signal: {_line(error)}") from None
+        except Exception as error:  # damaged files raise all kinds; the user needs the name
+            reason = " ".join(str(error).split())[:200] or type(error).__name__
+            raise DataError(f"{name}: not a readable signal: {reason}") from None
     if signal.samples.size > MOST_SAMPLES:
         raise DataError(f"{name}: {_too_many(signal.samples.size)}")
     return signal
@@ -118,57 +98,26 @@ def read_uploaded_signal(name: str, data: bytes, **options: Any) -> Signal:
 def read_uploaded_image(
     name: str, data: bytes, *, mm_per_pixel: float | None = None, width_mm: float | None = None
 ) -> Image:
-    """Return the picture in an uploaded file; see `tactogram.signal.io.picture` for what is converted and refused.
-
-    Parameters
-    ----------
-    name : str
-    data : bytes
-    mm_per_pixel, width_mm : float, optional
-        Its scale; at most one.
-
-    Raises
-    ------
-    DataError, ParameterError
-        One sentence that begins with the name.
-    """
-    name = checked(name, data, kind="image")
+    """Return the picture in an uploaded file; scale and conversion as for `tactogram.signal.io.decode_image`."""
+    name = check_upload(name, data, kind="image")
     return decode_image(data, name=name, mm_per_pixel=mm_per_pixel, width_mm=width_mm)
 
 
 def read_uploaded_study(name: str, data: bytes) -> Study:
-    """Return the study in an uploaded TOML file. Its stimuli are looked for when it is begun, not here.
-
-    Raises
-    ------
-    DataError, ParameterError
-        One sentence that names file and key.
-    """
-    name = checked(name, data, kind="study")
+    """Return the study in an uploaded TOML file, without its stimuli, which are checked when it is begun."""
+    name = check_upload(name, data, kind="study")
     values = parse_toml(decode_text(data, name), name)
     values.setdefault("name", Path(name).stem.lower().replace("-", "_"))
     return Study.of(values, where=name)
 
 
 def save_upload(folder: Path, name: str, data: bytes, *, kind: Kind) -> Path:
-    """Keep an uploaded file in a folder, after its checks, under a safe name that nothing there has; return its path.
+    """Check an uploaded file, store it in a folder under a safe unused name, and return its path.
 
-    It is written beside its place and renamed: there is the whole file or none. A link that lies there is not followed.
-
-    Parameters
-    ----------
-    folder : Path
-        Made if it is not there. The caller confines it to the workspace.
-    name : str
-    data : bytes
-    kind : {"signal", "image", "table", "study"}
-
-    Raises
-    ------
-    DataError, ParameterError
-        One sentence that begins with the name. Nothing is written then.
+    It is written under a temporary name and renamed; symbolic links are not followed. The folder is created if needed;
+    the caller confines it to the workspace.
     """
-    safe = checked(name, data, kind=kind)
+    safe = check_upload(name, data, kind=kind)
     if kind == "image":
         decode_image(data, name=safe)
     elif kind == "study":
@@ -185,14 +134,8 @@ def save_upload(folder: Path, name: str, data: bytes, *, kind: Kind) -> Path:
     return path
 
 
-def checked(name: str, data: bytes, *, kind: Kind) -> str:
-    """Return the safe name of an upload whose suffix, size and first bytes are those of its kind.
-
-    Raises
-    ------
-    DataError, ParameterError
-        One sentence that begins with the name.
-    """
+def check_upload(name: str, data: bytes, *, kind: Kind) -> str:
+    """Return the safe name of an upload, after checking suffix, size and first bytes against its kind."""
     safe = safe_name(name)
     suffix = Path(safe).suffix
     if suffix not in SUFFIXES[kind]:
@@ -202,10 +145,10 @@ def checked(name: str, data: bytes, *, kind: Kind) -> str:
     if not data:
         raise DataError(f"{safe}: empty file; choose another")
     if len(data) > most:
-        raise DataError(f"{safe}: {_too_long(most)}, got {len(data) / MIB:.1f} MiB")
+        raise DataError(f"{safe}: must have at most {most // MIB} MiB, got {len(data) / MIB:.1f} MiB")
     if suffix in HEADS and not data.startswith(HEADS[suffix]):
         raise DataError(
-            f"{safe}: not what its suffix says: expected {HEADS[suffix][0]!r} first, got {data[:4]!r}"
+            f"{safe}: content does not match the suffix: must begin with {HEADS[suffix][0]!r}, got {data[:4]!r}"
         )
     if suffix in _TEXT:
         decode_text(data, safe)
@@ -221,7 +164,7 @@ def checked(name: str, data: bytes, *, kind: Kind) -> str:
 
 
 def _check_samples(path: Path) -> None:
-    """Refuse a sound that is too long once unpacked, from its head."""
+    """Refuse a sound that is too long once unpacked, by its header."""
     if path.suffix == ".wav":
         head = read_header(path)
         channels = head.channels
@@ -238,12 +181,4 @@ def _check_samples(path: Path) -> None:
 
 
 def _too_many(samples: int) -> str:
-    return f"must have at most {MOST_SAMPLES} samples of all axes, got {samples}; cut it"
-
-
-def _too_long(most: int) -> str:
-    return f"must have at most {most // MIB} MiB"
-
-
-def _line(error: Exception) -> str:
-    return " ".join(str(error).split())[:200] or type(error).__name__
+    return f"must have at most {MOST_SAMPLES} samples in all axes, got {samples}; cut it"

@@ -79,7 +79,7 @@ def test_the_page_says_why_the_preparation_failed(tmp_path):
     starter._follow([sys.executable, "-c", "print('learning'); raise SystemExit('no space is left')"])
 
     assert starter.state == "failed"
-    assert starter.line == "the first surfaces could not be made: no space is left"
+    assert starter.line == "the example surfaces could not be made: no space is left"
 
 
 def test_an_unknown_page_is_not_found(server):

@@ -141,7 +141,7 @@ def plan_fixture(tmp_path):
 
 def test_a_session_is_the_terminals_and_says_how_far_it_is(tmp_path, plan, until):
     workspace = Workspace.at(tmp_path)
-    desk = LiveRunner(workspace.own)
+    desk = LiveRunner(workspace.studio_folder)
     order = LiveRequest(SIMULATED, plan=str(plan), data=str(tmp_path / "rec"), changes={"subject": "K7"})
     desk.start(order)
     for key in ("b", "a"):

@@ -105,7 +105,7 @@ def test_mix_make_hear_keep_compare_undo_and_reload(tab, workspace):
     # Kept, with what it was made of.
     card.get_by_role("button", name="Keep").click()
     card.get_by_role("link", name="Send").wait_for()
-    (kept,) = (Workspace.at(workspace).own / "kept").glob("2*")
+    (kept,) = (Workspace.at(workspace).studio_folder / "kept").glob("2*")
     facts = json.loads((kept / "facts.json").read_text())
     assert facts["run"] == "studio/first/voices"
     assert facts["simulated"] is True

@@ -23,7 +23,7 @@ VOICES = "studio/first/voices"
 @pytest.fixture
 def desk(workspace):
     place = Workspace.at(workspace)
-    return MakePageState(place, ResultArchive(place.own / "kept"), RunCatalogue(place), {})
+    return MakePageState(place, ResultArchive(place.studio_folder / "kept"), RunCatalogue(place), {})
 
 
 @pytest.fixture

@@ -33,7 +33,7 @@ def texture(seed=0, seconds=0.4):
 def sending_fixture(tmp_path):
     """Give a Sending on a workspace with one kept, simulated result; its ``of`` is ``kept:ID``."""
     workspace = Workspace.at(tmp_path)
-    sending = SendService(workspace, ResultArchive(workspace.own / "kept"))
+    sending = SendService(workspace, ResultArchive(workspace.studio_folder / "kept"))
     made = sending.shelf.keep(texture(), title="Cork, at 100 mm/s", facts={"simulated": True})
     sending.of = f"kept:{made.id}"
     return sending
@@ -125,7 +125,7 @@ def test_a_format_that_cannot_hold_it_is_named_among_all(sending):
 
 def test_a_recording_is_sent_as_a_file(surfaces):
     workspace = Workspace.at(surfaces)
-    sending = SendService(workspace, ResultArchive(workspace.own / "kept"))
+    sending = SendService(workspace, ResultArchive(workspace.studio_folder / "kept"))
     store = "studio/first/surfaces"
     of, told = next(iter(sending.recordings(store).items()))
     chosen = sending.chosen(of)

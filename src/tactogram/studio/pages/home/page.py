@@ -41,13 +41,13 @@ def add(studio: Studio) -> None:
 def _draw_starter(studio: Studio) -> None:
     """Draw the progress of the example surfaces until they are ready."""
     starter = studio.starter
-    if starter.state == "there" or studio.workspace.finished_runs():
+    if starter.state == "ready" or studio.workspace.finished_runs():
         return
 
     @ui.refreshable
     def state() -> None:
         with ui.element("section").classes("card w-full").props('aria-live="polite"'):
-            if starter.state == "there":
+            if starter.state == "ready":
                 heading("Nine simulated surfaces are ready to explore.")
                 with ui.row():
                     ui.button("Generate signals", on_click=lambda: ui.navigate.to("/make"))
@@ -81,7 +81,7 @@ def _draw_summary(studio: Studio) -> None:
     }
     with ui.element("section").classes("card w-full"):
         heading("In this workspace")
-        hint(studio.workspace.shown)
+        hint(studio.workspace.display_path)
         with ui.row().classes("gap-6"):
             for name, (folders, address) in contents.items():
                 ui.link(f"{len(folders)} {name}{'' if len(folders) == 1 else 's'}", address)

@@ -29,7 +29,7 @@ METER = (
 
 def add(studio: Studio) -> None:
     """Register the page and the route that its pictures are drawn from."""
-    desk = LiveRunner(studio.workspace.own)
+    desk = LiveRunner(studio.workspace.studio_folder)
 
     @app.get("/live/now")
     def now(after: int = 0, number: int = 0) -> dict[str, Any]:

@@ -47,7 +47,7 @@ class MakePageState:
     choice: FinishedRun | None = None
 
     def __post_init__(self) -> None:
-        self.made = ResultArchive(self.workspace.own / "made")
+        self.made = ResultArchive(self.workspace.studio_folder / "made")
         self.asked = GenerationRequest.of(self.held.get("asked") or {})
         past, future = self.held.get("past") or (), self.held.get("future") or ()
         self.history = FormHistory(tuple(past), tuple(future))
@@ -231,8 +231,8 @@ class MakePageState:
 
     def photographs(self) -> Path:
         """Return where chosen photographs are put."""
-        return self.workspace.own / "photos"
+        return self.workspace.studio_folder / "photos"
 
     def vibrations(self) -> Path:
         """Return where chosen vibrations are put."""
-        return self.workspace.own / "vibrations"
+        return self.workspace.studio_folder / "vibrations"

@@ -232,7 +232,7 @@ class MakePage:
 
         def look() -> None:
             first = self.studio.starter
-            if first.state == "there":
+            if first.state == "ready":
                 ui.navigate.reload()
             else:
                 said.text = (
@@ -252,7 +252,7 @@ def _add_routes(studio: Studio) -> None:
     from fastapi import Response
     from fastapi.responses import FileResponse
 
-    shelves = {"made": ResultArchive(studio.workspace.own / "made"), "kept": studio.shelf}
+    shelves = {"made": ResultArchive(studio.workspace.studio_folder / "made"), "kept": studio.shelf}
 
     @app.get("/make/image/{where}/{id}")
     def image(where: str, id: str) -> Response:
@@ -266,7 +266,7 @@ def _add_routes(studio: Studio) -> None:
 
     @app.get("/make/photo/{name}")
     def photograph(name: str) -> Response:
-        folder = (studio.workspace.own / "photos").resolve()
+        folder = (studio.workspace.studio_folder / "photos").resolve()
         path = (folder / name).resolve()
         if path.parent != folder or path.suffix != ".png" or not path.is_file():
             return Response("no such photograph", status_code=404, media_type="text/plain")

@@ -205,7 +205,7 @@ class RunCatalogue:
 
         By the spectra of what the run makes of each alone (seed 0, one second); worked out once and kept.
         """
-        file = self.workspace.own / "maps" / f"{choice.data.get('run_id', 'run')}.json"
+        file = self.workspace.studio_folder / "maps" / f"{choice.data.get('run_id', 'run')}.json"
         materials = choice.kind.materials
         if file.is_file():
             held = _read(file)

@@ -28,7 +28,7 @@ from tactogram.studio.pages.materials.media import HEAD, MaterialsContext, addre
 from tactogram.studio.pages.materials.neighbours import draw_similar
 from tactogram.studio.pages.train.trainings import free_name
 from tactogram.studio.signals.view import add_routes, signal_card
-from tactogram.studio.workspace.uploads import checked, read_uploaded_signal, save_upload
+from tactogram.studio.workspace.uploads import check_upload, read_uploaded_signal, save_upload
 from tactogram.workflows.data.stores import add_signal
 
 UNITS = ("", "m/s^2", "g", "m/s", "mm/s", "m", "mm", "N", "V", "1")
@@ -59,7 +59,7 @@ class _UploadedFile:
         self.context, self.file = context, file
         self.query = {"file": file, "set": set_name, "unit": unit, "rate": _positive(rate), "axes": axes}
         workspace = context.studio.workspace
-        self.folder = workspace.own / "dropped"
+        self.folder = workspace.studio_folder / "dropped"
         self.sets = [workspace.name_of(path) for path in workspace.stores()]
         self.chosen_set = set_name if set_name in self.sets else ""
         self.set = self.chosen_set or next(iter(self.sets), "")
@@ -293,7 +293,7 @@ def keep_signal(folder: Path, name: str, data: bytes) -> Path:
     try:
         return save_upload(folder, name, data, kind="signal")
     except TactogramError:
-        safe = checked(name, data, kind="signal")
+        safe = check_upload(name, data, kind="signal")
         if Path(safe).suffix in SOUND:
             raise
         read_uploaded_signal(safe, data, rate=1.0)  # raises unless only the rate is missing

@@ -25,9 +25,9 @@ from tactogram.studio.pages.materials.recordings import (
     trace_svg,
 )
 from tactogram.studio.pages.train.trainings import TaskQueue
-from tactogram.studio.signals.byte_ranges import answer_of
+from tactogram.studio.signals.byte_ranges import range_response
 from tactogram.studio.signals.pictures import spectrogram_png
-from tactogram.studio.signals.sound import sound_bytes
+from tactogram.studio.signals.sound import sound_of
 from tactogram.studio.signals.traits import traits_of
 
 HEAD = '<link rel="stylesheet" href="/static/materials.css">'
@@ -55,7 +55,7 @@ def add_routes(context: MaterialsContext) -> None:
 
     def respond(make: Callable[[], bytes], kind: str, byte_range: str | None = None) -> Response:
         try:
-            return answer_of(make(), byte_range, kind=kind, headers=KEPT)
+            return range_response(make(), byte_range, kind=kind, headers=KEPT)
         except (TactogramError, OSError) as error:
             return Response(str(error), status_code=404, media_type="text/plain")
 
@@ -82,7 +82,7 @@ def add_routes(context: MaterialsContext) -> None:
         def make() -> bytes:
             store = context.stores.get(set)
             name = stream_of(store, id, stream)
-            return sound_bytes(store.signal(id, name))
+            return sound_of(store.signal(id, name)).wav
 
         return respond(make, "audio/wav", range)
 

@@ -88,7 +88,7 @@ def _search(
     workspace = context.studio.workspace
     store = context.stores.get(set_name)
     if run == SPECTRAL:
-        cache = workspace.own / "spectra"
+        cache = workspace.studio_folder / "spectra"
         return find_similar(
             store, signal, stream=stream or None, count=COUNT, without=without, cache=cache
         ) | {"unit": "dB"}

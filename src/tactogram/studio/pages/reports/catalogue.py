@@ -56,7 +56,7 @@ class ReportFile:
 
 def report_files(workspace: Workspace) -> list[ReportFile]:
     """Return the files of all reports, newest folder first; reports before numbers before figures."""
-    hidden = [workspace.own / name for name in ("kept", "sent", "state", "uploads")]
+    hidden = [workspace.studio_folder / name for name in ("kept", "sent", "state", "uploads")]
     files: list[ReportFile] = []
     simulated: dict[Path, bool | None] = {}
     for path in workspace.files(*KINDS):
@@ -121,7 +121,7 @@ def readable_file(workspace: Workspace, name: str) -> tuple[Path, str]:
         If it is outside the workspace, missing, of another kind, or too large.
     """
     path = workspace.inside(name)
-    if path.suffix.lower() not in MEDIA or path.is_relative_to(workspace.own / "state"):
+    if path.suffix.lower() not in MEDIA or path.is_relative_to(workspace.studio_folder / "state"):
         raise ParameterError(f"{name[:200]}: only {', '.join(MEDIA)} files can be shown here")
     if not path.is_file():
         raise DataError(f"{name[:200]}: no such file in the workspace")

@@ -28,7 +28,7 @@ MOST_BYTES = 256 * 2**20
 
 def add(studio: Studio) -> None:
     """Register the page, and where its results are fetched."""
-    sending, speaker = SendService(studio.workspace, studio.shelf), Speaker(studio.workspace.own)
+    sending, speaker = SendService(studio.workspace, studio.shelf), Speaker(studio.workspace.studio_folder)
     add_routes()
     app.on_shutdown(speaker.stop)
 
@@ -171,7 +171,7 @@ class SendPage:
 
         def keep() -> str:
             signal = read_uploaded_signal(name, data, **given)
-            folder = self.studio.workspace.own / "uploads"
+            folder = self.studio.workspace.studio_folder / "uploads"
             folder.mkdir(parents=True, exist_ok=True)
             stem, count = Path(safe_name(name)).stem, 1
             while (path := folder / f"{stem}{'' if count == 1 else f'-{count}'}.npz").exists():

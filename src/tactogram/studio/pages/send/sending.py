@@ -124,7 +124,7 @@ class SendService:
 
     def __init__(self, workspace: Workspace, shelf: ResultArchive) -> None:
         self.workspace, self.shelf = workspace, shelf
-        self.folder = workspace.own / "sent"
+        self.folder = workspace.studio_folder / "sent"
         self._folders = DatedFolders(self.folder)
 
     # -- what can be sent --------------------------------------------------------------------------------
@@ -139,7 +139,7 @@ class SendService:
 
     def files(self) -> dict[str, str]:
         """Return files of the workspace that may be signals, those of runs among them: names by ``of``."""
-        own = [self.workspace.own / name for name in ("kept", "sent", "state", "first")]
+        own = [self.workspace.studio_folder / name for name in ("kept", "sent", "state", "first")]
         found = {}
         for path in self.workspace.files(*READABLE):
             if any(path.is_relative_to(folder) for folder in own) or path.suffix == ".txt":
@@ -195,7 +195,7 @@ class SendService:
         streams = [stream for stream in store.streams_of(identifier) if stream != "received"]
         signal = store.signal(identifier, streams[0])
         safe = re.sub(r"[^A-Za-z0-9_.-]+", "-", f"{store_name}-{identifier}")[:80]
-        path = self.workspace.own / "exported" / f"{safe}.npz"
+        path = self.workspace.studio_folder / "exported" / f"{safe}.npz"
         path.parent.mkdir(parents=True, exist_ok=True)
         facts = {"store": store_name, "recording": identifier, "simulated": store.simulated}
         write_signal(path, signal, metadata=facts)

@@ -88,7 +88,9 @@ def _of_files(workspace: Workspace) -> Iterator[TextureChoice]:
         folders[:] = sorted(
             name
             for name in folders
-            if not skip and not name.startswith(".") and not (not inside and name == workspace.own.name)
+            if not skip
+            and not name.startswith(".")
+            and not (not inside and name == workspace.studio_folder.name)
         )
         if skip:
             continue

@@ -108,7 +108,7 @@ class TaskQueue:
     @property
     def folder(self) -> Path:
         """Folder of records and logs."""
-        return self.workspace.own / "trainings"
+        return self.workspace.studio_folder / "trainings"
 
     # -- changing ----------------------------------------------------------------------------------------
 
