@@ -137,7 +137,7 @@ def test_a_table_without_a_rate_is_stored_and_nonsense_is_not(tmp_path):
     assert keep_signal(tmp_path, "my file.csv", table).name == "my_file-2.csv"
     with pytest.raises((DataError, ParameterError), match="bad.csv"):
         keep_signal(tmp_path, "bad.csv", b"no,numbers\nhere,at all\n")
-    with pytest.raises(DataError, match="not what its suffix says"):
+    with pytest.raises(DataError, match="content does not match the suffix"):
         keep_signal(tmp_path, "bad.wav", b"MZ nothing")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["my_file-2.csv", "my_file.csv"]
 
@@ -168,7 +168,7 @@ def test_an_uploaded_recording_is_compared_and_added(tab, workspace, tmp_path):
     chooser = tab.locator("input[type=file]").first
     (tmp_path / "bad.wav").write_bytes(b"MZ nothing")
     chooser.set_input_files(tmp_path / "bad.wav")
-    tab.get_by_text("not what its suffix says").wait_for()
+    tab.get_by_text("content does not match the suffix").wait_for()
     tab.goto(f"/materials/drop?set={SET}")
     tab.locator("input[type=file]").first.set_input_files(tmp_path / "bare.csv")
     tab.get_by_role("alert").filter(has_text="rate").wait_for()  # missing from the file: the page asks
