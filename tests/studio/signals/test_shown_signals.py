@@ -68,15 +68,15 @@ def test_a_signal_is_worked_out_once_however_many_pages_ask(tmp_path, monkeypatc
 
 def test_a_file_that_was_written_anew_is_read_anew(tmp_path):
     shown, file = ShownSignals(), saved(tmp_path / "a.npz", tone(0.1))
-    assert shown.known(file) is None
+    assert shown.cached(file) is None
     shown.load(file)
-    assert shown.known(file).traits.peak == pytest.approx(0.1, rel=1e-3)
+    assert shown.cached(file).traits.peak == pytest.approx(0.1, rel=1e-3)
 
     os.utime(saved(file, tone(0.5)), ns=(1, 1))
 
-    assert shown.known(file) is None
+    assert shown.cached(file) is None
     assert shown.load(file).traits.peak == pytest.approx(0.5, rel=1e-3)
-    assert shown.known(tmp_path / "nothing.npz") is None
+    assert shown.cached(tmp_path / "nothing.npz") is None
 
 
 @pytest.fixture
@@ -138,7 +138,7 @@ def test_signals_of_other_units_are_on_scales_of_their_own(page):
 
     asyncio.run(fill)
 
-    assert all("drawn on scales of its own" in said(place)[-1] for place in places)
+    assert all("has its own scales" in said(place)[-1] for place in places)
 
 
 def test_a_file_that_is_gone_is_told_in_its_card(page, tmp_path):
@@ -146,4 +146,4 @@ def test_a_file_that_is_gone_is_told_in_its_card(page, tmp_path):
 
     asyncio.run(fill)
 
-    assert said(places[0])[0].startswith("It cannot be shown: ")
+    assert said(places[0])[0].startswith("This signal cannot be shown: ")

@@ -15,8 +15,7 @@ from tactogram.studio.signals.sound import (
     NORMAL_PEAK,
     RATE,
     common_gain,
-    limited,
-    sound_bytes,
+    soft_limited,
     sound_of,
 )
 
@@ -38,7 +37,7 @@ def test_a_level_of_its_own_is_told():
     assert (rate, samples.ndim, len(samples)) == (RATE, 1, RATE)
     assert np.abs(samples).max() == pytest.approx(NORMAL_PEAK, rel=0.01)  # the largest may stand in a fade
     assert made.gain == pytest.approx(NORMAL_PEAK / 0.02, rel=0.02)
-    assert made.own_level
+    assert made.normalised
     assert made.limited == 0
 
 
@@ -46,7 +45,7 @@ def test_at_a_common_gain_strengths_keep_their_ratio():
     weak, strong = tone(0.1), tone(0.4)
     gain = common_gain([0.1, 0.4])
 
-    peaks = [np.abs(read(sound_bytes(signal, gain=gain))[0][4000:-4000]).max() for signal in (weak, strong)]
+    peaks = [np.abs(read(sound_of(signal, gain=gain).wav)[0][4000:-4000]).max() for signal in (weak, strong)]
 
     assert peaks[1] / peaks[0] == pytest.approx(4.0, rel=1e-3)
     assert peaks[1] == pytest.approx(NORMAL_PEAK, rel=0.01)
@@ -54,7 +53,7 @@ def test_at_a_common_gain_strengths_keep_their_ratio():
 
 @pytest.mark.parametrize("axes", [2, 3, 5])
 def test_axes_add_up_to_their_power(axes):
-    samples, _ = read(sound_bytes(tone(0.1, axes=axes), gain=1.0))
+    samples, _ = read(sound_of(tone(0.1, axes=axes), gain=1.0).wav)
 
     assert samples[4000:-4000].std() == pytest.approx(0.1 * np.sqrt(axes / 2), rel=0.01)
 
@@ -64,14 +63,14 @@ def test_what_is_too_loud_is_limited_and_said():
 
     assert np.abs(read(made.wav)[0]).max() <= 1
     assert 0.5 < made.limited < 1
-    assert not made.own_level
+    assert not made.normalised
 
 
 @given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=50))
 def test_the_limiter_keeps_order_sign_and_what_is_below_the_knee(values):
     x = np.sort(np.array(values))
 
-    y, _ = limited(x)
+    y, _ = soft_limited(x)
 
     assert np.all(np.abs(y) <= 1)
     assert np.all(np.diff(y) >= 0)
@@ -79,7 +78,7 @@ def test_the_limiter_keeps_order_sign_and_what_is_below_the_knee(values):
 
 
 def test_the_ends_are_faded():
-    samples, _ = read(sound_bytes(Signal(np.tile([1.0, -1.0], 500)[None], 1000.0, "V")))
+    samples, _ = read(sound_of(Signal(np.tile([1.0, -1.0], 500)[None], 1000.0, "V")).wav)
 
     assert samples[0] == 0
     assert abs(samples[-1]) < 1e-3
@@ -95,7 +94,7 @@ def test_silence_is_silence():
 def test_over_displacement_it_is_walked_through():
     signal = Signal(np.random.default_rng(0).normal(size=(1, 500)), 10.0, "1", domain="displacement")
 
-    samples, _ = read(sound_bytes(signal))
+    samples, _ = read(sound_of(signal).wav)
 
     assert len(samples) == RATE // 2  # 50 mm at 100 mm/s
 

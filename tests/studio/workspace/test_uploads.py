@@ -134,7 +134,7 @@ def test_a_sound_is_measured_by_its_head(tmp_path, monkeypatch):
     monkeypatch.setattr(uploads, "MOST_SAMPLES", 299)
     for suffix in (".wav", ".flac", ".csv"):
         with pytest.raises(
-            DataError, match=f"made{suffix}: must have at most 299 samples of all axes, got 300; cut it"
+            DataError, match=f"made{suffix}: must have at most 299 samples in all axes, got 300; cut it"
         ):
             read_uploaded_signal(f"made{suffix}", signal_bytes(tmp_path, suffix))
 

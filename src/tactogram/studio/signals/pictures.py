@@ -1,7 +1,6 @@
-"""Signal pictures: waveform, spectrogram and spectrum beside the detection threshold, as values and pixels.
+"""Signal pictures: waveform, spectrogram, and spectrum with the detection threshold, as chart options and pixels.
 
-Everything here is a pure function of `SignalTraits`. Signals that stand side by side are drawn on the same
-`SharedScales`.
+All are pure functions of `SignalTraits`; signals shown together share `SharedScales`.
 """
 
 from __future__ import annotations
@@ -19,21 +18,14 @@ from tactogram.signal.perception import FELT_HZ, detection_threshold
 from tactogram.studio.signals.traits import WITH_THRESHOLD, SharedScales, SignalTraits, scales_of, unit_of
 
 COLOURS = ("#2166ac", "#c0452f", "#3f7d1d", "#6d5fa8", "#9a4a04", "#555555")
-"""Of axes, in order; each at least 4.5:1 on white."""
+"""For axes, in order; contrast at least 4.5:1 on white."""
 THRESHOLD_COLOUR = "#8a5a00"
 RANGE_DB = 70.0
-"""From black to white of a spectrogram."""
+"""Range of a spectrogram's colours."""
 
 
 def waveform_options(traits: SignalTraits, *, scales: SharedScales | None = None) -> dict[str, Any]:
-    """Return the options of an ECharts line chart: a row for each axis, on one scale, about its mean.
-
-    Parameters
-    ----------
-    traits : Traits
-    scales : Scales, optional
-        By default the signal's own.
-    """
+    """Return the options of an ECharts line chart with a row for each axis, mean removed, on one scale."""
     scales = scales or scales_of([traits])
     rows = len(traits.axes)
     top = _nice(scales.peak)
@@ -71,7 +63,7 @@ def waveform_options(traits: SignalTraits, *, scales: SharedScales | None = None
                 "splitLine": {"lineStyle": {"color": "#e6ebef"}},
             }
         )
-        # Two lists, not a list for each point: the server watches every list that it shows for changes.
+        # Two lists, not one per point: the server watches every list for changes.
         columns = {"t": [_digits(p / traits.rate) for p in place], "v": [_digits(v) for v in value]}
         data.append({"source": columns})
         series.append(
@@ -104,31 +96,14 @@ def waveform_height(traits: SignalTraits) -> int:
 
 
 def card_height(axes: int, *, small: bool) -> int:
-    """Return the height that a card's pictures and words take, pixels, so that nothing moves when they come.
-
-    Parameters
-    ----------
-    axes : int
-        Of the signal.
-    small : bool
-        Whether the spectrum is left out.
-    """
+    """Return the height of a card's pictures and texts, pixels, to reserve their space; ``small`` has no spectrum."""
     return 84 * axes + 268 + (0 if small else 206)
 
 
 def spectrogram_png(
     traits: SignalTraits, *, width: int = 640, height: int = 160, scales: SharedScales | None = None
 ) -> bytes:
-    """Return the spectrogram as PNG without axes: time to the right, frequency upwards; transparent after its end.
-
-    Parameters
-    ----------
-    traits : Traits
-    width, height : int
-        Pixels.
-    scales : Scales, optional
-        By default the signal's own.
-    """
+    """Return the spectrogram as PNG without axes: time to the right, frequency upwards, transparent after its end."""
     from matplotlib import colormaps
 
     scales = scales or scales_of([traits])
@@ -146,13 +121,9 @@ def spectrogram_png(
 
 
 def spectrum_options(traits: SignalTraits, *, others: Sequence[SignalTraits] = ()) -> dict[str, Any]:
-    """Return the options of an ECharts chart: levels in third octaves, with the threshold where there is one.
+    """Return the options of an ECharts chart: third-octave levels, and the detection threshold if the unit has one.
 
-    Parameters
-    ----------
-    traits : Traits
-    others : sequence of Traits
-        That the vertical axis is to hold, too.
+    The vertical axis also covers the ``others``.
     """
     frequency, amplitude = traits.bands
     over_time = traits.domain == "time"
@@ -227,7 +198,7 @@ def _bound(values: NDArray[np.float64], place: int, otherwise: float) -> float:
 
 
 def _digits(value: float) -> float:
-    """Return a number with four digits: what a picture shows, and short to send."""
+    """Return a number with four significant digits, enough for a picture and short to send."""
     return float(f"{value:.4g}")
 
 

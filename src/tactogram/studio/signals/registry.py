@@ -1,4 +1,4 @@
-"""The signals that pages show at present, each read, named and worked out once, and never in the event loop."""
+"""Cache of the signals that pages show: each is read and analysed once, outside of the event loop."""
 
 from __future__ import annotations
 
@@ -16,24 +16,16 @@ from tactogram.signal.io import read_signal
 from tactogram.studio.signals.traits import SignalTraits, traits_of
 
 MOST_BYTES = 256 * 2**20
-"""Of samples that are held for the browser to fetch."""
+"""Samples and spectrograms held for the browser to fetch."""
 MOST_FILES = 1000
-"""Files of which it is remembered what they held."""
+"""Files whose signals' keys are remembered."""
 Source = Signal | Path
 """A signal, or the file that holds it."""
 
 
 @dataclass(frozen=True, eq=False)
 class ShownSignal:
-    """A signal that is shown.
-
-    Parameters
-    ----------
-    key : str
-        See `key_of`.
-    signal : Signal
-    traits : Traits
-    """
+    """A signal with its key (`key_of`) and traits."""
 
     key: str
     signal: Signal
@@ -42,19 +34,17 @@ class ShownSignal:
 
 @dataclass
 class ShownSignals:
-    """Signals that pages show, by key; the least recently used goes first."""
+    """Signals by key; the least recently used is dropped first."""
 
     most: int = MOST_BYTES
     _held: OrderedDict[str, ShownSignal] = field(default_factory=OrderedDict)
     _files: OrderedDict[tuple[Path, int], str] = field(default_factory=OrderedDict)
     _lock: threading.Lock = field(default_factory=threading.Lock)
-    _at_it: dict[Path | str, threading.Lock] = field(default_factory=dict)
-    """What is being worked out, by file or key."""
+    _analysing: dict[Path | str, threading.Lock] = field(default_factory=dict)
+    """Locks of signals being analysed, by file or key."""
 
     def load(self, source: Source) -> ShownSignal:
-        """Hold a signal with what its pictures are made of; takes long for minutes of it.
-
-        What several pages ask for at once is worked out once.
+        """Return a signal with its traits, which takes long for minutes of samples; concurrent calls share the work.
 
         Raises
         ------
@@ -63,19 +53,19 @@ class ShownSignals:
         """
         name = source if isinstance(source, Path) else key_of(source)
         with self._lock:
-            lock = self._at_it.setdefault(name, threading.Lock())
+            lock = self._analysing.setdefault(name, threading.Lock())
         with lock:
-            held = self.known(source) if isinstance(source, Path) else self._found(str(name))
+            held = self.cached(source) if isinstance(source, Path) else self._get(str(name))
             if held is None:
-                held = self._worked_out(source)
+                held = self._analysed(source)
         with self._lock:
-            self._at_it.pop(name, None)
+            self._analysing.pop(name, None)
         return held
 
-    def _worked_out(self, source: Source) -> ShownSignal:
+    def _analysed(self, source: Source) -> ShownSignal:
         signal = read_signal(source) if isinstance(source, Path) else source
         key = key_of(signal)
-        held = self._found(key) or ShownSignal(key, signal, traits_of(signal))
+        held = self._get(key) or ShownSignal(key, signal, traits_of(signal))
         with self._lock:
             if isinstance(source, Path):
                 self._files[_file(source)] = key
@@ -84,16 +74,16 @@ class ShownSignals:
             self._put(held)
         return held
 
-    def known(self, source: Source) -> ShownSignal | None:
-        """Return what was worked out of a file and is still held; None else, and of a signal, whose name takes long."""
+    def cached(self, source: Source) -> ShownSignal | None:
+        """Return a file's signal if it is in the cache; None for a `Signal`, whose key takes long to compute."""
         if not isinstance(source, Path):
             return None
         try:
-            return self._found(self._files.get(_file(source), ""))
+            return self._get(self._files.get(_file(source), ""))
         except OSError:
             return None
 
-    def _found(self, key: str) -> ShownSignal | None:
+    def _get(self, key: str) -> ShownSignal | None:
         with self._lock:
             held = self._held.get(key)
             if held is not None:
@@ -101,16 +91,10 @@ class ShownSignals:
             return held
 
     def get(self, key: str) -> ShownSignal:
-        """Return what is shown by its key.
-
-        Raises
-        ------
-        DataError
-            If it is no longer held.
-        """
-        held = self._found(key)
+        """Return a signal by its key; `DataError` if it is no longer in the cache."""
+        held = self._get(key)
         if held is None:
-            raise DataError("this signal is no longer held: reload the page")
+            raise DataError("this signal is no longer in memory; reload the page")
         return held
 
     def _put(self, held: ShownSignal) -> None:
@@ -124,16 +108,16 @@ SHOWN = ShownSignals()
 
 
 def key_of(signal: Signal) -> str:
-    """Return 24 hexadecimal digits that follow from the samples and what they mean."""
-    said = f"{signal.rate!r} {signal.unit} {signal.axes!r} {signal.domain}"
-    digest = hashlib.sha256(said.encode())
-    # In place: a copy would hold up all other threads.
+    """Return a hash of samples, rate, unit, axes and domain: 24 hexadecimal digits."""
+    meaning = f"{signal.rate!r} {signal.unit} {signal.axes!r} {signal.domain}"
+    digest = hashlib.sha256(meaning.encode())
+    # In place: a copy would block all other threads.
     digest.update(np.ascontiguousarray(signal.samples).view(np.uint8).data)
     return digest.hexdigest()[:24]
 
 
 def _file(path: Path) -> tuple[Path, int]:
-    """Return what tells a file from another, and from what it was before it was written anew."""
+    """Return a key that changes when the file is rewritten."""
     return path, path.stat().st_mtime_ns
 
 

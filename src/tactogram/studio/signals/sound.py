@@ -1,4 +1,4 @@
-"""Browser sound of a signal: one channel at a sound card's rate, its gain, and what was limited."""
+"""Browser sound of a signal: one channel at a sound card's rate, with its gain and the share of limited samples."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from tactogram.signal.resampling import resample
 
 RATE = 48_000
 NORMAL_PEAK = 0.5
-"""Largest sample, in full scales, of what is played at a level of its own: 6 dB below full scale."""
+"""Largest sample of a normalised sound, in full scales: 6 dB below full scale."""
 KNEE = 0.8
-"""Above which the limiter bends; no sample exceeds 1."""
+"""Limiter's threshold; no sample exceeds 1."""
 FADE_S = 0.005
 LONGEST_S = 60.0
-"""What is longer is cut: a page plays what it shows, not an archive."""
-WALKED_MM_S = 100.0
-"""How fast a signal over displacement is walked through."""
+"""Longer signals are cut."""
+PLAYBACK_MM_S = 100.0
+"""Speed at which a signal over displacement is played."""
 MOST_GAIN = 1e9
 
 
@@ -37,29 +37,29 @@ class AudioClip:
     gain : float
         Full scales per unit of the signal.
     limited : float
-        Share of samples that the limiter bent.
-    own_level : bool
-        Whether ``gain`` was chosen so that this signal peaks at `NORMAL_PEAK`: then loudness says nothing.
+        Share of samples that the limiter changed.
+    normalised : bool
+        Whether the signal peaks at `NORMAL_PEAK`: then loudnesses cannot be compared.
     """
 
     wav: bytes
     gain: float
     limited: float
-    own_level: bool
+    normalised: bool
 
 
 def sound_of(signal: Signal, *, gain: float | None = None) -> AudioClip:
-    """Return what the browser plays of a signal.
+    """Return a signal's sound for the browser.
 
-    Axes become one by DFT321, which keeps the power at every frequency; the mean is taken out; the ends are faded in
-    5 ms. A signal over displacement is walked through at `WALKED_MM_S`.
+    Axes become one by DFT321, which keeps the power at every frequency; the mean is removed; the ends are faded over
+    5 ms. A signal over displacement is played at `PLAYBACK_MM_S`.
 
     Parameters
     ----------
     signal : Signal
     gain : float, optional
-        Full scales per unit, the same for signals that are to be compared in strength; by default such that the
-        largest sample is `NORMAL_PEAK`.
+        Full scales per unit, equal for signals whose strengths are compared; by default the largest sample becomes
+        `NORMAL_PEAK`.
 
     Raises
     ------
@@ -69,11 +69,11 @@ def sound_of(signal: Signal, *, gain: float | None = None) -> AudioClip:
     if gain is not None and not 0 < gain <= MOST_GAIN:
         raise ParameterError(f"gain must be > 0 and at most {MOST_GAIN:g}, got {gain}")
     x = _one_channel(signal)
-    own = gain is None
+    normalised = gain is None
     if gain is None:
         peak = float(np.abs(x).max())
         gain = min(NORMAL_PEAK / peak, MOST_GAIN) if peak > 0 else 1.0
-    played, bent = limited(gain * x)
+    played, share = soft_limited(gain * x)
     fade = min(len(played) // 2, round(FADE_S * RATE))
     if fade:
         ramp = np.sin(np.linspace(0, np.pi / 2, fade, endpoint=False)) ** 2
@@ -81,28 +81,20 @@ def sound_of(signal: Signal, *, gain: float | None = None) -> AudioClip:
         played[-fade:] *= ramp[::-1]
     out = io.BytesIO()
     soundfile.write(out, played.astype(np.float32), RATE, "FLOAT", format="WAV")
-    return AudioClip(out.getvalue(), gain, bent, own)
-
-
-def sound_bytes(signal: Signal, *, gain: float | None = None) -> bytes:
-    """Return the WAV file of `sound_of`."""
-    return sound_of(signal, gain=gain).wav
+    return AudioClip(out.getvalue(), gain, share, normalised)
 
 
 def common_gain(peaks: list[float]) -> float:
-    """Return the gain at which the strongest of some signals peaks at `NORMAL_PEAK`, and all keep their strengths.
+    """Return the gain at which the strongest signal peaks at `NORMAL_PEAK`; ``peaks`` are those of `traits.peak_of`.
 
-    Parameters
-    ----------
-    peaks : list of float
-        As of `tactogram.studio.signals.traits.peak_of`; several axes add up to at most the root of their number.
+    Combined axes may exceed that by at most the square root of their number.
     """
     peak = max(peaks, default=0.0)
     return min(NORMAL_PEAK / peak, MOST_GAIN) if peak > 0 else 1.0
 
 
-def limited(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-    """Return ``x`` with what exceeds `KNEE` bent smoothly so that it stays within 1, and the share that was bent."""
+def soft_limited(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    """Return ``x`` smoothly limited to 1 above `KNEE`, and the share of samples above it."""
     size = np.abs(x)
     over = size > KNEE
     room = 1 - KNEE
@@ -111,9 +103,9 @@ def limited(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
 
 
 def _one_channel(signal: Signal) -> NDArray[np.float64]:
-    """Return float64, shape (time,), at `RATE`, without its mean."""
+    """Return one channel at `RATE` without its mean, float64, shape (time,)."""
     if signal.domain == "displacement":
-        signal = Signal(signal.samples, signal.rate * WALKED_MM_S, signal.unit, signal.axes)
+        signal = Signal(signal.samples, signal.rate * PLAYBACK_MM_S, signal.unit, signal.axes)
     signal = signal.cut(0, max(1, round(LONGEST_S * signal.rate)))
     while len(signal.axes) > 1:
         signal = _combined(signal)
@@ -126,7 +118,7 @@ def _one_channel(signal: Signal) -> NDArray[np.float64]:
 
 
 def _combined(signal: Signal) -> Signal:
-    """Return a signal of which the first three axes, or two, have become one by DFT321."""
+    """Return a signal whose first two or three axes are combined by DFT321."""
     from tactogram.signal import dft321
 
     x = signal.samples

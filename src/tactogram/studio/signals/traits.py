@@ -1,6 +1,6 @@
 """Signal traits behind the pictures: levels, envelope, spectrogram and bands, computed once.
 
-Everything here is a pure function of a signal, and takes long for minutes of it: pages call `traits_of` in a thread.
+All are pure functions of a signal and slow for minutes of samples: pages call `traits_of` in a thread.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from tactogram.signal.perception import FELT_HZ, sensation_level_db
 from tactogram.signal.signal import Domain
 
 WIDTH = 600
-"""Pixels of a waveform that the envelope is made for."""
+"""Width of a waveform's picture, pixels."""
 WITH_THRESHOLD = ("m", "m/s", "m/s^2")
 BANDS_PER_DECADE = 10
 """Third octaves, base ten (IEC 61260-1)."""
 UNITS = {"m/s^2": "m/s²", "1": "(ratio)"}
 AT_ONCE = 2**20
-"""Samples that are transformed at once: what a long signal takes of the memory stays small."""
+"""Samples that are transformed at once, which limits memory for a long signal."""
 
 
 @dataclass(frozen=True, eq=False)
 class SignalTraits:
-    """Traits of a signal for pictures and words; small, whatever its length.
+    """Traits of a signal for pictures and texts; their size does not depend on its length.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class SignalTraits:
     note : str
         See `threshold_note`.
     curves : tuple of (int64 array, float32 array)
-        Of each axis about its mean, see `envelope`.
+        By axis, mean removed; see `envelope`.
     frequency : float64 array, shape (frequency,), Hz or cycles per mm
     level : float32 array, shape (frequency, time), dB re 1 unit
         See `spectrogram_db`.
@@ -66,12 +66,12 @@ class SignalTraits:
 
     @property
     def top_hz(self) -> float:
-        """Where its spectrogram ends: Hz, or cycles per mm."""
+        """Highest frequency of its spectrogram, Hz or cycles per mm."""
         return _top_hz(self)
 
 
 def traits_of(signal: Signal) -> SignalTraits:
-    """Return what pictures and words of a signal are made of."""
+    """Return the traits of a signal."""
     x = centred(signal)
     frequency, _, level = spectrogram_db(signal)
     return SignalTraits(
@@ -92,18 +92,18 @@ def traits_of(signal: Signal) -> SignalTraits:
 
 @dataclass(frozen=True)
 class SharedScales:
-    """Scales that pictures of signals side by side share.
+    """Scales shared by the pictures of several signals.
 
     Parameters
     ----------
     peak : float
         Largest deviation from an axis' mean, in the unit.
     extent : float
-        Of the longest, s or mm.
+        Longest, s or mm.
     top_db : float
         Brightest level of the spectrograms, dB re 1 unit.
     top_hz : float
-        Where the spectrograms end: Hz, or cycles per mm.
+        Highest frequency of the spectrograms, Hz or cycles per mm.
     """
 
     peak: float
@@ -112,45 +112,46 @@ class SharedScales:
     top_hz: float
 
 
-def scales_of(held: Sequence[SignalTraits]) -> SharedScales:
-    """Return the scales on which all of ``held`` fit, at least one."""
+def scales_of(signals: Sequence[SignalTraits]) -> SharedScales:
+    """Return the scales that fit all signals (at least one)."""
     return SharedScales(
-        peak=max(traits.peak for traits in held) or 1.0,
-        extent=max(traits.extent for traits in held),
-        top_db=max(float(traits.level.max()) for traits in held),
-        top_hz=max(traits.top_hz for traits in held),
+        peak=max(traits.peak for traits in signals) or 1.0,
+        extent=max(traits.extent for traits in signals),
+        top_db=max(float(traits.level.max()) for traits in signals),
+        top_hz=max(traits.top_hz for traits in signals),
     )
 
 
 def rms_of(signal: Signal) -> float:
-    """Return the root of the mean square about the mean, all axes together: that of the DFT321 of them."""
+    """Return the rms about the mean of all axes together, equal to that of their DFT321."""
     return float(np.sqrt(centred(signal).var(axis=1).sum()))
 
 
 def peak_of(signal: Signal) -> float:
-    """Return the largest deviation from its mean of any axis."""
+    """Return the largest deviation of any axis from its mean."""
     return float(np.abs(centred(signal)).max())
 
 
 def unit_of(signal: Signal | SignalTraits) -> str:
-    """Return the unit as people write it."""
+    """Return the unit for pages, such as m/s²."""
     return UNITS.get(signal.unit, signal.unit)
 
 
 def threshold_note(signal: Signal) -> str:
-    """Return in a sentence how far above the detection threshold the signal is, or why that cannot be said."""
+    """Return a sentence with the signal's level relative to the detection threshold, or why there is none."""
     if signal.domain != "time":
-        return "Over displacement it is felt only at a speed: no threshold is drawn."
+        return "A signal over displacement is felt at a speed only: no threshold is drawn."
     if signal.unit not in WITH_THRESHOLD:
-        return f"No detection threshold is known in {unit_of(signal)}: none is drawn."
+        return f"No detection threshold is known in {unit_of(signal)}."
     level = sensation_level_db(signal)
     if not math.isfinite(level):
-        return f"Nothing in {FELT_HZ[0]:g} to {FELT_HZ[1]:g} Hz: it cannot be felt."
-    return f"{abs(level):.0f} dB {'above' if level >= 0 else 'below'} the detection threshold (good to some 10 dB)."
+        return f"No energy between {FELT_HZ[0]:g} and {FELT_HZ[1]:g} Hz: it cannot be felt."
+    side = "above" if level >= 0 else "below"
+    return f"{abs(level):.0f} dB {side} the detection threshold (accurate to about 10 dB)."
 
 
 def envelope(samples: NDArray[np.float32], width: int) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
-    """Return where in ``samples`` the least and the greatest of each of ``width`` pixels stand, and these values.
+    """Return the positions and values of the minimum and maximum in each of ``width`` pixels.
 
     Parameters
     ----------
@@ -161,9 +162,9 @@ def envelope(samples: NDArray[np.float32], width: int) -> tuple[NDArray[np.int64
     Returns
     -------
     place : int64 array, shape (point,)
-        Rising.
+        Increasing.
     value : float32 array, shape (point,)
-        Every sample where there are no more than two for a pixel.
+        All samples if there are at most two per pixel.
     """
     n = len(samples)
     if n <= 2 * width:
@@ -179,10 +180,10 @@ def envelope(samples: NDArray[np.float32], width: int) -> tuple[NDArray[np.int64
 def spectrogram_db(
     signal: Signal,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the level over time and frequency, power of all axes added up.
+    """Return the level over time and frequency, with the power of all axes summed.
 
-    A sine of amplitude a on a bin stands as 20 log10(a) dB in its middle; Hann, about 32 ms (or mm), three quarters
-    overlap, about the mean of each axis.
+    A sine of amplitude a on a bin has the level 20 log10(a) dB. Hann windows of about 32 ms (over displacement a
+    sixteenth of the signal) overlap by three quarters; the mean of each axis is removed.
 
     Parameters
     ----------
@@ -191,7 +192,7 @@ def spectrogram_db(
     Returns
     -------
     frequency : float64 array, shape (frequency,), Hz or cycles per mm
-        To 1 kHz or half the rate; over displacement to half the rate.
+        Up to 1 kHz or half the rate; over displacement half the rate.
     time : float64 array, shape (time,), s or mm
         Middle of each column.
     level : float64 array, shape (frequency, time), dB re 1 unit
@@ -217,20 +218,20 @@ def spectrogram_db(
         spectra = np.fft.rfft(frames[:, first:last] * window, axis=2)  # axis, time, frequency
         power[:, first:last] = (np.abs(spectra[..., : len(power)]) ** 2).sum(0).T
     power *= (2 / window.sum()) ** 2
-    power[0] /= 4  # what does not swing has no second half
+    power[0] /= 4  # 0 Hz has no negative counterpart
     return frequency[kept], starts / signal.rate, 10 * np.log10(np.maximum(power, 1e-20))
 
 
 def band_levels(signal: Signal) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return in third octaves the peak amplitude of the sine that has a band's power, all axes added up.
+    """Return the amplitude of the sine with each third octave's power, all axes summed.
 
-    A noise is felt by its power in a band, and a threshold is that of a sine: so both are on one scale.
+    Noise is felt by its power in a band, and thresholds are those of sines: this puts both on one scale.
 
     Returns
     -------
     frequency : float64 array, shape (band,)
-        Middles within `FELT_HZ`, below half the rate, each band at least one bin wide; in cycles per mm over
-        displacement, from one in the whole length.
+        Centres within `FELT_HZ` and below half the rate, each band at least one bin wide; over displacement cycles per
+        mm, from one per signal length.
     amplitude : float64 array, shape (band,), in the signal's unit
     """
     x = centred(signal)
@@ -251,7 +252,7 @@ def band_levels(signal: Signal) -> tuple[NDArray[np.float64], NDArray[np.float64
 
 
 def centred(signal: Signal) -> NDArray[np.float64]:
-    """Return the samples about the mean of each axis, float64, shape (axis, time)."""
+    """Return the samples with the mean of each axis removed, float64, shape (axis, time)."""
     x = signal.samples.astype(np.float64)
     x -= x.mean(axis=1, keepdims=True)
     return x
@@ -263,5 +264,5 @@ def _top_hz(signal: Signal | SignalTraits) -> float:
 
 
 def _window_of(signal: Signal) -> float:
-    """Return how much a column of the spectrogram spans: 32 ms; over displacement a sixteenth of it."""
+    """Return the length of a spectrogram's window, s or mm."""
     return 0.032 if signal.domain == "time" else signal.extent / 16

@@ -1,12 +1,12 @@
 /**
- * Plays what buttons with `data-player-url` name, one at a time. While one plays, another's button, or its key 1 to 9,
- * changes over to it at the same place within 20 ms, so that two can be heard against each other; Escape stops.
- * A page's checkbox in `[data-player-loop]` says whether it goes on from the beginning. Nothing plays before a click.
+ * Plays the sounds of buttons with `data-player-url`, one at a time. While one plays, another button, or its key 1 to 9,
+ * switches to that sound at the same position within 20 ms, for direct comparison; Escape stops. A checkbox in
+ * `[data-player-loop]` repeats the sound. Nothing plays before a click.
  */
 
 import { BEGINS_MS, keepAwake } from "/participants/static/awake.js";
 
-const CHANGE_S = 0.02;
+const FADE_S = 0.02;
 
 /** @typedef {{buffer: AudioBuffer, gain: number, limited: number, own: boolean}} Loaded */
 
@@ -20,9 +20,9 @@ let wanted = "";
 
 /** @param {string} url @returns {Promise<Loaded>} */
 function load(url) {
-  const held = loaded.get(url);
-  if (held) return held;
-  const asked = (async () => {
+  const known = loaded.get(url);
+  if (known) return known;
+  const request = (async () => {
     const answer = await fetch(url);
     if (!answer.ok) throw new Error(await answer.text());
     const [gain, limited] = ["X-Gain", "X-Limited"].map((name) => Number(answer.headers.get(name)));
@@ -30,10 +30,10 @@ function load(url) {
     const buffer = await audio().decodeAudioData(await answer.arrayBuffer());
     return { buffer, gain, limited, own };
   })();
-  loaded.set(url, asked);
-  asked.catch(() => loaded.delete(url));
+  loaded.set(url, request);
+  request.catch(() => loaded.delete(url));
   if (loaded.size > 40) loaded.delete(loaded.keys().next().value);
-  return asked;
+  return request;
 }
 
 /** @returns {AudioContext} */
@@ -51,7 +51,7 @@ function looped() {
   return box?.getAttribute("aria-checked") === "true";
 }
 
-/** Where the playing one is, s. @returns {number} */
+/** Position of the current sound, s. @returns {number} */
 function place() {
   if (!playing) return 0;
   const run = Math.max(0, audio().currentTime - playing.begun);
@@ -63,36 +63,36 @@ async function play(url) {
   wanted = url;
   audio().resume().catch(() => null);
   mark();
-  let found;
+  let sound;
   try {
-    found = await load(url);
+    sound = await load(url);
   } catch (error) {
-    tell(url, `Could not be played: ${error instanceof Error ? error.message : error}`);
+    tell(url, `Cannot play: ${error instanceof Error ? error.message : error}`);
     if (wanted === url) wanted = "";
     mark();
     return;
   }
-  tell(url, levelOf(url, found));
+  tell(url, levelOf(url, sound));
   if (wanted !== url) return;
-  const offset = playing ? place() % found.buffer.duration : 0;
+  const offset = playing ? place() % sound.buffer.duration : 0;
   fadeOut();
   const source = audio().createBufferSource();
   const fade = audio().createGain();
-  source.buffer = found.buffer;
+  source.buffer = sound.buffer;
   source.loop = looped();
   const now = audio().currentTime;
   fade.gain.setValueAtTime(0, now);
-  fade.gain.linearRampToValueAtTime(1, now + CHANGE_S);
+  fade.gain.linearRampToValueAtTime(1, now + FADE_S);
   source.connect(fade).connect(audio().destination);
   source.start(now, offset);
-  const mine = { url, source, fade, begun: now - offset, seconds: found.buffer.duration, loop: source.loop };
+  const mine = { url, source, fade, begun: now - offset, seconds: sound.buffer.duration, loop: source.loop };
   playing = mine;
   source.onended = () => {
     if (playing === mine) stop();
   };
   mark();
   setTimeout(() => {
-    if (playing === mine && audio().state !== "running") tell(url, "The browser has not begun the sound: is there a sound output?");
+    if (playing === mine && audio().state !== "running") tell(url, "The browser has not started the sound; check the sound output.");
   }, BEGINS_MS);
   requestAnimationFrame(follow);
 }
@@ -103,9 +103,9 @@ function fadeOut() {
   const now = audio().currentTime;
   fade.gain.cancelScheduledValues(now);
   fade.gain.setValueAtTime(fade.gain.value, now);
-  fade.gain.linearRampToValueAtTime(0, now + CHANGE_S);
+  fade.gain.linearRampToValueAtTime(0, now + FADE_S);
   source.onended = null;
-  source.stop(now + CHANGE_S);
+  source.stop(now + FADE_S);
   playing = null;
 }
 
@@ -115,7 +115,7 @@ function stop() {
   mark();
 }
 
-/** Shows which button plays. */
+/** Mark the button that plays. */
 function mark() {
   for (const button of document.querySelectorAll("[data-player-url]")) {
     const url = button.getAttribute("data-player-url");
@@ -139,14 +139,14 @@ function follow() {
 
 /** @param {string} url @param {string} text */
 function tell(url, text) {
-  for (const told of document.querySelectorAll(`[data-player-told="${CSS.escape(url)}"]`)) told.textContent = text;
+  for (const label of document.querySelectorAll(`[data-player-status="${CSS.escape(url)}"]`)) label.textContent = text;
 }
 
-/** @param {string} url @param {Loaded} found @returns {string} */
-function levelOf(url, found) {
-  const unit = document.querySelector(`[data-player-told="${CSS.escape(url)}"]`)?.getAttribute("data-unit") || "unit";
-  const gain = found.own ? `${Number(found.gain.toPrecision(3))} of full scale per ${unit}` : "";
-  const bent = found.limited > 0 ? `limiter bent ${Number((100 * found.limited).toPrecision(2))} % of samples` : "";
+/** @param {string} url @param {Loaded} sound @returns {string} */
+function levelOf(url, sound) {
+  const unit = document.querySelector(`[data-player-status="${CSS.escape(url)}"]`)?.getAttribute("data-unit") || "unit";
+  const gain = sound.own ? `${Number(sound.gain.toPrecision(3))} of full scale per ${unit}` : "";
+  const bent = sound.limited > 0 ? `limited: ${Number((100 * sound.limited).toPrecision(2))} % of samples` : "";
   return [gain, bent].filter(Boolean).join("; ");
 }
 

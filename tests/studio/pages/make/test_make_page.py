@@ -98,7 +98,7 @@ def test_mix_make_hear_keep_compare_undo_and_reload(tab, workspace):
     # Heard, at a level that is told.
     card.locator(".player").click()
     tab.wait_for_function("() => window.tactogramPlayer.state().place > 0.02")
-    assert "of full scale per m/s²" in card.locator("[data-player-told]").inner_text()
+    assert "of full scale per m/s²" in card.locator("[data-player-status]").inner_text()
     tab.keyboard.press("Escape")
     assert tab.evaluate("window.tactogramPlayer.state().url") == ""
 

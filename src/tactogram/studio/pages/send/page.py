@@ -17,7 +17,7 @@ from tactogram.studio.pages.send.display import DisplayCards
 from tactogram.studio.pages.send.files import FileCards
 from tactogram.studio.pages.send.sending import SelectedSignal, SendService
 from tactogram.studio.pages.send.speaker import Speaker
-from tactogram.studio.signals.view import add_routes, signal_card, waiting
+from tactogram.studio.signals.view import add_routes, placeholder, signal_card
 from tactogram.studio.workspace.shelf_view import ask_removal, ask_title
 from tactogram.studio.workspace.uploads import read_uploaded_signal, safe_name
 
@@ -202,7 +202,7 @@ class SendPage:
         if self.chosen is None:
             with ui.element("section").classes("card w-full").props('aria-label="The signal"'):
                 if self._reading:
-                    waiting("Reading", small=True)
+                    placeholder("Reading …", small=True)
                 else:
                     ui.label("Choose a kept result, a file or a recording.").classes("quiet")
             return
