@@ -82,8 +82,8 @@ def _draw_import(context: MaterialsContext, sets: dict[str, Any]) -> None:
     with ui.element("section").classes("card").props('aria-label="Import a data set"'):
         heading("Import a data set")
         hint(
-            f"From a folder inside the workspace {workspace.display_path}. The command tactogram data import reads from any "
-            "folder."
+            f"From a folder inside the workspace {workspace.display_path}. The command tactogram data import reads "
+            "from any folder."
         ).style("overflow-wrap: anywhere")
         options = {key: f"{key}: {facts['title']}" for key, facts in sets.items()}
         kind = ui.select(options, label="Kind", value="folder").classes("w-full")
