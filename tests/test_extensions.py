@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 
 from tactogram.cli import main
+from tactogram.datasets import open_store
+from tactogram.datasets.importer import IMPORTERS
 from tactogram.plugins import PluginGroup
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.displays.families import FAMILIES
@@ -51,6 +53,7 @@ class Kind:
 KINDS = {
     "haptic format": Kind(FORMATS, "haptic format", ROOMS),
     "display family": Kind(FAMILIES, "display family", ROOMS),
+    "importer": Kind(IMPORTERS, "importer", ("datasets", "workflows/data")),
 }
 OTHER_MEANINGS = {
     ("haptic format", "rendering/families/ultrasonic.py", "vibration"): "a mapping of its signal",
@@ -159,6 +162,26 @@ def test_a_display_family_is_one_file(recipe, touch, tmp_path, capsys):
     (tmp_path / "pump.toml").write_text((tmp_path / "pump.toml").read_text().replace("biased", "pumped"))
     assert main(["displays", "pump.toml"]) == 1
     assert "family must be one of amplitude_stream, biased," in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("recipe", ["importer"], indirect=True)
+def test_an_importer_is_one_file(recipe, tmp_path, capsys):
+    modules, commands = recipe
+    assert len(modules) == 1
+    (tmp_path / "takes").mkdir()
+    for take in (1, 2, 10):
+        np.savetxt(tmp_path / "takes" / f"cork_{take}.txt", np.arange(5.0) + take)
+    assert [main(command) for command in commands] == [0, 0, 0]
+    assert "Bench recordings, MATERIAL_TAKE.txt" in capsys.readouterr().out
+    store = open_store(tmp_path / "store")
+    assert [info.source for info in store.index] == ["cork_1.txt", "cork_2.txt", "cork_10.txt"]
+    assert {info.material for info in store.index} == {"cork"}
+    signal = store.signal(store.index[2].id, "acceleration")
+    assert (signal.rate, signal.samples.tolist()) == (2000, [[10, 11, 12, 13, 14]])
+    modules[0].write_text(modules[0].read_text().replace("TITLE", "NAME"))
+    sys.modules.pop("bench")
+    assert main(["data", "list"]) == 1
+    assert "must define TITLE, LICENCE, DESCRIPTION, find, read, lacks TITLE" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("kind", KINDS)

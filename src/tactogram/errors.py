@@ -1,4 +1,4 @@
-"""Errors raised on purpose: what was expected, what came, what to do."""
+"""Errors raised on purpose: what was expected, what was found, what to do."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 import reprlib
 
 MOST_VALUE = 80
-"""Characters of a value that a message repeats."""
+"""Characters of a value that a message repeats at most."""
 MOST_MESSAGE = 1000
 _LONG_VALUE = re.compile(r"""(?<!\w)(?:'.{200,}?'|".{200,}?"|\[.{200,}?\]|\{.{200,}?\}|\d{200,})(?!\w)""")
 _REPR = reprlib.Repr()
@@ -18,17 +18,17 @@ class TactogramError(Exception):
     """Root of the errors raised on purpose; the command line prints one line for it and exits 1."""
 
     def __str__(self) -> str:
-        """Return the message in one line, without what is long in the values that it repeats."""
+        """Return the message as one printable line, with long values shortened."""
         message = re.sub(r"\s*[\n\r]\s*", " ", super().__str__())
-        return shortened(_LONG_VALUE.sub(lambda found: shortened(found[0]), message), MOST_MESSAGE)
+        return printable(shortened(_LONG_VALUE.sub(lambda value: shortened(value[0]), message), MOST_MESSAGE))
 
 
 class ParameterError(TactogramError, ValueError):
-    """An argument is outside what the function is defined for."""
+    """An argument is outside the range for which the function is defined."""
 
 
 class FailedTrainingError(ParameterError):
-    """The request needs networks whose training failed by the model's own rule."""
+    """The request needs networks that failed the model's own training criterion."""
 
 
 class UnitError(TactogramError, ValueError):
@@ -36,34 +36,39 @@ class UnitError(TactogramError, ValueError):
 
 
 class DataError(TactogramError):
-    """A file or a data set is broken or not what it claims to be; the message names file and place."""
+    """A file or data set is damaged or of another kind; the message names file and place."""
 
 
 class LeakError(TactogramError):
-    """The same recording would stand on both sides of a split."""
+    """The same recording would be in two parts of a split."""
 
 
 class RunError(TactogramError):
-    """A run folder is missing, broken, unfinished, or of another version."""
+    """A run folder is missing, damaged, unfinished, or of another version."""
 
 
 class StoppedError(TactogramError):
-    """A training ended before its end because it was asked to; what it had learned is kept in its checkpoint."""
+    """A training was stopped on request; its checkpoint holds its state."""
 
 
 class MissingExtraError(TactogramError, ImportError):
-    """An optional dependency is not installed; the message names the extra that brings it."""
+    """An optional dependency is not installed; the message names the extra that contains it."""
 
 
 class DeviceError(TactogramError):
-    """A device or its driver is not there, did not open, or stopped answering; the message names it."""
+    """A device or its driver is missing, did not open, or stopped responding; the message names it."""
 
 
 def shown(value: object) -> str:
-    """Return a value as a message repeats it, without reading through all that is in it."""
+    """Return a short representation of a value for a message, without formatting all of it."""
     return shortened(_REPR.repr(value))
 
 
 def shortened(text: str, most: int = MOST_VALUE) -> str:
-    """Return a text without its middle where it has more than ``most`` characters."""
+    """Return a text without its middle if it has more than ``most`` characters."""
     return text if len(text) <= most else f"{text[: most * 2 // 3]} … {text[-(most // 3 - 3) :]}"
+
+
+def printable(text: str) -> str:
+    r"""Return a text with bytes that are not UTF-8, as a file name may have, written as ``\udcff``."""
+    return text.encode("utf-8", "backslashreplace").decode()

@@ -1,8 +1,8 @@
-"""The one place where libraries of devices are imported, and where what their drivers say becomes one line.
+"""Optional device libraries: their import, and their errors as one line.
 
-None of them is needed to learn, generate or judge, so each stands in an extra. What fails is of three kinds, and a user
-does something else about each: the library is not installed (`MissingExtraError`: install the extra), the library is
-there but its driver is not, or the device did not open or stopped answering (both `DeviceError`).
+Training, generation and evaluation need none of them, so each is an extra. There are three kinds of failure, each with
+its own remedy: the library is not installed (`MissingExtraError`: install the extra); its driver is missing; or the
+device did not open or stopped responding (both `DeviceError`).
 """
 
 from __future__ import annotations
@@ -23,32 +23,29 @@ DRIVERS = {
     "dwfpy": "WaveForms, Digilent's driver",
     "pylsl": "liblsl, the library of Lab Streaming Layer",
 }
-"""What a library needs besides itself, by the library's name."""
+"""Driver that a library needs besides itself."""
 
-# Lab Streaming Layer writes its diary to stderr unless told otherwise; -2 is errors only.
+# By default Lab Streaming Layer logs to stderr; -2 is errors only.
 _LSL_SETTINGS = "[log]\nlevel = -2\n"
 
 
 def imported(name: str, *, extra: str, what: str) -> ModuleType:
-    """Return the module ``name`` of a package of the extra ``extra``.
-
-    What it prints while it is imported (some drivers' libraries say there that the driver is missing) is not shown.
+    """Import a module such as ``"pythonosc.udp_client"`` that needs an extra, without showing what it prints.
 
     Parameters
     ----------
     name : str
-        For example ``"serial"``, ``"pythonosc.udp_client"``.
     extra : str
-        The extra of this package that brings it.
+        Extra of this package that contains it.
     what : str
-        What it is needed for, as the end of "is needed for …": ``"boards on a serial port"``.
+        Purpose, to complete "is needed for …": ``"boards on a serial port"``.
 
     Raises
     ------
     MissingExtraError
-        If it is not installed; one line with the extra's name.
+        If it is not installed; names the extra.
     DeviceError
-        If it is installed and does not import because a driver is missing; one line with the driver's name.
+        If a driver is missing; names the driver.
     """
     package = name.partition(".")[0]
     try:
@@ -64,7 +61,7 @@ def imported(name: str, *, extra: str, what: str) -> ModuleType:
     except (ImportError, OSError, RuntimeError, AssertionError, AttributeError) as error:
         if package in DRIVERS:
             raise DeviceError(
-                f"{package} is installed, but what it needs was not found: {DRIVERS[package]}; "
+                f"{package} is installed, but its driver was not found: {DRIVERS[package]}; "
                 f"install that for {what} ({one_line(error)})"
             ) from error
         raise _broken(name, error, extra) from error
@@ -72,19 +69,14 @@ def imported(name: str, *, extra: str, what: str) -> ModuleType:
 
 @contextmanager
 def device_errors(device: str, *, library: str = "") -> Iterator[None]:
-    """Turn what a driver raises within into a `DeviceError` of one line.
+    """Turn every foreign exception in the block into a `DeviceError` of one line.
 
     Parameters
     ----------
     device : str
-        What is being opened or used, as the user named it: ``"ni:Dev1/ai0:2"``.
+        Device as the user named it: ``"ni:Dev1/ai0:2"``.
     library : str
-        The library in use; where its driver is missing, the line says which one that is.
-
-    Raises
-    ------
-    DeviceError
-        For every exception that is not one of this package's own.
+        Library in use; the error names its driver if that is missing.
     """
     try:
         yield
@@ -95,41 +87,34 @@ def device_errors(device: str, *, library: str = "") -> Iterator[None]:
         needs = f"; it needs {DRIVERS[library]}" if driver and library in DRIVERS else ""
         why = one_line(error).rstrip(".")
         if isinstance(error, OSError) and error.errno in (errno.ENOENT, errno.EACCES) and not driver:
-            # The system's words once; pyserial has them, the number and the name of the port twice.
+            # The system's message once; pyserial repeats it, with the number and name of the port.
             why = os.strerror(error.errno)
         raise DeviceError(f"{device.rstrip(':')}: {why}{needs}") from error
 
 
 @contextmanager
 def silenced() -> Iterator[None]:
-    """Keep what compiled libraries write to the process's stderr from the user while the block runs.
+    """Discard what compiled libraries write to the process's stderr during the block.
 
-    PortAudio, ALSA and liblsl tell their story there, line after line, whether or not anything is wrong; what is wrong
-    they also return as an error. Where stderr has no file behind it, nothing is changed.
+    PortAudio, ALSA and liblsl log there whether or not anything is wrong; actual problems are also returned as errors.
     """
     try:
-        kept = os.dup(2)
-    except OSError:
+        stderr = os.dup(2)
+    except OSError:  # stderr has no file
         yield
         return
     try:
-        with open(os.devnull, "wb") as nowhere:
-            os.dup2(nowhere.fileno(), 2)
+        with open(os.devnull, "wb") as null:
+            os.dup2(null.fileno(), 2)
         yield
     finally:
         with suppress(OSError):
-            os.dup2(kept, 2)
-        os.close(kept)
+            os.dup2(stderr, 2)
+        os.close(stderr)
 
 
 def lsl(what: str = "Lab Streaming Layer") -> ModuleType:
-    """Return ``pylsl``, told to keep its diary to itself unless the user's own settings say otherwise.
-
-    Raises
-    ------
-    MissingExtraError, DeviceError
-        As `imported`.
-    """
+    """Import ``pylsl`` with its log reduced to errors unless the user has settings for it; errors as `imported`."""
     module = imported("pylsl", extra="lsl", what=what)
     if "LSLAPICFG" not in os.environ and hasattr(module, "set_config_content"):
         module.set_config_content(_LSL_SETTINGS)
@@ -137,15 +122,15 @@ def lsl(what: str = "Lab Streaming Layer") -> ModuleType:
 
 
 def one_line(error: BaseException) -> str:
-    """Return what ``error`` says in one line of at most 200 characters, or its kind where it says nothing."""
+    """Return an error's message in one line of at most 200 characters, or its type if it has none."""
     # Some libraries raise a text and a number: as a pair they would be printed like one.
-    said = ", ".join(map(str, error.args)) if str(error).startswith("(") else str(error)
-    text = " ".join(said.split()) or type(error).__name__
+    message = ", ".join(map(str, error.args)) if str(error).startswith("(") else str(error)
+    text = " ".join(message.split()) or type(error).__name__
     return text if len(text) <= 200 else f"{text[:197]}..."
 
 
 def _missing_driver(error: BaseException) -> bool:
-    """Tell whether a driver's library is what is missing: each says it in its own way."""
+    """Return whether a driver's library is missing, which each library reports in its own way."""
     name = type(error).__name__
     return (
         "DaqNotFound" in name

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import import_module
@@ -20,14 +20,14 @@ from tactogram.errors import ParameterError
 
 @dataclass(frozen=True)
 class PluginGroup:
-    """Modules of one kind: a package's own, those of installed packages, and files in further folders.
+    """Modules of one kind: built-in ones, those of installed packages, and files in further folders.
 
     Parameters
     ----------
     kind : str
-        What a module holds, for errors: ``haptic format``.
+        Kind of module, for errors: ``haptic format``.
     package : str
-        Every module and package directly in it is one of the kind, and is called like its file.
+        Package whose direct modules and subpackages are the built-in ones, named after their files.
     entry_points : str
         Group under which an installed package names its modules: ``name = "my_package.my_module"``.
     variable : str
@@ -40,28 +40,16 @@ class PluginGroup:
     variable: str
 
     def names(self) -> tuple[str, ...]:
-        """Return the names of all modules, sorted; none of them is imported.
-
-        Raises
-        ------
-        ParameterError
-            If two modules have one name, or a folder holds none.
-        """
+        """Return the names of all modules, sorted, without importing them; `ParameterError` if two have one name."""
         return tuple(sorted(self._places()))
 
     def __contains__(self, name: object) -> bool:
-        """Return whether there is a module of that name; none is imported."""
-        return name in self._own() or name in self._places()
+        """Return whether there is a module of that name, without importing it."""
+        return name in self._built_in() or name in self._places()
 
     def module(self, name: str) -> ModuleType:
-        """Import a module by its name.
-
-        Raises
-        ------
-        ParameterError
-            If there is none of that name, or it cannot be imported.
-        """
-        if name in self._own():
+        """Import a module by its name; `ParameterError` if there is none, or it cannot be imported."""
+        if name in self._built_in():
             return import_module(f"{self.package}.{name}")
         places = self._places()
         if name not in places:
@@ -71,22 +59,21 @@ class PluginGroup:
             )
         return import_plugin(places[name])
 
-    def _own(self) -> set[str]:
-        return {found.name for found in iter_modules(import_module(self.package).__path__)}
+    def _built_in(self) -> set[str]:
+        return {module.name for module in iter_modules(import_module(self.package).__path__)}
 
     def _places(self) -> dict[str, str | Path]:
-        """Return what to import, by name: a module's dotted name, or a file."""
-        places: dict[str, str | Path] = {name: f"{self.package}.{name}" for name in self._own()}
-        for name, place in self._further():
+        """Return by name what to import: a module's dotted name, or a file."""
+        places: dict[str, str | Path] = {name: f"{self.package}.{name}" for name in self._built_in()}
+        files: list[tuple[str, str | Path]] = [
+            (file.stem, file)
+            for folder in further_folders(self.variable)
+            for file in module_files(folder, self.kind)
+        ]
+        for name, place in (*_entry_points(self.entry_points, tuple(sys.path)), *files):
             if places.setdefault(name, place) != place:
                 raise ParameterError(f"two {self.kind}s are called {name!r}: {places[name]}, {place}")
         return places
-
-    def _further(self) -> Iterator[tuple[str, str | Path]]:
-        yield from _entry_points(self.entry_points, tuple(sys.path))
-        for folder in further_folders(self.variable):
-            for file in module_files(folder, self.kind):
-                yield file.stem, file
 
 
 def entry_point_modules(group: str) -> list[str]:
@@ -94,37 +81,25 @@ def entry_point_modules(group: str) -> list[str]:
     return sorted(module for _, module in _entry_points(group, tuple(sys.path)))
 
 
-def further_folders(variable: str, given: Iterable[Path | str] = ()) -> tuple[Path, ...]:
-    """Return the folders that an environment variable names, separated as in PATH, and then those ``given``."""
+def further_folders(variable: str, more: Iterable[Path | str] = ()) -> tuple[Path, ...]:
+    """Return the folders in an environment variable, separated as in PATH, and then ``more``."""
     named = [text for text in os.environ.get(variable, "").split(os.pathsep) if text]
-    return (*map(Path, named), *map(Path, given))
+    return (*map(Path, named), *map(Path, more))
 
 
-def module_files(given: Path, kind: str) -> list[Path]:
-    """Return a file or package itself, and of another folder the files and packages that lie there.
-
-    Raises
-    ------
-    ParameterError
-        If there are none.
-    """
-    if given.is_file() or (given / "__init__.py").is_file():
-        return [given]
-    packages = [file.parent for file in given.glob("*/__init__.py")]
-    files = [path for path in sorted((*given.glob("*.py"), *packages)) if not path.name.startswith("_")]
+def module_files(path: Path, kind: str) -> list[Path]:
+    """Return a file or package itself, and of another folder its files and packages; `ParameterError` if none."""
+    if path.is_file() or (path / "__init__.py").is_file():
+        return [path]
+    packages = [file.parent for file in path.glob("*/__init__.py")]
+    files = [file for file in sorted((*path.glob("*.py"), *packages)) if not file.name.startswith("_")]
     if not files:
-        raise ParameterError(f"{given}: must be the file of a {kind} or a folder of such, found none")
+        raise ParameterError(f"{path}: must be the file of a {kind} or a folder of such files, found none")
     return files
 
 
 def import_plugin(place: str | Path) -> ModuleType:
-    """Import a module by its dotted name, or a file or package by its path.
-
-    Raises
-    ------
-    ParameterError
-        If it cannot be imported, whatever is wrong with it.
-    """
+    """Import a dotted name, or a file or package by its path; `ParameterError` if that fails for whatever reason."""
     try:
         return import_path(place.absolute()) if isinstance(place, Path) else import_module(place)
     except ParameterError:
@@ -134,26 +109,18 @@ def import_plugin(place: str | Path) -> ModuleType:
 
 
 def import_path(path: Path) -> ModuleType:
-    """Import a Python file, or a folder with an ``__init__.py``, under its own name, without touching ``sys.path``.
+    """Import a Python file, or a folder with an ``__init__.py``, by its name without changing ``sys.path``.
 
-    Parameters
-    ----------
-    path : Path
-        Outside every package.
-
-    Raises
-    ------
-    ParameterError
-        If another module has its name.
+    It must lie outside of every package; another module of its name is a `ParameterError`.
     """
     name, file = path.stem, path / "__init__.py" if path.is_dir() else path
-    known = sys.modules.get(name)
-    if known is not None and _is_from(known, file):
-        return known
-    if known is not None or PathFinder.find_spec(name) is not None or name in sys.stdlib_module_names:
+    loaded = sys.modules.get(name)
+    if loaded is not None and loaded.__file__ and Path(loaded.__file__).resolve() == file.resolve():
+        return loaded
+    if loaded is not None or PathFinder.find_spec(name) is not None or name in sys.stdlib_module_names:
         raise ParameterError(f"{path}: rename it, {name!r} is the name of another module")
-    inside = [str(path)] if path.is_dir() else None
-    spec = spec_from_file_location(name, file, submodule_search_locations=inside)
+    submodules = [str(path)] if path.is_dir() else None
+    spec = spec_from_file_location(name, file, submodule_search_locations=submodules)
     if spec is None or spec.loader is None:
         raise ParameterError(f"{path}: must be a Python file or a folder with an __init__.py")
     module = module_from_spec(spec)
@@ -168,9 +135,5 @@ def import_path(path: Path) -> ModuleType:
 
 @lru_cache(maxsize=32)
 def _entry_points(group: str, path: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
-    """Return names and modules of a group; ``path`` is ``sys.path``, which decides what is installed."""
+    """Return names and modules of a group; ``path``, which is ``sys.path``, is a key of the cache."""
     return tuple((point.name, point.value) for point in entry_points(group=group))
-
-
-def _is_from(module: ModuleType, file: Path) -> bool:
-    return module.__file__ is not None and Path(module.__file__).resolve() == file.resolve()

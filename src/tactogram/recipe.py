@@ -1,4 +1,4 @@
-"""An experiment as a value: the model, how its data is prepared, its configuration, its seed."""
+"""Recipe: model, preparation of the data, configuration and seed of a training."""
 
 from __future__ import annotations
 
@@ -18,26 +18,25 @@ from tactogram.validation import validated, with_changes
 
 
 class Preparation(BaseModel):
-    """Preparation of a recording for a model: the same in training, evaluation and use.
+    """Preparation of a recording for a model, the same in training, evaluation and use.
 
-    In this order: take ``stream``; cut to ``length``; take ``axes``; band-pass ``band``; resample to ``rate``.
+    In this order: select ``stream``; cut to ``length``; select ``axes``; band-pass ``band``; resample to ``rate``.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     stream: str | None = None
-    """Name of the stream; None takes ``acceleration`` where there is one, else the first of the data set."""
+    """Name of the stream; None is ``acceleration`` if there is one, else the first of the data set."""
     length: float | None = Field(default=None, gt=0, allow_inf_nan=False)
-    """How much of a recording's beginning is kept, s, or mm over displacement: for takes that end at rest. None, and
-    one that is shorter, is kept whole."""
+    """Length from the beginning that is used, s, or mm over displacement: for takes that end at rest. None is all."""
     axes: Annotated[tuple[str, ...], Field(min_length=1)] | Literal["all", "dft321", "mean"] = "all"
-    """Axes to keep by name, all of them, three combined to one by DFT321, or the mean of however many there are: for
-    recordings of one and two channels, as a player with one channel plays them."""
+    """Axes by name, all of them, three combined to one by DFT321, or the mean of all: for recordings of one and two
+    channels, as a player with one channel plays them."""
     band: tuple[float, float] | None = None
     """Pass band in Hz (zero-phase); None leaves the signal as it is."""
     rate: Annotated[float, Field(gt=0, le=1e6)] | Literal["own", "band"] = "own"
-    """Sampling rate in Hz; ``own`` keeps the recording's; ``band`` is 2.5 times the upper edge of ``band``
-    where that is lower than the recording's own, which loses nothing that the band-pass left."""
+    """Sampling rate in Hz; ``own`` is the recording's; ``band`` is 2.5 times the upper edge of ``band`` if that is
+    lower, which loses nothing that the band-pass left."""
 
     @field_validator("band")
     @classmethod
@@ -47,13 +46,7 @@ class Preparation(BaseModel):
         return band
 
     def stream_of(self, names: Sequence[str]) -> str:
-        """Return which of ``names`` is prepared.
-
-        Raises
-        ------
-        ParameterError
-            If the one that the recipe names is not among them.
-        """
+        """Return the stream of ``names`` to prepare; `ParameterError` if the recipe's is not among them."""
         if self.stream is None:
             return "acceleration" if "acceleration" in names else names[0]
         if self.stream not in names:
@@ -76,7 +69,7 @@ class Preparation(BaseModel):
         return signal if rate == signal.rate else resample(signal, rate)
 
     def rate_of(self, own: float) -> float:
-        """Return the rate in Hz that a recording of rate ``own`` is brought to."""
+        """Return the rate in Hz to which a recording of rate ``own`` is resampled."""
         if isinstance(self.rate, float):
             return self.rate
         if self.rate == "own" or self.band is None:
@@ -85,12 +78,12 @@ class Preparation(BaseModel):
 
 
 class TrainingSettings(BaseModel):
-    """Settings of the training loop; only ``precision`` changes what is learned."""
+    """Settings of the training loop; only ``precision`` affects what is learned."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     precision: Literal["32-true", "bf16-mixed", "16-mixed"] = "32-true"
-    """Lightning Fabric's name for the arithmetic."""
+    """Lightning Fabric's name of the number format."""
     checkpoint_every: int = Field(default=200, gt=0)
     """Steps between checkpoints."""
     log_every: int = Field(default=10, gt=0)
@@ -98,24 +91,21 @@ class TrainingSettings(BaseModel):
 
 
 class Recipe(BaseModel):
-    """Recipe of a training. A file holds only what differs from the defaults; unknown keys are errors."""
+    """Recipe of a training. A file holds only values that differ from the defaults; unknown keys are errors."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     model: str
-    """Its name, as `tactogram models` lists it."""
     seed: int = Field(default=0, ge=0)
-    """Of everything that is drawn: the split, first weights, batches."""
+    """Seed of everything random: the split, initial weights, batches."""
     prepare: Preparation = Preparation()
-    """What is done to every recording, in training and in use."""
     training: TrainingSettings = TrainingSettings()
-    """Precision, and how often something is logged and kept."""
     config: dict[str, Any] = Field(default_factory=dict)
-    """What differs from the model's own `Config`."""
+    """Values that differ from the model's own `Config`."""
 
     @classmethod
     def load(cls, path: Path, *, changes: Mapping[str, Any] | None = None) -> Self:
-        """Read a TOML file, then apply ``changes``: values by dotted key, e.g. ``{"prepare.rate": 2000}``.
+        """Read a TOML file and apply ``changes``, values by dotted key, e.g. ``{"prepare.rate": 2000}``.
 
         Raises
         ------
@@ -132,23 +122,23 @@ class Recipe(BaseModel):
         return validated(cls, values, where=where)
 
     def resolved(self, config: BaseModel) -> dict[str, Any]:
-        """Return every value that decides the result, defaults included, as JSON types."""
+        """Return every value that affects the result, defaults included, as JSON types."""
         return self.model_dump(mode="json") | {"config": config.model_dump(mode="json")}
 
 
-def parse_changes(assignments: Sequence[str], *, option: str = "--set") -> dict[str, Any]:
-    """Return ``["prepare.rate=2000", …]`` as values by dotted key; a value is read as TOML, else as text.
+def parse_changes(assignments: Sequence[str], *, option: str = "a change") -> dict[str, Any]:
+    """Return assignments such as ``"prepare.rate=2000"`` by dotted key; a value is read as TOML, else as text.
 
     Raises
     ------
     ParameterError
-        If one is no assignment.
+        If one is no assignment; it names the ``option``.
     """
     changes = {}
     for text in assignments:
         key, sign, value = text.partition("=")
         if not (sign and key.strip()):
-            raise ParameterError(f"{option} needs KEY=VALUE, got {text!r}")
+            raise ParameterError(f"{option} must be KEY=VALUE, got {text!r}")
         try:
             changes[key.strip()] = parse_toml(f"x = {value}", key)["x"]
         except DataError:
@@ -157,6 +147,6 @@ def parse_changes(assignments: Sequence[str], *, option: str = "--set") -> dict[
 
 
 def run_id(resolved: Mapping[str, Any], data_sha256: str) -> str:
-    """Return 10 hex digits that name a run after everything that decides its result."""
+    """Return 10 hex digits that identify a run by everything that affects its result."""
     facts = json.dumps({"recipe": resolved, "data": data_sha256}, sort_keys=True)
     return hashlib.sha256(facts.encode()).hexdigest()[:10]

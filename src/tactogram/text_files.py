@@ -14,12 +14,11 @@ from typing import Any
 from tactogram.errors import DataError
 
 MOST_BYTES = 2**28
-"""Of a table or a document."""
 MOST_TOML_BYTES = 2**20
 MOST_KEY_PARTS = 32
-"""Of a dotted key in TOML: reading one takes time with the square of its parts."""
+"""Parts of a dotted key in TOML, whose parsing time grows with their square."""
 MOST_DEPTH = 32
-"""Of tables and lists in TOML within one another."""
+"""Levels of nested tables and lists in TOML."""
 _LONG_KEY = re.compile(
     rf"""(?<![\w.-])(?:(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){{{MOST_KEY_PARTS}}}"""
 )
@@ -38,13 +37,7 @@ def displayable(text: str) -> str:
 def decode_text(
     raw: bytes, where: Path | str, *, encoding: str = "utf-8-sig", hint: str = "", cut_short: bool = False
 ) -> str:
-    """Return the text in ``raw``, which may end within a character if it was ``cut_short``.
-
-    Raises
-    ------
-    DataError
-        If it is not text in this encoding.
-    """
+    """Return ``raw`` as text, `DataError` if it is not in this encoding; the last character may be ``cut_short``."""
     if encoding.startswith("utf-8") and (zero := raw.find(b"\0")) >= 0:
         raise DataError(f"{where}: not a text file: zero byte at byte {zero}; save it as UTF-8")
     try:
@@ -65,7 +58,7 @@ def read_text(
     Raises
     ------
     DataError
-        If it is not readable, larger than ``most_bytes``, or not text in this encoding; ends with ``hint``.
+        If it is unreadable, larger than ``most_bytes``, or not text in this encoding; the message ends with ``hint``.
     """
     try:
         with path.open("rb") as file:
@@ -88,8 +81,8 @@ def parse_toml(text: str, where: Path | str) -> dict[str, Any]:
     Raises
     ------
     DataError
-        If it is not TOML, has a key of more than `MOST_KEY_PARTS` parts, is nested deeper than `MOST_DEPTH`, or holds
-        an integer of more than 64 bits, which the format excludes.
+        If it is not TOML, exceeds `MOST_KEY_PARTS` or `MOST_DEPTH`, or holds an integer of more than 64 bits, which the
+        format excludes.
     """
     if _LONG_KEY.search(text):
         raise DataError(f"{where}: a key must have at most {MOST_KEY_PARTS} parts")
@@ -102,20 +95,12 @@ def parse_toml(text: str, where: Path | str) -> dict[str, Any]:
 
 
 def read_json(path: Path) -> Any:
-    """Return what a JSON file holds; errors as `read_text` and `parse_json`."""
+    """Return the content of a JSON file; errors as `read_text` and `parse_json`."""
     return parse_json(read_text(path), path)
 
 
 def parse_json(text: str, where: Path | str, *, finite: bool = False) -> Any:
-    """Return what a JSON text holds.
-
-    Parameters
-    ----------
-    text : str
-    where : Path or str
-        What an error names.
-    finite : bool
-        Refuse NaN, infinity and integers of more than 64 bits.
+    """Return the content of a JSON text; ``finite`` refuses NaN, infinity and integers of more than 64 bits.
 
     Raises
     ------
@@ -123,7 +108,7 @@ def parse_json(text: str, where: Path | str, *, finite: bool = False) -> Any:
         If it is not JSON, or nested too deep.
     """
     hooks: dict[str, Any] = {"parse_constant": _refused} if finite else {}
-    if finite and _LONG_INTEGER.search(text):  # looked for first: a hook for every integer takes time
+    if finite and _LONG_INTEGER.search(text):  # only then: a hook for every integer is slow
         hooks["parse_int"] = _int64
     try:
         return json.loads(text, **hooks)
@@ -132,12 +117,12 @@ def parse_json(text: str, where: Path | str, *, finite: bool = False) -> Any:
 
 
 def csv_rows(text: str, where: Path | str, *, delimiter: str = ",") -> list[tuple[int, list[str]]]:
-    """Return the rows of a table that hold a cell, each with its number as a spreadsheet shows it.
+    """Return the rows that hold a cell, each with its number as in a spreadsheet.
 
     Raises
     ------
     DataError
-        If a quote is left open, or a cell is longer than the csv module takes.
+        If a quote is left open, or a cell exceeds the csv module's limit.
     """
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
     try:
@@ -148,20 +133,12 @@ def csv_rows(text: str, where: Path | str, *, delimiter: str = ",") -> list[tupl
 
 
 def read_table(path: Path, *, needed: Sequence[str] = ()) -> list[tuple[int, dict[str, str]]]:
-    """Return the rows of a CSV file by its headings, each with its number as a spreadsheet shows it.
-
-    Cells that a row ends before are empty.
-
-    Parameters
-    ----------
-    path : Path
-    needed : sequence of str
-        Columns that must be there.
+    """Return the rows of a CSV file by heading, each with its number as in a spreadsheet; missing last cells are empty.
 
     Raises
     ------
     DataError
-        As `read_text` and `csv_rows`; if a column is missing, or a row has more cells than there are columns.
+        As `read_text` and `csv_rows`; if one of the columns ``needed`` is missing, or a row has too many cells.
     """
     (_, headings), *rows = csv_rows(read_text(path), path) or [(1, [])]
     if missing := [name for name in needed if name not in headings]:
@@ -184,22 +161,18 @@ def _check_values(value: Any, depth: int) -> None:
         for inner in value.values() if isinstance(value, dict) else value:
             _check_values(inner, depth - 1)
     elif isinstance(value, int):
-        _check_int64(value)
+        _int64(value)
 
 
-def _int64(digits: str) -> int:
-    value = int(digits)
-    _check_int64(value)
+def _int64(number: int | str) -> int:
+    value = int(number)
+    if value.bit_length() > 63:
+        raise ValueError(f"an integer must have at most 64 bits, got {value.bit_length() + 1}")
     return value
 
 
-def _check_int64(value: int) -> None:
-    if value.bit_length() > 63:
-        raise ValueError(f"an integer must have at most 64 bits, got {value.bit_length() + 1}")
-
-
 def _refused(name: str) -> Any:
-    raise ValueError(f"{name} is no JSON number")
+    raise ValueError(f"{name} is not a JSON number")
 
 
 def _reason(error: Exception) -> str:

@@ -1,4 +1,4 @@
-"""Values from a file or a command line, checked against a typed description, or refused in one line."""
+"""Validation of values from a file or a command line against a typed description, with errors of one line."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ M = TypeVar("M", bound=BaseModel)
 
 
 def validated(kind: type[M], values: Mapping[str, Any], *, where: str) -> M:
-    """Return ``values`` as a ``kind``, or refuse them in one line that names the key."""
+    """Return ``values`` as a ``kind``; the `ParameterError` names the key."""
     try:
         return kind.model_validate(dict(values))
     except ValidationError as error:
@@ -21,23 +21,17 @@ def validated(kind: type[M], values: Mapping[str, Any], *, where: str) -> M:
         key = shortened(".".join(str(part) for part in first["loc"]))
         if first["type"] == "extra_forbidden":
             known = ", ".join(sorted(_keys_at(kind, first["loc"][:-1])))
-            said = f"; known here: {known}" if known else ""
-            raise ParameterError(f"{where}: unknown key {key!r}{said}") from None
+            hint = f"; known here: {known}" if known else ""
+            raise ParameterError(f"{where}: unknown key {key!r}{hint}") from None
         message = first["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
         if isinstance(first["input"], Mapping | BaseModel):
-            # Of a whole table the message says what is wrong; its values would fill a page.
+            # A whole table is not repeated in the message: it would fill a page.
             raise ParameterError(": ".join(part for part in (where, key, message) if part)) from None
         raise ParameterError(f"{where}: {key}: {message}, got {shown(first['input'])}") from None
 
 
 def with_changes(values: Mapping[str, Any], changes: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Return the tables of a file with other values by dotted key, such as ``{"prepare.rate": 2000}``.
-
-    Raises
-    ------
-    ParameterError
-        If a key leads through what is a value, not a table.
-    """
+    """Return the tables of a file with some values replaced by dotted key, such as ``{"prepare.rate": 2000}``."""
     changed = dict(values)
     for key, value in (changes or {}).items():
         *tables, last = key.split(".")
@@ -52,10 +46,10 @@ def with_changes(values: Mapping[str, Any], changes: Mapping[str, Any] | None) -
 
 
 def _keys_at(kind: type[BaseModel], place: tuple[int | str, ...]) -> list[str]:
-    """Return the keys of the table at a place; none where it may be one of several kinds."""
+    """Return the keys of the table at a place; none if it may be of several kinds."""
     fields = kind.model_fields
     for part in place:
-        # What is no field is a key of a mapping or a place in a list, whose model was taken already.
+        # Other parts are keys of a mapping or indices of a list, whose model was entered already.
         if str(part) in fields:
             inner = _models_in(fields[str(part)].annotation)
             if len(inner) != 1:

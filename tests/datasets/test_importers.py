@@ -78,7 +78,7 @@ class TestLmt108:
                 {"index.csv": "file,material,recording\nx.wav,cork,1\n"},
                 r"x.wav: missing, though x.wav needs it",
             ),
-            ({"readme.txt": "x"}, "no index.csv and no file named like"),
+            ({"readme.txt": "x"}, "must hold index.csv or files named like"),
             ({f"G1A_Movement_{a}_test1.txt": "1\n" for a in "XY"}, r"Movement_Z_test1.txt: missing"),
             (
                 {f"G1A_Movement_{a}_test1.txt": "1\n" * n for a, n in (("X", 2), ("Y", 2), ("Z", 3))},
@@ -416,7 +416,7 @@ class TestFolder:
 
     def test_a_folder_of_items_must_be_there(self, tmp_path):
         self.write(tmp_path / "f", "cork/1.wav")
-        with pytest.raises(DataError, match="f/signal: must be a folder of files that were rated"):
+        with pytest.raises(DataError, match="f/signal: must be a folder of rated files"):
             imported("folder", tmp_path / "f", tmp_path, options={"items": "signal"})
 
     def write(self, source, name, seed=0, **options):
@@ -470,7 +470,7 @@ class TestFolder:
             ("file,force_n\ncork/a.wav,fast\n", "row 2: force_n must be a number, got 'fast'"),
             ("file,force_n\ncork/a.wav,-3\n", "row 2: force_n must be at least 0, got -3"),
             ("file,force_n\ncork/b.wav,1\n", r"row 2: there is no signal file cork/b.wav"),
-            ("file,force_n\ncork/a.wav,1\ncork/a.wav,1\n", r"row 3: cork/a.wav stands in row 2 too"),
+            ("file,force_n\ncork/a.wav,1\ncork/a.wav,1\n", r"row 3: cork/a.wav is also in row 2"),
             ("file\ncork/a.wav,1\n", "row 2 has more values than there are columns"),
             ("file,force_n\n,1\n", "row 2 names no file"),
             ("file,image\ncork/a.wav,photo.png\n", r"photo.png: not readable"),
@@ -513,7 +513,7 @@ class TestFolder:
 
     def test_a_file_without_a_material_is_refused(self, tmp_path):
         self.write(tmp_path / "f", "a.wav")
-        with pytest.raises(DataError, match=r"a.wav: must stand in a folder named after its material"):
+        with pytest.raises(DataError, match=r"a.wav: must be in a folder named after its material"):
             imported("folder", tmp_path / "f", tmp_path)
 
     def test_a_text_file_called_wav_is_named(self, tmp_path):

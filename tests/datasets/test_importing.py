@@ -4,15 +4,18 @@ import os
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import psutil
 import pytest
 from PIL import Image as Pillow
 
+from tactogram.cli import main
 from tactogram.datasets import add_recordings, open_store
+from tactogram.datasets.importer import importers
 from tactogram.datasets.importers import biotac_slide
-from tactogram.datasets.importing import import_dataset, importers
+from tactogram.datasets.importing import import_dataset
 from tactogram.datasets.store.pending import clear_stale_parts
 from tactogram.datasets.store.store import problems
 from tactogram.errors import DataError, ParameterError
@@ -58,8 +61,7 @@ def left_in(folder, source):
 def test_every_importer_says_what_it_is():
     found = importers()
     assert set(found) >= {"folder", "lmt108", "cluster", "biotac_slide", "vibviz", "hatt", "haptex", "cdplab"}
-    for name, importer in found.items():
-        assert name == importer.NAME
+    for importer in found.values():
         assert importer.TITLE
         assert importer.LICENCE
         assert importer.DESCRIPTION
@@ -161,7 +163,7 @@ def test_a_broken_file_stops_the_import_and_is_named(source, tmp_path, kind):
     assert says in str(caught.value)
     assert "mat03.npz" in str(caught.value)
     assert "\n" not in str(caught.value)
-    assert "--skip-bad" in str(caught.value)
+    assert "skip_bad leaves it out" in str(caught.value)
     assert left_in(tmp_path, source) == []
 
 
@@ -218,7 +220,7 @@ def test_unknown_sets_and_places_are_refused(source, tmp_path):
         import_dataset("lmt", source, tmp_path / "s")
     with pytest.raises(DataError, match="must be a folder"):
         import_dataset("biotac_slide", tmp_path / "nowhere", tmp_path / "s")
-    with pytest.raises(DataError, match=r"neither matNN.npz nor"):
+    with pytest.raises(DataError, match=r"must hold matNN.npz or"):
         import_dataset("biotac_slide", source / "images", tmp_path / "s")
     with pytest.raises(ParameterError, match="workers must be >= 1"):
         import_dataset("biotac_slide", source, tmp_path / "s", workers=0)
@@ -258,7 +260,8 @@ import pyarrow.parquet as pq
 from tactogram.datasets import add_recordings, open_store
 from tactogram.datasets.importers import biotac_slide
 from tactogram.datasets.store import shard_writing
-from tactogram.datasets.importing import import_dataset, importers
+from tactogram.datasets.importer import importers
+from tactogram.datasets.importing import import_dataset
 
 kind, source, folder = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3])
 shard_writing.GROUP_ROWS, shard_writing.SHARD_ROWS = 2, 6
@@ -334,3 +337,38 @@ def test_parts_of_running_imports_are_named_and_left(tmp_path):
     own.mkdir()
     assert clear_stale_parts(tmp_path / "s") == [own]
     assert own.exists()
+
+
+def test_file_names_that_are_not_utf_8_are_one_line(tmp_path, capfd):
+    source = tmp_path / "takes" / "cork"
+    source.mkdir(parents=True)
+    (source / "good.csv").write_text("1\n2\n3\n")
+    (source / os.fsdecode(b"b\xe4d.csv")).write_text("4\n5\n6\n")
+    options = {"rate": 100.0}
+    message = (
+        r"^cork/b\\udce4d.csv: file names must be UTF-8; rename the file or folder; skip_bad leaves it out$"
+    )
+    with pytest.raises(DataError, match=message):
+        import_dataset("folder", source.parent, tmp_path / "s", options=options)
+    command = [
+        "data",
+        "import",
+        "folder",
+        str(source.parent),
+        "--out",
+        str(tmp_path / "s"),
+        "--set",
+        "rate=100",
+    ]
+    assert main([*command, "--skip-bad"]) == 0
+    assert capfd.readouterr().out.encode()
+    store = open_store(tmp_path / "s")
+    assert [info.source for info in store.index] == ["cork/good.csv"]
+    assert [entry["source"] for entry in store.facts.skipped] == [r"cork/b\udce4d.csv"]
+    Pillow.new("RGB", (40, 40)).save(source / os.fsdecode(b"p\xe4.png"), "PNG")
+    Pillow.new("RGB", (50, 40)).save(source / "q.png")
+    report = import_dataset("folder", source.parent, tmp_path / "t", options=options, skip_bad=True)
+    assert [entry["source"] for entry in report["skipped"]] == [r"cork/b\udce4d.csv", r"cork/p\udce4.png"]
+    os.rename(source.parent, os.fsencode(tmp_path) + b"/t\xe4kes")
+    folder = Path(os.fsdecode(os.fsencode(tmp_path) + b"/t\xe4kes"))
+    assert import_dataset("folder", folder, tmp_path / "u", options=options, skip_bad=True)["recordings"] == 1

@@ -43,13 +43,13 @@ def test_adjectives_are_ratings_by_a_group(tmp_path):
         ({"features": np.full((3, 2, 4), np.nan)}, "features must be finite, got 24"),
         ({"features": np.zeros((2, 2, 4))}, "of 3 trials, got"),
         ({"object_ids": np.array([7, 8, 7])}, "among those of object_adjectives.csv, got 8"),
-        ({"adjectives": np.array(["hard", "softly"])}, "must be of the adjectives of"),
+        ({"adjectives": np.array(["hard", "softly"])}, "must have the adjectives of"),
         ({"labels": np.ones((3, 2))}, "labels must be those of object_adjectives.csv"),
         (
             {"csv": "object_id,object,trials,soft,hard\n7,sponge,2,2,0\n"},
             "soft of sponge must be 0 or 1, got '2'",
         ),
-        ({"csv": "object_id,object,trials,soft\n7,a,2,1\n7,b,1,0\n"}, "an id of its own"),
+        ({"csv": "object_id,object,trials,soft\n7,a,2,1\n7,b,1,0\n"}, "must have a different id"),
         ({"csv": "object,soft\n"}, "needs columns object_id, object"),
     ],
 )

@@ -90,7 +90,7 @@ class TestLmt108:
     def test_a_broken_photograph_is_named_and_leaves_nothing(self, source, tmp_path):
         broken = source / "ImageScans" / "NoFlash" / "Training" / "G4Bamboo_Image_1_train2.jpg"
         broken.write_bytes(broken.read_bytes()[:200])
-        with pytest.raises(DataError, match=r"train2.jpg: not a readable picture: .*--skip-bad"):
+        with pytest.raises(DataError, match=r"train2.jpg: not a readable picture: .*skip_bad"):
             imported("lmt108", source, tmp_path)
         assert [path for path in tmp_path.iterdir() if path != source] == []
         report, store = imported("lmt108", source, tmp_path, skip_bad=True)
@@ -246,7 +246,7 @@ class TestCdpLab:
         _, store = imported("cdplab", source, tmp_path, options={"rate": 500.0, "speed_unit": "cm/s"})
         friction = store.signal(store.index[0].id, "friction")
         assert friction.length_mm == pytest.approx(800, abs=1)
-        with pytest.raises(ParameterError, match="speed_unit must be one of a speed"):
+        with pytest.raises(ParameterError, match="speed_unit must be a unit of speed"):
             cdplab.find(source, speed_unit="N")
 
     @pytest.mark.real_data
@@ -355,7 +355,8 @@ KILLED_AT_EACH_STEP = """
 import os, sys
 from pathlib import Path
 import pyarrow.parquet as pq
-from tactogram.datasets.importing import import_dataset, importers
+from tactogram.datasets.importer import importers
+from tactogram.datasets.importing import import_dataset
 
 source, folder = Path(sys.argv[1]), Path(sys.argv[2])
 importers()

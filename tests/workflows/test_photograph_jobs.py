@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 
 from tactogram.cli import main
 from tactogram.datasets import Recording, Split, create_store
-from tactogram.datasets.store.photographs import encode
+from tactogram.datasets.store.photographs import photograph_of
 from tactogram.errors import LeakError, ParameterError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_signal
@@ -126,7 +126,7 @@ def test_other_data_is_judged_unless_a_photograph_of_it_was_trained_on(run, tmp_
 
 
 def test_a_picture_file_becomes_a_signal_file(run, tmp_path):
-    (tmp_path / "photo.png").write_bytes(encode(photograph("tile", 77)))
+    (tmp_path / "photo.png").write_bytes(photograph_of(photograph("tile", 77)).data)
     (row,) = generate_files(
         run.folder, {}, tmp_path / "x.wav", seconds=1.5, seed=1, photograph=tmp_path / "photo.png"
     )

@@ -8,27 +8,12 @@ from tactogram.errors import DataError
 
 
 def finite_number(where: object, name: str, text: str | None) -> float:
-    """Return a cell's text as a finite number.
-
-    Parameters
-    ----------
-    where : object
-        File and row, as an error begins.
-    name : str
-        Of the column.
-    text : str or None
-        None where the row ended before.
-
-    Raises
-    ------
-    DataError
-        If it is no number, or not a finite one.
-    """
-    said = (text or "").strip()
+    """Return the text of a table cell as a finite number; errors name ``where`` (file and row) and the column."""
+    stripped = (text or "").strip()
     try:
-        value = float(said)
+        value = float(stripped)
     except ValueError:
-        raise DataError(f"{where}: {name} must be a number, got {said!r}") from None
+        raise DataError(f"{where}: {name} must be a number, got {stripped!r}") from None
     if not math.isfinite(value):
-        raise DataError(f"{where}: {name} must be a finite number, got {said!r}")
+        raise DataError(f"{where}: {name} must be a finite number, got {stripped!r}")
     return value

@@ -1,33 +1,37 @@
-"""Importer protocol: from the files of one data set to recordings.
+"""Importers: modules that read the files of one data set as recordings.
 
-An importer is a module of this package, found by looking and registered nowhere. It offers
+An importer is a module in `tactogram.datasets.importers`, or one that `IMPORTERS` finds elsewhere; the file's name is
+the word after ``data import``. It defines
 
-- facts: ``NAME`` (the word after ``data import``), ``TITLE``, ``LICENCE``, ``DESCRIPTION`` (what is read,
-  to what units, and which parts were checked on real files), all ``str``;
-- ``find(folder: Path) -> list[ImportItem]``: a cheap look at names and tables, in an order that stays;
-  it opens no signal;
-- where it has options, they are keyword-only parameters of ``find``, each with its default;
-- ``read(item: ImportItem) -> list[Recording]``: the recordings of one item. It runs in another process, so that
-  all cores read; what it raises as a `TactogramError` is told with the item's name;
-- where there are any, ``photographs(folder: Path) -> list[ImportedPhotograph]``: photographs that belong to a
-material, not to
-  one recording, told the options of ``find`` that it has too. The import opens them, one at a time;
-- where people rated what is imported, ``ratings(folder: Path) -> Ratings | None``; what was rated and is not among
-  the recordings is left out.
-
-``LICENCE`` says what the source states; where it states none, ``"not stated"``.
+- ``TITLE``, ``LICENCE`` (what the source states, else ``"not stated"``) and ``DESCRIPTION`` (what is read, in which
+  units, and which parts were checked on real files), all ``str``;
+- ``find(folder: Path) -> list[ImportItem]``: a quick look at names and tables, in a stable order, that opens no signal.
+  Its keyword-only parameters, each with a default, are the options of the import;
+- ``read(item: ImportItem) -> list[Recording]``: the recordings of one item. It runs in another process, so that every
+  core reads; the message of a `TactogramError` gets the item's name;
+- optionally ``photographs(folder: Path) -> list[ImportedPhotograph]``: photographs of materials rather than of single
+  recordings. It receives those options of ``find`` that it also declares; the import opens the files;
+- optionally ``ratings(folder: Path) -> Ratings | None``; ratings of items that are not imported are left out.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
-from tactogram.datasets.recording import Recording
+from tactogram.datasets.recording import Recording, natural_key
 from tactogram.errors import ParameterError
+from tactogram.plugins import PluginGroup
+
+IMPORTERS = PluginGroup(
+    "importer",
+    "tactogram.datasets.importers",
+    "tactogram.importers",
+    "TACTOGRAM_IMPORTERS",
+)
 
 
 @dataclass(frozen=True)
@@ -37,16 +41,16 @@ class ImportItem:
     Parameters
     ----------
     name : str
-        Path relative to the imported folder, with ``/``; `Recording.source` starts with it, errors name it.
+        Path relative to the imported folder, with ``/``; `Recording.source` starts with it, and errors name it.
     paths : tuple of Path
-        The files it needs. One that is missing or empty is an error that names it, before `read` is called.
+        Files to read. A missing or empty one is an error before `read` is called.
     info : mapping
         What `find` already knows, for `read`: anything that can be pickled.
     image : Path, optional
-        The photograph of every recording of this item that brings none of its own. Many items may share one:
-        it is opened and stored once, by the import, not by `read`.
+        Photograph of every recording of this item that has none of its own. Items may share one: the import opens
+        and stores it once.
     image_width_mm : float, optional
-        How many mm of surface the width of that photograph shows.
+        Width of surface that the photograph shows.
     """
 
     name: str
@@ -58,18 +62,7 @@ class ImportItem:
 
 @dataclass(frozen=True)
 class ImportedPhotograph:
-    """A photograph of a material.
-
-    Parameters
-    ----------
-    name : str
-        Path relative to the imported folder, with ``/``.
-    path : Path
-    material : str
-        What it shows; there need be no recording of it.
-    width_mm : float, optional
-        How many mm of surface its width shows.
-    """
+    """Photograph of a material, of which there need be no recording; ``name`` is its path relative to the folder."""
 
     name: str
     path: Path
@@ -78,15 +71,14 @@ class ImportedPhotograph:
 
 
 class Importer(Protocol):
-    """Protocol of an importer module."""
+    """Members that every importer module defines."""
 
-    NAME: str
     TITLE: str
     LICENCE: str
     DESCRIPTION: str
 
     def find(self, folder: Path) -> list[ImportItem]:
-        """Return what is to be read in ``folder``, in a stable order; `DataError` if it is not this set."""
+        """Return the items in ``folder`` in a stable order; `DataError` if it does not hold this data set."""
         ...
 
     def read(self, item: ImportItem) -> list[Recording]:
@@ -94,14 +86,36 @@ class Importer(Protocol):
         ...
 
 
-def check_positive(**options: object) -> None:
-    """Refuse an importer's options, by name, that are not finite numbers above 0.
+def importer(name: str) -> Importer:
+    """Import an importer; `ParameterError` if there is none of that name, or its module lacks a member."""
+    module = IMPORTERS.module(name)
+    members = ("TITLE", "LICENCE", "DESCRIPTION", "find", "read")
+    if lacking := [member for member in members if not hasattr(module, member)]:
+        raise ParameterError(
+            f"{module.__file__}: must define {', '.join(members)}, lacks {', '.join(lacking)}"
+        )
+    return cast("Importer", module)
 
-    Raises
-    ------
-    ParameterError
-        Naming the first.
-    """
+
+def importers() -> dict[str, Importer]:
+    """Return every importer by its name."""
+    return {name: importer(name) for name in IMPORTERS.names()}
+
+
+def files_below(folder: Path, suffixes: Iterable[str]) -> dict[str, Path]:
+    """Return the files below ``folder`` by relative path, numbers in order; hidden files and folders are skipped."""
+    paths = {path.relative_to(folder): path for path in folder.rglob("*")}
+    return {
+        name.as_posix(): paths[name]
+        for name in sorted(paths, key=lambda name: natural_key(name.as_posix()))
+        if name.suffix.lower() in suffixes
+        and not any(part.startswith(".") for part in name.parts)
+        and paths[name].is_file()
+    }
+
+
+def check_positive(**options: object) -> None:
+    """Raise a `ParameterError` for the first option that is not a finite number above 0."""
     for name, value in options.items():
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
             raise ParameterError(f"{name} must be a number > 0, got {value!r}")

@@ -9,19 +9,14 @@ from tactogram.datasets.recording import RecordingInfo
 from tactogram.errors import ParameterError
 
 Label = Literal["material", "material+contactor"] | Callable[[RecordingInfo], str | None]
-"""The class of a recording: its material; both, as ``"carpet1-pen"``; or what a function says."""
+"""Class of a recording: its material; material and contactor, as ``"carpet1-pen"``; or the value of a function."""
 
 
 def label_of(info: RecordingInfo, label: Label) -> str | None:
-    """Return the class of one recording, None where it has none.
+    """Return the class of one recording, None if it has none.
 
-    ``"material+contactor"`` gives the 30 classes of Saga et al. (Table I): ``"carpet1-pen"``; a recording
-    without a contactor is of its material's class.
-
-    Raises
-    ------
-    ParameterError
-        If ``label`` is none of these.
+    ``"material+contactor"`` gives the 30 classes of Saga et al. (Table I); a recording without a contactor has its
+    material's class.
     """
     if callable(label):
         return label(info)

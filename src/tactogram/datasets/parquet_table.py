@@ -1,4 +1,4 @@
-"""Tables in Parquet from elsewhere, sized up before they are read."""
+"""Foreign Parquet tables, whose size is checked before they are read."""
 
 from __future__ import annotations
 
@@ -16,13 +16,7 @@ MOST_BYTES = 256 * MIB
 
 
 def check_parquet(source: Path | BinaryIO, where: Path | str) -> None:
-    """Refuse a Parquet file whose head says that it unpacks to more than a table of answers or ratings has.
-
-    Raises
-    ------
-    DataError
-        If it is not Parquet, or has more than `MOST_ROWS` rows or `MOST_BYTES` bytes.
-    """
+    """Raise a `DataError` if it is not Parquet, or unpacks to more than `MOST_ROWS` rows or `MOST_BYTES` bytes."""
     try:
         facts = pq.read_metadata(source)
         unpacked = sum(facts.row_group(i).total_byte_size for i in range(facts.num_row_groups))

@@ -1,19 +1,19 @@
-"""PHAC-2: sixty objects explored by a robot's fingers, and the adjectives that people gave them. No waveforms.
+"""PHAC-2: adjectives for sixty objects explored by a robot's fingers; statistics only, no waveforms.
 
 V. Chu et al., "Robotic learning of haptic adjectives through physical interaction", Robotics and Autonomous Systems 63
 (2015). Read from ``object_adjectives.csv`` and ``phac2_static_features.npz`` (of the repository Penn-haptics-bolt),
-which state no licence. Checked on the real files; nothing here makes recordings of it, of which the files hold none.
+which state no licence. Checked on the real files, which hold no recordings.
 
-What is to be known of it:
+Notes on the data:
 
-- Ten trials of each object are one object felt ten times: with trials of an object on both sides of a split, objects
-  are recognised and not adjectives. Hold out whole objects (``AdjectiveTrials.trial_object``).
-- The 47 statistics of each of four phases are undocumented; their spreads reach from 1e-13 to 1e11, so that they must
-  be standardised, by what is trained on. None is missing or constant.
-- ``nice``, ``sticky`` and ``unpleasant`` are of one object each: with that held out, nothing is left to learn from.
-- Three names (car_sponge, chalkboard_eraser, tooth_paste_box) are of two objects: ids tell them apart.
-- The adjectives are what a group of people agreed on. Its size and its single answers are not in the files.
-- ``split_is_test`` holds 6 or 7 objects of each adjective, others for each, and of the three adjectives above one
+- The ten trials of an object are one object felt ten times: with trials of an object on both sides of a split, a model
+  recognises objects rather than adjectives. Hold out whole objects (``AdjectiveTrials.trial_object``).
+- The 47 statistics of each of four phases are undocumented; their spreads reach from 1e-13 to 1e11, so they must be
+  standardised with the training data. None is missing or constant.
+- ``nice``, ``sticky`` and ``unpleasant`` apply to one object each: if it is held out, nothing is left to learn from.
+- Three names (car_sponge, chalkboard_eraser, tooth_paste_box) belong to two objects each, with different ids.
+- The adjectives are the consensus of a group of people, whose size and individual answers are not in the files.
+- ``split_is_test`` holds 6 or 7 objects of each adjective, others for each, and for the three adjectives above one
   object on both sides: it is not read.
 """
 
@@ -33,7 +33,7 @@ from tactogram.text_files import read_table
 
 TABLE, FEATURES = "object_adjectives.csv", "phac2_static_features.npz"
 FACTS = ("object_id", "object", "trials")
-"""Columns of the table that are no adjective."""
+"""Columns of the table that are not adjectives."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,14 +46,14 @@ class AdjectiveTrials:
         Phase by phase; units unknown.
     phases : tuple of str
     trials : tuple of str
-        As the files call them: ``acrylic_211_01``.
+        Names in the files: ``acrylic_211_01``.
     objects : tuple of str
-        ``acrylic_211``: name and id, in the order of the table.
+        Name and id, ``acrylic_211``, in the order of the table.
     trial_object : int64 array, shape (trial,)
-        Place of each trial's object in ``objects``.
+        Index of each trial's object in ``objects``.
     adjectives : tuple of str
     table : bool array, shape (object, adjective)
-        Whether people gave it.
+        Whether the adjective applies.
     """
 
     features: NDArray[np.float64]
@@ -72,7 +72,7 @@ class AdjectiveTrials:
 
     @property
     def ratings(self) -> Ratings:
-        """The same as ratings, yes or no, of one rater ``group``, who stands for people that agreed."""
+        """The same as yes-or-no ratings of one rater, ``group``, who stands for the consensus."""
         objects, words = len(self.objects), len(self.adjectives)
         return Ratings(
             ("group",) * (objects * words),
@@ -90,16 +90,17 @@ def read_phac2(folder: Path | str) -> AdjectiveTrials:
     Raises
     ------
     DataError
-        If one is missing or broken, a value is not finite, or they do not agree about an object.
+        If one is missing or damaged, a value is not finite, or they disagree about an object.
     """
     table_path, path = Path(folder) / TABLE, Path(folder) / FEATURES
     rows, adjectives = _objects(table_path)
     objects = [f"{row['object']}_{row['object_id']}" for row in rows]
     place = {row["object_id"]: number for number, row in enumerate(rows)}
     if len(place) != len(rows):
-        raise DataError(f"{table_path}: every object must have an id of its own")
+        raise DataError(f"{table_path}: every object must have a different id")
     table = np.array([[_yes(table_path, row, name) for name in adjectives] for row in rows])
-    arrays = _arrays(path)
+    names = ("features", "phases", "trial_names", "object_ids", "adjectives", "labels")
+    arrays = load_arrays(path, needed=names)
     features = np.asarray(arrays["features"], np.float64)
     ids = [str(id) for id in arrays["object_ids"].tolist()]
     if features.ndim != 3 or not (len(features) == len(ids) == len(arrays["trial_names"])):
@@ -110,14 +111,14 @@ def read_phac2(folder: Path | str) -> AdjectiveTrials:
         raise DataError(
             f"{path}: features must be finite, got {int((~np.isfinite(features)).sum())} that are not"
         )
-    if strange := sorted(set(ids) - place.keys()):
-        raise DataError(f"{path}: objects must be among those of {TABLE}, got {', '.join(strange[:5])}")
+    if unknown := sorted(set(ids) - place.keys()):
+        raise DataError(f"{path}: objects must be among those of {TABLE}, got {', '.join(unknown[:5])}")
     trial_object = np.array([place[id] for id in ids])
-    known = tuple(str(name) for name in arrays["adjectives"])
+    columns = tuple(str(name) for name in arrays["adjectives"])
     labels = np.asarray(arrays["labels"], bool)
-    if sorted(known) != sorted(adjectives) or labels.shape != (len(ids), len(known)):
-        raise DataError(f"{path}: must be of the adjectives of {TABLE}, got {', '.join(known)}")
-    if not np.array_equal(labels[:, [known.index(name) for name in adjectives]], table[trial_object]):
+    if sorted(columns) != sorted(adjectives) or labels.shape != (len(ids), len(columns)):
+        raise DataError(f"{path}: must have the adjectives of {TABLE}, got {', '.join(columns)}")
+    if not np.array_equal(labels[:, [columns.index(name) for name in adjectives]], table[trial_object]):
         raise DataError(f"{path}: labels must be those of {TABLE}, got others")
     return AdjectiveTrials(
         features.reshape(len(features), -1),
@@ -141,11 +142,3 @@ def _yes(path: Path, row: Mapping[str, str], name: str) -> bool:
     if row[name] not in ("0", "1"):
         raise DataError(f"{path}: {name} of {row['object']} must be 0 or 1, got {row[name]!r}")
     return row[name] == "1"
-
-
-def _arrays(path: Path) -> dict[str, NDArray[np.generic]]:
-    names = ("features", "phases", "trial_names", "object_ids", "adjectives", "labels")
-    held = load_arrays(path)
-    if missing := [name for name in names if name not in held]:
-        raise DataError(f"{path}: must hold {', '.join(names)}, lacks {', '.join(missing)}")
-    return held

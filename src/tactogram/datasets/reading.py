@@ -1,4 +1,4 @@
-"""Parallel reading of many files, in order, in flat memory."""
+"""Parallel reading of many files, in order and in little memory."""
 
 from __future__ import annotations
 
@@ -8,14 +8,13 @@ from collections import deque
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from importlib import import_module
 from itertools import islice
 from multiprocessing import connection, get_context, parent_process
 from threading import Thread
 from time import monotonic
 
 from tactogram.datasets.examples import cores
-from tactogram.datasets.importer import ImportItem
+from tactogram.datasets.importer import ImportItem, importer
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError, ParameterError, TactogramError
 
@@ -24,74 +23,57 @@ PATIENCE_S = 2.0
 
 
 def read_all(
-    module: str,
+    importer_name: str,
     items: Sequence[ImportItem],
     workers: int | None,
-    progress: Callable[[int, int], None] | None,
+    progress: Callable[[int, int], None],
 ) -> Generator[tuple[ImportItem, list[Recording] | str]]:
-    """Yield each item, in order, with its recordings or with what is wrong with it in one line.
+    """Yield each item, in order, with its recordings or with one line on what is wrong with it.
 
-    Only a few items per process are under way at a time, so that memory stays flat.
-
-    Parameters
-    ----------
-    module : str
-        Full name of the importer module.
-    items : sequence of Item
-    workers : int or None
-        Processes; by default this one alone for `PATIENCE_S`, then one per core for what is left.
-    progress : callable or None
-        Called with the number of items read and the total.
-
-    Raises
-    ------
-    DataError
-        If a process dies.
+    By default this process reads alone for `PATIENCE_S`, then one process per core. Only a few items per process are in
+    progress at a time, so that memory stays flat. A process that dies is a `DataError`.
     """
     if workers is not None and workers < 1:
         raise ParameterError(f"workers must be >= 1, got {workers}")
-    begun, done = monotonic(), 0
+    started, done = monotonic(), 0
     while done < len(items) and (
-        workers == 1 or (workers is None and (cores() == 1 or monotonic() - begun < PATIENCE_S))
+        workers == 1 or (workers is None and (cores() == 1 or monotonic() - started < PATIENCE_S))
     ):
-        yield items[done], _read(module, items[done])
+        yield items[done], _read(importer_name, items[done])
         done += 1
-        if progress is not None:
-            progress(done, len(items))
+        progress(done, len(items))
     if done == len(items):
         return
     workers = min(workers or cores(), len(items) - done)
     pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_start_worker)
     try:
-        waiting: deque[tuple[ImportItem, Future[list[Recording] | str]]] = deque()
+        pending: deque[tuple[ImportItem, Future[list[Recording] | str]]] = deque()
         rest = iter(items[done:])
         while done < len(items):
-            for item in islice(rest, 3 * workers - len(waiting)):
-                waiting.append((item, pool.submit(_read, module, item)))
-            item, future = waiting.popleft()
+            for item in islice(rest, 3 * workers - len(pending)):
+                pending.append((item, pool.submit(_read, importer_name, item)))
+            item, future = pending.popleft()
             try:
                 yield item, future.result()
             except BrokenProcessPool as error:
                 raise DataError(
-                    f"{item.name}: a process that read died here or nearby, perhaps for want of memory; "
-                    "try --workers 1"
+                    f"{item.name}: a process died while reading this or a neighbouring item, perhaps out of memory; "
+                    "try workers=1"
                 ) from error
             done += 1
-            if progress is not None:
-                progress(done, len(items))
+            progress(done, len(items))
     finally:
         pool.shutdown(cancel_futures=True)
 
 
-def _read(module: str, item: ImportItem) -> list[Recording] | str:
-    """Return the recordings of one item, or one line on what is wrong with it."""
+def _read(importer_name: str, item: ImportItem) -> list[Recording] | str:
     try:
         for path in item.paths:
             if not path.is_file():
                 return f"{path}: missing, though {item.name} needs it"
             if path.stat().st_size == 0:
                 return f"{path}: empty file"
-        recordings: list[Recording] = import_module(module).read(item)
+        recordings = importer(importer_name).read(item)
     except TactogramError as error:
         text = str(error)
     except Exception as error:  # whatever a reader trips over, the user needs the name of the file

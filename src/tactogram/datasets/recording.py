@@ -1,8 +1,9 @@
-"""A recording: what was measured in one go, and under which conditions."""
+"""Recording: named streams and the metadata of one measurement."""
 
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 
@@ -17,7 +18,7 @@ class RecordingInfo:
     Parameters
     ----------
     id : str
-        Hash of the streams (`content_id`): the same samples are the same recording, wherever met.
+        Hash of the streams (`content_id`): equal samples are the same recording.
     material : str, optional
         What was touched.
     speed_mm_s, force_n, direction_deg : float, optional
@@ -25,17 +26,16 @@ class RecordingInfo:
     contactor : str, optional
         What touched it, e.g. ``"finger"`` or ``"pen"``.
     session, subject : str, optional
-        When and by whom.
     ratings : mapping from str to float
-        Scores that people gave.
+        Word ratings by people.
     labels : mapping from str to str
-        Anything else the source says.
+        Further metadata of the source.
     source : str
-        Where it came from, as a path relative to the imported folder.
+        File it came from, relative to the imported folder.
     history : tuple of str
-        What was done to get it, in order.
+        Processing steps, in order.
     simulated : bool
-        Whether a formula made it.
+        Whether it was computed rather than measured.
     """
 
     id: str = ""
@@ -55,7 +55,7 @@ class RecordingInfo:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Recording(RecordingInfo):
-    """One or more named signals, each at its own rate, and all that is known of them.
+    """One or more named signals, each at its own rate, with their metadata.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class Recording(RecordingInfo):
     image : Image, optional
         A photograph of the surface.
     **info
-        The fields of `RecordingInfo`; ``id`` follows from the streams when left empty.
+        Fields of `RecordingInfo`; an empty ``id`` is computed from the streams.
     """
 
     streams: Mapping[str, Signal]
@@ -77,28 +77,27 @@ class Recording(RecordingInfo):
             object.__setattr__(self, "id", content_id(self.streams))
 
     def stream(self, name: str) -> Signal:
-        """Return one stream.
-
-        Raises
-        ------
-        ParameterError
-            If there is none of this name.
-        """
+        """Return one stream; `ParameterError` if there is none of this name."""
         if name not in self.streams:
             raise ParameterError(f"stream must be one of {', '.join(self.streams)}, got {name!r}")
         return self.streams[name]
 
     @property
     def info(self) -> RecordingInfo:
-        """The same without samples and image."""
+        """The metadata alone, without samples and image."""
         return RecordingInfo(**{f.name: getattr(self, f.name) for f in fields(RecordingInfo)})
 
 
 def content_id(streams: Mapping[str, Signal]) -> str:
-    """Return 16 hex digits that follow from the names, rates, units, axes and samples of ``streams``."""
+    """Return 16 hex digits that identify ``streams`` by their names, rates, units, axes and samples."""
     digest = hashlib.sha256()
     for name in sorted(streams):
         s = streams[name]
         digest.update(f"{name}|{s.rate!r}|{s.unit}|{','.join(s.axes)}|{s.domain}|{len(s)}|".encode())
         digest.update(s.samples.astype("<f4", copy=False).tobytes())
     return digest.hexdigest()[:16]
+
+
+def natural_key(text: str) -> list[tuple[int, int, str]]:
+    """Return a key that sorts texts with their numbers in numerical order."""
+    return [(0, int(p), "") if p.isdecimal() else (1, 0, p) for p in re.split(r"(\d+)", text) if p]

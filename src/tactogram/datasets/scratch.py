@@ -1,4 +1,4 @@
-"""Folders for what is prepared while a process runs; those that a killed one left go when the next one is made."""
+"""Scratch folders for prepared data, removed after use; a new one also removes those that killed processes left."""
 
 from __future__ import annotations
 
@@ -15,23 +15,20 @@ from tactogram.datasets.store.pending import host_name
 from tactogram.signal.io.locks import lock
 
 HELD = "held"
-"""Locked as long as the folder is used."""
+"""File that is locked as long as the folder is used."""
 YOUNGEST_S = 3600.0
-"""A folder that changed since is nobody's leftover, even if it is not held: its process may be about to."""
+"""Folders that changed within this time are left alone, even without a lock: their process may be about to lock."""
 
 
 def prefix() -> str:
-    """Return how the names of this machine's folders begin.
-
-    On a file system that several machines share, the locks of one may mean nothing to the others.
-    """
+    """Return the prefix of this machine's folders: across machines that share a file system, locks may mean nothing."""
     return f"tactogram-prepared-{host_name()}-"
 
 
 @contextmanager
 def scratch() -> Iterator[Path]:
-    """Give a new folder, and remove it with all that is in it."""
-    path, held = _made()
+    """Yield a new folder, and remove it with its content."""
+    path, held = _new_folder()
     try:
         yield path
     finally:
@@ -39,18 +36,18 @@ def scratch() -> Iterator[Path]:
 
 
 def scratch_of(owner: object) -> Path:
-    """Return a new folder that goes when ``owner`` does."""
-    path, held = _made()
+    """Return a new folder that is removed with ``owner``."""
+    path, held = _new_folder()
     weakref.finalize(owner, _remove, path, held)
     return path
 
 
-def _made() -> tuple[Path, int]:
-    """Return a new folder and what holds it, once those that killed processes left are gone."""
+def _new_folder() -> tuple[Path, int]:
+    """Return a new folder and the descriptor of its lock, after clearing leftovers."""
     _clear(Path(tempfile.gettempdir()))
     path = Path(tempfile.mkdtemp(prefix=prefix()))
     held = os.open(path / HELD, os.O_CREAT | os.O_RDWR, 0o600)
-    with suppress(OSError):  # no locks there: what a kill leaves then stays
+    with suppress(OSError):  # without locks, leftovers stay
         lock(held)
     return path, held
 
@@ -61,20 +58,20 @@ def _remove(path: Path, held: int) -> None:
 
 
 def _clear(folder: Path) -> None:
-    """Remove the folders in ``folder`` that nobody holds any more; those of other users cannot be opened and stay."""
+    """Remove unlocked folders in ``folder``; those of other users cannot be opened and stay."""
     for path in folder.glob(f"{prefix()}*"):
         try:
             if time.time() - path.stat().st_mtime < YOUNGEST_S:
                 continue
-            # Made where it is missing: whoever removed the folder was killed, too.
+            # Created if missing: a process that was removing the folder was killed, too.
             held = os.open(path / HELD, os.O_CREAT | os.O_RDWR, 0o600)
         except OSError:
             continue
         try:
-            left = lock(held)
+            abandoned = lock(held)
         except OSError:
-            left = False
+            abandoned = False
         finally:
             os.close(held)
-        if left:
+        if abandoned:
             shutil.rmtree(path, ignore_errors=True)

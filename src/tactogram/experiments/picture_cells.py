@@ -11,7 +11,6 @@ from typing import Any
 from scipy.stats import ttest_rel
 
 from tactogram.datasets import Store
-from tactogram.datasets.importers.lmt108 import ACCELERATION_RATE
 from tactogram.experiments.stores import find_or_simulate
 from tactogram.recipe import Preparation
 from tactogram.signal.io.atomic import write_text
@@ -47,7 +46,7 @@ def data_of(folder: Path, data: str, *, paper: bool, progress: ProgressCallback)
     """
     name, options = "data", dict[str, Any](photographs=PHOTOGRAPHS)
     if paper:
-        name, options = "data-paper", {"photographs": LARGE_PHOTOGRAPHS, "rate": ACCELERATION_RATE}
+        name, options = "data-paper", {"photographs": LARGE_PHOTOGRAPHS, "rate": 10_000.0}
     return find_or_simulate(folder / name, SIMULATED, given=data, progress=progress, **options)
 
 

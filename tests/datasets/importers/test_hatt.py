@@ -182,7 +182,7 @@ def test_other_bytes_are_refused(tmp_path):
 
 
 def test_folder_without_models_is_refused(tmp_path):
-    with pytest.raises(DataError, match=r"found no Models_NAME\.xml"):
+    with pytest.raises(DataError, match=r"must hold model files Models_NAME\.xml"):
         hatt.find(tmp_path)
 
 

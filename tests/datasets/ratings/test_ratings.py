@@ -246,7 +246,7 @@ class TestStore:
         rated = add_ratings(store, table())
         assert rated.ratings.sha256 == table().sha256
         assert len(rated) == len(store)
-        with pytest.raises(DataError, match=r"has ratings already \(5 scores\); --replace"):
+        with pytest.raises(DataError, match=r"has ratings already \(5 scores\); set replace"):
             add_ratings(rated, table(ROWS[:3]))
         again = add_ratings(rated, table(ROWS[:3]), replace=True)
         assert len(again.ratings) == 3

@@ -27,7 +27,7 @@ from tactogram.datasets import (
     whole_photographs,
 )
 from tactogram.datasets.splits.photograph_splitting import cut_photograph
-from tactogram.datasets.store import stored_photographs
+from tactogram.datasets.store import photographs as photograph_files
 from tactogram.datasets.store.store import Store, problems
 from tactogram.errors import DataError, LeakError, ParameterError
 from tactogram.recipe import Preparation
@@ -147,7 +147,7 @@ def test_a_photograph_moved_to_another_material_by_hand_is_noticed(tmp_path):
 
 def test_only_so_many_photographs_are_kept_unpacked(tmp_path, monkeypatch):
     store = store_of(tmp_path, {"cork": 8})
-    monkeypatch.setattr(stored_photographs, "DECODED_BYTES", 3 * 96 * 80 * 3)
+    monkeypatch.setattr(photograph_files, "DECODED_BYTES", 3 * 96 * 80 * 3)
     keys = store.photographs_of("cork")
     for key in (*keys, keys[0]):
         store.photograph(key)

@@ -132,7 +132,7 @@ def test_a_carrier_of_an_envelope_is_stated(tmp_path):
         (b"", "not a JSON document"),
         (b"{", "not a JSON document"),
         (b"\xff\xfe", "not UTF-8 text at byte 0"),
-        (b'{"Pattern": [NaN]}', "NaN is no JSON number"),
+        (b'{"Pattern": [NaN]}', "NaN is not a JSON number"),
         (b"[" * 200_000, "not a JSON document"),
         (b'{"Pattern": 1e999}', "not valid AHAP"),
         (b"[]", "not valid AHAP"),

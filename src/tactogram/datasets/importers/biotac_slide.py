@@ -1,17 +1,18 @@
 """BioTac_slide: a BioTac finger sliding over materials, 40 recordings of each at one speed (about 2 cm/s).
 
-Read from ``matNN.npz`` with ``materials.csv`` (names) and ``images/``; where a material has no ``.npz``, from
-``raw_csv/matN_R_bio.csv``. Checked on real files of both kinds: they give the same samples.
+Read from ``matNN.npz`` with ``materials.csv`` (names) and ``images/``, or from ``raw_csv/matN_R_bio.csv`` for a
+material without ``.npz``. Checked on real files of both kinds: they give the same samples.
 
-What to know before using it
-- Every channel is rectified by its authors (distance from the reading at rest): the sign is lost, and the
-  spectrum is that of a rectified signal.
-- 22 pressure-vibration samples (PAC) come with each 100 Hz frame; flattened row by row they are the stream
-  ``pac`` at 2200 Hz. The other channels are streams of their own at 100 Hz. Unit is "1": sensor counts.
+Notes on the data
+- Every channel was rectified by the authors (distance from the reading at rest): the sign is lost, and the spectrum is
+  that of a rectified signal.
+- 22 pressure-vibration samples (PAC) come with each 100 Hz frame; flattened row by row they are the stream ``pac`` at
+  2200 Hz. The other channels are separate streams at 100 Hz. The unit is "1": sensor counts.
 - The rates are the sensor's nominal ones; frames arrive within some 50 us of them.
-- Material 1 (Carpet net) lasts 6 s, the others 8 s. Nothing is cropped here: whatever looks at a whole
-  recording could tell it by its length, so compare windows of one length.
-- One session per material: what differs between sessions differs between materials too.
+- Material 1 (Carpet net) lasts 6 s, the others 8 s. Nothing is cropped here, so the length of a whole recording reveals
+  its material: compare windows of one length.
+- There is one session per material, so differences between sessions cannot be separated from differences between
+  materials.
 """
 
 from __future__ import annotations
@@ -31,7 +32,6 @@ from tactogram.signal import Signal
 from tactogram.signal.io.arrays import load_arrays
 from tactogram.text_files import read_table
 
-NAME = "biotac_slide"
 TITLE = "BioTac_slide: a BioTac finger sliding on materials"
 LICENCE = "not stated"
 DESCRIPTION = (
@@ -43,7 +43,7 @@ FRAME_RATE = 100.0
 PAC_PER_FRAME = 22
 ELECTRODES = 19
 SPEED_MM_S = 20.0
-"""Nominal: its authors say about 2 cm/s."""
+"""Nominal: the authors state about 2 cm/s."""
 HISTORY = (
     "rectified by its authors: distance from the reading at rest, the sign is lost",
     "pac: 22 samples of each 100 Hz frame in a row, 2200 Hz",
@@ -56,7 +56,7 @@ def find(folder: Path) -> list[ImportItem]:
     raw = folder / "raw_csv" if (folder / "raw_csv").is_dir() else folder
     tables = [path for path in raw.glob("mat*_bio.csv") if _number(path.stem) not in arrays]
     if not arrays and not tables:
-        raise DataError(f"{folder}: neither matNN.npz nor raw_csv/matN_R_bio.csv found there")
+        raise DataError(f"{folder}: must hold matNN.npz or raw_csv/matN_R_bio.csv, found neither")
     materials = _materials(folder / "materials.csv")
     items = [_item(folder, path, materials.get(number, {})) for number, path in sorted(arrays.items())]
     tables.sort(key=lambda path: [int(n) for n in re.findall(r"\d+", path.stem)])
@@ -94,15 +94,13 @@ def _materials(path: Path) -> dict[int, dict[str, str]]:
 
 
 def _read_arrays(item: ImportItem, path: Path) -> list[Recording]:
-    needed = ("pac", "tdc", "tac", "pdc", "electrodes", "lengths", "recording")
-    held: Mapping[str, Any] = load_arrays(path)
-    if missing := [name for name in needed if name not in held]:
-        raise DataError(f"{path}: lacks {', '.join(missing)}")
-    arrays = {name: held[name] for name in needed}
-    rates = [held[name].tolist() for name in ("frame_rate_hz", "pac_rate_hz") if name in held]
+    streams = ("pac", "tdc", "tac", "pdc", "electrodes")
+    content: Mapping[str, Any] = load_arrays(path, needed=(*streams, "lengths", "recording"))
+    rates = [content[name].tolist() for name in ("frame_rate_hz", "pac_rate_hz") if name in content]
     if rates not in ([], [100, 2200]):
         raise DataError(f"{path}: rates must be 100 and 2200 Hz, got {rates}")
-    lengths, numbers = arrays.pop("lengths"), arrays.pop("recording")
+    arrays = {name: content[name] for name in streams}
+    lengths, numbers = content["lengths"], content["recording"]
     if len(numbers) != len(lengths):
         raise DataError(f"{path}: {len(lengths)} lengths but {len(numbers)} recordings")
     for name, values in arrays.items():
@@ -120,12 +118,11 @@ def _read_arrays(item: ImportItem, path: Path) -> list[Recording]:
 
 
 def _read_table(path: Path) -> dict[str, NDArray[np.float64]]:
-    """Return the frames of a raw CSV; its rows end with a comma that the header lacks."""
+    """Return the frames of a raw CSV, whose rows end with a comma that the header lacks."""
     with path.open(encoding="ascii", errors="replace") as file:
         names = file.readline().strip().rstrip(",").split(",")
-        rows = [
-            (place, line.strip().rstrip(",").split(",")) for place, line in enumerate(file, 2) if line.strip()
-        ]
+        lines = ((number, line.strip().rstrip(",")) for number, line in enumerate(file, 2))
+        rows = [(number, line.split(",")) for number, line in lines if line]
     expected = [
         "timestamp",
         *("tdc", "tac", "pdc"),
@@ -137,13 +134,13 @@ def _read_table(path: Path) -> dict[str, NDArray[np.float64]]:
             f"{path}: row 1 must name the columns {', '.join(expected[:5])}, … ele19, got {names[:5]}"
         )
     values = np.empty((len(rows), len(expected) - 1))
-    for row, (place, texts) in enumerate(rows):
+    for row, (number, texts) in enumerate(rows):
         if len(texts) != len(expected):
-            raise DataError(f"{path}: row {place} must have {len(expected)} values, got {len(texts)}")
+            raise DataError(f"{path}: row {number} must have {len(expected)} values, got {len(texts)}")
         try:
             values[row] = [float(text) for text in texts[1:]]
         except ValueError as error:
-            raise DataError(f"{path}: row {place}: {error}") from error
+            raise DataError(f"{path}: row {number}: {error}") from error
     if not rows:
         raise DataError(f"{path}: no frames after the header")
     ends = np.cumsum([1, 1, 1, PAC_PER_FRAME])
@@ -164,15 +161,15 @@ def _recording(item: ImportItem, number: int, frames: Mapping[str, NDArray[Any]]
     }
     axes = tuple(f"e{i}" for i in range(1, ELECTRODES + 1))
     streams["electrodes"] = Signal(electrodes.T, FRAME_RATE, "1", axes)
-    known = item.info
-    kept = ("key", "code", "thickness", "roughness")
+    info = item.info
+    labels = ("key", "code", "thickness", "roughness")
     return Recording(
         streams=streams,
-        material=known.get("name") or known["key"],
+        material=info.get("name") or info["key"],
         contactor="BioTac",
         speed_mm_s=SPEED_MM_S,
-        session=known["key"],
-        labels={"recording": str(number)} | {name: known[name] for name in kept if known.get(name)},
+        session=info["key"],
+        labels={"recording": str(number)} | {name: info[name] for name in labels if info.get(name)},
         source=f"{item.name}#{number}" if item.name.endswith(".npz") else item.name,
         history=HISTORY,
     )

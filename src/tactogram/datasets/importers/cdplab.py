@@ -3,14 +3,14 @@
 Read from ``xlsx/NAME.xlsx`` (columns ``speed``, ``force``, ``accel``, ``friction``; about 19,000 rows) and
 ``images/NAME.png`` (1200 x 1200). Checked on real files.
 
-What to know before using it
+Notes on the data
 - **Sampling rate and units are not stated.** 1 kHz, mm/s, N and m/s^2 are guesses from the ranges (speeds of 130-320,
   forces of 0.6-4.3, friction of 0.01-1.0); the first two are options of the import. ``history`` repeats them.
-- One recording per material: whatever differs between two recordings differs between materials too, and nothing can be
-  held out but stretches of one recording.
+- There is one recording per material, so differences between recordings cannot be separated from differences between
+  materials, and only intervals of one recording can be held out.
 - The speed never falls below 130, so that friction over displacement is the plain integral of the speed. How the
-  surface moved is not stated; at these speeds 19 s are 3-5 m, so that the same ground was passed again and again.
-- Photographs have no scale and are not registered: which place of it was felt when is unknown.
+  surface moved is not stated; at these speeds 19 s are 3-5 m, so the same ground was passed many times.
+- Photographs have no scale and are not registered: which place was felt when is unknown.
 - Acceleration and friction may not be aligned.
 """
 
@@ -28,7 +28,6 @@ from tactogram.signal.displacement import over_displacement
 from tactogram.signal.io import worksheet
 from tactogram.signal.units import parse_unit
 
-NAME = "cdplab"
 TITLE = "CdpLab friction: copper, fabric, paper and wood"
 LICENCE = "not stated"
 DESCRIPTION = (
@@ -41,7 +40,7 @@ COLUMNS = ("speed", "force", "accel", "friction")
 RATE = 1000.0
 SPEED_UNIT = "mm/s"
 PER_MM = 6.0
-"""Samples per mm, the same of all materials, and not fewer than any was recorded with at its mean speed."""
+"""Samples per mm, the same for all materials, and no fewer than any was recorded with at its mean speed."""
 
 
 def find(
@@ -50,10 +49,10 @@ def find(
     """Return an item per worksheet."""
     check_positive(rate=rate, per_mm=per_mm)
     if parse_unit(str(speed_unit))[0] != "m/s":
-        raise ParameterError(f"speed_unit must be one of a speed, such as mm/s, got {speed_unit!r}")
+        raise ParameterError(f"speed_unit must be a unit of speed, such as mm/s, got {speed_unit!r}")
     paths = sorted((folder / "xlsx").glob("*.xlsx"))
     if not paths:
-        raise DataError(f"{folder}: no xlsx/NAME.xlsx found there")
+        raise DataError(f"{folder}: must hold xlsx/NAME.xlsx, found none")
     info = {"rate": float(rate), "speed_unit": str(speed_unit), "per_mm": float(per_mm)}
     images = {path: folder / "images" / f"{path.stem}.png" for path in paths}
     return [

@@ -3,15 +3,15 @@
 M. Eguchi, T. Hayase, Y. Hiroi, T. Hiraki, "Cluster Haptic Texture Dataset: Haptic Texture Dataset with Varied
 Velocity-Direction Sliding Contacts", arXiv:2407.16206; files at doi:10.6084/m9.figshare.29438288.
 
-Layout read, as its ``dataset_details.md`` states it: ``sensor_data/{accel,force,position,audio}/``, each file
+Layout, as stated in its ``dataset_details.md``: ``sensor_data/{accel,force,position,audio}/``, each file
 ``TEXTURE_DIRECTION_VELOCITY_FORCE_REPEAT.csv`` (audio ``.wav``), directly or in a folder per texture;
 ``images/images_scan_area/imgTEXTURE.jpg`` (100 x 100 mm; also ``TEXTURE.jpg``); ``texture_list.xlsx`` names the
-textures. **No real file was at hand**: read and tested on files made to that description.
+textures. **No real file was at hand**: the importer was tested on files made to that description.
 
-Brought to SI units: acceleration from g (gravity stays in it), position from mm to m; velocity stays mm/s in
-``speed_mm_s``, force goes from mN to ``force_n``. Stamps of acceleration and force jitter and are resampled
-band-limited to the nominal 6 kHz, position to 100 Hz; ``history`` says what the stamps showed. A stream begins
-at its first stamp, within about a millisecond of the others. ``raw_audio`` is not read.
+Converted to SI units: acceleration from g (gravity stays in it), position from mm to m; velocity stays mm/s in
+``speed_mm_s``, force goes from mN to ``force_n``. Time stamps of acceleration and force jitter; samples are resampled
+band-limited to the nominal 6 kHz, position to 100 Hz, and ``history`` reports the timing. A stream begins at its first
+stamp, within about a millisecond of the others. ``raw_audio`` is not read.
 """
 
 from __future__ import annotations
@@ -35,7 +35,6 @@ from tactogram.signal.io import read_signal
 from tactogram.signal.timing import estimate_timing, to_uniform
 from tactogram.signal.units import STANDARD_GRAVITY
 
-NAME = "cluster"
 TITLE = "Cluster Haptic Texture Dataset"
 LICENCE = "see doi:10.6084/m9.figshare.29438288"
 DESCRIPTION = (
@@ -49,7 +48,7 @@ SCAN_MM = 100.0
 
 @dataclass(frozen=True)
 class StreamFormat:
-    """Format of the CSV files of one folder."""
+    """Format of the CSV files in one folder."""
 
     stream: str
     columns: tuple[str, ...]
@@ -76,24 +75,25 @@ _NAME = re.compile(r"(\d+)_(\d+)_(\d+)_(\d+)_(\d+)")
 
 
 def find(folder: Path) -> list[ImportItem]:
-    """Return an item per stroke; every kind of file that is there at all has to be there for each."""
+    """Return an item per stroke; a kind of file that exists for one stroke must exist for all."""
     root = next((r for r in (folder, folder / "texture_dataset") if (r / "sensor_data").is_dir()), None)
     if root is None:
-        raise DataError(f"{folder}: has no folder sensor_data with accel, force, position or audio")
+        raise DataError(f"{folder}: must hold a folder sensor_data with accel, force, position or audio")
+    sensor_data = root / "sensor_data"
     found: dict[str, dict[str, Path]] = {}
     strokes: dict[str, str] = {}
     for kind, suffix in SUFFIXES.items():
-        for path in (root / "sensor_data" / kind).rglob(f"*{suffix}"):
+        for path in (sensor_data / kind).rglob(f"*{suffix}"):
             if not path.name.startswith("."):
                 found.setdefault(kind, {})[path.stem] = path
-                strokes.setdefault(path.stem, path.relative_to(root / "sensor_data" / kind).parent.as_posix())
+                strokes.setdefault(path.stem, path.relative_to(sensor_data / kind).parent.as_posix())
     if not strokes:
-        raise DataError(f"{root / 'sensor_data'}: holds no {', '.join(SUFFIXES)}")
+        raise DataError(f"{sensor_data}: must hold {', '.join(SUFFIXES)}, found none")
     names = _texture_names(root / "texture_list.xlsx")
     items = []
     for stem in sorted(strokes, key=lambda s: [int(n) for n in re.findall(r"\d+", s)]):
         paths = {
-            kind: files.get(stem, root / "sensor_data" / kind / strokes[stem] / f"{stem}{SUFFIXES[kind]}")
+            kind: files.get(stem, sensor_data / kind / strokes[stem] / f"{stem}{SUFFIXES[kind]}")
             for kind, files in found.items()
         }
         texture = stem.partition("_")[0]
@@ -157,10 +157,7 @@ def _table(path: Path, names: tuple[str, ...]) -> tuple[NDArray[np.float64], NDA
 
 
 def _even(paths: Mapping[str, Path]) -> tuple[dict[str, Signal], list[str]]:
-    """Return the streams of these files, evenly sampled, and what was done to them.
-
-    Files with the same stamps (acceleration and force) are resampled in one go.
-    """
+    """Return evenly sampled streams and their history; files with the same stamps are resampled together."""
     tables = {kind: _table(path, TABLES[kind].columns) for kind, path in paths.items()}
     streams: dict[str, Signal] = {}
     history = []
@@ -187,15 +184,12 @@ def _even(paths: Mapping[str, Path]) -> tuple[dict[str, Signal], list[str]]:
 
 
 def _texture_names(path: Path) -> dict[str, str]:
-    """Return the name of each texture by its number; empty if there is no list."""
+    """Return the name of each texture by its number; empty without a list."""
     if not path.is_file():
         return {}
     try:
-        rows = (
-            openpyxl.load_workbook(path, read_only=True, data_only=True)
-            .worksheets[0]
-            .iter_rows(values_only=True)
-        )
+        book = openpyxl.load_workbook(path, read_only=True, data_only=True)
+        rows = book.worksheets[0].iter_rows(values_only=True)
         head, *rest = [[str(cell).strip() if cell is not None else "" for cell in row] for row in rows]
     except Exception as error:  # openpyxl raises whatever the zip or the XML holds
         raise DataError(f"{path}: not a readable list of textures: {error}") from error

@@ -1,34 +1,33 @@
-"""A plain folder: one folder per material with signal files in it, and a table of what else is known.
+"""A plain folder: one folder per material with signal files in it, and an optional table of metadata.
 
-``MATERIAL/*.{wav,flac,csv,tsv,npz,xlsx}``, also deeper; the first folder names the material. A picture beside a
-recording and of its name (``MATERIAL/take1.jpg``, ``take1.wav``) is that recording's photograph. Of the others in a
-material's folder, also deeper, the only one is the photograph of all its recordings that have none; several are
-photographs of the material. A folder may hold photographs alone.
+``MATERIAL/*.{wav,flac,csv,tsv,npz,xlsx}``, also deeper; the first folder names the material. A picture with the name
+of a recording (``MATERIAL/take1.jpg``, ``take1.wav``) is that recording's photograph. Of the other pictures in a
+material's folder, a single one is the photograph of all its recordings without one; several are photographs of the
+material. A folder may hold photographs alone.
 
-What people rated in its own right is of no material: display signals, or images of anything. The option ``items``
-names folders of such files (``--set items=signals,images``): each file's name, less its suffix, becomes the label
-``item`` of a signal, and what a picture shows. A row of ``recordings.csv`` may name another ``item``.
+Items that are rated but have no material, such as display signals or images, lie in folders that the option ``items``
+names (``items=signals,images``): each file's name without suffix becomes the label ``item`` of a signal, or the
+material of a picture. A row of ``recordings.csv`` may set another ``item``.
 
 An optional ``recordings.csv`` has a column ``file`` (relative path) and any of ``material``, ``speed_mm_s``,
 ``force_n``, ``direction_deg``, ``contactor``, ``session``, ``subject``, ``image`` (relative path),
 ``image_width_mm``, ``simulated`` (yes or no); ``unit``, ``rate`` (Hz) and ``axes`` (``x y z``), where the file does
-not say; ``stream`` (by default after the unit: m/s^2 is ``acceleration``, 1 is ``vibration``); ``rating_WORD``.
+not state them; ``stream`` (by default after the unit: m/s^2 is ``acceleration``, 1 is ``vibration``); ``rating_WORD``.
 Other columns become labels; ``recording``, a number, gives the order in time. A row whose file is missing is an
-error; a file without a row is not. A file that says of itself that it is simulated is.
+error; a file without a row is not. A file whose metadata marks it as simulated stays simulated.
 
-The options ``unit``, ``rate``, ``axes`` (``--set rate=330 --set axes=x,y,z``) and ``stream`` say what the columns of
-those names would say of all files; a row goes before them.
+The options ``unit``, ``rate``, ``axes`` (``x,y,z``) and ``stream`` apply to all files; a row takes precedence.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from tactogram.datasets.cells import finite_number
-from tactogram.datasets.importer import ImportedPhotograph, ImportItem, check_positive
+from tactogram.datasets.importer import ImportedPhotograph, ImportItem, check_positive, files_below
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.store.photographs import PICTURES
 from tactogram.errors import DataError
@@ -36,13 +35,12 @@ from tactogram.signal.io import read_file
 from tactogram.signal.units import parse_unit
 from tactogram.text_files import read_table
 
-NAME = "folder"
 TITLE = "a plain folder of recordings"
 LICENCE = "not stated"
 DESCRIPTION = (
     "MATERIAL/*.{wav,flac,csv,tsv,npz,xlsx}, with an optional recordings.csv: file, material, speed_mm_s, force_n, "
     "direction_deg, contactor, session, subject, image, unit, rate, axes, stream, rating_WORD, and labels. Pictures in "
-    "MATERIAL/ are its photographs, or a recording's own if called like it."
+    "MATERIAL/ are its photographs, or a recording's own if they have its name."
 )
 
 TABLE = "recordings.csv"
@@ -69,62 +67,60 @@ def find(
     axes: str | Sequence[str] = "",
     stream: str = "",
 ) -> list[ImportItem]:
-    """Return an item per signal file; those in the folders ``items``, separated by commas, are of no material."""
+    """Return an item per signal file; those in the folders ``items``, separated by commas, have no material."""
     rows = _table(folder / TABLE)
-    said = _said(unit, rate, axes, stream)
+    defaults = _options(unit, rate, axes, stream)
     signals = _signals(folder)
-    own, general = _pictures(folder, signals)
+    recording_pictures, material_pictures = _pictures(folder, signals)
     missing = sorted(rows.keys() - signals.keys())
     if missing:
         raise DataError(
             f"{folder / TABLE}: row {rows[missing[0]]['row']}: there is no signal file {missing[0]}"
         )
     found = []
-    lone = _lone(folder, items)
+    item_folders = _item_folders(folder, items)
     for name, path in signals.items():
-        info = said | rows.get(name, {})
+        info = defaults | rows.get(name, {})
         top = name.split("/")[0] if "/" in name else ""
-        if top in lone:
+        if top in item_folders:
             info["labels"] = {"item": path.stem} | info.get("labels", {})
             info.setdefault("material", None)
         else:
             info["material"] = info.get("material") or top
         if not info["material"] and not info.get("labels", {}).get("item"):
-            raise DataError(f"{name}: must stand in a folder named after its material, or have it in {TABLE}")
+            raise DataError(f"{name}: must be in a folder named after its material, or have it in {TABLE}")
         info["material"] = info["material"] or None
-        shown = [] if top in lone else general.get(top, [])
-        only = shown[0] if len(shown) == 1 else None
-        image = folder / info["image"] if info.get("image") else own.get(name, only)
+        pictures = [] if top in item_folders else material_pictures.get(top, [])
+        shared = pictures[0] if len(pictures) == 1 else None
+        image = folder / info["image"] if info.get("image") else recording_pictures.get(name, shared)
         found.append(ImportItem(name, (path,), info, image, info.pop("image_width_mm", None)))
     return found
 
 
 def photographs(folder: Path, *, items: str = "") -> list[ImportedPhotograph]:
-    """Return the pictures of materials that have several, or no recording, and those of ``items``."""
+    """Return the pictures of materials with several pictures or no recording, and those of ``items``."""
     rows = _table(folder / TABLE)
     signals = _signals(folder)
-    _, general = _pictures(folder, signals)
+    _, material_pictures = _pictures(folder, signals)
     named = {folder / row["image"] for row in rows.values() if row.get("image")}
     recorded: dict[str, set[str]] = {}
     for name in signals:
         top = name.split("/")[0]
         recorded.setdefault(top, set()).add(rows.get(name, {}).get("material") or top)
     found = []
-    lone = _lone(folder, items)
-    for top, paths in general.items():
-        if top in lone:
-            found += [
-                ImportedPhotograph(path.relative_to(folder).as_posix(), path, path.stem) for path in paths
-            ]
-            continue
+    item_folders = _item_folders(folder, items)
+    for top, paths in material_pictures.items():
         materials = recorded.get(top, {top})
-        if len(materials) == 1 and (len(paths) > 1 or top not in recorded):
+        if top in item_folders:
+            chosen = [(path, path.stem) for path in paths]
+        elif len(materials) == 1 and (len(paths) > 1 or top not in recorded):
             [material] = materials
-            found += [
-                ImportedPhotograph(path.relative_to(folder).as_posix(), path, material)
-                for path in paths
-                if path not in named
-            ]
+            chosen = [(path, material) for path in paths if path not in named]
+        else:
+            continue
+        found += [
+            ImportedPhotograph(path.relative_to(folder).as_posix(), path, shown) for path, shown in chosen
+        ]
     return found
 
 
@@ -140,7 +136,7 @@ def read(item: ImportItem) -> list[Recording]:
             f"stamps show {timing.rate:g} Hz, jitter {timing.jitter_rms * 1e6:.0f} us rms, {timing.dropped} samples "
             f"lost; resampled to {signal.rate:g} Hz",
         )
-    known: dict[str, Any] = {name: info.get(name) for name in (*NUMBERS, *TEXTS)}
+    metadata: dict[str, Any] = {name: info.get(name) for name in (*NUMBERS, *TEXTS)}
     return [
         Recording(
             streams={info.get("stream") or STREAM_OF_UNIT[signal.unit]: signal},
@@ -150,49 +146,34 @@ def read(item: ImportItem) -> list[Recording]:
             source=item.name,
             history=history,
             simulated=info.get("simulated", False) or str(file.metadata.get("simulated")).lower() == "true",
-            **known,
+            **metadata,
         )
     ]
 
 
-def _lone(folder: Path, items: str) -> set[str]:
-    """Return the folders that ``items`` names; refuse one that is not there."""
+def _item_folders(folder: Path, items: str) -> set[str]:
     names = {name.strip() for name in items.split(",") if name.strip()}
     for name in sorted(names):
         if not (folder / name).is_dir():
-            raise DataError(
-                f"{folder / name}: must be a folder of files that were rated, each in its own right"
-            )
+            raise DataError(f"{folder / name}: must be a folder of rated files")
     return names
 
 
-def _files(folder: Path, suffixes: Iterable[str]) -> dict[str, Path]:
-    """Return the files below ``folder`` that are not hidden, by relative path, numbers as numbers."""
-    found = {path.relative_to(folder): path for path in sorted(folder.rglob("*"), key=_natural)}
-    return {
-        relative.as_posix(): path
-        for relative, path in found.items()
-        if path.suffix.lower() in suffixes
-        and path.is_file()
-        and not any(part.startswith(".") for part in relative.parts)
-    }
-
-
 def _signals(folder: Path) -> dict[str, Path]:
-    return {name: path for name, path in _files(folder, SUFFIXES).items() if name != TABLE}
+    return {name: path for name, path in files_below(folder, SUFFIXES).items() if name != TABLE}
 
 
 def _pictures(folder: Path, signals: Mapping[str, Path]) -> tuple[dict[str, Path], dict[str, list[Path]]]:
-    """Return the picture of each recording that is called like it, and the others of each material's folder."""
+    """Return the picture of each recording that has one of its name, and the others by material folder."""
     stems = {path.with_suffix(""): name for name, path in signals.items()}
-    own: dict[str, Path] = {}
-    general: dict[str, list[Path]] = {}
-    for name, path in _files(folder, PICTURES).items():
+    recording_pictures: dict[str, Path] = {}
+    material_pictures: dict[str, list[Path]] = {}
+    for name, path in files_below(folder, PICTURES).items():
         if path.with_suffix("") in stems:
-            own[stems[path.with_suffix("")]] = path
+            recording_pictures[stems[path.with_suffix("")]] = path
         elif "/" in name:
-            general.setdefault(name.split("/")[0], []).append(path)
-    return own, general
+            material_pictures.setdefault(name.split("/")[0], []).append(path)
+    return recording_pictures, material_pictures
 
 
 def _table(path: Path) -> dict[str, dict[str, Any]]:
@@ -204,14 +185,13 @@ def _table(path: Path) -> dict[str, dict[str, Any]]:
         row = _row(f"{path}: row {number}", values)
         if row["file"] in rows:
             raise DataError(
-                f"{path}: row {number}: {row['file']} stands in row {rows[row['file']]['row']} too"
+                f"{path}: row {number}: {row['file']} is also in row {rows[row['file']]['row']}; leave one out"
             )
         rows[row["file"]] = row | {"row": number}
     return rows
 
 
 def _row(where: str, values: Mapping[str, str]) -> dict[str, Any]:
-    """Return what one row says, in its types."""
     texts = {name: text.strip() for name, text in values.items() if text.strip()}
     if "file" not in texts:
         raise DataError(f"{where} names no file")
@@ -234,20 +214,20 @@ def _row(where: str, values: Mapping[str, str]) -> dict[str, Any]:
     return row
 
 
-def _said(unit: str, rate: float | None, axes: str | Sequence[str], stream: str) -> dict[str, Any]:
-    """Return what the options say of every file, as a row would; refuse what is none at once."""
-    said: dict[str, Any] = {}
+def _options(unit: str, rate: float | None, axes: str | Sequence[str], stream: str) -> dict[str, Any]:
+    """Return the options as a row that applies to every file; invalid ones are refused before any file is read."""
+    row: dict[str, Any] = {}
     if unit != "":
         parse_unit(str(unit))
-        said["unit"] = str(unit)
+        row["unit"] = str(unit)
     if rate is not None:
         check_positive(rate=rate)
-        said["rate"] = float(rate)
+        row["rate"] = float(rate)
     if axes != "":
-        said["axes"] = tuple(map(str, axes)) if isinstance(axes, list | tuple) else _names(str(axes))
+        row["axes"] = tuple(map(str, axes)) if isinstance(axes, list | tuple) else _names(str(axes))
     if stream != "":
-        said["stream"] = str(stream)
-    return said
+        row["stream"] = str(stream)
+    return row
 
 
 def _names(text: str) -> tuple[str, ...]:
@@ -258,7 +238,3 @@ def _yes(where: str, name: str, text: str) -> bool:
     if text.lower() not in ("yes", "true", "1", "no", "false", "0"):
         raise DataError(f"{where}: {name} must be yes or no, got {text!r}")
     return text.lower() in ("yes", "true", "1")
-
-
-def _natural(path: Path) -> list[tuple[int, int, str]]:
-    return [(0, int(p), "") if p.isdecimal() else (1, 0, p) for p in re.split(r"(\d+)", path.as_posix()) if p]

@@ -4,21 +4,21 @@ J. Jiao, Y. Zhang, D. Wang, X. Guo, X. Sun, "HapTex: A Database of Fabric Textur
 World Haptics 2019, 331-336. It holds friction force, normal force, friction coefficient, displacement and velocity of
 the fingertip, and photographs of 2362 x 2362 pixels (FrictGAN, Sec. 4).
 
-**No copy was at hand, and how its files are named is not published**: what follows is what this reader takes, to which
-a user's copy may have to be brought.
+**No copy was at hand, and the names of its files are not published.** The importer expects this layout, to which a copy
+may have to be adapted:
 
-- The first number in a file's path, seen from the folder, names the fabric: ``12/trial1.txt``, ``12.txt`` and
-  ``images/12.jpg`` are of ``fabric012``.
+- The first number in a file's path, relative to the folder, names the fabric: ``12/trial1.txt``, ``12.txt`` and
+  ``images/12.jpg`` belong to ``fabric012``.
 - A table (``.txt``, ``.csv``, ``.tsv``) has a heading with ``displacement`` and ``friction coefficient`` (or
   ``friction``, ``mu``, ``cof``), units in brackets if not mm; or no heading and either two columns, displacement in mm
   and friction coefficient, or the five quantities in the order above.
-- The only photograph of a fabric is that of all its recordings, registered: 2362 pixels are 100 mm at 600 dots per
-  inch, our inference, which ``history`` repeats; column 0 is where the displacement begins. Of several photographs none
-  is registered.
+- A single photograph of a fabric belongs to all its recordings and is taken as registered: 2362 pixels are 100 mm at
+  600 dots per inch, our inference, which ``history`` repeats; column 0 is where the displacement begins. Several
+  photographs are not registered.
 
-Displacement is what was recorded, not evenly spaced: where the finger goes back or rests, samples are left out. The
+Displacement is what was recorded, not evenly spaced: samples where the finger goes back or rests are left out. The
 friction coefficient becomes the stream ``friction``, evenly spaced over displacement. By default it has 1.25 samples
-per pixel, as FrictGAN's spectrograms of 1280 samples for 1024 pixels; what is finer is removed, not folded back.
+per pixel, as FrictGAN's spectrograms of 1280 samples for 1024 pixels; finer detail is removed, not folded back.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.datasets.importer import ImportedPhotograph, ImportItem, check_positive
+from tactogram.datasets.importer import ImportedPhotograph, ImportItem, check_positive, files_below
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.store.photographs import PICTURES
 from tactogram.errors import DataError
@@ -38,7 +38,6 @@ from tactogram.signal import Signal
 from tactogram.signal.io import table
 from tactogram.signal.resampling import resample
 
-NAME = "haptex"
 TITLE = "HapTex: friction of a finger over 120 fabrics"
 LICENCE = "free access for research, no licence stated"
 DESCRIPTION = (
@@ -48,13 +47,13 @@ DESCRIPTION = (
 
 TABLES = (".txt", ".csv", ".tsv")
 WIDTH_MM = 100.0
-"""Of a photograph of 2362 pixels at 600 dots per inch."""
+"""Width of a photograph of 2362 pixels at 600 dots per inch."""
 RATE = 1.25 * 2362 / WIDTH_MM
 """Samples per mm: 1280 samples for 1024 pixels."""
 FINE = 8
-"""Samples are joined by lines on a grid so many times as fine before what is too fine is removed."""
+"""Factor by which the grid of the linear interpolation is finer than the result, before band-limiting."""
 LEAST = 16
-"""Samples that a stroke must have."""
+"""Fewest samples of a stroke."""
 
 
 def find(folder: Path, *, rate: float = RATE, width_mm: float = WIDTH_MM) -> list[ImportItem]:
@@ -63,27 +62,23 @@ def find(folder: Path, *, rate: float = RATE, width_mm: float = WIDTH_MM) -> lis
     tables = _by_fabric(folder, TABLES)
     if not tables:
         raise DataError(
-            f"{folder}: no table with a fabric's number in its path, such as 12/trial1.txt or 12.csv"
+            f"{folder}: must hold tables with a fabric's number in their path, such as 12/trial1.txt or 12.csv"
         )
-    photographs = _by_fabric(folder, PICTURES)
+    pictures = _by_fabric(folder, PICTURES)
     items = []
     for fabric, paths in tables.items():
-        shown = photographs.get(fabric, [])
-        image = shown[0] if len(shown) == 1 else None
+        images = pictures.get(fabric, [])
+        image = images[0] if len(images) == 1 else None
+        common = {"fabric": fabric, "rate": float(rate), "registered": image is not None}
         for number, path in enumerate(paths, 1):
-            info = {
-                "fabric": fabric,
-                "recording": str(number),
-                "rate": float(rate),
-                "registered": image is not None,
-            }
+            info = common | {"recording": str(number)}
             name = path.relative_to(folder).as_posix()
             items.append(ImportItem(name, (path,), info, image, width_mm if image else None))
     return items
 
 
 def photographs(folder: Path) -> list[ImportedPhotograph]:
-    """Return the photographs that are not of all recordings of their fabric: several of it, or no recording."""
+    """Return the photographs of fabrics that have several of them, or no recording."""
     tables = _by_fabric(folder, TABLES)
     return [
         ImportedPhotograph(path.relative_to(folder).as_posix(), path, _name(fabric))
@@ -96,23 +91,23 @@ def photographs(folder: Path) -> list[ImportedPhotograph]:
 def read(item: ImportItem) -> list[Recording]:
     """Return one stroke."""
     [path] = item.paths
-    known = item.info
+    info = item.info
     displacement, friction = _columns(path)
-    signal, density = friction_over(displacement, friction, known["rate"], item.name)
+    signal, density = friction_over(displacement, friction, info["rate"], item.name)
     history = [
         f"friction coefficient over displacement: {density:.3g} samples per mm recorded, {signal.rate:.5g} kept",
         "displacement in mm where the file does not say",
     ]
-    if known["registered"]:
+    if info["registered"]:
         history.append(
             "photograph taken as registered: 600 dots per inch, column 0 where the displacement begins"
         )
     return [
         Recording(
             streams={"friction": signal},
-            material=_name(known["fabric"]),
+            material=_name(info["fabric"]),
             contactor="finger",
-            labels={"recording": known["recording"]},
+            labels={"recording": info["recording"]},
             source=item.name,
             history=tuple(history),
         )
@@ -122,24 +117,11 @@ def read(item: ImportItem) -> list[Recording]:
 def friction_over(
     displacement_mm: NDArray[np.float64], friction: NDArray[np.float64], rate: float, name: str
 ) -> tuple[Signal, float]:
-    """Return friction at even steps of displacement, and how many samples per mm were recorded.
-
-    Parameters
-    ----------
-    displacement_mm, friction : float64 arrays, shape (time,)
-    rate : float, samples per mm
-    name : str
-        What to call it in errors.
-
-    Raises
-    ------
-    DataError
-        If the finger does not get anywhere, or a value is not finite.
-    """
+    """Return friction at ``rate`` even samples per mm, and the samples per mm that were recorded."""
     if not (np.isfinite(displacement_mm).all() and np.isfinite(friction).all()):
         raise DataError(f"{name}: displacement and friction must be finite in every row")
     forth = displacement_mm if displacement_mm[-1] >= displacement_mm[0] else -displacement_mm
-    # Only ground that is new: a place is felt when the finger first gets there.
+    # Only new ground counts: a place is felt when the finger first gets there.
     furthest = np.concatenate([[-np.inf], np.maximum.accumulate(forth)[:-1]])
     new = forth > furthest
     place, felt = forth[new] - forth[0], friction[new]
@@ -169,10 +151,10 @@ def _columns(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
             _named(path, names, r"displacement"),
             _named(path, names, r"friction[ _]?coef|^friction$|^mu$|^cof$"),
         )
-    where = table.read(path, columns=places[:1])
-    felt = table.read(path, columns=places[1:])
-    in_mm = np.asarray(where.samples[0], np.float64) * (1e3 if where.unit == "m" else 1.0)
-    return in_mm, np.asarray(felt.samples[0], np.float64)
+    displacement = table.read(path, columns=places[:1])
+    friction = table.read(path, columns=places[1:])
+    in_mm = np.asarray(displacement.samples[0], np.float64) * (1e3 if displacement.unit == "m" else 1.0)
+    return in_mm, np.asarray(friction.samples[0], np.float64)
 
 
 def _named(path: Path, names: list[str], pattern: str) -> str:
@@ -183,20 +165,12 @@ def _named(path: Path, names: list[str], pattern: str) -> str:
 
 
 def _by_fabric(folder: Path, suffixes: Iterable[str]) -> dict[int, list[Path]]:
-    """Return the files of each fabric, by number."""
     found: dict[int, list[Path]] = {}
-    for path in sorted(folder.rglob("*"), key=_natural):
-        relative = path.relative_to(folder)
-        numbers = re.search(r"\d+", relative.with_suffix("").as_posix())
-        hidden = any(part.startswith(".") for part in relative.parts)
-        if path.suffix.lower() in suffixes and numbers and not hidden and path.is_file():
-            found.setdefault(int(numbers[0]), []).append(path)
+    for name, path in files_below(folder, suffixes).items():
+        if number := re.search(r"\d+", name.removesuffix(path.suffix)):
+            found.setdefault(int(number[0]), []).append(path)
     return dict(sorted(found.items()))
 
 
 def _name(fabric: int) -> str:
     return f"fabric{fabric:03d}"
-
-
-def _natural(path: Path) -> list[tuple[int, int, str]]:
-    return [(0, int(p), "") if p.isdecimal() else (1, 0, p) for p in re.split(r"(\d+)", path.as_posix()) if p]

@@ -1,29 +1,29 @@
 """Penn Haptic Texture Toolkit (HaTT): autoregressive models of 100 surfaces over speed and force.
 
-One XML file ``Models_NAME.xml`` per surface. Under ``modelSet``: ``material``, ``AccelUnits`` (m/s^2),
-``SpeedUnits`` (mm/s), ``ForceUnits`` (N), ``SampleRate`` (Hz), ``mu`` (kinetic friction), ``renderPicture``
-(path of a square photo), ``numMod``, ``numTri``, ``maxSpeed``, ``maxForce``, ``speedList`` and ``forceList``
-(one ``value`` per model), a ``tri`` per triangle (three model numbers from 1), ``numARCoeff``,
-``numMACoeff`` (absent or 0 for AR models), and per ``model``: ``ARlsf`` (line spectral frequencies,
-rad/sample), ``MAlsf``, ``var`` (of the innovations, m^2/s^4), ``gain`` (of the moving-average part),
-``speedMod``, ``forceMod``. Photos are ``images/NAME_square.bmp`` or ``TextureImages/NAME_square.bmp``.
+One XML file ``Models_NAME.xml`` per surface. Under ``modelSet``: ``material``, ``AccelUnits`` (m/s^2), ``SpeedUnits``
+(mm/s), ``ForceUnits`` (N), ``SampleRate`` (Hz), ``mu`` (kinetic friction), ``renderPicture`` (path of a square photo),
+``numMod``, ``numTri``, ``maxSpeed``, ``maxForce``, ``speedList`` and ``forceList`` (one ``value`` per model), a ``tri``
+per triangle (three model numbers from 1), ``numARCoeff``, ``numMACoeff`` (absent or 0 for AR models), and per
+``model``: ``ARlsf`` (line spectral frequencies, rad/sample), ``MAlsf``, ``var`` (of the innovations, m^2/s^4), ``gain``
+(of the moving-average part), ``speedMod``, ``forceMod``. Photos are ``images/NAME_square.bmp`` or
+``TextureImages/NAME_square.bmp``.
 
 The acceleration of an ARMA model is ``gain B(z) / A(z)`` on white noise of variance ``var``. It becomes an
-autoregressive model of order `ORDER` with the same autocorrelation up to that lag, hence the same level.
-Vertices at speed 0 or force 0 have variance 0: the published way to fade out.
+autoregressive model of order `ORDER` with the same autocorrelation up to that lag, and hence the same level. Vertices
+at speed 0 or force 0 have variance 0: the published way to fade out.
 
-Checked on parts of two real files for 1 kHz (ABS Plastic and Cork; read, not kept): the names above, the
-units, triangles counted from 1, variance 0 at speed 0 and force 0, and for one model that the polynomials of
-``ARlsf`` and ``MAlsf`` are the ``ARcoeff`` and ``MAcoeff`` beside them to the six decimals given. Not checked
-on real files: a whole file from end to end, AR-only models, other sampling rates, the photos.
+Checked on parts of two real files for 1 kHz (ABS Plastic and Cork; read, not kept): the names above, the units,
+triangles counted from 1, variance 0 at speed 0 and force 0, and for one model that the polynomials of ``ARlsf`` and
+``MAlsf`` are the ``ARcoeff`` and ``MAcoeff`` beside them to the six decimals given. Not checked on real files: a whole
+file from end to end, AR-only models, other sampling rates, the photos.
 
-The models were fitted to real recordings, but what they give is synthesised: every recording from here is
-marked simulated.
+The models were fitted to real recordings, but their output is synthesised: every recording from here is marked
+simulated.
 
 References
 ----------
-- Culbertson, H., Lopez Delgado, J. J. & Kuchenbecker, K. J. (2014). One hundred data-driven haptic texture
-  models and open-source methods for rendering on 3D objects. Proc. IEEE Haptics Symposium, 319-325. doi
+- Culbertson, H., Lopez Delgado, J. J. & Kuchenbecker, K. J. (2014). One hundred data-driven haptic texture models and
+  open-source methods for rendering on 3D objects. Proc. IEEE Haptics Symposium, 319-325. doi
   10.1109/HAPTICS.2014.6775475
 """
 
@@ -48,7 +48,6 @@ from tactogram.signal.synthesis import synthesise
 from tactogram.signal.texture_map import TextureMap
 from tactogram.text_files import read_text
 
-NAME = "hatt"
 TITLE = "Penn Haptic Texture Toolkit: autoregressive models of 100 surfaces over speed and force"
 LICENCE = "University of Pennsylvania: non-profit research only, no distribution to third parties"
 DESCRIPTION = (
@@ -59,23 +58,18 @@ DESCRIPTION = (
 
 SPEEDS_MM_S = (50.0, 100.0, 150.0, 200.0)
 FORCES_N = (0.5, 1.0, 2.0)
-"""Conditions that a surface is synthesised at; those beyond what was recorded of it are left out."""
-
+"""Conditions at which a surface is synthesised; those beyond its recorded range are left out."""
 SECONDS = 10.0
-"""Length of each, s: that of the toolkit's own recordings."""
-
+"""Length of each, as of the toolkit's own recordings."""
 ORDER = 60
-"""Of the autoregressive models that stand for ARMA ones: within 0.2 dB (rms, 10-450 Hz) of a real file's."""
-
+"""Order of the autoregressive models that replace ARMA ones: within 0.2 dB (rms, 10-450 Hz) of a real file's."""
 SPECTRUM_SIZE = 2**14
-"""Points on which an ARMA spectrum is drawn to get its autocorrelation."""
-
 PICTURES = {".bmp", ".png", ".jpg", ".jpeg"}
 
 
 @dataclass(frozen=True)
 class SurfaceModel:
-    """One file: what a surface feels like under every speed and force.
+    """One file: the acceleration of a surface under every speed and force.
 
     Parameters
     ----------
@@ -83,7 +77,7 @@ class SurfaceModel:
     textures : TextureMap
         Acceleration, m/s^2; the power is interpolated linearly, as published.
     max_speed_mm_s, max_force_n : float
-        Highest that were recorded.
+        Limits of the recorded range.
     friction : float, optional
         Kinetic friction coefficient against the steel tip.
     """
@@ -96,10 +90,10 @@ class SurfaceModel:
 
 
 def find(folder: Path) -> list[ImportItem]:
-    """Return an item per model file, with its photo where there is one."""
+    """Return an item per model file, with its photo if there is one."""
     files = sorted(folder.rglob("Models_*.xml"))
     if not files:
-        raise DataError(f"{folder}: expected model files of the toolkit, found no Models_NAME.xml")
+        raise DataError(f"{folder}: must hold model files Models_NAME.xml of the toolkit, found none")
     pictures = {p.stem.lower(): p for p in sorted(folder.rglob("*_square.*")) if p.suffix.lower() in PICTURES}
     return [
         ImportItem(
@@ -112,7 +106,7 @@ def find(folder: Path) -> list[ImportItem]:
 
 
 def read(item: ImportItem) -> list[Recording]:
-    """Return the surface at every condition of the grid that was recorded of it."""
+    """Return the surface at every condition of the grid within its recorded range."""
     surface = read_surface(item.paths[0])
     return [
         _recording(surface, item.name, speed, force)
@@ -122,13 +116,7 @@ def read(item: ImportItem) -> list[Recording]:
 
 
 def read_surface(path: Path) -> SurfaceModel:
-    """Read one model file.
-
-    Raises
-    ------
-    DataError
-        If it is not one, is broken, or declares entities.
-    """
+    """Read one model file."""
     root = _parse(path)
     material = _text(path, root, "material").strip() or path.stem.removeprefix("Models_")
     for name, unit in (("AccelUnits", "m/s^2"), ("SpeedUnits", "mm/s"), ("ForceUnits", "N")):
@@ -220,7 +208,7 @@ def _map(
     triangles: NDArray[np.intp] | None,
 ) -> TextureMap:
     _, first = np.unique(conditions, axis=0, return_index=True)
-    if len(first) < len(models):  # the same vertex twice: its triangles no longer say which is meant
+    if len(first) < len(models):  # a repeated vertex makes the triangles ambiguous
         kept = sorted(first)
         models, conditions, triangles = [models[i] for i in kept], [conditions[i] for i in kept], None
     try:
@@ -234,7 +222,7 @@ def _within(wanted: tuple[float, ...], highest: float) -> tuple[float, ...]:
 
 
 def _parse(path: Path) -> Element:
-    """Return the root of an XML file that declares no document type, and so no entities to expand."""
+    """Return the root of an XML file without document type, and so without entities to expand."""
     try:
         text = read_text(path)
         if "<!DOCTYPE" in text or "<!ENTITY" in text:

@@ -1,21 +1,21 @@
 """LMT-108 surface materials: sound and acceleration of a tool stroked freely over a surface, and photographs.
 
-M. Strese, C. Schuwerk, A. Iepure, E. Steinbach, "Multimodal Feature-Based Surface Material Classification",
-IEEE Transactions on Haptics 10(2), 2017.
+M. Strese, C. Schuwerk, A. Iepure, E. Steinbach, "Multimodal Feature-Based Surface Material Classification", IEEE
+Transactions on Haptics 10(2), 2017.
 
-Read from ``index.csv`` (columns ``file`` with a path relative to it, ``material``, ``group``, ``recording``) where
-there is one, else from file names: ``G1RhombAluminumMesh_Sound_Movement_train1.flac`` (or ``.wav``), and
-accelerations ``G1RhombAluminumMesh_Movement_X_train1.txt``, one number per line, one file per axis, 10 kHz.
-Sound and acceleration of one stroke become one recording.
+Read from ``index.csv`` (columns ``file`` with a path relative to it, ``material``, ``group``, ``recording``) if there
+is one, otherwise from file names: ``G1RhombAluminumMesh_Sound_Movement_train1.flac`` (or ``.wav``), and accelerations
+``G1RhombAluminumMesh_Movement_X_train1.txt``, one number per line, one file per axis, 10 kHz. Sound and acceleration of
+one stroke become one recording.
 
 Photographs are ``ImageScans/NoFlash/Training/G1RhombAluminumMesh_Image_1_train1.jpg``, ten per material and part, of
 320 x 480 pixels without a scale; those in a folder ``Flash`` are left out, as in the visual-tactile GAN (Sec. 4.1).
 They belong to their material, not to a stroke: which place was photographed and which was stroked is unknown.
 
-Sound (44.1 kHz FLAC with ``index.csv``, and WAV by name) was checked on real files. **No real acceleration file
-was at hand**: that they are in m/s^2 is our assumption, which ``history`` repeats. **No real photograph was at hand**:
-folder and file names are those that public code for this set opens. Sound is of a microphone, full
-scale 1: band-limit it to 20-1000 Hz before treating it as vibration, and call it what it is.
+Sound (44.1 kHz FLAC with ``index.csv``, and WAV by name) was checked on real files. **No real acceleration file was at
+hand**: that they are in m/s^2 is our assumption, which ``history`` repeats. **No real photograph was at hand**: folder
+and file names are those that public code for this set opens. Sound is a microphone signal, full scale 1: band-limit it
+to 20-1000 Hz before treating it as vibration, and call it sound.
 """
 
 from __future__ import annotations
@@ -36,7 +36,6 @@ from tactogram.signal import Signal
 from tactogram.signal.io import read_signal
 from tactogram.text_files import read_table
 
-NAME = "lmt108"
 TITLE = "LMT-108 surface materials"
 LICENCE = "not stated"
 DESCRIPTION = (
@@ -70,10 +69,10 @@ def find(folder: Path) -> list[ImportItem]:
     for stroke in strokes.values():
         paths = [stroke[kind] for kind in ("sound", "X", "Y", "Z") if kind in stroke]
         if 0 < sum(kind in stroke for kind in "XYZ") < 3:
-            # The reader names the axis that is missing.
-            there = next(kind for kind in "XYZ" if kind in stroke)
+            # All three, so that the reader names the missing one.
+            axis = next(kind for kind in "XYZ" if kind in stroke)
             paths = [stroke["sound"]] if "sound" in stroke else []
-            paths += [_sibling(stroke[there], there, kind) for kind in "XYZ"]
+            paths += [_sibling(stroke[axis], axis, kind) for kind in "XYZ"]
         items.append(ImportItem(paths[0].relative_to(folder).as_posix(), tuple(paths), stroke))
     return items
 
@@ -108,12 +107,11 @@ def read(item: ImportItem) -> list[Recording]:
         if path not in tables:
             streams["sound"] = read_signal(path, unit="1")
             history.append("sound of a microphone, full scale 1")
-    known = item.info
-    labels = {"recording": known["recording"], "group": known["group"], "part": known["part"]}
+    labels = {name: item.info[name] for name in ("recording", "group", "part")}
     return [
         Recording(
             streams=streams,
-            material=known["material"],
+            material=item.info["material"],
             contactor="tool",
             labels={name: text for name, text in labels.items() if text},
             source=item.name,
@@ -136,19 +134,20 @@ def _indexed(index: Path) -> Iterator[tuple[str, Path, str, str, str, str]]:
 
 
 def _named(folder: Path) -> Iterator[tuple[str, Path, str, str, str, str]]:
-    """Yield the same from the names of all files below ``folder``, materials first, numbers as numbers."""
+    """Yield the same from the names of all files below ``folder``, by group, material and number."""
     found = []
     for path in folder.rglob("*_Movement_*"):
-        axis, sound = _AXIS.fullmatch(path.name), _SOUND.fullmatch(path.name)
-        if axis:
+        if axis := _AXIS.fullmatch(path.name):
             group, material, kind, part, number = axis.groups()
-            found.append((kind.upper(), path, group.upper(), group.upper() + material, part.lower(), number))
-        elif sound:
-            group, material, part, number = sound.groups()
-            found.append(("sound", path, group.upper(), group.upper() + material, part.lower(), number))
+        elif sound := _SOUND.fullmatch(path.name):
+            (group, material, part, number), kind = sound.groups(), ""
+        else:
+            continue
+        name = group.upper() + material
+        found.append((kind.upper() or "sound", path, group.upper(), name, part.lower(), number))
     if not found:
         raise DataError(
-            f"{folder}: has no index.csv and no file named like G1Material_Sound_Movement_train1.flac"
+            f"{folder}: must hold index.csv or files named like G1Material_Sound_Movement_train1.flac, found neither"
         )
     yield from sorted(found, key=lambda f: (int(f[2][1:]), f[3], f[4], int(f[5]), f[0], f[1].suffix))
 
@@ -158,7 +157,7 @@ def _sibling(path: Path, axis: str, other: str) -> Path:
 
 
 def _numbers(path: Path) -> NDArray[np.float64]:
-    """Return one number per line, float64, shape (time,)."""
+    """Return the numbers in a file, one per line."""
     values = []
     with path.open(encoding="ascii", errors="replace") as file:
         for row, line in enumerate(file, 1):

@@ -1,15 +1,14 @@
-"""VibViz: 120 vibrations designed by hand, and what people said of them.
+"""VibViz: 120 designed vibrations with word ratings.
 
 H. Seifi, K. Zhang, K. E. MacLean, "VibViz: Organizing, visualizing and navigating vibration libraries", IEEE World
 Haptics 2015. CC BY 4.0.
 
 Read from ``vibrationAnnotations*.csv`` and the WAV files it names (``ID.wav``, beside it or in a folder). These are
 effects, not recordings of materials: ``material`` is empty, ``labels["effect"]`` and ``labels["item"]`` are the id.
-Ratings are means in -3..3, over raters whose number the table does not state (its fractions fit 7 to 13): who said
-what is lost, so that one rater, ``mean``, stands for all, and reliability cannot be had. The table's other columns
-(dimensions of the tags) are left out.
-Rates and channels differ between files; samples are full scale 1. An effect without a file is no error: public
-copies hold 100 of the 120. Checked on real files.
+Ratings are means in -3..3 over raters whose number the table does not state (its fractions fit 7 to 13). One rater,
+``mean``, therefore stands for all of them, and reliability cannot be computed. The table's other columns (dimensions of
+the tags) are left out. Rates and channels differ between files; samples are full scale 1. An effect without a file is
+no error: public copies hold 100 of the 120. Checked on real files.
 """
 
 from __future__ import annotations
@@ -27,7 +26,6 @@ from tactogram.errors import DataError
 from tactogram.signal.io import read_signal
 from tactogram.text_files import read_table
 
-NAME = "vibviz"
 TITLE = "VibViz vibration library (designed effects with ratings)"
 LICENCE = "CC-BY-4.0"
 DESCRIPTION = (
@@ -42,7 +40,7 @@ TAGS = ("sensationTags", "emotionTags", "metaphors", "usageExamples")
 
 
 def find(folder: Path) -> list[ImportItem]:
-    """Return an item per WAV file; each needs its row of annotations."""
+    """Return an item per WAV file, each of which needs a row of annotations."""
     table, rows = _annotations(folder)
     annotations = {row["id"]: row for row in rows}
     items = []
@@ -76,7 +74,7 @@ def read(item: ImportItem) -> list[Recording]:
 
 
 def ratings(folder: Path) -> Ratings:
-    """Return the mean ratings of all effects in the table, with files or without."""
+    """Return the mean ratings of all effects in the table, with or without a file."""
     table, rows = _annotations(folder)
     names = [(row["id"], word) for row in rows for word in RATINGS]
     scores = [

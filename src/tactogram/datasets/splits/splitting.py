@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Literal, get_args
@@ -11,7 +10,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from tactogram.datasets.labels import Label, label_of
-from tactogram.datasets.recording import RecordingInfo
+from tactogram.datasets.recording import RecordingInfo, natural_key
 from tactogram.datasets.splits.split import By, Segment, Split
 from tactogram.errors import ParameterError
 
@@ -209,12 +208,8 @@ def contiguous_blocks(
 
 
 def natural_order(info: RecordingInfo) -> tuple[list[tuple[int, int, str]], list[tuple[int, int, str]]]:
-    """Return the key that sorts recordings by number, then by source, numbers as numbers."""
-    return _natural(info.labels.get("recording", "")), _natural(info.source or info.id)
-
-
-def _natural(text: str) -> list[tuple[int, int, str]]:
-    return [(0, int(p), "") if p.isdecimal() else (1, 0, p) for p in re.split(r"(\d+)", text) if p]
+    """Return the key that sorts recordings by number, then by source."""
+    return natural_key(info.labels.get("recording", "")), natural_key(info.source or info.id)
 
 
 def _strata(infos: Sequence[RecordingInfo], label: Label) -> dict[str, dict[str, list[str]]]:

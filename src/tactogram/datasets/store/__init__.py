@@ -1,1 +1,1 @@
-"""The store: recordings on disk."""
+"""Store: recordings on disk."""

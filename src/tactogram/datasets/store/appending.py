@@ -1,8 +1,8 @@
-"""One recording more in a store, on the disk before anything else happens: what a recording session needs.
+"""Durable appending of one recording to a store, for recording sessions.
 
-`add_recordings` is complete or not at all whatever happens to the *process*. Here the same holds for the machine: all
-files and their folder are synchronised to the disk before ``dataset.json`` is replaced, and it after. What a kill
-leaves behind on the way is removed by `recovered`.
+`add_recordings` is atomic if the *process* is killed; here the same holds for a power cut: all files and their folder
+are synchronised to the disk before ``dataset.json`` is replaced, and it after. `recovered` removes what a killed
+process left.
 """
 
 from __future__ import annotations
@@ -16,28 +16,22 @@ from tactogram.datasets.store.writer import StoreWriter
 from tactogram.datasets.store.writing import new_store
 from tactogram.errors import DataError
 
-CHANGED_MEANWHILE = 3
-"""How often it is tried again where another process added something to the store at the same moment."""
+ATTEMPTS = 3
+"""Attempts where another process adds to the store at the same moment."""
 
 
 def append_recording(path: Path, recording: Recording, *, name: str, licence: str, source: str = "") -> Store:
-    """Put ``recording`` into the store at ``path``, made now if there is none, and return the store.
+    """Append ``recording`` to the store at ``path``, which is created if missing, and return the store.
 
-    When this returns the recording is on the disk; when it raises, the store is as it was.
-
-    Parameters
-    ----------
-    path : Path
-    recording : Recording
-    name, licence, source : str
-        Of a store that is made; see `create_store`.
+    When this returns, the recording is on the disk; when it raises, the store is as it was. ``name``, ``licence`` and
+    ``source`` are those of a new store; see `create_store`.
 
     Raises
     ------
     DataError
-        If the same samples are there already, or the recording cannot stand beside the others.
+        If the store holds the same samples, or the recording does not fit the others.
     OSError
-        If the disk is full, or the folder cannot be written to.
+        If the disk is full, or the folder not writable.
     """
     if not path.exists():
         with new_store(
@@ -46,7 +40,7 @@ def append_recording(path: Path, recording: Recording, *, name: str, licence: st
             writer.add(recording)
             writer.publish(path)
         return open_store(path)
-    for attempt in range(CHANGED_MEANWHILE):
+    for attempt in range(ATTEMPTS):
         store = open_store(path)
         with StoreWriter(store.path, store.facts, store, durable=True) as writer:
             if not writer.add(recording):
@@ -58,13 +52,13 @@ def append_recording(path: Path, recording: Recording, *, name: str, licence: st
                 writer.finish()
                 break
             except DataError:
-                if attempt == CHANGED_MEANWHILE - 1:
+                if attempt == ATTEMPTS - 1:
                     raise
     return open_store(path)
 
 
 def recovered(path: Path) -> tuple[Store | None, list[str]]:
-    """Return the store at ``path``, None if there is none yet, and what of a killed process was removed there."""
+    """Return the store at ``path``, None if missing, and the names of removed leftovers of killed processes."""
     stale = [part.name for part in path.parent.glob(f"{path.name}.part-*")]
     left = {part.name for part in clear_stale_parts(path)}
     removed = [name for name in stale if name not in left]

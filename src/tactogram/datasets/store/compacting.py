@@ -1,9 +1,9 @@
-"""Many small shards into few large ones: what a recording session leaves, a shard per take, is quick to open again.
+"""Compaction: many small shards, as a recording session leaves them, become few large ones that open faster.
 
-The recordings stay as they are, in their order, and with them ids, splits and the store's sha256. New shards are
-written beside the old ones and checked, sample by sample; then ``dataset.json`` is replaced, at once; then the old ones
-go. Until then a kill leaves the old store, from then on the new one; what else it leaves is noted and removed by the
-next (`tactogram.datasets.store.pending`). Whoever has the store open goes on reading (`Store`).
+The recordings stay the same and in order, and so do ids, splits and the store's sha256. New shards are written and
+checked sample by sample; then ``dataset.json`` is replaced, atomically; then the old ones are removed. A kill before
+that leaves the old store, after it the new one; other leftovers are noted and removed by the next process
+(`tactogram.datasets.store.pending`). Processes with the store open can go on reading (`Store`).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from tactogram.errors import DataError
 from tactogram.signal.io.atomic import atomic_write, to_disk
 
 SMALL = 0.5
-"""A shard with less than this share of what one may hold is small, and goes together with its neighbours."""
+"""Shards below this share of the full size are merged with their neighbours."""
 
 ProgressCallback = Callable[[int, int], None]
 
@@ -43,26 +43,20 @@ class CompactionResult:
     bytes_before: int
     bytes: int
     rewritten: int
-    """Old shards whose recordings stand in new ones."""
+    """Number of old shards that were replaced."""
     cleared: int
-    """Files that a killed process had left."""
+    """Leftover files of killed processes."""
 
 
 def compact(path: Path | str, *, progress: ProgressCallback | None = None) -> CompactionResult:
-    """Write runs of small shards of the store at ``path`` anew, as few large ones.
-
-    Parameters
-    ----------
-    path : Path
-    progress : callable, optional
-        Called with the number of recordings checked and their total.
+    """Merge runs of small shards of the store at ``path`` into few large ones.
 
     Raises
     ------
     DataError
-        If something in the store is damaged, or somebody adds to it at the same time; it is as it was then.
+        If the store is damaged, or another process adds to it at the same time; it is then unchanged.
     OSError
-        If the disk is full: all that is rewritten stands there twice for a while.
+        If the disk is full: rewritten shards exist twice for a while.
     """
     path = Path(path)
     store = open_store(path)
@@ -80,7 +74,7 @@ def compact(path: Path | str, *, progress: ProgressCallback | None = None) -> Co
         new = _written(store, runs, files)
         named = new.ids
         _check(store, Store(path, new), runs, progress)
-        # What goes is noted before: a kill may come between the two.
+        # Noted before they are obsolete: a kill may come in between.
         files.note(*(path / shard.file for shard in old), path / facts.ids)
         files.to_disk()
         with replacing(path), atomic_write(path / FACTS, durable=True) as part:
@@ -92,19 +86,19 @@ def compact(path: Path | str, *, progress: ProgressCallback | None = None) -> Co
             part.write_text(new.text(), encoding="utf-8")
         to_disk(path)
     except BaseException:
-        # An interrupt may come when it was just replaced: what it names stays.
+        # An interrupt may come just after the replacement: the new files then stay.
         if StoreInfo.load(path).ids != named:
             files.remove()
             files.forget_notes()
         raise
-    kept = False
+    remaining = False
     for name in (*(shard.file for shard in old), facts.ids):
         try:
             (path / name).unlink(missing_ok=True)
         except OSError:
-            # Open elsewhere, on a system that then keeps it: it stays noted, and the next removes it.
-            kept = True
-    if not kept:
+            # On systems that keep files which are open elsewhere it stays noted, and the next process removes it.
+            remaining = True
+    if not remaining:
         files.forget_notes()
     return _result(facts, new, len(old), len(cleared))
 
@@ -122,7 +116,7 @@ def _result(before: StoreInfo, after: StoreInfo, rewritten: int, cleared: int) -
 
 
 def _runs(shards: Sequence[StoredFile]) -> Iterator[list[StoredFile]]:
-    """Return the shards in their order: small neighbours together, each of the others alone."""
+    """Yield the shards in order: small neighbours together, each of the others alone."""
     for small, run in groupby(shards, _is_small):
         if small:
             yield list(run)
@@ -135,7 +129,7 @@ def _is_small(shard: StoredFile) -> bool:
 
 
 def _written(store: Store, runs: Sequence[Sequence[StoredFile]], files: StagedFiles) -> StoreInfo:
-    """Write the new shards and the new list of ids, and return what ``dataset.json`` shall say."""
+    """Write the new shards and the new list of ids, and return the new content of ``dataset.json``."""
     facts, columns = store.facts, schema(store.streams)
     shards: list[StoredFile] = []
     for run in runs:
@@ -151,7 +145,7 @@ def _written(store: Store, runs: Sequence[Sequence[StoredFile]], files: StagedFi
     place = np.array(old.begins)[ids["shard"]] + ids["row"]
     ids["shard"] = np.searchsorted(new.ends, place, side="right")
     ids["row"] = place - np.array(new.begins)[ids["shard"]]
-    # Not under the name of the list that stands: that is what a kill now leaves in use.
+    # Not under the name of the current list, which stays in use if the process is killed now.
     name = f"ids-{facts.sha256[:16]}-{os.urandom(4).hex()}.npy"
     files.begin(store.path / name)
     with (store.path / name).open("wb") as file:
@@ -162,7 +156,7 @@ def _written(store: Store, runs: Sequence[Sequence[StoredFile]], files: StagedFi
 def _check(
     store: Store, written: Store, runs: Sequence[Sequence[StoredFile]], progress: ProgressCallback | None
 ) -> None:
-    """Read every recording that was written anew, and compare it with what it was."""
+    """Compare every rewritten recording with the original."""
     total = sum(shard.rows for run in runs if len(run) > 1 for shard in run)
     done = end = 0
     for run in runs:
@@ -173,8 +167,7 @@ def _check(
             same_picture = store.image_id(was.id) == written.image_id(was.id)
             if was != now or not same_picture or content_id(streams) != was.id:
                 raise DataError(
-                    f"{store.path}: {was.source or was.id} would not be what it was; nothing was changed, see data "
-                    "check"
+                    f"{store.path}: {was.source or was.id} would change; nothing was changed, see data check"
                 )
             done += 1
             if progress is not None:
@@ -184,10 +177,7 @@ def _check(
 def _groups(path: Path, stored: StoredFile) -> Iterator[pa.Table]:
     """Yield the row groups of a shard, one at a time in memory.
 
-    Raises
-    ------
-    DataError
-        If it is not as it was written: what is written anew has a hash of its own, by which no damage would show.
+    A damaged shard is a `DataError`: its new hash would hide the damage.
     """
     file = opened(path, stored)
     if file_hash(path) != stored.sha256:
@@ -199,7 +189,7 @@ def _groups(path: Path, stored: StoredFile) -> Iterator[pa.Table]:
 
 
 def _whole(table: pa.Table, columns: pa.Schema) -> pa.Table:
-    """Return ``table`` with all columns of a store: null where its shard has no such stream or axis."""
+    """Return ``table`` with all columns of a store, null for streams or axes that its shard lacks."""
     there = set(table.column_names)
     arrays = [
         table[column.name] if column.name in there else pa.nulls(len(table), column.type)
@@ -211,7 +201,7 @@ def _whole(table: pa.Table, columns: pa.Schema) -> pa.Table:
 def _merged(
     tables: Iterator[pa.Table], columns: pa.Schema, files: StagedFiles, *, first: int
 ) -> Iterator[StoredFile]:
-    """Write row groups into shards of full size, numbered from ``first``, and yield each when it is complete."""
+    """Write row groups into shards of full size, numbered from ``first``, and yield each complete one."""
     path, file, rows, size = files.folder, None, 0, 0
     try:
         for group in _gathered(tables):

@@ -18,14 +18,9 @@ from tactogram.errors import DataError
 
 @dataclass(frozen=True, eq=False)
 class ShardIndex:
-    """Shards, and where in them each recording is; exchanged as a whole, so that no thread mixes two.
+    """Shards, and the place of each recording in them; replaced as a whole, so that no thread mixes two.
 
-    Parameters
-    ----------
-    shards : tuple of StoredFile
-    ids : array of `tactogram.datasets.store.layout.ID_TABLE`, sorted by id
-    opened : dict
-        Shards that were read already, by number.
+    ``ids`` is an array of `tactogram.datasets.store.layout.ID_TABLE`, sorted by id; ``opened`` caches shards by number.
     """
 
     shards: tuple[StoredFile, ...]
@@ -34,40 +29,35 @@ class ShardIndex:
 
     @cached_property
     def begins(self) -> list[int]:
-        """How many recordings stand before each shard, and before the end."""
+        """Number of recordings before each shard, and in all."""
         return list(accumulate((shard.rows for shard in self.shards), initial=0))
 
     @cached_property
     def ends(self) -> list[int]:
-        """How many recordings stand before the end of each shard."""
+        """Number of recordings up to the end of each shard."""
         return self.begins[1:]
 
     def rank(self, id: str) -> int | None:
-        """Return where ``id`` stands in the sorted list, None if it does not."""
+        """Return the index of ``id`` in the sorted list, None if missing."""
         key = id.encode(errors="replace")
         place = bisect_left(range(len(self.ids)), key, key=lambda i: self.ids["id"][i])
         return place if place < len(self.ids) and self.ids["id"][place] == key else None
 
     def find(self, id: str) -> tuple[int, int] | None:
-        """Return shard and row of a recording, None if there is none of this id."""
+        """Return shard and row of a recording, None if missing."""
         place = self.rank(id)
         return None if place is None else (int(self.ids["shard"][place]), int(self.ids["row"][place]))
 
     def first(self, count: int) -> ShardIndex:
-        """Return the places of the first ``count`` recordings alone, in the order in which they were put in."""
+        """Return the index of the first ``count`` recordings alone, in the order in which they were added."""
         order = np.array(self.begins)[self.ids["shard"]] + self.ids["row"]
         return self if count >= self.begins[-1] else replace(self, ids=self.ids[order < count])
 
 
 def places_of(path: Path, facts: StoreInfo) -> ShardIndex:
-    """Read where the recordings of the store ``path`` stand; memory-mapped.
+    """Load the index of the store ``path``, memory-mapped.
 
-    Raises
-    ------
-    GoneError
-        If the list of ids is not there.
-    DataError
-        If it cannot be read.
+    `MissingFileError` if the list of ids is gone; `DataError` if it is unreadable.
     """
     try:
         ids = np.load(path / facts.ids, mmap_mode="r", allow_pickle=False)

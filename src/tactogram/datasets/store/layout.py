@@ -1,20 +1,20 @@
 """On-disk layout of a store: ``dataset.json``, Parquet shards, photographs, and a sorted list of ids.
 
-A shard has one row per recording. What is known of a recording stands in plain columns under the names of
-`RecordingInfo`; each stream adds ``acceleration_rate`` (Hz, or samples per mm), ``acceleration_axes``
-(``"x,y,z"``), ``acceleration_length`` (samples per axis) and one ``list<float>`` column per axis
-(``acceleration_x``, …), null where a recording lacks it. Units and domains are the same in the whole store
-and stand in ``dataset.json``. Shards need not have the same columns: a recording with a further axis or
-stream starts another one (DuckDB: ``read_parquet('STORE/shard-*.parquet', union_by_name = true)``).
+A shard has one row per recording. Its metadata is in plain columns named as in `RecordingInfo`; each stream adds
+``acceleration_rate`` (Hz, or samples per mm), ``acceleration_axes`` (``"x,y,z"``), ``acceleration_length`` (samples per
+axis) and one ``list<float>`` column per axis (``acceleration_x``, …), null where a recording lacks it. Units and
+domains are the same in the whole store and are in ``dataset.json``. Shards need not have the same columns: a recording
+with a further axis or stream starts another one (DuckDB: ``read_parquet('STORE/shard-*.parquet', union_by_name =
+true)``).
 
-Photographs stand once each in ``images-*.parquet`` (``key``, ``mm_per_pixel``, ``image``: an encoded picture). A row
-of a shard names its recording's own in ``image``; those that show a material, whichever its recordings, are listed
-in ``dataset.json`` under ``photographs``: source by key by material. What people said of items stands in
-the ``ratings-*.parquet`` that ``dataset.json`` names (`ratings_io`).
+Each photograph is stored once in ``images-*.parquet`` (``key``, ``mm_per_pixel``, ``image``: an encoded picture). A row
+of a shard names its recording's own in ``image``; those of a material are listed in ``dataset.json`` under
+``photographs``: source by key by material. Ratings are in the ``ratings-*.parquet`` that ``dataset.json`` names
+(`tactogram.datasets.ratings.files`).
 
-Samples are uncompressed, PLAIN, and one page per column and row group, so that those of one recording lie
-side by side in the file and a window is read as a slice of it, however large the store is. Compression would
-cost that, and saves little on sensor noise.
+Samples are uncompressed, PLAIN, and one page per column and row group, so that those of one recording are contiguous in
+the file and a window is read as a slice of it, however large the store is. Compression would prevent that, and saves
+little on sensor noise.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ import numpy as np
 import pyarrow as pa
 
 from tactogram.datasets.recording import Recording, RecordingInfo
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import DataError, ParameterError, printable
 from tactogram.signal import Signal
 from tactogram.text_files import read_json
 
@@ -54,31 +54,22 @@ INFO_COLUMNS: Mapping[str, pa.DataType] = {
     "simulated": pa.bool_(),
     "image": pa.string(),
 }
-"""Columns that every shard has: the fields of `RecordingInfo`, and the key of the photograph."""
+"""Columns of every shard: the fields of `RecordingInfo`, and the key of the photograph."""
 
 ID_TABLE = np.dtype([("id", "S16"), ("facts", "S16"), ("shard", "<i4"), ("row", "<i4")])
-"""The list of ids, sorted: what is known of each as a hash, and where it stands."""
+"""Sorted list of ids: hash of the metadata, shard and row of each recording."""
 
 
 @dataclass(frozen=True)
 class StoreStreamInfo:
-    """Properties that a store's recordings share in one stream.
-
-    Parameters
-    ----------
-    unit : str
-    domain : str
-        ``"time"`` or ``"displacement"``.
-    axes : tuple of str
-        Every axis that any recording has.
-    """
+    """Unit, domain (``"time"`` or ``"displacement"``) and axes of a stream in a whole store."""
 
     unit: str
     domain: str
     axes: tuple[str, ...]
 
     def widened(self, name: str, signal: Signal, source: str) -> StoreStreamInfo:
-        """Return the facts with the axes of ``signal``, or refuse it for another unit or domain."""
+        """Return this with the axes of ``signal`` added; `DataError` for another unit or domain."""
         if (signal.unit, signal.domain) != (self.unit, self.domain):
             raise DataError(
                 f"{source}: stream {name!r} must be in {self.unit} over {self.domain} as in the rest of the "
@@ -113,11 +104,10 @@ class StoreInfo:
     duplicates: tuple[Mapping[str, str], ...] = ()
     skipped: tuple[Mapping[str, str], ...] = ()
     photographs: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    """Of each material: where each photograph came from, by its key. Recordings' own are not among them."""
+    """Source by key by material; recordings' own photographs are not among them."""
     ratings: StoredFile | None = None
-    """What people said of the recordings or photographs."""
     ratings_sha256: str = ""
-    """Of the ratings themselves, whatever wrote the file."""
+    """Hash of the ratings themselves rather than the file."""
 
     @property
     def rows(self) -> int:
@@ -131,13 +121,7 @@ class StoreInfo:
 
     @classmethod
     def load(cls, folder: Path) -> StoreInfo:
-        """Read ``dataset.json``.
-
-        Raises
-        ------
-        DataError
-            If there is none, or it is not one, or of a version that this package does not know.
-        """
+        """Read ``dataset.json``; `DataError` if it is missing, invalid, or of an unknown version."""
         path = folder / FACTS
         if not path.is_file():
             raise DataError(f"{folder} is not a store: it has no {FACTS}; make one with data import")
@@ -169,18 +153,12 @@ class StoreInfo:
 
 
 def axis_column(stream: str, axis: str) -> str:
-    """Return the name of the column that holds one axis."""
+    """Return the column name of one axis."""
     return f"{stream}_{axis}"
 
 
 def schema(streams: Mapping[str, StoreStreamInfo]) -> pa.Schema:
-    """Return the columns of a shard that holds ``streams``.
-
-    Raises
-    ------
-    ParameterError
-        If two columns would have the same name.
-    """
+    """Return the columns of a shard that holds ``streams``; `ParameterError` if two would have the same name."""
     columns: list[tuple[str, pa.DataType]] = list(INFO_COLUMNS.items())
     for name, facts in streams.items():
         columns += [
@@ -210,7 +188,7 @@ def info_row(info: RecordingInfo, image: str | None) -> dict[str, Any]:
 
 
 def row_info(row: Mapping[str, Any]) -> RecordingInfo:
-    """Return what the scalar columns of one row say."""
+    """Return the metadata in the scalar columns of one row."""
     values = {f.name: row[f.name] for f in fields(RecordingInfo)}
     values["ratings"] = dict(row["ratings"] or ())
     values["labels"] = dict(row["labels"] or ())
@@ -219,23 +197,24 @@ def row_info(row: Mapping[str, Any]) -> RecordingInfo:
 
 
 def facts_hash(recording: Recording, image: str | None) -> bytes:
-    """Return 16 hex digits that follow from all that is known of a recording besides its samples."""
+    """Return 16 hex digits that identify the metadata of a recording; `DataError` for text that is not UTF-8."""
     text = json.dumps(info_row(recording, image), sort_keys=True, ensure_ascii=False)
+    check_utf8(text, recording.source)
     return hashlib.sha256(text.encode()).hexdigest()[:16].encode()
+
+
+def check_utf8(text: str, where: str) -> None:
+    """Refuse text with bytes of a file name that is not UTF-8: no Parquet or JSON file can hold them."""
+    if text != printable(text):
+        raise DataError(f"{where}: file names must be UTF-8; rename the file or folder")
 
 
 def store_hash(
     ids: np.ndarray, photographs: Mapping[str, Mapping[str, str]], ratings_sha256: str = ""
 ) -> str:
-    """Return the sha256 of what a store holds, whatever the order or number of shards.
+    """Return the sha256 of a store's content, whatever the order or number of shards.
 
-    Parameters
-    ----------
-    ids : array of `ID_TABLE`, sorted by id
-    photographs : mapping
-        Those of `StoreInfo`. Where there are none, the hash is that of the recordings alone.
-    ratings_sha256 : str
-        `Ratings.sha256`; likewise.
+    ``ids`` is an array of `ID_TABLE`, sorted by id; empty photographs or ratings leave the hash of the rest unchanged.
     """
     digest = hashlib.sha256()
     digest.update(np.ascontiguousarray(ids["id"]).tobytes())

@@ -1,4 +1,4 @@
-"""One Parquet file of a store: written as `layout` says, and read only if it is as it was written."""
+"""Parquet files of a store, written as `layout` describes and checked when opened."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tactogram.errors import DataError
 
 
 class MissingFileError(DataError):
-    """A file that ``dataset.json`` named is not there: removed by hand, or written anew (`compacting`)."""
+    """A file in ``dataset.json`` is missing: removed by hand, or replaced (`compacting`)."""
 
 
 def plain_parquet(path: Path, columns: pa.Schema) -> pq.ParquetWriter:
@@ -31,26 +31,17 @@ def plain_parquet(path: Path, columns: pa.Schema) -> pq.ParquetWriter:
 def close_quietly(file: pq.ParquetWriter | None) -> None:
     """Close a file that will be removed."""
     if file is not None:
-        # On a full disk this fails once more.
-        with suppress(OSError):
+        with suppress(OSError):  # a full disk fails again
             file.close()
 
 
 def stored_file(path: Path, rows: int) -> StoredFile:
-    """Return what ``dataset.json`` says of a file that was written, of ``rows`` rows."""
+    """Return the entry in ``dataset.json`` of a written file of ``rows`` rows."""
     return StoredFile(path.name, rows, path.stat().st_size, file_hash(path))
 
 
 def opened(path: Path, stored: StoredFile) -> pq.ParquetFile:
-    """Open ``path``.
-
-    Raises
-    ------
-    GoneError
-        If it is not there.
-    DataError
-        If it is not as long as ``stored`` says, in bytes or rows, or not Parquet.
-    """
+    """Open ``path``; `MissingFileError` if it is gone, `DataError` if its size or rows differ from ``stored``."""
     try:
         size = path.stat().st_size
         if size != stored.bytes:

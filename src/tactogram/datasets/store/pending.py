@@ -20,16 +20,16 @@ from tactogram.signal.io.atomic import to_disk
 
 Purpose = Literal["adding", "compacting"]
 REPLACED_S = 2.0
-"""How long somebody who adds waits for shards to be replaced by those written anew, s: a matter of milliseconds."""
+"""Longest wait of an adding process while another replaces shards, which takes milliseconds."""
 
 
 def part_folder(path: Path) -> Path:
-    """Return the folder beside ``path`` in which this process makes what will be ``path``."""
+    """Return the folder beside ``path`` in which this process prepares it."""
     return path.with_name(f"{path.name}.part-{host_name()}-{os.getpid()}")
 
 
 def clear_stale_parts(path: Path) -> list[Path]:
-    """Remove part folders of ``path`` whose process is gone; return those of which that is not known."""
+    """Remove part folders of ``path`` whose process has ended; return those of unknown state."""
     left = []
     for part in sorted(path.parent.glob(f"{path.name}.part-*")):
         host, _, process = part.name.removeprefix(f"{path.name}.part-").rpartition("-")
@@ -41,11 +41,11 @@ def clear_stale_parts(path: Path) -> list[Path]:
 
 
 def clear_unfinished(path: Path, *, own: bool = True) -> list[str]:
-    """Remove what a killed process left in the store ``path`` on its way into it, and return the files' names.
+    """Remove pending files of killed processes from the store ``path``, and return their names.
 
-    Only what was noted before it was written, and what ``dataset.json`` does not name: a reader of all
-    ``shard-*.parquet`` then finds what the store holds. Those of a process that still runs are left alone; so are those
-    noted under this process's number unless they are its ``own``, left by an earlier process of that number.
+    Only files that were noted before they were written and that ``dataset.json`` does not name are removed, so that all
+    ``shard-*.parquet`` are again the store's content. Files of running processes stay; so do those noted under this
+    process's number unless they are its ``own``, left by an earlier process of that number.
     """
     removed = []
     for noted in sorted(path.glob(f"*-{host_name()}-*.txt")):
@@ -57,7 +57,7 @@ def clear_unfinished(path: Path, *, own: bool = True) -> list[str]:
         facts = StoreInfo.load(path)
         named = {stored.file for stored in (*facts.shards, *facts.images)} | {facts.ids, FACTS}
         named |= {facts.ratings.file} if facts.ratings is not None else set()
-        with suppress(FileNotFoundError):  # another process clears them, too
+        with suppress(FileNotFoundError):  # another process may clear them, too
             for name in noted.read_text(encoding="utf-8").split():
                 if name not in named and (path / name).exists():
                     (path / name).unlink()
@@ -68,22 +68,18 @@ def clear_unfinished(path: Path, *, own: bool = True) -> list[str]:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[None]:
-    """Replace ``dataset.json`` by one that names other files of the same content, while nobody adds.
+    """Allow the block to replace ``dataset.json`` by one with other files of the same content, while no process adds.
 
-    Each side says what it is about before it looks at the other: those who add note their files and then wait for
-    whoever replaces (`await_replaced`); whoever replaces marks it and then gives way to those who add.
-
-    Raises
-    ------
-    DataError
-        If somebody is adding.
+    Each side announces itself before it looks for the other: an adding process notes its files and then waits for a
+    replacing one (`await_replaced`); a replacing process marks the store and then gives way to an adding one with a
+    `DataError`.
     """
     mark = path / f"replacing-{host_name()}-{os.getpid()}.txt"
     mark.touch()
     try:
         if busy := _at_work(path, "adding"):
             raise DataError(
-                f"{path}: something is being added to it ({busy}); nothing was changed, repeat it when that is done"
+                f"{path}: something is being added to it ({busy}); nothing was changed, retry when that is done"
             )
         yield
     finally:
@@ -91,24 +87,18 @@ def replacing(path: Path) -> Iterator[None]:
 
 
 def await_replaced(path: Path) -> None:
-    """Return when nobody replaces the shards of ``path`` any more.
-
-    Raises
-    ------
-    DataError
-        If that lasts longer than `REPLACED_S`.
-    """
+    """Return when no process replaces the shards of ``path`` any more; `DataError` after `REPLACED_S`."""
     until = time.monotonic() + REPLACED_S
     while mark := _at_work(path, "replacing"):
         if time.monotonic() > until:
             raise DataError(
-                f"{path}: its shards are being replaced ({mark}); repeat it, or remove that file if no process is at it"
+                f"{path}: its shards are being replaced ({mark}); retry, or remove that file if no process does it"
             )
         time.sleep(0.01)
 
 
 def _at_work(path: Path, kind: str) -> str | None:
-    """Return the note of a process that is, as far as can be seen from here, at work on a store."""
+    """Return the note of a process that is, as far as this machine can tell, working on a store."""
     for noted in sorted(path.glob(f"{kind}-*.txt")):
         host, _, process = noted.stem.removeprefix(f"{kind}-").rpartition("-")
         if host != host_name() or not process.isdigit() or psutil.pid_exists(int(process)):
@@ -117,17 +107,16 @@ def _at_work(path: Path, kind: str) -> str | None:
 
 
 class StagedFiles:
-    """The files that one process puts into a store's folder.
+    """Files that one process writes into a store's folder.
 
     Parameters
     ----------
     folder : Path
-        Where they go.
     adding : bool
-        Whether ``folder`` is a store already: new files then have names that no other process gives.
+        Whether ``folder`` is already a store: new files then have unique names.
     durable : bool
-        Whether what is written shall outlast a pulled plug. Into a store, each name is then on the disk before
-        its file is begun (`clear_unfinished`).
+        Whether the files must survive a power cut. In a store, each name is then on the disk before its file is begun
+        (`clear_unfinished`).
     purpose : {"adding", "compacting"}
     """
 
@@ -140,19 +129,19 @@ class StagedFiles:
 
     def parquet(self, kind: str, number: int) -> Path:
         """Return the path of a new Parquet file."""
-        # The suffix keeps two processes that add at once, and what a killed one left, apart.
+        # The suffix keeps apart processes that add at the same time, and leftovers.
         suffix = f"-{os.urandom(4).hex()}" if self.adding else ""
         path = self.folder / f"{kind}-{number:05d}{suffix}.parquet"
         self.begin(path)
         return path
 
     def begin(self, *paths: Path) -> None:
-        """Take ``paths``, which are written next, for files of this process."""
+        """Register ``paths``, which are written next, as files of this process."""
         self._written += paths
         self.note(*paths)
 
     def note(self, *paths: Path) -> None:
-        """Have ``paths`` removed after a kill, where ``dataset.json`` does not name them by then."""
+        """Note ``paths`` for removal after a kill, unless ``dataset.json`` then names them."""
         if self.adding:
             with self._noted.open("a", encoding="utf-8") as file:
                 file.writelines(f"{path.name}\n" for path in paths)
@@ -161,21 +150,21 @@ class StagedFiles:
                     os.fsync(file.fileno())
 
     def to_disk(self) -> None:
-        """Return when all of them, and their folder, are on the disk."""
+        """Synchronise all files and their folder to the disk."""
         to_disk(*(path for path in self._written if path.exists()), self.folder)
 
     def remove(self) -> None:
-        """Remove all of them; a folder that is no store yet goes as well."""
+        """Remove all files, and the folder if it is not a store yet."""
         if not self.adding:
             shutil.rmtree(self.folder, ignore_errors=True)
         for path in self._written:
             path.unlink(missing_ok=True)
 
     def forget_notes(self) -> None:
-        """Remove the list of what was on its way: it has arrived, or was removed."""
+        """Remove the list of pending files once they are complete or removed."""
         self._noted.unlink(missing_ok=True)
 
 
 def host_name() -> str:
-    """Return this machine's name as it stands in names of files; a process's number is of one machine."""
+    """Return this machine's name as used in file names, since process numbers belong to one machine."""
     return re.sub(r"[^A-Za-z0-9]+", "_", socket.gethostname()) or "host"

@@ -19,14 +19,9 @@ from tactogram.errors import DataError
 
 
 class Shard:
-    """Metadata of one shard's recordings, and where their samples lie in the file.
+    """Metadata of one shard's recordings, and the place of their samples in the file.
 
-    Parameters
-    ----------
-    path : Path
-    stored : StoredFile
-    streams : mapping
-        Those of the store; a shard need not have all of them.
+    ``streams`` are those of the store; a shard need not have all of them.
 
     Attributes
     ----------
@@ -36,11 +31,6 @@ class Shard:
         Samples per axis by stream; 0 where a recording lacks it.
     axes : dict of list of tuple of str
         Names by stream and row.
-
-    Raises
-    ------
-    DataError
-        If the file is damaged.
     """
 
     def __init__(self, path: Path, stored: StoredFile, streams: Mapping[str, StoreStreamInfo]) -> None:
@@ -55,40 +45,35 @@ class Shard:
         self.rates = {s: table[f"{s}_rate"].to_numpy() for s in self._streams}
         self.lengths = {s: _filled(table[f"{s}_length"]) for s in self._streams}
         texts = {s: table[f"{s}_axes"].to_pylist() for s in self._streams}
-        known = {
-            text: tuple(text.split(",")) if text else () for held in texts.values() for text in set(held)
+        split = {
+            text: tuple(text.split(",")) if text else () for column in texts.values() for text in set(column)
         }
-        self.axes: dict[str, list[tuple[str, ...]]] = {s: [known[t] for t in texts[s]] for s in self._streams}
+        self.axes: dict[str, list[tuple[str, ...]]] = {s: [split[t] for t in texts[s]] for s in self._streams}
         self._places = self._first_bytes(file.metadata, streams)
 
     @cached_property
-    def _known(self) -> tuple[list[RecordingInfo], list[str | None]]:
+    def _metadata(self) -> tuple[list[RecordingInfo], list[str | None]]:
         rows = opened(self.path, self._stored).read(columns=list(INFO_COLUMNS)).to_pylist()
         return [row_info(row) for row in rows], [row["image"] for row in rows]
 
     @property
     def infos(self) -> list[RecordingInfo]:
-        """What is known of the recording of each row."""
-        return self._known[0]
+        """Metadata by row."""
+        return self._metadata[0]
 
     @property
     def images(self) -> list[str | None]:
-        """The key of the photograph of each row's recording."""
-        return self._known[1]
+        """Photograph keys by row."""
+        return self._metadata[1]
 
     def has(self, stream: str, row: int) -> bool:
-        """Say whether the recording of ``row`` has this stream."""
+        """Return whether the recording in ``row`` has this stream."""
         return stream in self.lengths and bool(self.lengths[stream][row])
 
     def read(self, column: str, row: int, start: int, stop: int) -> NDArray[np.float32]:
         """Return samples ``start`` to ``stop`` of one row of an axis column (`layout.axis_column`), shape (time,).
 
-        Raises
-        ------
-        GoneError
-            If the file is not there any more.
-        DataError
-            If it is shorter than it was.
+        `MissingFileError` if the file is gone, `DataError` if it is truncated.
         """
         place = int(self._places[column][row]) + 4 * start
         try:
@@ -104,7 +89,7 @@ class Shard:
     ) -> dict[str, NDArray[np.int64]]:
         """Return for each axis column the byte at which the samples of each row begin.
 
-        The values of a column chunk are the end of its only page; see `layout`.
+        The values are at the end of the only page of a column chunk; see `layout`.
         """
         first = metadata.row_group(0)
         numbers = {first.column(i).path_in_schema: i for i in range(first.num_columns)}

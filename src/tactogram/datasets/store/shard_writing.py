@@ -1,4 +1,4 @@
-"""Writing the shards of a store: rows of recordings, a row group at a time."""
+"""Shard writer: rows of recordings, a row group at a time."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from tactogram.errors import DataError
 from tactogram.signal import Signal
 
 GROUP_BYTES, GROUP_ROWS = 2**25, 1024
-"""A row group is written when it holds this much: what the writer keeps in memory."""
+"""Size of a row group, which the writer keeps in memory."""
 SHARD_BYTES, SHARD_ROWS = 2**28, 16384
-"""A shard is closed when it holds this much: what one damaged file costs."""
+"""Size of a shard, which one damaged file costs."""
 MOST_SAMPLES = 2**29 - 2**20
 """Samples per axis that fit into one Parquet page (2 GiB)."""
 
@@ -28,23 +28,14 @@ _NAME = re.compile(r"[A-Za-z0-9_+-]+")
 
 
 class ShardWriter:
-    """Takes recordings one by one; few are in memory.
-
-    Parameters
-    ----------
-    files : NewFiles
-    streams : mapping
-        Of those that are there already; widened by what is added.
-    shards : iterable of StoredFile
-        Those that are there already.
-    """
+    """Writes recordings one by one, with few in memory; ``streams`` and ``shards`` are the stored ones."""
 
     def __init__(
         self, files: StagedFiles, streams: Mapping[str, StoreStreamInfo], shards: Iterable[StoredFile]
     ) -> None:
         self.streams: dict[str, StoreStreamInfo] = dict(streams)
         self.shards = list(shards)
-        """Those that are complete."""
+        """Complete shards."""
         self._files = files
         self._path = files.folder
         self._file: pq.ParquetWriter | None = None
@@ -52,15 +43,7 @@ class ShardWriter:
         self._bytes = self._shard_rows = self._shard_bytes = 0
 
     def widen(self, recording: Recording, where: str) -> None:
-        """Make room for the streams and axes of ``recording``: new ones begin another shard.
-
-        Raises
-        ------
-        DataError
-            If it cannot stand beside the others. ``where`` names it.
-        ParameterError
-            If two columns would have the same name.
-        """
+        """Add the streams and axes of ``recording``, of which new ones begin another shard; errors name ``where``."""
         widened = dict(self.streams)
         for name, signal in recording.streams.items():
             _check_names(where, name, signal)
@@ -72,7 +55,7 @@ class ShardWriter:
             self.streams = widened
 
     def add(self, recording: Recording, image: str | None) -> tuple[int, int]:
-        """Take a recording that there is room for, and the key of its photograph; return its shard and row."""
+        """Take a recording after `widen`, and the key of its photograph; return its shard and row."""
         place = (len(self.shards), self._shard_rows)
         self._rows.append((info_row(recording, image), recording.streams))
         self._shard_rows += 1
@@ -84,7 +67,7 @@ class ShardWriter:
         return place
 
     def close(self) -> None:
-        """Complete the shard that is being written, if there is one."""
+        """Complete the current shard, if there is one."""
         self._write_group()
         if self._file is not None:
             self._file.close()
@@ -93,7 +76,7 @@ class ShardWriter:
         self._shard_rows = self._shard_bytes = 0
 
     def abandon(self) -> None:
-        """Close the file that is being written; the caller removes it."""
+        """Close the current file; the caller removes it."""
         close_quietly(self._file)
         self._file = None
 
@@ -103,7 +86,7 @@ class ShardWriter:
         if self._file is None:
             self._path = self._files.parquet("shard", len(self.shards))
             self._file = plain_parquet(self._path, schema(self.streams))
-        columns = _columns([row for row, _ in self._rows], [held for _, held in self._rows], self.streams)
+        columns = _columns([row for row, _ in self._rows], [s for _, s in self._rows], self.streams)
         table = pa.Table.from_arrays(columns, schema=self._file.schema)
         self._file.write_table(table, row_group_size=len(self._rows))
         self._rows.clear()
@@ -112,12 +95,12 @@ class ShardWriter:
 
 
 def _columns(
-    rows: list[dict[str, Any]], held: list[Mapping[str, Signal]], streams: Mapping[str, StoreStreamInfo]
+    rows: list[dict[str, Any]], recordings: list[Mapping[str, Signal]], streams: Mapping[str, StoreStreamInfo]
 ) -> list[pa.Array]:
     """Return the columns of one row group, in the order of `layout.schema`."""
     columns = [pa.array([row[name] for row in rows], kind) for name, kind in INFO_COLUMNS.items()]
     for name, facts in streams.items():
-        signals = [recording.get(name) for recording in held]
+        signals = [recording.get(name) for recording in recordings]
         columns += [
             pa.array([s and s.rate for s in signals], pa.float64()),
             pa.array([s and ",".join(s.axes) for s in signals], pa.string()),

@@ -1,4 +1,4 @@
-"""The store: recordings on disk, of which only what is asked for is read."""
+"""Store: recordings on disk, read on demand."""
 
 from __future__ import annotations
 
@@ -25,9 +25,8 @@ from tactogram.datasets.store.layout import (
     store_hash,
 )
 from tactogram.datasets.store.parquet import MissingFileError
-from tactogram.datasets.store.photographs import Photograph, image_key
+from tactogram.datasets.store.photographs import Photograph, PhotographFiles, image_key
 from tactogram.datasets.store.shard_reading import Shard
-from tactogram.datasets.store.stored_photographs import PhotographFiles
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal import Image, Signal
 
@@ -41,13 +40,13 @@ def open_store(path: Path | str) -> Store:
     Raises
     ------
     DataError
-        If it is no store, or one of a format version that is not known.
+        If it is not a store, or one of an unknown format version.
     """
     return Store(Path(path))
 
 
 def _following(read: Callable[Concatenate[Store, P], T]) -> Callable[Concatenate[Store, P], T]:
-    """Let a method of a store read once more where the shards were written anew while it was open (`compacting`)."""
+    """Let a method of a store retry after its shards were replaced by others of the same content (`compacting`)."""
 
     @wraps(read)
     def again(self: Store, /, *args: P.args, **kwargs: P.kwargs) -> T:
@@ -62,25 +61,23 @@ def _following(read: Callable[Concatenate[Store, P], T]) -> Callable[Concatenate
 
 
 class Store:
-    """Recordings on disk. Made by `create_store` or an import, opened by `open_store`.
+    """Recordings on disk, created by `create_store` or an import and opened by `open_store`.
+
+    An open store keeps its content, even if recordings are added or its shards are replaced meanwhile.
 
     Attributes
     ----------
     path : Path
-    facts : Facts
-        What ``dataset.json`` says: name, licence, shards, duplicates met, files skipped.
+    facts : StoreInfo
+        Content of ``dataset.json``: name, licence, shards, duplicates, skipped files.
     index : sequence of RecordingInfo
-        What is known of each recording, read lazily, in the order they were put in.
+        Metadata of each recording, read lazily, in the order in which they were added.
 
     Parameters
     ----------
     path : Path
-    facts : Facts, optional
-        Instead of what ``dataset.json`` says: what it is about to say (`compacting`).
-
-    Notes
-    -----
-    It holds what it held when it was opened, even if its shards are written anew meanwhile.
+    facts : StoreInfo, optional
+        Content that ``dataset.json`` is about to get (`compacting`), instead of its current one.
     """
 
     def __init__(self, path: Path, facts: StoreInfo | None = None) -> None:
@@ -90,14 +87,14 @@ class Store:
         try:
             self._places = places_of(path, self.facts)
         except MissingFileError:
-            # dataset.json was replaced since it was read, and then the list of ids removed.
+            # dataset.json was replaced since it was read, and then the list of ids was removed.
             self.facts = StoreInfo.load(path)
             self._places = places_of(path, self.facts)
         self._photographs = PhotographFiles(path, self.facts.images)
         self._count = self.facts.rows
 
     def __reduce__(self) -> tuple[Callable[[Path | str], Store], tuple[Path]]:
-        """Pickle as the path: another process opens it for itself."""
+        """Pickle as the path: another process opens the store itself."""
         return open_store, (self.path,)
 
     def __len__(self) -> int:
@@ -105,22 +102,22 @@ class Store:
         return self._count
 
     def __contains__(self, id: object) -> bool:
-        """Say whether a recording of this id is in it."""
+        """Return whether it holds a recording of this id."""
         return isinstance(id, str) and self._places.find(id) is not None
 
     @property
     def name(self) -> str:
-        """What the data set is called."""
+        """Name of the data set."""
         return self.facts.name
 
     @property
     def licence(self) -> str:
-        """What its source says about its use."""
+        """Licence, as the source states it."""
         return self.facts.licence
 
     @property
     def simulated(self) -> bool:
-        """Whether any of it was made by a formula."""
+        """Whether any of it was computed rather than measured."""
         return self.facts.simulated
 
     @property
@@ -139,19 +136,19 @@ class Store:
 
     @cached_property
     def ratings(self) -> Ratings | None:
-        """What people said of its items; None where nothing was rated."""
+        """Ratings of its items; None if there are none."""
         stored = self.facts.ratings
         return None if stored is None else read_ratings(self.path / stored.file)
 
     @_following
     def info(self, id: str) -> RecordingInfo:
-        """Return what is known of one recording."""
+        """Return the metadata of one recording."""
         shard, row = self._locate(id)
         return shard.infos[row]
 
     @_following
     def streams_of(self, id: str) -> tuple[str, ...]:
-        """Return the names of the streams that one recording has."""
+        """Return the names of one recording's streams."""
         shard, row = self._locate(id)
         return tuple(name for name in self.streams if shard.has(name, row))
 
@@ -210,11 +207,11 @@ class Store:
         return shard.images[row]
 
     def photograph(self, key: str) -> Image:
-        """Return the photograph of this key; the last few asked for are kept unpacked."""
+        """Return the photograph of this key; the last few are cached."""
         return self._photographs.image(key)
 
     def photograph_size(self, key: str) -> tuple[int, int]:
-        """Return rows and columns of the photograph of this key, without keeping it."""
+        """Return rows and columns of the photograph of this key, without caching it."""
         return self._photographs.size(key)
 
     def photograph_keys(self) -> tuple[str, ...]:
@@ -228,7 +225,7 @@ class Store:
     @cached_property
     @_following
     def photographs_by_material(self) -> Mapping[str, tuple[str, ...]]:
-        """The keys of all photographs of each material that has any, sorted: its own and those of its recordings."""
+        """Keys of all photographs of each material that has any, sorted: its own and those of its recordings."""
         keys: dict[str, set[str]] = {material: set(held) for material, held in self.facts.photographs.items()}
         places = self._places
         shards = (self._shard(places, number) for number in range(len(places.shards)))
@@ -239,10 +236,7 @@ class Store:
         return {material: tuple(sorted(held)) for material, held in sorted(keys.items())}
 
     def holds(self, recording: Recording, photograph: Photograph | None = None) -> bool:
-        """Say whether it has this recording, with all that is known of it.
-
-        ``photograph`` stands for ``recording.image`` where that is None.
-        """
+        """Return whether it holds this recording with the same metadata; ``photograph`` replaces a missing image."""
         place = self._places.rank(recording.id)
         if recording.image is not None:
             key: str | None = image_key(recording.image)
@@ -278,9 +272,9 @@ class Store:
         return places.opened[number]
 
     def _follow(self) -> bool:
-        """Go on with the shards that ``dataset.json`` names now; False if those are the ones that were known.
+        """Switch to the shards that ``dataset.json`` names now; return whether they are others.
 
-        Recordings stay in their order, and further ones come behind them: what is behind is none of this store's.
+        Recordings stay in order, and later ones come after them; those do not belong to this store.
         """
         facts, count = StoreInfo.load(self.path), len(self)
         if facts.shards == self._places.shards or facts.rows < count:
@@ -315,7 +309,7 @@ class _Index(Sequence[RecordingInfo]):
 
 
 def ids_problem(store: Store) -> str | None:
-    """Return what is wrong with the list of ids and of photographs of a store, None if it is as it was written."""
+    """Return what is wrong with the list of ids and of photographs of a store, None if it is intact."""
     facts = store.facts
     whole = len(store._ids) == facts.rows
     if whole and store_hash(store._ids, facts.photographs, facts.ratings_sha256) == facts.sha256:
@@ -324,15 +318,10 @@ def ids_problem(store: Store) -> str | None:
 
 
 def problems(store: Store, *, progress: Callable[[int, int], None] | None = None) -> list[str]:
-    """Return what is wrong with a store, one line each: none when every byte is as it was written.
+    """Return what is wrong with a store, one line each; empty if every byte is as it was written.
 
-    Every file is hashed, every recording read, and its id computed anew from its samples.
-
-    Parameters
-    ----------
-    store : Store
-    progress : callable, optional
-        Called with the number of recordings checked and their total.
+    Every file is hashed, every recording read, and its id recomputed. ``progress`` is called with the number of
+    recordings checked and their total.
     """
     found = []
     rated = () if store.facts.ratings is None else (store.facts.ratings,)
@@ -351,7 +340,7 @@ def problems(store: Store, *, progress: Callable[[int, int], None] | None = None
         try:
             streams = {name: store.signal(info.id, name) for name in store.streams_of(info.id)}
             if content_id(streams) != info.id:
-                found.append(f"{info.source}: samples of {info.id} are not those that gave it its id")
+                found.append(f"{info.source}: samples of {info.id} do not match its id")
             pictures.add(store.image_id(info.id))
         except TactogramError as error:
             found.append(str(error))
@@ -360,7 +349,7 @@ def problems(store: Store, *, progress: Callable[[int, int], None] | None = None
     for key in sorted(pictures - {None}, key=str):
         try:
             if image_key(store.photograph(str(key))) != key:
-                found.append(f"{store.path}: photograph {key} shows something else than when it was stored")
+                found.append(f"{store.path}: photograph {key} does not match its key")
         except TactogramError as error:
             found.append(str(error))
     return found

@@ -1,4 +1,4 @@
-"""The writer of a store: takes recordings, photographs and ratings, and makes them a store at once or not at all."""
+"""Store writer: recordings, photographs and ratings become a store, atomically."""
 
 from __future__ import annotations
 
@@ -12,33 +12,39 @@ import numpy as np
 from tactogram.datasets.ratings.files import write_ratings
 from tactogram.datasets.ratings.ratings import Ratings, item_of
 from tactogram.datasets.recording import Recording, content_id
-from tactogram.datasets.store.layout import FACTS, ID_TABLE, StoredFile, StoreInfo, facts_hash, store_hash
+from tactogram.datasets.store.layout import (
+    FACTS,
+    ID_TABLE,
+    StoredFile,
+    StoreInfo,
+    check_utf8,
+    facts_hash,
+    store_hash,
+)
 from tactogram.datasets.store.parquet import stored_file
 from tactogram.datasets.store.pending import StagedFiles, await_replaced, clear_unfinished
-from tactogram.datasets.store.photographs import Photograph, image_key, photograph_of
+from tactogram.datasets.store.photographs import Photograph, PhotographWriter, image_key, photograph_of
 from tactogram.datasets.store.shard_writing import ShardWriter
 from tactogram.datasets.store.store import Store
-from tactogram.datasets.store.stored_photographs import PhotographWriter
 from tactogram.errors import DataError
 from tactogram.signal import Image
 from tactogram.signal.io.atomic import atomic_write, to_disk
 
 
 class StoreWriter:
-    """Takes recordings one by one and writes shards.
+    """Writes recordings one by one into shards.
 
-    Leaving its ``with`` block without `publish` or `finish` removes all that was written.
+    Leaving its ``with`` block without `publish` or `finish` removes everything that was written.
 
     Parameters
     ----------
     folder : Path
-        Where the files go.
-    facts : Facts
-        What is there already.
+    facts : StoreInfo
+        Stored content, which is extended.
     store : Store or None
-        The store that ``facts`` are of; None for a new one.
+        Store of ``facts``; None for a new one.
     durable : bool
-        Whether what is written shall outlast a pulled plug (`tactogram.datasets.store.appending`).
+        Whether the files must survive a power cut (`tactogram.datasets.store.appending`).
     """
 
     def __init__(self, folder: Path, facts: StoreInfo, store: Store | None, *, durable: bool = False) -> None:
@@ -47,8 +53,8 @@ class StoreWriter:
         self.duplicates = list(facts.duplicates)
         self.skipped = list(facts.skipped)
         self.ratings: Ratings | None = None
-        """To be written with the rest; None leaves those that are there."""
-        self.photographs = {material: dict(held) for material, held in facts.photographs.items()}
+        """Ratings to write; None keeps the stored ones."""
+        self.photographs = {material: dict(sources) for material, sources in facts.photographs.items()}
         self._store = store
         if store is not None:
             clear_unfinished(folder, own=False)
@@ -77,35 +83,28 @@ class StoreWriter:
         self._files.forget_notes()
 
     def add(self, recording: Recording, photograph: Photograph | None = None) -> bool:
-        """Take one recording; False if its samples were there already.
+        """Add one recording, with ``photograph`` if it has no image; return False if its samples are already stored.
 
-        Parameters
-        ----------
-        recording : Recording
-        photograph : Photograph, optional
-            Stands for ``recording.image`` where that is None.
-
-        Raises
-        ------
-        DataError
-            If it cannot stand beside the others: another unit, or the same samples of another material or item.
+        A `DataError` for a misfit: another unit, or the same samples with another material or item.
         """
         where = recording.source or recording.id
         if recording.id != content_id(recording.streams):
             raise DataError(f"{where}: id must follow from the samples, got {recording.id!r}; leave it empty")
-        kept = self._met(recording.id)
-        if kept is not None:
-            if kept[0] != item_of(recording):
+        item = item_of(recording)
+        earlier = self._earlier(recording.id)
+        if earlier is not None:
+            if earlier[0] != item:
                 raise DataError(
-                    f"{where}: the same samples as {kept[1]}, but called {item_of(recording)!r} here "
-                    f"and {kept[0]!r} there; leave one out"
+                    f"{where}: the same samples as {earlier[1]}, but called {item!r} here "
+                    f"and {earlier[0]!r} there; leave one out"
                 )
-            self.duplicates.append({"id": recording.id, "kept": kept[1], "dropped": where})
+            self.duplicates.append({"id": recording.id, "kept": earlier[1], "dropped": where})
             return False
+        facts_hash(recording, None)  # refuses what cannot be stored before anything is
         self._shards.widen(recording, where)
-        key = self._keep_picture(recording, photograph)
-        self._seen[recording.id] = (item_of(recording), where)
-        if item := item_of(recording):
+        key = self._add_image(recording, photograph)
+        self._seen[recording.id] = (item, where)
+        if item:
             self._items.add(item)
         self._simulated |= recording.simulated
         place = self._shards.add(recording, key)
@@ -114,30 +113,21 @@ class StoreWriter:
         return True
 
     def add_photograph(self, photograph: Photograph | Image, material: str, *, source: str = "") -> bool:
-        """Take a photograph of a material that is not of one recording; False if it was there already.
+        """Add a photograph of a material, of which there need be no recording; return False if it is already stored.
 
-        Parameters
-        ----------
-        photograph : Photograph or Image
-        material : str
-            What it shows. There need be no recording of it.
-        source : str
-            Where it came from, as a path relative to the imported folder.
-
-        Raises
-        ------
-        DataError
-            If the material has no name, or the same picture is said to show another one.
+        ``source`` is its path relative to the imported folder. A `DataError` if the material has no name, or the same
+        picture shows another one.
         """
         if not material:
             raise DataError(f"{source or 'a photograph'}: must name the material it shows, got none")
         if isinstance(photograph, Image):
             photograph = photograph_of(photograph)
+        check_utf8(source + material, source)
         key = photograph.key
-        for other, held in self.photographs.items():
-            if key in held and other != material:
+        for other, sources in self.photographs.items():
+            if key in sources and other != material:
                 raise DataError(
-                    f"{source or key}: the same picture as {held[key] or key}, but called {material!r} here and "
+                    f"{source or key}: the same picture as {sources[key] or key}, but called {material!r} here and "
                     f"{other!r} there; leave one out"
                 )
         if key in self.photographs.get(material, {}):
@@ -149,17 +139,14 @@ class StoreWriter:
 
     @property
     def items(self) -> frozenset[str]:
-        """What may be rated: all that was taken, and all that was there."""
-        there = [] if self._store is None else [item_of(info) for info in self._store.index]
-        return frozenset({*self._items, *self.photographs, *(item for item in there if item)})
+        """Items that can be rated: all added ones and all stored ones."""
+        stored = [] if self._store is None else [item_of(info) for info in self._store.index]
+        return frozenset({*self._items, *self.photographs, *(item for item in stored if item)})
 
     def finish(self) -> StoreInfo:
         """Close all files and write ``dataset.json``, which makes the folder a store.
 
-        Raises
-        ------
-        DataError
-            If there is nothing to write, something was rated that is not there, or the store was changed meanwhile.
+        A `DataError` if there is nothing to write, an unknown item was rated, or the store was changed meanwhile.
         """
         self._shards.close()
         self._pictures.close()
@@ -208,13 +195,7 @@ class StoreWriter:
         return facts
 
     def publish(self, path: Path) -> StoreInfo:
-        """Finish, and give the folder its name.
-
-        Raises
-        ------
-        DataError
-            As `finish`; or if ``path`` cannot be made.
-        """
+        """Finish and rename the folder to ``path``; `DataError` if that fails."""
         facts = self.finish()
         self._done = False
         try:
@@ -226,7 +207,8 @@ class StoreWriter:
         self._done = True
         return facts
 
-    def _met(self, id: str) -> tuple[str | None, str] | None:
+    def _earlier(self, id: str) -> tuple[str | None, str] | None:
+        """Return item and source of a recording that is already stored or added."""
         if id in self._seen:
             return self._seen[id]
         if self._store is not None and id in self._store:
@@ -237,24 +219,24 @@ class StoreWriter:
     def _save_ids(self, ids: np.ndarray, path: Path) -> None:
         with atomic_write(path) as part:
             self._files.begin(part, path)
-            # The list that stands now, too: it goes last, and a kill may come before that.
+            # The current list, too: it is removed last, and a kill may come before that.
             self._files.note(self.folder / self.facts.ids)
             np.save(part, ids, allow_pickle=False)
 
     def _save_ratings(self, ratings: Ratings) -> StoredFile:
-        """Write them under a name of their own, so that the old ones stand until ``dataset.json`` is replaced."""
+        """Write ratings to a new file, so that the old ones remain until ``dataset.json`` is replaced."""
         known = self.items
-        if strange := [item for item in ratings.items if item not in known]:
+        if unknown := [item for item in ratings.items if item not in known]:
             raise DataError(
-                f"ratings must be of items in the store, got {', '.join(strange[:5])}"
-                f"{' …' if len(strange) > 5 else ''}; an item is a recording's label item, else its material, or the "
+                f"ratings must be of items in the store, got {', '.join(unknown[:5])}"
+                f"{' …' if len(unknown) > 5 else ''}; an item is a recording's label item, else its material, or the "
                 "material of a photograph"
             )
         path = self._files.parquet("ratings", 0)
         write_ratings(path, ratings)
         return stored_file(path, len(ratings))
 
-    def _keep_picture(self, recording: Recording, photograph: Photograph | None) -> str | None:
+    def _add_image(self, recording: Recording, photograph: Photograph | None) -> str | None:
         if recording.image is not None:
             key = image_key(recording.image)
             if key in self._pictures.keys:

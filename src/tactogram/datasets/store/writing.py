@@ -1,4 +1,4 @@
-"""Creation and extension of stores: in one pass, in flat memory, complete or not at all."""
+"""Creation and extension of stores: in one pass, in little memory, atomic."""
 
 from __future__ import annotations
 
@@ -27,33 +27,32 @@ def create_store(
     photographs: Iterable[tuple[str, Image]] = (),
     ratings: Ratings | None = None,
 ) -> Store:
-    """Write ``recordings`` to a new store and open it. It appears complete, or not at all.
+    """Write ``recordings`` to a new store, which appears complete or not at all, and open it.
 
     Parameters
     ----------
     path : Path
         A folder that does not exist yet.
     recordings : iterable of Recording
-        Read once; a few at a time are in memory. Equal samples are one recording: ``facts.duplicates`` lists
-        what was left out.
+        Read once, with a few at a time in memory. Equal samples are stored once: ``facts.duplicates`` lists the rest.
     name, licence, source : str
-        What it is called, what may be done with it, where it comes from.
+        Name of the data set, terms of its use, and origin.
     simulated : bool
-        Whether a formula made it; also true if any recording says so.
+        Whether it was computed; also true if any recording is simulated.
     photographs : iterable of (str, Image)
-        Materials and what they look like, besides the recordings' own images; any number of each.
+        Materials and photographs of them, besides the recordings' own images; any number of each.
     ratings : Ratings, optional
-        What people said of items (`item_of`).
+        Ratings of items (`item_of`).
 
     Raises
     ------
     DataError
-        If ``path`` exists, there are neither recordings nor photographs, one cannot stand beside the others, or
-        something was rated that is not there.
+        If ``path`` exists, there are neither recordings nor photographs, one does not fit the others, or an unknown
+        item was rated.
     """
     path = Path(path)
     if path.exists():
-        raise DataError(f"{path} must not exist yet; choose another folder, or data add to it")
+        raise DataError(f"{path} must not exist yet; choose another folder, or add to the store")
     with new_store(path, name=name, licence=licence, source=source, simulated=simulated) as writer:
         for recording in recordings:
             writer.add(recording)
@@ -71,15 +70,15 @@ def add_recordings(
     photographs: Iterable[tuple[str, Image]] = (),
     durable: bool = False,
 ) -> Store:
-    """Put further recordings, and photographs of materials, into ``store`` and open it anew.
+    """Add recordings, and photographs of materials, to ``store`` and open it again.
 
-    They go to new shards; ``dataset.json`` is replaced last and at once. What is there already is left out.
-    ``durable`` waits until all of it is on the disk, so that not even a power cut loses it.
+    They go to new shards; ``dataset.json`` is replaced last, atomically. Stored ones are left out. ``durable`` waits
+    until everything is on the disk, so that it survives a power cut.
 
     Raises
     ------
     DataError
-        If a recording cannot stand beside the others, or the store was changed meanwhile.
+        If a recording does not fit the others, or the store was changed meanwhile.
     """
     with StoreWriter(store.path, store.facts, store, durable=durable) as writer:
         for recording in recordings:
@@ -92,25 +91,18 @@ def add_recordings(
 
 
 def add_ratings(store: Store, ratings: Ratings, *, replace: bool = False) -> Store:
-    """Put ``ratings`` of its items into ``store`` and open it anew; ``dataset.json`` is replaced last and at once.
-
-    Parameters
-    ----------
-    store : Store
-    ratings : Ratings
-    replace : bool
-        Whether those that are there already may go.
+    """Add ``ratings`` of its items to ``store`` and open it again; ``replace`` discards stored ratings.
 
     Raises
     ------
     DataError
-        If there are ratings already and ``replace`` was not said, something was rated that is not in the store, or
-        the store was changed meanwhile.
+        If there are ratings already and ``replace`` is false, an unknown item was rated, or the store was changed
+        meanwhile.
     """
-    there = store.facts.ratings
-    if there is not None and not replace:
+    stored = store.facts.ratings
+    if stored is not None and not replace:
         raise DataError(
-            f"{store.path} has ratings already ({there.rows} scores); --replace puts these in their place"
+            f"{store.path} has ratings already ({stored.rows} scores); set replace to discard them"
         )
     with StoreWriter(store.path, store.facts, store) as writer:
         writer.ratings = ratings

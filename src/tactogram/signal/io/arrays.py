@@ -1,4 +1,4 @@
-"""NPZ: the samples as they are. Nothing pickled is ever loaded."""
+"""NPZ files: own ones, and arrays of foreign ones."""
 
 from __future__ import annotations
 
@@ -20,15 +20,10 @@ DESCRIPTION = "tactogram"
 
 
 def read(path: Path, *, columns: Sequence[str] | None = None, time: str | None = None) -> FileContent:
-    """Return what an NPZ file holds: an array (axis, time) or (time,).
+    """Return the content of an NPZ file: an array (axis, time) or (time,).
 
-    Of a foreign file, ``columns`` names the array (or several of shape (time,), one per axis); the only array
-    needs no name. ``time`` names an array of stamps in s; one called ``time`` or ``t`` is taken for it.
-
-    Raises
-    ------
-    DataError
-        If the file is none, truncated, holds objects, or no such array.
+    Of a foreign file, ``columns`` names the array (or several of shape (time,), one per axis); a single array needs no
+    name. ``time`` names an array of stamps in s; by default one called ``time``, ``t`` and the like.
     """
     arrays = load_arrays(path)
     if DESCRIPTION in arrays:
@@ -69,13 +64,16 @@ def write(path: Path, signal: Signal, description: SignalDescription) -> None:
         np.savez(file, samples=signal.samples, tactogram=np.array(description.encode()))
 
 
-def load_arrays(path: Path, *, only: str | None = None) -> dict[str, NDArray[np.generic]]:
-    """Return the arrays of an NPZ file by name, or the one called ``only``; sized up before they are unpacked.
+def load_arrays(
+    path: Path, *, only: str | None = None, needed: Sequence[str] = ()
+) -> dict[str, NDArray[np.generic]]:
+    """Return the arrays of an NPZ file by name, or only one of them; their size is checked before they are unpacked.
 
     Raises
     ------
     DataError
-        If the file is none, truncated, holds objects, or unpacks to more than `check_archive` lets pass.
+        If it is not an NPZ file, is truncated, holds objects, lacks one of the arrays ``needed``, or unpacks to more
+        than `check_archive` allows.
     """
     with path.open("rb") as stream:
         head = stream.read(6)
@@ -88,10 +86,13 @@ def load_arrays(path: Path, *, only: str | None = None) -> dict[str, NDArray[np.
         stream.seek(0)
         try:
             with np.load(stream, allow_pickle=False) as file:
-                return {name: file[name] for name in file.files if only is None or name == only}
+                arrays = {name: file[name] for name in file.files if only is None or name == only}
         except (*ZIP_ERRORS, ValueError, KeyError) as error:
             reason = "holds pickled objects" if "allow_pickle" in str(error) else "truncated or damaged"
             raise DataError(f"{path}: {reason}: {' '.join(str(error).split())}") from error
+    if missing := [name for name in needed if name not in arrays]:
+        raise DataError(f"{path}: must hold {', '.join(needed)}, lacks {', '.join(missing)}")
+    return arrays
 
 
 def _describe(arrays: dict[str, NDArray[np.generic]], path: Path) -> SignalDescription:

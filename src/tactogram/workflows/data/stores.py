@@ -18,7 +18,8 @@ from tactogram.datasets import (
     materials_without_recordings,
     open_store,
 )
-from tactogram.datasets.importing import import_dataset, importers
+from tactogram.datasets.importer import importers
+from tactogram.datasets.importing import import_dataset
 from tactogram.datasets.store.compacting import compact
 from tactogram.datasets.store.store import problems
 from tactogram.errors import ParameterError
