@@ -42,7 +42,7 @@ CASES = (
 
 def run():
     display = open_display("voice-coil")
-    tables = {rate: TextureTable.of(made_up(rate)) for rate in {case[1] for case in CASES}}
+    tables = {rate: TextureTable(made_up(rate)) for rate in {case[1] for case in CASES}}
     rows = []
     for count, rate, realtime, repetitions in CASES:
         for repetition in range(repetitions):

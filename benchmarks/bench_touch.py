@@ -121,7 +121,7 @@ def in_python(made, count):
     if isinstance(made, Signal):
         textures = [SurfaceTexture(f"{n}", made, rate=8000.0) for n in range(count)]
     else:
-        table = TextureTable.of(made)
+        table = TextureTable(made)
         textures = [AutoregressiveTexture(f"{n}", table, rate=8000.0, most=40, seed=n) for n in range(count)]
     stream = Stream(Engine(textures, SimulatedHand(SECONDS + 1, seed=0), rate=8000.0, most=40))
     stream.warm_up()

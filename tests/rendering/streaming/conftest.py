@@ -58,7 +58,7 @@ def rendered(engine, seconds):
     blocks, speeds = [], []
     for number in range(round(seconds * engine.rate / engine.most)):
         blocks.append(engine.render(number * engine.most / engine.rate).copy())
-        speeds.append(engine.follower.block.speed_mm_s[engine.most - 1])
+        speeds.append(engine.tracker.block.speed_mm_s[engine.most - 1])
     return np.concatenate(blocks, axis=1), np.array(speeds)
 
 

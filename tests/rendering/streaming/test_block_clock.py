@@ -9,7 +9,7 @@ LENGTH = 0.005
 
 def begun(asked):
     clock = BlockClock()
-    return np.array([clock.begins(time, LENGTH) for time in asked])
+    return np.array([clock.start_of(time, LENGTH) for time in asked])
 
 
 def test_even_requests_stay_as_they_are():

@@ -25,7 +25,7 @@ SILENT = ContactSettings(gain=0)
 
 @pytest.fixture(scope="module")
 def table(sloping):
-    return TextureTable.of(sloping)
+    return TextureTable(sloping)
 
 
 @pytest.fixture(name="texture")
@@ -59,7 +59,7 @@ def test_between_its_nodes_a_table_is_the_map_to_a_fraction_of_a_db(table, slopi
     frequency, random = np.linspace(0.02, 0.98, 200) * table.rate / 2, np.random.default_rng(0)
     found = []
     for _ in range(30):
-        speed, force = (random.uniform(grid[0], grid[-1]) for grid in (table.speeds, table.forces))
+        speed, force = (random.uniform(grid[0], grid[-1]) for grid in (table.grid.speeds, table.grid.forces))
         exact = sloping.at(
             *(v if known else None for v, known in zip((speed, force), sloping.known, strict=True))
         )
@@ -75,7 +75,7 @@ def test_outside_a_table_holds_its_edge(table):
 
 def test_a_surface_of_one_condition_has_a_table(resonance):
     one = TextureMap([resonance(200)], [[math.nan, math.nan]])
-    assert np.allclose(TextureTable.of(one).at(123, 4).reflection, resonance(200).reflection)
+    assert np.allclose(TextureTable(one).at(123, 4).reflection, resonance(200).reflection)
 
 
 def test_summed_axes_have_the_power_of_all_at_every_frequency():
@@ -92,7 +92,7 @@ def test_summed_axes_have_the_power_of_all_at_every_frequency():
 
 def test_an_axis_that_is_not_there_is_refused(sloping):
     with pytest.raises(ParameterError, match="axis must be dft321, all or one of z, got 'q'"):
-        TextureTable.of(sloping, axis="q")
+        TextureTable(sloping, axis="q")
 
 
 # -- autoregressive textures under the finger --------------------------------------------------------------
@@ -108,7 +108,7 @@ def test_pitch_and_level_are_those_of_speed_and_force(texture, script, rendered,
 
 @pytest.mark.parametrize("rate", [2500.0, 10_000.0])
 def test_a_texture_at_another_rate_keeps_pitch_and_level(resonance, script, rendered, rate):
-    table = TextureTable.of(TextureMap([resonance(300, rms=2.0, rate=rate)], [[100.0, math.nan]]))
+    table = TextureTable(TextureMap([resonance(300, rms=2.0, rate=rate)], [[100.0, math.nan]]))
     texture = AutoregressiveTexture("a", table, rate=RATE, most=MOST, seed=3)
     samples, _ = rendered(engine([texture], script(lambda t: 100 * t)), 6.0)
     assert peak_hz(samples[0, 4000:]) == pytest.approx(300, abs=8)
@@ -169,7 +169,7 @@ def test_a_signal_over_time_is_laid_out_by_its_speed(script, rendered):
     surface = SurfaceTexture("a", made, rate=RATE, speed_mm_s=100.0)
     samples, _ = rendered(engine([surface], script(lambda t: 200 * t)), 2.0)
     assert peak_hz(samples[0, 4000:]) == pytest.approx(300, abs=4)
-    with pytest.raises(ParameterError, match="over time: say at which speed"):
+    with pytest.raises(ParameterError, match="over time: give speed_mm_s"):
         SurfaceTexture("a", made, rate=RATE)
 
 
@@ -201,7 +201,7 @@ def test_friction_is_locked_to_the_place_and_holds_at_rest(script, rendered):
     for block in range(400):
         out = moving.render(block * MOST / RATE)[0]
         values.append(float(out[-1]))
-        places.append(moving.follower.block.x_mm[MOST - 1])
+        places.append(moving.tracker.block.x_mm[MOST - 1])
     loop = looped(Signal(bump.astype(np.float32), 40, "1", domain="displacement"))
     expected = np.interp(np.array(places) % loop.length_mm, np.arange(len(loop)) / 40, loop.samples[0])
     assert np.abs(np.array(values) - expected)[40:].max() < 2e-3
@@ -261,7 +261,7 @@ def test_a_mix_has_the_weighted_mean_of_the_powers(texture, script, rendered):
 def test_weights_glide_while_it_plays(resonance, script, rendered):
     made = [
         AutoregressiveTexture(
-            name, TextureTable.of(TextureMap([resonance(f)], [[100.0, 0.5]])), rate=RATE, most=MOST, seed=1
+            name, TextureTable(TextureMap([resonance(f)], [[100.0, 0.5]])), rate=RATE, most=MOST, seed=1
         )
         for name, f in (("low", 100), ("high", 1000))
     ]
@@ -330,7 +330,7 @@ def test_a_device_that_asks_unevenly_does_not_make_the_finger_tremble(texture, s
     speeds = []
     for asked in np.maximum.accumulate(np.arange(600) * MOST / RATE + late):
         made.render(asked)
-        speeds.extend(made.follower.block.speed_mm_s[: made.follower.block.count])
+        speeds.extend(made.tracker.block.speed_mm_s[: made.tracker.block.count])
     settled = np.array(speeds[200 * MOST :])
     assert settled.mean() == pytest.approx(200, rel=0.01)
     assert settled.std() < 2

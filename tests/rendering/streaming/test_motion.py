@@ -42,7 +42,7 @@ def test_a_clock_that_stood_still_is_late_for_a_second_and_not_for_ever():
     assert not any(used[171:200])
     assert all(used[275:])
     assert finger.counts.clocks_set == 1
-    assert finger.heard_s == pytest.approx(3.99)
+    assert finger.newest_s == pytest.approx(3.99)
 
 
 def test_samples_that_waited_for_the_engine_never_set_the_clock():
@@ -65,7 +65,7 @@ def test_the_senders_clock_may_be_any():
         t = i / 100
         assert finger.update(MotionSample(t + 1e6, t + 0.004 * (i % 2), t, 0.0), t + 0.004)
     assert finger.counts.late == 0
-    assert finger.heard_s == pytest.approx(0.99, abs=1e-5)
+    assert finger.newest_s == pytest.approx(0.99, abs=1e-5)
 
 
 def test_out_of_order_is_dropped_and_a_restarted_sender_is_heard():
@@ -99,7 +99,7 @@ def test_speed_of_a_steady_stroke_has_no_lag(rate):
     for i in range(int(rate)):
         finger.update(at(i / rate, 120 * i / rate), i / rate)
     assert finger.velocity(1.0)[0] == pytest.approx(120, rel=1e-6)
-    assert finger.place(1.0)[0] == pytest.approx(120, rel=1e-6)
+    assert finger.position(1.0)[0] == pytest.approx(120, rel=1e-6)
 
 
 def test_a_given_speed_counts_and_the_positions_give_its_direction():
@@ -116,15 +116,15 @@ def test_contact_has_hysteresis():
         finger.update(at(i / 100, force=force), i / 100)
         states.append(finger.touching)
     assert states == [False, False, True, True, True, False, False]
-    assert finger.landed_n == 0.06
+    assert finger.landing_n == 0.06
 
 
 def test_silence_is_a_lost_connection_once():
     finger = FingerState()
     finger.update(at(0.0, force=1.0), 0.0)
-    assert not finger.lost(0.05)
-    assert finger.lost(0.2)
-    assert finger.lost(0.3)
+    assert not finger.is_lost(0.05)
+    assert finger.is_lost(0.2)
+    assert finger.is_lost(0.3)
     assert finger.counts.lost_connections == 1
     assert not finger.touching
 

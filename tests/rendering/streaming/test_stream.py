@@ -20,11 +20,11 @@ from tactogram.rendering.streaming import backends
 from tactogram.rendering.streaming.backends import (
     Clock,
     FrameReader,
-    quiet,
     run_audio,
     run_clocked,
     run_miniaudio,
     run_unpaced,
+    uninterrupted,
 )
 from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.latency import Durations
@@ -42,7 +42,7 @@ RATE, MOST = 8000.0, 40
 
 @pytest.fixture(scope="module")
 def table(sloping):
-    return TextureTable.of(sloping)
+    return TextureTable(sloping)
 
 
 @pytest.fixture(name="engine", scope="module")
@@ -219,10 +219,10 @@ def test_ten_textures_are_one_mix(engine):
 @pytest.mark.parametrize("frames", [7, 40, 64, 441])
 def test_a_device_may_ask_for_any_number_of_frames(engine, frames):
     clock = Clock()
-    puller = FrameReader(Stream(engine(), record_s=1.0), clock)
-    pulled = np.concatenate([puller.pull(frames) for _ in range(12)])
+    reader = FrameReader(Stream(engine(), record_s=1.0), clock)
+    pulled = np.concatenate([reader.read(frames) for _ in range(12)])
     assert pulled.shape == (12 * frames, 1)
-    stream = puller._stream
+    stream = reader._stream
     assert np.array_equal(pulled[:, 0], stream.recorded[0, : len(pulled)])
 
 
@@ -298,7 +298,7 @@ def test_without_portaudio_and_without_a_card_the_line_says_both(engine, monkeyp
     real = backends.imported
     monkeypatch.setattr(backends, "imported", imported)
     monkeypatch.setattr(backends, "run_miniaudio", nothing)
-    with pytest.raises(DeviceError, match=r"no output was found by miniaudio, and sounddevice .* PortAudio"):
+    with pytest.raises(DeviceError, match=r"miniaudio found no output, and sounddevice .* PortAudio"):
         run_audio(Stream(engine()), seconds=0.1, clock=Clock())
 
 
@@ -340,7 +340,7 @@ def test_a_stream_that_is_late_counts_it_and_does_not_burst(engine, monkeypatch)
 
 
 def test_the_collector_is_back_on_afterwards():
-    with quiet():
+    with uninterrupted():
         assert not gc.isenabled()
     assert gc.isenabled()
 
@@ -508,6 +508,6 @@ def test_a_sound_card_that_was_pulled_out_ends_the_stream(engine, monkeypatch):
     monkeypatch.setattr(backends, "imported", lambda *_, **__: card)
     monkeypatch.setattr(backends, "STALLED_S", 0.05)
     monkeypatch.setattr(backends, "STATUS_S", 0.02)
-    with pytest.raises(DeviceError, match="asked for no samples for 0.05 s"):
+    with pytest.raises(DeviceError, match="requested no samples for 0.05 s"):
         run_audio(Stream(engine()), seconds=20.0, clock=Clock())
     assert ended

@@ -1,9 +1,9 @@
-"""Stream backends, which take blocks and keep the time: a file, our own clock, or a sound card.
+"""Stream backends, which request blocks and pace them: a file, this computer's clock, or a sound card.
 
-``file`` renders as fast as it can, on a clock of samples: the same motion gives the same samples. ``clock`` sleeps
-from block to block. ``null`` is a device of the miniaudio library that plays to nobody at the right pace: what a sound
-card asks of a program, without a card. ``audio`` is a real one, through PortAudio (sounddevice) where that is there,
-else through miniaudio.
+`run_unpaced` renders as fast as it can, on a clock of samples: the same motion gives the same samples. `run_clocked`
+sleeps from block to block. `run_miniaudio` plays on miniaudio's null device, which has a sound card's pace without a
+card, or on a real one. `run_audio` plays on a sound card through PortAudio (sounddevice) if available, else through
+miniaudio.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ Sink = Callable[[Block, float], None]
 StatusCallback = Callable[[float], None]
 
 STATUS_S = 0.25
-"""How often the status is told, s."""
+"""Interval of the status, s."""
 STALLED_S = 2.0
-"""A device that asks for nothing for so long is gone, s."""
+"""A device without requests for this long is gone, s."""
 SETTLING_S = 0.05
-"""How much of an ended stream is still sent, so that it fades out, s."""
+"""Time for an ended stream to fade out, s."""
 
 
 @dataclass
@@ -45,7 +45,7 @@ class Clock:
     began: float = field(default_factory=time.perf_counter)
 
     def start(self) -> None:
-        """Begin at 0 now."""
+        """Restart at 0."""
         self.began = time.perf_counter()
 
     def now(self) -> float:
@@ -58,18 +58,18 @@ def run_unpaced(
 ) -> None:
     """Render ``seconds`` as fast as possible, on a clock of samples."""
     engine = stream.engine
-    total, done, told = round(seconds * engine.rate), 0, 0.0
+    total, done, status_s = round(seconds * engine.rate), 0, 0.0
     stream.ends_s = seconds
-    with quiet():
+    with uninterrupted():
         while done < total and stream.error is None:
             now = done / engine.rate
             block = stream.next(now, min(engine.most, total - done))
             done += block.shape[1]
             if sink is not None:
                 sink(block, now)
-            if status is not None and now >= told:
+            if status is not None and now >= status_s:
                 status(now)
-                told = now + 1.0
+                status_s = now + 1.0
 
 
 def run_clocked(
@@ -81,19 +81,17 @@ def run_clocked(
     status: StatusCallback | None = None,
     realtime: bool = False,
 ) -> bool:
-    """Render a block each time that one is due; return whether real-time priority was granted.
+    """Render each block when it is due; return whether real-time priority was granted.
 
-    An interrupt from the keyboard, like an error, ends it after a fade.
-
-    A block that is ready later than when the one before it has ended is an underrun; the time missed is left out, not
-    made up for by a burst.
+    A keyboard interrupt ends the stream after a fade, as an error does. A block that is finished after the previous
+    one has ended is an underrun; the missed time is skipped, without a burst.
     """
     engine = stream.engine
     step = engine.most / engine.rate
     stream.ends_s = seconds
-    with quiet(), priority(asked=realtime) as granted:
+    with uninterrupted(), priority(realtime=realtime) as granted:
         clock.start()
-        due, told = 0.0, 0.0
+        due, status_s = 0.0, 0.0
         while due < seconds:
             try:
                 early = due - clock.now()
@@ -108,9 +106,9 @@ def run_clocked(
                 if end > due:
                     engine.latency.underruns += 1
                     due += step * int((end - due) / step)
-                if status is not None and now >= told:
+                if status is not None and now >= status_s:
                     status(now)
-                    told = now + STATUS_S
+                    status_s = now + STATUS_S
             except KeyboardInterrupt:
                 stream.ends_s = -math.inf
             if (stream.error is not None or stream.ends_s < 0) and seconds > due + SETTLING_S:
@@ -119,44 +117,37 @@ def run_clocked(
 
 
 class FrameReader:
-    """Gives a device as many frames as it asks for, out of blocks.
+    """Reader of any number of frames from a stream's blocks, for a device.
 
-    Parameters
-    ----------
-    stream : Stream
-    clock : Clock
-    realtime : bool
-        Ask for real-time priority for the thread that pulls.
+    ``realtime`` requests real-time priority for the thread that reads.
     """
 
     def __init__(self, stream: Stream, clock: Clock, *, realtime: bool = False) -> None:
         self._stream, self._clock = stream, clock
-        self._left = np.empty((len(stream.channels), 0), np.float32)
+        self._rest = np.empty((len(stream.channels), 0), np.float32)
         self._realtime, self.granted = realtime, False
-        self._begun = False
         self.frames = 0
         self.calls = 0
 
-    def pull(self, frames: int) -> Block:
+    def read(self, frames: int) -> Block:
         """Return the next frames, float32, shape (frames, channel), C order."""
-        if not self._begun:
-            self._begun = True
-            self.granted = self._realtime and _take_priority()
+        if not self.calls:
+            self.granted = self._realtime and _raise_priority()
         engine = self._stream.engine
-        begun = self._clock.now()
+        start = self._clock.now()
         out = np.empty((frames, len(self._stream.channels)), np.float32)
-        done = min(frames, self._left.shape[1])
-        out[:done] = self._left[:, :done].T
-        self._left = self._left[:, done:]
+        done = min(frames, self._rest.shape[1])
+        out[:done] = self._rest[:, :done].T
+        self._rest = self._rest[:, done:]
         while done < frames:
             block = self._stream.next(self._clock.now(), ahead_s=done / engine.rate)
-            take = min(frames - done, block.shape[1])
-            out[done : done + take] = block[:, :take].T
-            done += take
-            self._left = block[:, take:].copy()
+            count = min(frames - done, block.shape[1])
+            out[done : done + count] = block[:, :count].T
+            done += count
+            self._rest = block[:, count:].copy()
         self.frames += frames
         self.calls += 1
-        if self._clock.now() - begun > frames / engine.rate:
+        if self._clock.now() - start > frames / engine.rate:
             engine.latency.underruns += 1
         return out
 
@@ -170,23 +161,23 @@ def run_miniaudio(
     status: StatusCallback | None = None,
     realtime: bool = False,
 ) -> dict[str, Any]:
-    """Play on miniaudio's null device or on the default sound card; return what is known of the device.
+    """Play on miniaudio's null device or on the default sound card; return facts on the device.
 
     Raises
     ------
     MissingExtraError, DeviceError
-        If the library is missing, or there is no sound card.
+        If the library or a sound card is missing.
     """
     miniaudio = imported("miniaudio", extra="devices", what="the null and audio backends")
     engine = stream.engine
     if engine.rate != int(engine.rate):
-        raise ParameterError(f"an audio device needs a whole rate in Hz, got {engine.rate:g}")
-    puller = FrameReader(stream, clock, realtime=realtime)
+        raise ParameterError(f"an audio device needs an integral rate in Hz, got {engine.rate:g}")
+    reader = FrameReader(stream, clock, realtime=realtime)
 
     def frames() -> Iterator[bytes]:
-        asked = yield b""
+        count = yield b""
         while True:
-            asked = yield puller.pull(asked).tobytes()  # type: ignore[arg-type]
+            count = yield reader.read(count).tobytes()  # type: ignore[arg-type]
 
     with device_errors("null" if null else "audio"):
         with silenced():
@@ -200,23 +191,22 @@ def run_miniaudio(
         try:
             source = frames()
             next(source)
-            with quiet():
+            with uninterrupted():
                 clock.start()
                 device.start(source)
-                _wait(stream, seconds, clock, status, puller)
+                _wait(stream, seconds, clock, status, reader)
                 device.stop()
         finally:
             device.close()
-    asked = puller.frames / puller.calls if puller.calls else 0.0
     return {
         "library": "miniaudio",
         "device": "null" if null else str(device.backend),
-        "frames_per_call": asked,
-        "realtime_priority": puller.granted,
+        "frames_per_call": reader.frames / reader.calls if reader.calls else 0.0,
+        "realtime_priority": reader.granted,
     }
 
 
-def run_sounddevice(
+def run_audio(
     stream: Stream,
     *,
     seconds: float,
@@ -225,22 +215,32 @@ def run_sounddevice(
     status: StatusCallback | None = None,
     realtime: bool = False,
 ) -> dict[str, Any]:
-    """Play on a sound card through PortAudio; return what is known of the device.
+    """Play on a sound card through PortAudio, or without it through miniaudio; return facts on the device.
 
     Raises
     ------
     MissingExtraError, DeviceError
-        If the library, PortAudio or a device is missing.
+        If the libraries or a device are missing.
     """
-    sounddevice = imported("sounddevice", extra="devices", what="the audio backend")
+    try:
+        sounddevice = imported("sounddevice", extra="devices", what="the audio backend")
+    except (DeviceError, MissingExtraError) as missing:
+        if device is not None:
+            raise
+        try:
+            return run_miniaudio(
+                stream, seconds=seconds, clock=clock, null=False, status=status, realtime=realtime
+            )
+        except DeviceError as error:
+            raise DeviceError(f"audio: miniaudio found no output, and {missing}") from error
     engine = stream.engine
-    puller = FrameReader(stream, clock, realtime=realtime)
-    flagged = 0
+    reader = FrameReader(stream, clock, realtime=realtime)
+    underflows = 0
 
     def callback(out: NDArray[np.float32], frames: int, _time: Any, flags: Any) -> None:
-        nonlocal flagged
-        flagged += bool(flags.output_underflow)
-        out[:] = puller.pull(frames)
+        nonlocal underflows
+        underflows += bool(flags.output_underflow)
+        out[:] = reader.read(frames)
 
     with (
         device_errors(f"audio:{device if device is not None else 'default'}"),
@@ -255,54 +255,22 @@ def run_sounddevice(
         ) as playing,
     ):
         engine.latency.queued_s = float(playing.latency)
-        with quiet():
+        with uninterrupted():
             clock.start()
-            _wait(stream, seconds, clock, status, puller)
+            _wait(stream, seconds, clock, status, reader)
         name = str(sounddevice.query_devices(playing.device)["name"])
-    engine.latency.underruns = max(engine.latency.underruns, flagged)
+    engine.latency.underruns = max(engine.latency.underruns, underflows)
     return {
         "library": "sounddevice",
         "device": name,
         "latency_ms": 1e3 * engine.latency.queued_s,
-        "realtime_priority": puller.granted,
+        "realtime_priority": reader.granted,
     }
 
 
-def run_audio(
-    stream: Stream,
-    *,
-    seconds: float,
-    clock: Clock,
-    device: str | int | None = None,
-    status: StatusCallback | None = None,
-    realtime: bool = False,
-) -> dict[str, Any]:
-    """Play on a sound card, through PortAudio or, without that, through miniaudio.
-
-    Raises
-    ------
-    DeviceError
-        If neither finds a device.
-    """
-    try:
-        imported("sounddevice", extra="devices", what="the audio backend")
-    except (DeviceError, MissingExtraError) as missing:
-        if device is not None:
-            raise
-        try:
-            return run_miniaudio(
-                stream, seconds=seconds, clock=clock, null=False, status=status, realtime=realtime
-            )
-        except DeviceError as error:
-            raise DeviceError(f"audio: no output was found by miniaudio, and {missing}") from error
-    return run_sounddevice(
-        stream, seconds=seconds, clock=clock, device=device, status=status, realtime=realtime
-    )
-
-
 @contextmanager
-def quiet() -> Iterator[None]:
-    """Keep the collector of garbage, and switching between threads, out of the way of blocks."""
+def uninterrupted() -> Iterator[None]:
+    """Suspend garbage collection, and switch between threads quickly, so that neither delays a block."""
     collecting, interval = gc.isenabled(), sys.getswitchinterval()
     gc.collect()
     gc.freeze()
@@ -318,9 +286,9 @@ def quiet() -> Iterator[None]:
 
 
 @contextmanager
-def priority(*, asked: bool) -> Iterator[bool]:
-    """Give this thread real-time priority where the system grants it, for a while; yields whether it did."""
-    granted = asked and _take_priority()
+def priority(*, realtime: bool) -> Iterator[bool]:
+    """Give this thread real-time priority, if requested and the system grants it; yields whether it has it."""
+    granted = realtime and _raise_priority()
     try:
         yield granted
     finally:
@@ -328,7 +296,7 @@ def priority(*, asked: bool) -> Iterator[bool]:
             os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
 
 
-def _take_priority() -> bool:
+def _raise_priority() -> bool:
     if not hasattr(os, "sched_setscheduler"):
         return False
     try:
@@ -339,14 +307,14 @@ def _take_priority() -> bool:
 
 
 def _wait(
-    stream: Stream, seconds: float, clock: Clock, status: StatusCallback | None, puller: FrameReader
+    stream: Stream, seconds: float, clock: Clock, status: StatusCallback | None, reader: FrameReader
 ) -> None:
-    """Wait until a device has played for so long and faded out, or the stream has an error or is interrupted.
+    """Wait until a device has played and faded out, or the stream has an error or is interrupted.
 
     Raises
     ------
     DeviceError
-        If the device asked for nothing for `STALLED_S`: a sound card whose plug was pulled says nothing else.
+        If the device requested nothing for `STALLED_S`: the only sign of an unplugged sound card.
     """
     asleep = threading.Event()
     stream.ends_s = seconds
@@ -354,11 +322,11 @@ def _wait(
     try:
         while (left := seconds - clock.now()) > 0 and stream.error is None:
             asleep.wait(min(STATUS_S, left))
-            if puller.frames != frames:
-                frames, since = puller.frames, clock.now()
+            if reader.frames != frames:
+                frames, since = reader.frames, clock.now()
             elif clock.now() - since > STALLED_S:
                 raise DeviceError(
-                    f"the device has asked for no samples for {STALLED_S:g} s; is it still plugged in?"
+                    f"the device has requested no samples for {STALLED_S:g} s; check that it is plugged in"
                 )
             if status is not None:
                 status(clock.now())

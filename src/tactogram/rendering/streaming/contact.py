@@ -1,8 +1,8 @@
-"""Contact transients of a landing finger, on a path of their own without delay.
+"""Contact transients of a landing finger, without delay.
 
-A delay is noticed at 40 to 60 ms while stroking, at 5.5 ms while tapping, so a tap is not smoothed, not ramped and
-begins with the first sample of the next block: a decaying sine whose amplitude goes with how hard the finger lands and
-whose frequency and decay are the material's (Okamura, Dennerlein & Howe 1998; Okamura et al. 2001).
+A delay is noticed at 40 to 60 ms while stroking but at 5.5 ms while tapping, so a tap is neither smoothed nor ramped
+and starts with the first sample of the next block: a decaying sine whose amplitude depends on the force of the landing
+and whose frequency and decay are the material's (Okamura, Dennerlein & Howe 1998; Okamura et al. 2001).
 
 References
 ----------
@@ -24,25 +24,25 @@ from numpy.typing import NDArray
 from tactogram.errors import ParameterError
 
 AT_ONCE = 8
-"""Transients that may sound at the same time; a further one replaces the quietest."""
+"""Most simultaneous transients; a further one replaces the quietest."""
 OVER = 1e-4
-"""Share of its beginning at which a transient has ended: 80 dB below."""
+"""Share of its initial amplitude at which a transient ends: -80 dB."""
 
 
 @dataclass(frozen=True)
 class ContactSettings:
-    """A landing's transient.
+    """Transient of a landing. The defaults are our choice.
 
     Parameters
     ----------
     frequency_hz : float
-        Ours; between the published ones of rubber and of metal.
+        Between the published ones of rubber and of metal.
     decay_s : float
-        Time constant. Ours.
+        Time constant.
     gain : float
-        Its first peak at a landing of 1 N, as a multiple of the texture's root mean square. Ours; 0 is no transient.
+        First peak at a landing of 1 N, as a multiple of the texture's root mean square; 0 for no transient.
     hardest_n : float
-        Forces above count as this one, N.
+        Larger forces count as this one, N.
     """
 
     frequency_hz: float = 160.0
@@ -59,13 +59,7 @@ class ContactSettings:
 
 
 class ActiveTransients:
-    """The transients that sound now.
-
-    Parameters
-    ----------
-    settings : ContactSettings
-    rate : float, Hz
-    """
+    """The transients that are playing."""
 
     def __init__(self, settings: ContactSettings, rate: float) -> None:
         if settings.frequency_hz >= rate / 2:
@@ -76,14 +70,14 @@ class ActiveTransients:
         self.started = 0
         self._turn = 2 * math.pi * settings.frequency_hz / rate
         self._keep = math.exp(-1 / (settings.decay_s * rate))
-        # The sine's first peak comes after a quarter of a period; by then it has decayed by so much.
+        # Decay until the sine's first peak, after a quarter of a period.
         self._peak = math.exp(-0.25 / (settings.frequency_hz * settings.decay_s))
         self._amplitude = np.zeros(AT_ONCE)
         self._phase = np.zeros(AT_ONCE)
         self._end = np.zeros(AT_ONCE)
 
     def start(self, strength_n: float, level: float) -> None:
-        """Begin one with the next sample, of a landing of ``strength_n`` N on a texture of ``level``."""
+        """Start a transient with the next sample: a landing of ``strength_n`` N on a texture of rms ``level``."""
         amplitude = self.settings.gain * level * min(max(strength_n, 0.0), self.settings.hardest_n)
         if amplitude == 0:
             return
@@ -105,18 +99,18 @@ def _add(
     phase: NDArray[np.float64],
     end: NDArray[np.float64],
     turn: float,
-    keep: float,
+    decay: float,
     count: int,
     out: NDArray[np.float32],
 ) -> None:
-    for voice in range(len(amplitude)):
-        if amplitude[voice] == 0:
+    for k in range(len(amplitude)):
+        if amplitude[k] == 0:
             continue
         for i in range(count):
-            value = amplitude[voice] * math.sin(phase[voice])
+            value = amplitude[k] * math.sin(phase[k])
             for a in range(len(out)):
                 out[a, i] += value
-            phase[voice] += turn
-            amplitude[voice] *= keep
-        if amplitude[voice] < end[voice]:
-            amplitude[voice] = 0.0
+            phase[k] += turn
+            amplitude[k] *= decay
+        if amplitude[k] < end[k]:
+            amplitude[k] = 0.0

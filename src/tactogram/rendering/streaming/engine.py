@@ -1,12 +1,13 @@
-"""Motion in, blocks of samples out.
+"""Engine: motion in, blocks of samples out.
 
-One call of `Engine.render` makes one block: it hears the motion that has come, goes after the finger sample by sample
-(`following`), lets every texture write its samples, adds them by their weights and adds the transients of landings.
-All arrays exist from the beginning. What a texture feels like never depends on how the time is cut into blocks other
-than through when motion is heard.
+One call of `Engine.render` makes one block: it reads the motion that has arrived, follows the finger sample by sample
+(`finger_path`), lets every texture write its samples, adds them by their weights and adds the transients of landings.
+All arrays are allocated at the start. The result depends on how time is cut into blocks only through when motion is
+read.
 
-Unlike textures are added by the roots of their weights, so that the power of a mix is the weighted mean of their
-powers; friction coefficients, whose means are what is felt, by the weights themselves. A change of weights glides.
+Textures are uncorrelated, so vibrations are added by the square roots of their weights: the power of a mix is the
+weighted mean of their powers. Friction coefficients, felt by their means, are added by the weights themselves. Changes
+of weights are gradual.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ Block = NDArray[np.float32]
 LONGEST_BLOCK_S = 0.005
 LEAST_RATE = 8000.0
 GLIDE_S = 0.05
-"""How long a change of weights takes, s."""
+"""Duration of a change of weights, s."""
 
 
 class Engine:
@@ -51,18 +52,18 @@ class Engine:
         Of one unit and number of axes, made for the same ``rate`` and ``most``.
     motion : MotionSource
     rate : float
-        Of the blocks, at least `LEAST_RATE` Hz.
+        At least `LEAST_RATE` Hz.
     most : int
         Samples in a block, at most `LONGEST_BLOCK_S` of them.
     weights : mapping, optional
-        By a texture's name; those not named have 0. By default all have the same, of sum 1.
+        By texture name, 0 for those omitted; equal weights of sum 1 by default.
     settings, contact
-        How motion is smoothed, and what a landing feels like.
+        Smoothing of motion, and the transients of landings.
 
     Raises
     ------
     ParameterError
-        If textures differ in kind or bear the same name, or rate, block or a weight is out of range.
+        If textures differ in kind or share a name, or rate, block or a weight is out of range.
     """
 
     def __init__(
@@ -90,12 +91,12 @@ class Engine:
         self.names = tuple(texture.name for texture in self.textures)
         self.motion = motion
         self.finger = FingerState(settings or MotionSettings())
-        self.follower = FingerTracker(rate, most)
+        self.tracker = FingerTracker(rate, most)
         self._clock = BlockClock()
         self.transients = ActiveTransients(contact or ContactSettings(), rate)
         self.latency = Latency(most / rate)
         self.blocks = dict.fromkeys(STATES, 0)
-        """How many blocks began in each state."""
+        """Number of blocks that began in each state."""
         count = len(self.textures)
         self._target = np.full(count, 1 / count) if weights is None else np.zeros(count)
         if weights is not None:
@@ -107,18 +108,18 @@ class Engine:
 
     @property
     def weights(self) -> dict[str, float]:
-        """The weights that are in use now, by name."""
+        """The current weights by texture name."""
         return dict(zip(self.names, self._weights.tolist(), strict=True))
 
     @property
     def delay_s(self) -> float:
-        """By how much the slowest texture in use answers the motion later than at once, s."""
+        """Delay of the slowest texture in use, s."""
         return max(
             (t.delay_s for t, w in zip(self.textures, self._target, strict=True) if w > 0), default=0.0
         )
 
     def set_weights(self, weights: Mapping[str, float]) -> None:
-        """Glide to other weights from the next block on; those not named stay.
+        """Change weights gradually from the next block on; those omitted stay.
 
         Raises
         ------
@@ -139,11 +140,11 @@ class Engine:
         Parameters
         ----------
         now_s : float
-            On the engine's clock; motion that has come until now is heard.
+            Time on the engine's clock; motion that has arrived by now is read.
         count : int, optional
         ahead_s : float
-            By how much the first sample is later than now: a backend that asks for several blocks at once. Beginnings
-            that come unevenly are made even: `block_clock`.
+            Delay of the first sample after now, for a backend that requests several blocks at once. Irregular start
+            times are made regular by `block_clock`.
 
         Returns
         -------
@@ -158,12 +159,12 @@ class Engine:
                 self._land(message.strength, now_s - message.arrival_s)
             else:
                 self._change(message)
-        begins = self._clock.begins(now_s + ahead_s, count / self.rate)
-        motion = self.follower.follow(self.finger, now_s, count, ahead_s=begins - now_s)
-        self.blocks[self.follower.state] += 1
-        if self.finger.landed_n > 0:
-            self._land(self.finger.landed_n, now_s - self.finger.force_s)
-            self.finger.landed_n = 0.0
+        start = self._clock.start_of(now_s + ahead_s, count / self.rate)
+        motion = self.tracker.follow(self.finger, now_s, count, ahead_s=start - now_s)
+        self.blocks[self.tracker.state] += 1
+        if self.finger.landing_n > 0:
+            self._land(self.finger.landing_n, now_s - self.finger.force_s)
+            self.finger.landing_n = 0.0
         out, one = self._out, self._one
         out[:, :count] = 0.0
         step = min(1.0, count / (GLIDE_S * self.rate))
@@ -188,16 +189,16 @@ class Engine:
         return out[:, :count]
 
     def warm_up(self) -> None:
-        """Compile what the blocks need, with a texture of its own, so that the first block is as quick as the last."""
-        self.follower.follow(FingerState(), 0.0, 1)
+        """Compile everything a block needs, so that the first block is as fast as the others."""
+        self.tracker.follow(FingerState(), 0.0, 1)
         for texture in self.textures:
-            texture.render(self.follower.block, self._one)
+            texture.render(self.tracker.block, self._one)
         _add(
             self._one,
             0.0,
             0.0,
-            self.follower.block.contact,
-            self.follower.block.movement,
+            self.tracker.block.contact,
+            self.tracker.block.movement,
             True,
             1,
             self._out,
@@ -207,7 +208,7 @@ class Engine:
         probe.add(self._one, 1)
 
     def facts(self) -> dict[str, Any]:
-        """Return what the stream did so far, as JSON values."""
+        """Return statistics of the stream so far, as JSON values."""
         counts = self.finger.counts
         blocks = sum(self.blocks.values())
         return {
@@ -237,13 +238,13 @@ class Engine:
         return weight if self.textures[place].holds_at_rest else math.sqrt(weight)
 
     def _land(self, strength: float, age_s: float) -> None:
-        if strength == strength and strength >= 0:
+        if strength >= 0:  # not NaN
             levels = [t.level * t.level for t in self.textures]
             self.transients.start(strength, math.sqrt(float(np.dot(self._weights, levels))))
             self.latency.tap.add(max(age_s, 0.0) + self.most / self.rate)
 
     def _change(self, message: MixWeights) -> None:
-        """Take up weights that came with the motion; what is not understood is counted, not raised."""
+        """Apply weights that arrived with the motion; invalid ones are counted."""
         try:
             self.set_weights(message.weights)
         except ParameterError:
@@ -251,7 +252,6 @@ class Engine:
 
 
 def _kind(textures: Sequence[StreamingTexture]) -> tuple[str, tuple[str, ...]]:
-    """Return the unit and the axes that all have."""
     first = textures[0]
     names = [texture.name for texture in textures]
     if len(set(names)) < len(names):

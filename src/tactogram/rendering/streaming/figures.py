@@ -17,12 +17,7 @@ RANGE_DB = 50.0
 def stream_figure(sent: Signal, track: NDArray[np.float64], *, title: str) -> Figure:
     """Return speed and force over time, and the spectrogram of the first channel up to 1 kHz.
 
-    Parameters
-    ----------
-    sent : Signal
-    track : float64 array, shape (block, 3)
-        Time in s, speed in mm/s and force in N at the end of each block.
-    title : str
+    ``track`` has time in s, speed in mm/s and force in N at the end of each block, float64, shape (block, 3).
     """
     figure = Figure(figsize=(11, 6), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1, 2.2))

@@ -1,16 +1,15 @@
-"""The finger at each sample of a block: what comes in steps from `motion` goes out without a jump.
+"""The finger at each sample of a block: a smooth path from motion that arrives in steps.
 
-A critically damped follower of second order goes after the place and velocity that are known: it has no lag at a
-constant speed, and whatever a new measurement corrects, its place and its velocity stay continuous. So pitch glides
-where measurements jump. Contact and movement are gains with ramps of their own: rest, landing and lift are states of
-the same endless signal, not gaps in it.
+A critically damped follower of second order tracks the measured position and velocity: it has no lag at a constant
+speed, and its position and velocity stay continuous at every correction, so that pitch glides where measurements jump.
+Contact and movement are gains with ramps of their own: rest, landing and lift are states of the same endless signal.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numba
 import numpy as np
@@ -26,7 +25,7 @@ FOLLOWING_S = 0.005
 FORCE_S = 0.005
 """Time constant of the force, s."""
 LANDING_S = 0.003
-"""Length of the ramp when the finger lands, and the shortest when it begins to move, s."""
+"""Length of the ramp when the finger lands, and the shortest when it starts to move, s."""
 LIFTING_S = 0.012
 """Length of the ramp when it lifts or is lost, and the shortest when it comes to rest, s."""
 
@@ -35,13 +34,13 @@ _X, _Y, _VX, _VY, _FORCE, _CONTACT, _PATH, _MOVEMENT = range(8)
 
 @dataclass(eq=False)
 class MotionBlock:
-    """The finger over one block; every array has room for ``most`` samples, of which ``count`` hold.
+    """The finger over one block: arrays with room for ``most`` samples, of which the first ``count`` are valid.
 
     Parameters
     ----------
     most : int
     x_mm, y_mm, path_mm : float64 array, shape (most,)
-        Place, and the length of the way so far, mm.
+        Position, and length of the path so far, mm.
     speed_mm_s, force_n : float64 array, shape (most,)
     contact, movement : float32 array, shape (most,)
         Gains from 0 (lifted, at rest) to 1 (touching, sliding).
@@ -59,50 +58,68 @@ class MotionBlock:
     movement: NDArray[np.float32] = field(init=False)
 
     def __post_init__(self) -> None:
-        for name in ("x_mm", "y_mm", "path_mm", "speed_mm_s", "force_n"):
-            setattr(self, name, np.zeros(self.most))
-        for name in ("contact", "movement"):
-            setattr(self, name, np.zeros(self.most, np.float32))
+        for name in _Samples._fields:
+            kind = np.float32 if name in ("contact", "movement") else np.float64
+            setattr(self, name, np.zeros(self.most, kind))
+
+
+class _Samples(NamedTuple):
+    """The arrays of a `MotionBlock`, as numba takes them."""
+
+    x_mm: NDArray[np.float64]
+    y_mm: NDArray[np.float64]
+    path_mm: NDArray[np.float64]
+    speed_mm_s: NDArray[np.float64]
+    force_n: NDArray[np.float64]
+    contact: NDArray[np.float32]
+    movement: NDArray[np.float32]
+
+
+class _Target(NamedTuple):
+    """The finger at the beginning of a block, and the ranges and time constants of the follower."""
+
+    has_position: bool
+    x: float
+    y: float
+    vx: float
+    vy: float
+    force: float
+    touching: bool
+    following_s: float
+    rest_mm_s: float
+    moving_mm_s: float
 
 
 class FingerTracker:
-    """Goes after a `FingerState`, block by block.
-
-    Parameters
-    ----------
-    rate : float, Hz
-    most : int
-        Most samples in a block.
-    """
+    """Follower of a `FingerState`, in blocks of at most ``most`` samples at ``rate`` Hz."""
 
     def __init__(self, rate: float, most: int) -> None:
         self.block = MotionBlock(most)
         self.state: State = "lost"
-        self._rate = rate
+        self._step_s = 1 / rate
         self._values = np.zeros(8)
+        self._samples = _Samples(*(getattr(self.block, name) for name in _Samples._fields))
 
     def follow(self, finger: FingerState, now_s: float, count: int, *, ahead_s: float = 0.0) -> MotionBlock:
         """Return the finger over the next ``count`` samples, the first of them ``ahead_s`` after ``now_s``."""
         settings, values, block = finger.settings, self._values, self.block
-        lost = finger.lost(now_s)
-        place = None if lost else finger.place(now_s, ahead_s)
+        lost = finger.is_lost(now_s)
+        position = None if lost else finger.position(now_s, ahead_s)
         vx, vy = (0.0, 0.0) if lost else finger.velocity(now_s)
         silent = values[_CONTACT] == 0.0
-        if finger.jumped and place is not None and silent:
-            values[_X], values[_Y], values[_VX], values[_VY] = *place, vx, vy
+        if finger.jumped and position is not None and silent:
+            values[_X], values[_Y], values[_VX], values[_VY] = *position, vx, vy
             finger.jumped = False
-        elsewhere = finger.jumped and place is not None
-        if elsewhere:  # fade where it is, and go there unheard
-            place, vx, vy = None, 0.0, 0.0
-        touching = finger.touching and not lost and not elsewhere
-        force = finger.force if finger.force == finger.force else 0.0
+        jumping = finger.jumped and position is not None
+        if jumping:  # fade out here, then go there silently
+            position, vx, vy = None, 0.0, 0.0
+        touching = finger.touching and not lost and not jumping
+        force = 0.0 if math.isnan(finger.force) else finger.force
         if silent and touching:
             values[_FORCE] = force
-        _follow(
-            values,
-            place is not None,
-            place[0] if place else 0.0,
-            place[1] if place else 0.0,
+        target = _Target(
+            position is not None,
+            *(position or (0.0, 0.0)),
             vx,
             vy,
             force,
@@ -110,16 +127,8 @@ class FingerTracker:
             max(FOLLOWING_S, finger.interval_s),
             settings.rest_mm_s,
             settings.moving_mm_s,
-            1 / self._rate,
-            count,
-            block.x_mm,
-            block.y_mm,
-            block.path_mm,
-            block.speed_mm_s,
-            block.force_n,
-            block.contact,
-            block.movement,
         )
+        _follow(values, target, self._step_s, count, self._samples)
         block.count = count
         moving = block.speed_mm_s[count - 1] > (settings.rest_mm_s + settings.moving_mm_s) / 2
         self.state = "lost" if lost else "air" if not finger.touching else "slide" if moving else "rest"
@@ -127,53 +136,32 @@ class FingerTracker:
 
 
 @numba.njit(cache=True, nogil=True)
-def _follow(
-    values: NDArray[np.float64],
-    placed: bool,
-    x: float,
-    y: float,
-    vx: float,
-    vy: float,
-    force: float,
-    touching: bool,
-    following_s: float,
-    rest: float,
-    moving: float,
-    step: float,
-    count: int,
-    out_x: NDArray[np.float64],
-    out_y: NDArray[np.float64],
-    out_path: NDArray[np.float64],
-    out_speed: NDArray[np.float64],
-    out_force: NDArray[np.float64],
-    out_contact: NDArray[np.float32],
-    out_movement: NDArray[np.float32],
-) -> None:
-    pull = 1 / (following_s * following_s)
-    damp = 2 / following_s
-    keep = math.exp(-step / FORCE_S)
+def _follow(values: NDArray[np.float64], target: _Target, step: float, count: int, out: _Samples) -> None:
+    pull = 1 / (target.following_s * target.following_s)
+    damping = 2 / target.following_s
+    decay = math.exp(-step / FORCE_S)
     rise, fall = step / LANDING_S, step / LIFTING_S
-    px, py, ux, uy = values[_X], values[_Y], values[_VX], values[_VY]
-    held, contact, path, share = values[_FORCE], values[_CONTACT], values[_PATH], values[_MOVEMENT]
+    x, y, vx, vy = values[_X], values[_Y], values[_VX], values[_VY]
+    force, contact, path, movement = values[_FORCE], values[_CONTACT], values[_PATH], values[_MOVEMENT]
     for i in range(count):
         t = i * step
-        ax, ay = damp * (vx - ux), damp * (vy - uy)
-        if placed:
-            ax += pull * (x + vx * t - px)
-            ay += pull * (y + vy * t - py)
-        ux += ax * step
-        uy += ay * step
-        px += ux * step
-        py += uy * step
-        speed = math.sqrt(ux * ux + uy * uy)
+        ax, ay = damping * (target.vx - vx), damping * (target.vy - vy)
+        if target.has_position:
+            ax += pull * (target.x + target.vx * t - x)
+            ay += pull * (target.y + target.vy * t - y)
+        vx += ax * step
+        vy += ay * step
+        x += vx * step
+        y += vy * step
+        speed = math.sqrt(vx * vx + vy * vy)
         path += speed * step
-        held = force + keep * (held - force)
-        contact = min(1.0, contact + rise) if touching else max(0.0, contact - fall)
-        wanted = min(1.0, max(0.0, (speed - rest) / (moving - rest)))
-        share += min(rise, max(-fall, wanted - share))
-        out_x[i], out_y[i], out_path[i] = px, py, path
-        out_speed[i], out_force[i] = speed, held
-        out_contact[i] = contact * contact * (3 - 2 * contact)
-        out_movement[i] = share * share * (3 - 2 * share)
-    values[_X], values[_Y], values[_VX], values[_VY] = px, py, ux, uy
-    values[_FORCE], values[_CONTACT], values[_PATH], values[_MOVEMENT] = held, contact, path, share
+        force = target.force + decay * (force - target.force)
+        contact = min(1.0, contact + rise) if target.touching else max(0.0, contact - fall)
+        wanted = min(1.0, max(0.0, (speed - target.rest_mm_s) / (target.moving_mm_s - target.rest_mm_s)))
+        movement += min(rise, max(-fall, wanted - movement))
+        out.x_mm[i], out.y_mm[i], out.path_mm[i] = x, y, path
+        out.speed_mm_s[i], out.force_n[i] = speed, force
+        out.contact[i] = contact * contact * (3 - 2 * contact)
+        out.movement[i] = movement * movement * (3 - 2 * movement)
+    values[_X], values[_Y], values[_VX], values[_VY] = x, y, vx, vy
+    values[_FORCE], values[_CONTACT], values[_PATH], values[_MOVEMENT] = force, contact, path, movement

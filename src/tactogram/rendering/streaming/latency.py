@@ -1,4 +1,4 @@
-"""Latency of a stream, measured while it runs: quantiles of millions of blocks in a few kilobytes."""
+"""Latency of a running stream: quantiles of millions of blocks in a few kilobytes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ DECADES = 9
 
 
 class Durations:
-    """Durations, counted in bins 1 % wide from 0.1 µs to 100 s; nothing is allocated on the way."""
+    """Histogram of durations in bins 1 % wide from 0.1 µs to 100 s, without allocations."""
 
     def __init__(self) -> None:
         self._counts: NDArray[np.int64] = np.zeros(PER_DECADE * DECADES + 2, np.int64)
@@ -25,7 +25,7 @@ class Durations:
         self._sum = 0.0
 
     def add(self, seconds: float) -> None:
-        """Count one."""
+        """Count a duration."""
         place = int(PER_DECADE * math.log10(seconds / SHORTEST_S)) + 1 if seconds > SHORTEST_S else 0
         self._counts[min(place, len(self._counts) - 1)] += 1
         self.count += 1
@@ -33,7 +33,7 @@ class Durations:
         self.longest_s = max(self.longest_s, seconds)
 
     def quantile(self, share: float) -> float:
-        """Return the duration that ``share`` of all do not exceed, s, at most 1 % too long; NaN of none."""
+        """Return the duration that ``share`` of all do not exceed, s, at most 1 % too long; NaN if there are none."""
         if self.count == 0:
             return math.nan
         reached = np.cumsum(self._counts)
@@ -41,7 +41,7 @@ class Durations:
         return min(self.longest_s, SHORTEST_S * 10 ** (place / PER_DECADE))
 
     def facts(self) -> dict[str, float | int | None]:
-        """Return ``p50_ms``, ``p99_ms``, ``max_ms`` and ``mean_ms``, None of none, and ``count``."""
+        """Return ``p50_ms``, ``p99_ms``, ``max_ms`` and ``mean_ms``, None if there are none, and ``count``."""
         if self.count == 0:
             return {"p50_ms": None, "p99_ms": None, "max_ms": None, "mean_ms": None, "count": 0}
         return {
@@ -57,22 +57,12 @@ class Durations:
 class Latency:
     """Latency statistics of a stream, per block.
 
-    Parameters
-    ----------
-    block_s : float
-        Length of a block, s.
-    queued_s : float
-        What the backend holds before a sample leaves the computer, as it says itself, s; 0 where it does not say.
+    ``compute`` is wall time, ``processor`` the thread's processor time: the difference is other programs' share.
 
-    Notes
-    -----
-    ``compute`` is by the clock on the wall, ``processor`` what the block's thread had of a processor in that time: the
-    difference is what other programs on the machine took.
-
-    ``total`` is from the instant that the newest motion was so (as far as its time stamps tell) to the end of the
-    block that used it: its age when the block was begun, the time to compute the block, the backend's queue, and the
-    block itself. The display's own latency, and the network's least delay, are not in it: they cannot be seen from
-    here.
+    ``total`` is the time from the newest motion (by its time stamp) to the end of the block that used it: its age when
+    the block began, the time to compute the block, the backend's queue (``queued_s``, as the backend reports it, else
+    0), and the block itself. It does not include the display's own latency and the network's minimum delay, which
+    cannot be measured here.
     """
 
     block_s: float
@@ -85,7 +75,7 @@ class Latency:
     underruns: int = 0
 
     def add(self, compute_s: float, processor_s: float, age_s: float, *, block_s: float) -> None:
-        """Count a block: how long it took, and the processor worked on it; ``age_s`` is inf without motion."""
+        """Count a block by its wall time and processor time; ``age_s`` is inf without motion."""
         self.compute.add(compute_s)
         self.processor.add(processor_s)
         if age_s < math.inf:

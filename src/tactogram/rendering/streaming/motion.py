@@ -1,15 +1,15 @@
-"""Finger motion from samples that come late, at any rate, and with losses.
+"""Finger motion from samples that arrive late, at any rate, and with losses.
 
-Position, speed and force each come at their own rate. What is used is the newest of each; what comes too late is
-dropped and counted, never queued: an old position rendered now is felt as a delay from then on.
+Position, speed and force each have their own rate. The newest value of each is used; late samples are dropped and
+counted, never queued: rendering an old position now would be felt as a delay from then on.
 
-The sender's clock is not ours. Its offset is taken as the least difference between arrival and time stamp seen so far
-(the quickest way a sample took), let rise by `DRIFT` so that a slow clock is followed. A game's clock may stand still
-while it loads, and be late for good: where everything has been late for `RESTART_S`, the offset is taken anew.
+The sender's clock is independent. Its offset is the least difference between arrival and time stamp so far (the
+fastest sample), which may rise by `DRIFT` so that a slow clock is followed. A game's clock may stop while it loads, and
+be late for good: if everything is late for `RESTART_S`, the offset is determined anew.
 
 Velocity comes from positions through the fading-memory filter of first order (Brookner 1998, Sec. 3.2): the straight
-line that fits all past positions best, their weight halving with age. It is causal, needs no even rate, and has no
-lag at a constant speed.
+line that fits all past positions best, with weights that decay with age. It is causal, works at uneven rates, and has
+no lag at a constant speed.
 
 References
 ----------
@@ -21,33 +21,33 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from math import isnan
 from typing import Protocol
 
 from tactogram.errors import ParameterError
 
 DRIFT = 2e-4
-"""By how much the sender's clock may run slow against ours, s/s."""
+"""How much slower than ours the sender's clock may run, s/s."""
 RESTART_S = 1.0
-"""A time stamp so much before the last one is a sender that began anew, s; so long nothing but late samples is a
-clock that stood still."""
+"""A time stamp this much before the last one means a restarted sender, s; only late samples for this long, a clock
+that stopped."""
 FASTEST_MM_S, FARTHEST_MM = 1e4, 1e6
-"""No finger is faster or farther away; one damaged number would otherwise take the way gone beyond what a float counts
-in."""
+"""No finger is faster or farther away; a corrupt number would make the path length overflow."""
 NAN = math.nan
 
 
 @dataclass(frozen=True, slots=True)
 class MotionSample:
-    """One message about the finger; what it does not say is NaN.
+    """A motion message; NaN marks missing values.
 
     Parameters
     ----------
     time_s : float
-        When it was so, s on the sender's clock.
+        Time on the sender's clock, s.
     arrival_s : float
-        When it came, s on the engine's clock.
+        Time of arrival on the engine's clock, s.
     x_mm, y_mm : float
-        Position on the surface, mm. Both or none.
+        Position on the surface, mm; both or neither.
     speed_mm_s : float
         Magnitude of the velocity, >= 0, mm/s.
     force_n : float
@@ -69,25 +69,17 @@ class MotionSource(Protocol):
     simulated: bool
 
     def poll(self, now_s: float) -> Iterable[MotionSample | Tap | MixWeights]:
-        """Return what has come until ``now_s`` on the engine's clock since the last call; never waits."""
+        """Return what arrived since the last call, up to ``now_s`` on the engine's clock; never waits."""
         ...
 
     def close(self) -> None:
-        """Let go of ports and threads; never raises."""
+        """Release ports and threads; never raises."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Tap:
-    """A touch-down that starts a transient at once, on a path of its own.
-
-    Parameters
-    ----------
-    arrival_s : float
-        When it came, s on the engine's clock.
-    strength : float
-        1 is a touch of 1 N.
-    """
+    """A touch-down that starts a transient immediately; a strength of 1 is a touch of 1 N."""
 
     arrival_s: float
     strength: float
@@ -95,7 +87,7 @@ class Tap:
 
 @dataclass(frozen=True, slots=True)
 class MixWeights:
-    """A mix that is asked for while playing: weights by the name of a texture; the others stay."""
+    """New weights of a mix by texture name; the other weights stay."""
 
     weights: dict[str, float]
 
@@ -109,15 +101,15 @@ class MotionSettings:
     smoothing_s : float
         Time constant of the velocity from positions, s; at least 1.5 intervals between positions are used.
     late_s : float
-        A sample that is older than this when it could be used is dropped, s.
+        Samples older than this when they could be used are dropped, s.
     lost_s : float
-        Without motion for so long the connection counts as lost and the output goes to rest, s.
+        After this time without motion the connection counts as lost and the output goes to rest, s.
     contact_on_n, contact_off_n : float
-        The finger touches above the first force and is lifted below the second, N.
+        The finger touches above the first force and lifts below the second, N.
     rest_mm_s, moving_mm_s : float
-        Below the first speed it rests, above the second it slides; in between both fade, mm/s.
+        Below the first speed the finger rests, above the second it slides; in between the output fades, mm/s.
     jump_mm : float
-        A position so far from where it was expected is another place, not a stroke, mm.
+        A position this far from the expected one is a jump to another place, not a stroke, mm.
     """
 
     smoothing_s: float = 0.01
@@ -145,19 +137,18 @@ class MotionSettings:
 
 @dataclass
 class MotionCounts:
-    """Counts of received, late and rejected samples."""
+    """Counts of used and dropped samples, of clock changes after the first, and of lost connections."""
 
     used: int = 0
     late: int = 0
     out_of_order: int = 0
     invalid: int = 0
     clocks_set: int = 0
-    """How often the sender's clock was found anew after the first time."""
     lost_connections: int = 0
 
     @property
     def dropped(self) -> int:
-        """How many were not used."""
+        """Number of dropped samples."""
         return self.late + self.out_of_order + self.invalid
 
 
@@ -165,7 +156,7 @@ class MotionCounts:
 class FingerState:
     """State of the finger. Positions in mm, velocities in mm/s, times in s on the engine's clock.
 
-    Follow it with `update` for each sample and `at` at the beginning of each block.
+    Call `update` for each sample. Times of values that have not arrived yet are -inf.
     """
 
     settings: MotionSettings = field(default_factory=MotionSettings)
@@ -175,32 +166,31 @@ class FingerState:
     vx: float = 0.0
     vy: float = 0.0
     position_s: float = -math.inf
-    """When the newest position was so; -inf while there is none."""
     speed: float = NAN
     speed_s: float = -math.inf
     force: float = NAN
     force_s: float = -math.inf
-    heard_s: float = -math.inf
-    """When the newest used sample was so."""
+    newest_s: float = -math.inf
+    """Time of the newest used sample."""
     touching: bool = False
-    landed_n: float = 0.0
-    """Force at a landing that no block has taken up yet, N; 0 is none."""
+    landing_n: float = 0.0
+    """Force of a landing that no block has rendered yet, N; 0 if there is none."""
     jumped: bool = False
-    """Whether the newest position is another place; a block that has gone there resets it."""
+    """Whether the newest position is another place; reset by the block that goes there."""
     interval_s: float = 0.0
     """Mean time between positions, s."""
     _positions: int = 0
     _offset: float = math.inf
     _offset_s: float = 0.0
     _last: float = -math.inf
-    _late_from: float = math.inf
-    """When the first of the samples came that were all late until now; inf while they are not."""
-    _late_least: float = math.inf
-    """The least difference between arrival and time stamp among them, s."""
+    _late_since: float = math.inf
+    """Arrival of the first of an unbroken series of late samples; inf without one."""
+    _least_late: float = math.inf
+    """The least difference between arrival and time stamp in that series, s."""
     _connected: bool = False
 
     def update(self, sample: MotionSample, now_s: float) -> bool:
-        """Take up a sample; return whether it was used."""
+        """Process a sample; return whether it was used."""
         if not _is_valid(sample):
             self.counts.invalid += 1
             return False
@@ -210,51 +200,50 @@ class FingerState:
                 return False
             self._set_clock(math.inf)
         self._last = sample.time_s
-        seen = sample.arrival_s - sample.time_s
+        difference = sample.arrival_s - sample.time_s
         allowed = self._offset + DRIFT * max(0.0, sample.arrival_s - self._offset_s)
-        if seen < allowed:
-            self._offset = seen
+        if difference < allowed:
+            self._offset = difference
         elif self._offset < math.inf:
             self._offset = allowed
         self._offset_s = sample.arrival_s
-        at = sample.time_s + self._offset
-        if now_s - at > self.settings.late_s and self._is_late(sample, now_s):
+        if now_s - (sample.time_s + self._offset) > self.settings.late_s and self._is_late(sample, now_s):
             self.counts.late += 1
             return False
         at = sample.time_s + self._offset
-        self._late_from = self._late_least = math.inf
+        self._late_since = self._least_late = math.inf
         self.counts.used += 1
-        self.heard_s = max(self.heard_s, at)
+        self.newest_s = max(self.newest_s, at)
         self._connected = True
-        if sample.x_mm == sample.x_mm:
-            self._hear_position(sample.x_mm, sample.y_mm, at)
-        if sample.speed_mm_s == sample.speed_mm_s:
+        if not isnan(sample.x_mm):
+            self._update_position(sample.x_mm, sample.y_mm, at)
+        if not isnan(sample.speed_mm_s):
             self.speed, self.speed_s = sample.speed_mm_s, at
-        if sample.force_n == sample.force_n:
+        if not isnan(sample.force_n):
             self.force, self.force_s = sample.force_n, at
-        self._touch()
+        self._update_contact()
         return True
 
     def _is_late(self, sample: MotionSample, now_s: float) -> bool:
-        """Tell whether a late sample is that, or the sender's clock has stood still before those that came last."""
-        self._late_from = min(self._late_from, sample.arrival_s)
-        self._late_least = min(self._late_least, sample.arrival_s - sample.time_s)
-        if sample.arrival_s - self._late_from < RESTART_S or self._late_least <= self._offset:
+        """Tell a late sample from one after a stop of the sender's clock, which sets the clock."""
+        self._late_since = min(self._late_since, sample.arrival_s)
+        self._least_late = min(self._least_late, sample.arrival_s - sample.time_s)
+        if sample.arrival_s - self._late_since < RESTART_S or self._least_late <= self._offset:
             return True
-        self._set_clock(self._late_least)
+        self._set_clock(self._least_late)
         return now_s - (sample.time_s + self._offset) > self.settings.late_s
 
     def _set_clock(self, offset: float) -> None:
         self._offset = offset
-        self._late_from = self._late_least = math.inf
+        self._late_since = self._least_late = math.inf
         self.counts.clocks_set += 1
 
     def age(self, now_s: float) -> float:
-        """Return how old the newest sample is, s."""
-        return now_s - self.heard_s
+        """Return the age of the newest sample, s."""
+        return now_s - self.newest_s
 
-    def lost(self, now_s: float) -> bool:
-        """Tell whether nothing has come for too long; counts each time that it begins."""
+    def is_lost(self, now_s: float) -> bool:
+        """Return whether nothing has arrived for too long; counts each beginning."""
         if self.age(now_s) <= self.settings.lost_s:
             return False
         if self._connected:
@@ -267,18 +256,18 @@ class FingerState:
         return True
 
     def velocity(self, now_s: float) -> tuple[float, float]:
-        """Return the velocity, mm/s: of the asked speed where one comes, in the direction of the positions."""
+        """Return the velocity, mm/s: a measured speed, if there is one, in the direction of the positions."""
         lost_s = self.settings.lost_s
         vx, vy = (self.vx, self.vy) if now_s - self.position_s <= lost_s else (0.0, 0.0)
-        if self.speed == self.speed and now_s - self.speed_s <= lost_s:
-            size = math.hypot(vx, vy)
-            if size > 1e-3:
-                return vx / size * self.speed, vy / size * self.speed
-            return self.speed, 0.0
-        return vx, vy
+        if isnan(self.speed) or now_s - self.speed_s > lost_s:
+            return vx, vy
+        size = math.hypot(vx, vy)
+        if size > 1e-3:
+            return vx / size * self.speed, vy / size * self.speed
+        return self.speed, 0.0
 
-    def place(self, now_s: float, ahead_s: float = 0.0) -> tuple[float, float] | None:
-        """Return where the finger is ``ahead_s`` after now if it goes on as it went, mm; None if no position comes."""
+    def position(self, now_s: float, ahead_s: float = 0.0) -> tuple[float, float] | None:
+        """Return the position extrapolated to ``ahead_s`` after now, mm; None if no positions arrive."""
         age = now_s - self.position_s
         if age > self.settings.lost_s:
             return None
@@ -286,7 +275,7 @@ class FingerState:
         ahead = min(max(age, 0.0), self.settings.late_s + self.interval_s) + ahead_s
         return self.x + vx * ahead, self.y + vy * ahead
 
-    def _hear_position(self, x: float, y: float, at: float) -> None:
+    def _update_position(self, x: float, y: float, at: float) -> None:
         step = at - self.position_s
         if step <= 0:
             return
@@ -294,48 +283,48 @@ class FingerState:
         if not step < self.settings.lost_s:
             far = math.hypot(x - self.x, y - self.y) > self.settings.jump_mm
             self.jumped = self.jumped or far or math.isinf(step)
-            self._begin_at(x, y)
+            self._restart_at(x, y)
             return
         self.interval_s = step if self.interval_s == 0 else 0.9 * self.interval_s + 0.1 * step
-        keep = math.exp(-step / max(self.settings.smoothing_s, 1.5 * self.interval_s))
-        missed_x, missed_y = x - self.x - self.vx * step, y - self.y - self.vy * step
-        if math.hypot(missed_x, missed_y) > self.settings.jump_mm:
+        decay = math.exp(-step / max(self.settings.smoothing_s, 1.5 * self.interval_s))
+        error_x, error_y = x - self.x - self.vx * step, y - self.y - self.vy * step
+        if math.hypot(error_x, error_y) > self.settings.jump_mm:
             self.jumped = True
-            self._begin_at(x, y)
+            self._restart_at(x, y)
             return
-        # A line through the few positions there are, until the fading memory is shorter than they last.
+        # A line through the first few positions, until the fading memory is shorter than they are.
         n = self._positions
         self._positions += 1
-        gain = max(1 - keep * keep, 2 * (2 * n + 1) / ((n + 1) * (n + 2)))
-        slope = max((1 - keep) * (1 - keep), 6 / ((n + 1) * (n + 2))) / step
-        self.x += self.vx * step + gain * missed_x
-        self.y += self.vy * step + gain * missed_y
-        self.vx += slope * missed_x
-        self.vy += slope * missed_y
+        gain = max(1 - decay * decay, 2 * (2 * n + 1) / ((n + 1) * (n + 2)))
+        slope = max((1 - decay) * (1 - decay), 6 / ((n + 1) * (n + 2))) / step
+        self.x += self.vx * step + gain * error_x
+        self.y += self.vy * step + gain * error_y
+        self.vx += slope * error_x
+        self.vy += slope * error_y
 
-    def _begin_at(self, x: float, y: float) -> None:
+    def _restart_at(self, x: float, y: float) -> None:
         self.x, self.y, self.vx, self.vy = x, y, 0.0, 0.0
         self._positions = 1
 
-    def _touch(self) -> None:
-        """Decide on contact, by force where one comes, else by motion coming at all."""
-        if self.force != self.force:
+    def _update_contact(self) -> None:
+        """Determine contact from the force, or without one from the presence of motion."""
+        if isnan(self.force):
             self.touching = True
         elif self.touching:
             self.touching = self.force >= self.settings.contact_off_n
         elif self.force > self.settings.contact_on_n:
             self.touching = True
-            self.landed_n = self.force
+            self.landing_n = self.force
 
 
 def _is_valid(sample: MotionSample) -> bool:
-    """Tell whether a sample can be: finite or NaN, of a hand, no negative speed or force, x with y, something said."""
+    """Check a sample: finite or missing, within a hand's reach and speed, nothing negative, x with y, not empty."""
     if not (math.isfinite(sample.time_s) and math.isfinite(sample.arrival_s)):
         return False
     values = (sample.x_mm, sample.y_mm, sample.speed_mm_s, sample.force_n)
-    if any(math.isinf(v) for v in values) or all(v != v for v in values):
+    if any(math.isinf(v) for v in values) or all(isnan(v) for v in values):
         return False
-    if (sample.x_mm != sample.x_mm) != (sample.y_mm != sample.y_mm):
+    if isnan(sample.x_mm) != isnan(sample.y_mm):
         return False
     if sample.speed_mm_s > FASTEST_MM_S or abs(sample.x_mm) > FARTHEST_MM or abs(sample.y_mm) > FARTHEST_MM:
         return False

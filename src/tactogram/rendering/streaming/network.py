@@ -1,4 +1,4 @@
-"""Motion from the network and blocks to it: one UDP port, plain packets and OSC alike."""
+"""Motion from the network, and blocks to it: one UDP port for plain packets and OSC."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import socket
 import threading
 from collections import deque
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,32 +14,24 @@ from numpy.typing import NDArray
 from tactogram.errors import DeviceError, ParameterError
 from tactogram.extras import imported, one_line
 from tactogram.rendering.streaming.motion import MixWeights, MotionSample, Tap
-from tactogram.rendering.streaming.packets import (
-    NO_MOTION,
-    BlockPacket,
-    block_message,
-    block_packet,
-    parse,
-)
-
-Form = Literal["osc", "udp"]
+from tactogram.rendering.streaming.packets import NO_MOTION, BlockPacket, Form, block_packet, parse
 
 PORT = 9120
 WAITING = 256
-"""Messages that may wait for the next block; with more the oldest are dropped."""
+"""Most messages waiting for the next block; the oldest are dropped beyond that."""
 
 
 class NetworkMotion:
-    """Motion that game engines send; heard by a thread that does nothing else.
+    """Motion from game engines, received by a thread.
 
     Parameters
     ----------
     host : str
-        Address to listen at. Only this computer unless said otherwise: whoever reaches the port moves the actuator.
+        Address to listen on; by default this computer only, since anyone who reaches the port moves the actuator.
     port : int
-        0 takes a free one, see `address`.
+        0 for any free port, see `address`.
     clock : callable
-        The engine's clock: seconds now.
+        Returns the time on the engine's clock, s.
 
     Raises
     ------
@@ -55,7 +47,7 @@ class NetworkMotion:
         self.not_understood = 0
         self.overflowed = 0
         self.missing = 0
-        """Sequence numbers that never came, or came too late to count."""
+        """Sequence numbers that never arrived, or arrived too late."""
         self.sender: tuple[str, int] | None = None
         self.sequence = NO_MOTION
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -72,14 +64,14 @@ class NetworkMotion:
         self._thread.start()
 
     def poll(self, now_s: float) -> list[MotionSample | Tap | MixWeights]:
-        """Return what has come since the last call."""
+        """Return the messages since the last call."""
         found = []
         while self._waiting:
             found.append(self._waiting.popleft())
         return found
 
     def send(self, packet: bytes, to: tuple[str, int]) -> None:
-        """Send from this port, so that the answer comes from where the question went."""
+        """Send from this port, so that replies come from the address that the sender used."""
         self._socket.sendto(packet, to)
 
     def close(self) -> None:
@@ -89,7 +81,7 @@ class NetworkMotion:
         self._socket.close()
 
     def facts(self) -> dict[str, Any]:
-        """Return what was not understood, what overflowed and what never came."""
+        """Return counts of invalid, dropped and missing packets, and the sender."""
         return {
             "not_understood": self.not_understood,
             "overflowed": self.overflowed,
@@ -101,49 +93,40 @@ class NetworkMotion:
         while not self._ended:
             try:
                 packet, sender = self._socket.recvfrom(65_535)
-            except (TimeoutError, ConnectionError):  # Windows tells here of blocks that nobody took
+            except (TimeoutError, ConnectionError):  # Windows reports here that a sent block was refused
                 continue
             except OSError:
                 return
-            found = parse(packet, self._clock())
-            if found is None:
+            received = parse(packet, self._clock())
+            if received is None:
                 self.not_understood += 1
                 continue
             if sender != self.sender:
                 self.sender, self.sequence = sender, NO_MOTION
-            for one in found:
-                self._count(one.sequence)
+            for part in received:
+                self._count(part.sequence)
                 if len(self._waiting) == WAITING:
                     self.overflowed += 1
-                self._waiting.append(one.message)
+                self._waiting.append(part.message)
 
     def _count(self, sequence: int) -> None:
         if self.sequence != NO_MOTION:
             step = (sequence - self.sequence) & NO_MOTION
-            if step == 0 or step > 1 << 31:  # older than the newest: the finger drops it by its time
+            if step == 0 or step > 1 << 31:  # older than the newest: its time stamp makes the finger drop it
                 return
             self.missing += step - 1
         self.sequence = sequence
 
 
 class NetworkBlocks:
-    """Blocks to a game engine: to a fixed address, or to whoever sends the motion.
-
-    Parameters
-    ----------
-    form : {"osc", "udp"}
-    rate : float, Hz
-    to : tuple of str and int, optional
-        Host and port; by default where the motion comes from.
-    motion : NetworkMotion, optional
-        Where the motion comes from; its port is sent from.
+    """Blocks to a game engine: to the address ``to``, or to the sender of ``motion``, from its port.
 
     Raises
     ------
     MissingExtraError
         If the form is osc and python-osc is not installed.
     DeviceError
-        If the host is not known.
+        If the host is unknown.
     """
 
     def __init__(
@@ -157,21 +140,19 @@ class NetworkBlocks:
         if form not in ("osc", "udp"):
             raise ParameterError(f"form must be osc or udp, got {form!r}")
         if to is None and motion is None:
-            raise ParameterError(
-                "blocks need an address to go to where the motion does not come from the network"
-            )
+            raise ParameterError("to must be an address if the motion does not come from the network")
         if form == "osc":
             imported("pythonosc", extra="devices", what="OSC")
-        self._write = block_message if form == "osc" else block_packet
+        self._form: Form = form
         self._rate, self._motion = rate, motion
-        # Once, and not with every block: a name server may take seconds.
+        # Resolved only once: a name server may take seconds.
         self._to = None if to is None else _resolved(to)
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._sequence = 0
         self._first = 0
         self.sent = 0
         self.unsent = 0
-        """Blocks for which there was no address yet, or which the network did not take."""
+        """Blocks without an address yet, or refused by the network."""
 
     def __call__(self, samples: NDArray[np.float32], now_s: float) -> None:
         """Send a block, float32, shape (channel, n)."""
@@ -184,36 +165,31 @@ class NetworkBlocks:
             self.unsent += 1
             return
         try:
+            packet = block_packet(block, self._form)
             if self._motion is not None:
-                self._motion.send(self._write(block), to)
+                self._motion.send(packet, to)
             else:
-                self._socket.sendto(self._write(block), to)
+                self._socket.sendto(packet, to)
             self.sent += 1
         except OSError:
             self.unsent += 1
 
     def close(self) -> None:
-        """Let go of the port."""
+        """Close the port."""
         self._socket.close()
 
 
 def _resolved(to: tuple[str, int]) -> tuple[str, int]:
     try:
-        found = socket.getaddrinfo(*to, family=socket.AF_INET, type=socket.SOCK_DGRAM)
+        addresses = socket.getaddrinfo(*to, family=socket.AF_INET, type=socket.SOCK_DGRAM)
     except OSError as error:
-        raise DeviceError(f"udp:{to[0]}:{to[1]}: the host is not known ({one_line(error)})") from error
-    host, port = found[0][4][:2]
+        raise DeviceError(f"udp:{to[0]}:{to[1]}: unknown host ({one_line(error)})") from error
+    host, port = addresses[0][4][:2]
     return str(host), int(port)
 
 
 def parse_address(text: str, *, default_port: int = PORT) -> tuple[str, int]:
-    """Return host and port of ``"HOST:PORT"``, ``"HOST"`` or ``":PORT"``.
-
-    Raises
-    ------
-    ParameterError
-        If the port is no port.
-    """
+    """Return host and port of ``"HOST:PORT"``, ``"HOST"`` or ``":PORT"``; `ParameterError` if the port is invalid."""
     host, _, port = text.rpartition(":") if ":" in text else (text, "", str(default_port))
     if not (port.isdigit() and 0 <= int(port) < 1 << 16):
         raise ParameterError(f"address must be HOST:PORT with a port below 65536, got {text!r}")

@@ -1,8 +1,8 @@
-"""Display output: blocks of a texture to blocks of a display's drive, causally, guarded at the end.
+"""Display output: blocks of a texture to blocks of a display's drive, causally, limited by a guard at the end.
 
-`tactogram.rendering.drive.fit` sees a whole signal; a stream has only the past. So a *rehearsal* (seconds of the same
-textures under a simulated hand) is fitted first, with its level and its report, and its factor is kept. A family that
-streams a whole surface needs no rehearsal.
+`tactogram.rendering.drive.fit` sees a whole signal; a stream sees only the past. So a *rehearsal* (seconds of the same
+textures under a simulated hand) is fitted first, with its level and its report, and its factor is applied to the
+stream. A family that streams a whole surface needs no rehearsal.
 """
 
 from __future__ import annotations
@@ -28,25 +28,16 @@ Block = NDArray[np.float32]
 
 
 class DisplayOutput:
-    """The drive of a display, block by block; never NaN, never over a limit, at rest after an error.
+    """Drive of a display, block by block; never NaN, never over a limit, at rest after an error.
 
-    Parameters
-    ----------
-    display : Display
-    rehearsed : Signal or SurfaceTexture
-        Some seconds of what will be streamed, at the display's rate: its level decides the factor. For a family that
-        streams surfaces the surface itself.
-    level : Level
-
-    Attributes
-    ----------
-    clipped : int
-        Samples that were beyond the display's limits, of all channels.
+    ``rehearsed`` is some seconds of the stream at the display's rate, whose level determines the factor, or the
+    surface itself for a family that streams surfaces. ``clipped`` counts the samples beyond the display's limits in
+    all channels.
 
     Raises
     ------
     ParameterError, UnitError
-        If the display's family cannot be streamed to, or the level has no meaning for it.
+        If the display's family cannot be streamed to, or the level does not apply to it.
     """
 
     def __init__(self, display: Display, rehearsed: Signal | SurfaceTexture, *, level: Level) -> None:
@@ -56,28 +47,27 @@ class DisplayOutput:
         if self.family.stream_surface is not None:
             if not isinstance(rehearsed, SurfaceTexture):
                 raise ParameterError(
-                    f"{display.name}: streams one surface, a friction coefficient over displacement; got "
-                    "what is not a surface"
+                    f"{display.name}: a stream needs one surface, a friction coefficient over displacement; got "
+                    "a signal over time"
                 )
             self.drive = self.family.stream_surface(display, rehearsed, level)
         elif self.family.stream_signal is not None:
             if not isinstance(rehearsed, Signal):
-                raise ParameterError(f"{display.name}: the level is found on a signal, got a surface")
+                raise ParameterError(f"{display.name}: the level needs a rehearsed signal, got a surface")
             report = fit(rehearsed, display, level=level).report
             self.drive = self.family.stream_signal(display, rehearsed.unit, report.facts)
             self.rehearsal = report.as_json()
         else:
             raise ParameterError(
-                f"{display.name}: displays of the family {display.family} cannot be streamed to: render a file for it "
-                "instead"
+                f"{display.name}: displays of the family {display.family} cannot be streamed to: render a file instead"
             )
         self.guard = DriveGuard(display)
         self.clipped = 0
 
     def process(self, block: Block, motion: MotionBlock | None = None) -> Block:
-        """Return the drive that may be sent, float32, shape (channel, time)."""
+        """Return the drive to send, float32, shape (channel, time)."""
         drive = self.drive.process(block, motion)
-        # By more than a float's rounding: what is made to reach the limit is not clipped by it.
+        # A float's rounding at the limit does not count as clipped.
         over = (drive > self.display.limit * (1 + 1e-6)) | (
             drive < self.display.floor - 1e-6 * self.display.limit
         )
@@ -85,14 +75,14 @@ class DisplayOutput:
         return self.guard.process(drive)
 
     def missing(self, count: int) -> Block:
-        """Return what is sent while there is nothing to send: a fade to rest, then rest."""
+        """Return a fade to rest, then rest, for the time without motion."""
         if self.drive.runs_on:
             with suppress(Exception):
                 return self.guard.leaving(self.drive.process(np.zeros((1, count), np.float32), None))
         return self.guard.missing(count)
 
     def facts(self) -> dict[str, Any]:
-        """Return what it does, as JSON values."""
+        """Return the display, its rehearsal and what was clipped, as JSON values."""
         return {
             "display": self.display.name,
             "family": self.display.family,
@@ -104,36 +94,36 @@ class DisplayOutput:
         }
 
     def sentence(self) -> str | None:
-        """Return what is made up for of the response, how late and how near to a file's; None where nothing could."""
-        found = self.drive.facts().get("equaliser")
-        if found is None:
+        """Return a sentence on the equaliser, its delay and its difference from a file's; None without one."""
+        facts = self.drive.facts().get("equaliser")
+        if facts is None:
             return None
-        late = f"{found['delay_samples']:.1f} samples ({found['delay_ms']:.2f} ms) at {found['reference_hz']:g} Hz"
-        if not found["on"]:
+        delay = f"{facts['delay_samples']:.1f} samples ({facts['delay_ms']:.2f} ms) at {facts['reference_hz']:g} Hz"
+        if not facts["on"]:
             known = self.family.response_known(self.display)
-            why = "is left as it is" if known else f"is not known: {self.family.measured_by}"
-            return f"equaliser: none, the response of {self.display.name} {why}; the band's edges are late by {late}"
-        low, high = found["checked_hz"]
+            why = "is not equalised" if known else f"is not known: {self.family.measured_by}"
+            return f"equaliser: none, the response of {self.display.name} {why}; the band's edges delay by {delay}"
+        low, high = facts["checked_hz"]
         return (
-            f"equaliser: within {found['error_most_db']:.2f} dB of a file's from {low:.0f} to {high:.0f} Hz "
-            f"({found['error_rms_db']:.2f} dB rms, farthest at {found['error_most_hz']:.0f} Hz), raises by up to "
-            f"{found['raised_db']:.0f} dB, late by {late}"
+            f"equaliser: within {facts['error_most_db']:.2f} dB of a file's from {low:.0f} to {high:.0f} Hz "
+            f"({facts['error_rms_db']:.2f} dB rms, largest at {facts['error_most_hz']:.0f} Hz), raises by up to "
+            f"{facts['raised_db']:.0f} dB, delays by {delay}"
         )
 
 
 def equalised(display: Display, *, on: bool) -> Display:
-    """Return a display whose response is made up for, or left as it is, in streams and files alike.
+    """Return a display whose response is equalised or not, in streams and files alike.
 
     Raises
     ------
     ParameterError
-        If its family has no equaliser, or it is asked for where the response is not known.
+        If its family has no equaliser, or ``on`` is set where the response is not known.
     """
     family = display_family(display.family)
     if family.equalise is None:
         raise ParameterError(f"{display.name}: the family {family.name} has no equaliser to switch")
     if on and not family.response_known(display):
         raise ParameterError(
-            f"{display.name}: its response is not known, so nothing can be made up for; {family.measured_by}"
+            f"{display.name}: its response is not known, so it cannot be equalised; {family.measured_by}"
         )
     return display.of(settings=family.equalise(display.settings, on))

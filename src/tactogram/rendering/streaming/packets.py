@@ -1,8 +1,8 @@
-"""The schema by which a game engine sends motion and gets blocks, as plain packets and as OSC; see docs/streaming.md.
+"""Packets by which a game engine sends motion and receives blocks, plain and as OSC; see docs/streaming.md.
 
-Plain packets are little-endian and begin with four letters and a version. OSC messages are big-endian, as OSC is, but
-for the samples of a block, which are little-endian float32 in both. Parsing never raises: what is not understood is
-None, for the receiver to count.
+Plain packets are little-endian and begin with four letters and a version. OSC messages are big-endian as OSC requires,
+except for a block's samples, which are little-endian float32 in both. Parsing never raises: the result is None for an
+invalid packet.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import struct
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,32 +18,34 @@ from numpy.typing import NDArray
 from tactogram.extras import imported
 from tactogram.rendering.streaming.motion import MixWeights, MotionSample, Tap
 
+Form = Literal["osc", "udp"]
+
 VERSION = 1
 MOTION = struct.Struct("<4sHHIdffff")
-"""TGMO, version, which values hold (1 position, 2 speed, 4 force), sequence, time s, x mm, y mm, mm/s, force N."""
+"""TGMO, version, flags of valid values (1 position, 2 speed, 4 force), sequence, time s, x mm, y mm, mm/s, force N."""
 TAP = struct.Struct("<4sHHIdf")
 """TGTA, version, 0, sequence, time s, strength (1 is a landing of 1 N)."""
 MIX = struct.Struct("<4sHHIdf")
-"""TGMX, version, bytes of the name, sequence, time s, weight; the name in UTF-8 follows."""
+"""TGMX, version, length of the name in bytes, sequence, time s, weight; the name in UTF-8 follows."""
 BLOCK = struct.Struct("<4sHHIIqdfI")
 """TGBL, version, channels, sequence, newest motion's sequence, first sample, time s, rate Hz, samples per channel."""
 POSITION, SPEED, FORCE = 1, 2, 4
 NO_MOTION = 0xFFFFFFFF
-"""Stands for the newest motion's sequence before there is one."""
+"""Replaces the newest motion's sequence before there is any."""
 OSC = "/tactogram/1"
 LONGEST = 65_000
-"""Bytes that a packet may have."""
+"""Largest packet that is parsed, bytes."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReceivedPacket:
-    """A packet that was understood.
+    """A valid packet.
 
     Parameters
     ----------
     sequence : int
-        0 to 2^32 - 1, one more with each packet of a sender, of whatever kind; wraps.
-    message : MotionSample, Tap or Weights
+        0 to 2^32 - 1, incremented with each of a sender's packets of any kind; wraps.
+    message : MotionSample, Tap or MixWeights
     """
 
     sequence: int
@@ -52,20 +54,20 @@ class ReceivedPacket:
 
 @dataclass(frozen=True, eq=False)
 class BlockPacket:
-    """Samples that go out.
+    """A block of samples to send.
 
     Parameters
     ----------
     samples : float32 array, shape (channel, n)
     rate : float, Hz
     sequence : int
-        0 to 2^32 - 1; wraps. One that is missing was lost on the way.
+        0 to 2^32 - 1; wraps. A gap is a lost packet.
     first_sample : int
-        Place of the first sample since the stream began.
+        Index of the first sample since the stream began.
     time_s : float
-        When the block was begun, s on the engine's clock.
+        Begin of the block, s on the engine's clock.
     motion_sequence : int
-        Of the newest motion that was heard; `NO_MOTION` for none. The sender can tell the way to and fro by it.
+        Sequence of the newest motion received, for measuring the round trip; `NO_MOTION` before any.
     """
 
     samples: NDArray[np.float32]
@@ -77,12 +79,12 @@ class BlockPacket:
 
 
 def parse(packet: bytes, arrival_s: float) -> list[ReceivedPacket] | None:
-    """Return what a packet says (an OSC bundle may say several things), or None if it is not understood."""
+    """Return a packet's messages (an OSC bundle may hold several), or None if it is invalid."""
     if len(packet) > LONGEST:
         return None
     if packet[:2] == b"TG":
-        one = _parse_plain(packet, arrival_s)
-        return None if one is None else [one]
+        received = _parse_plain(packet, arrival_s)
+        return None if received is None else [received]
     if packet[:1] in (b"/", b"#"):
         return _parse_osc(packet, arrival_s)
     return None
@@ -96,30 +98,37 @@ def motion_packet(
     y_mm: float = math.nan,
     speed_mm_s: float = math.nan,
     force_n: float = math.nan,
+    form: Form = "udp",
 ) -> bytes:
-    """Return a plain packet of motion; NaN is not known."""
-    flags = POSITION * (x_mm == x_mm) + SPEED * (speed_mm_s == speed_mm_s) + FORCE * (force_n == force_n)
-    values = (0.0 if v != v else v for v in (x_mm, y_mm, speed_mm_s, force_n))
-    return MOTION.pack(b"TGMO", VERSION, flags, sequence & NO_MOTION, time_s, *values)
+    """Return a packet of motion, plain or OSC; NaN marks missing values."""
+    values = (x_mm, y_mm, speed_mm_s, force_n)
+    if form == "osc":
+        return _osc("motion", (("i", _signed(sequence)), ("d", time_s), *(("f", value) for value in values)))
+    flags = sum(
+        flag
+        for flag, value in ((POSITION, x_mm), (SPEED, speed_mm_s), (FORCE, force_n))
+        if not math.isnan(value)
+    )
+    known = (0.0 if math.isnan(value) else value for value in values)
+    return MOTION.pack(b"TGMO", VERSION, flags, sequence & NO_MOTION, time_s, *known)
 
 
-def motion_message(
-    sequence: int,
-    time_s: float,
-    *,
-    x_mm: float = math.nan,
-    y_mm: float = math.nan,
-    speed_mm_s: float = math.nan,
-    force_n: float = math.nan,
-) -> bytes:
-    """Return an OSC message of motion; NaN is not known."""
-    values = (("f", x_mm), ("f", y_mm), ("f", speed_mm_s), ("f", force_n))
-    return _osc("motion", (("i", _signed(sequence)), ("d", time_s), *values))
-
-
-def block_packet(block: BlockPacket) -> bytes:
-    """Return a block as a plain packet."""
+def block_packet(block: BlockPacket, form: Form = "udp") -> bytes:
+    """Return a block as a packet, plain or OSC."""
     channels, count = block.samples.shape
+    if form == "osc":
+        return _osc(
+            "block",
+            (
+                ("i", _signed(block.sequence)),
+                ("i", _signed(block.motion_sequence)),
+                ("h", block.first_sample),
+                ("d", block.time_s),
+                ("f", block.rate),
+                ("i", channels),
+                ("b", _interleaved(block.samples)),
+            ),
+        )
     head = BLOCK.pack(
         b"TGBL",
         VERSION,
@@ -134,24 +143,8 @@ def block_packet(block: BlockPacket) -> bytes:
     return head + _interleaved(block.samples)
 
 
-def block_message(block: BlockPacket) -> bytes:
-    """Return a block as an OSC message."""
-    return _osc(
-        "block",
-        (
-            ("i", _signed(block.sequence)),
-            ("i", _signed(block.motion_sequence)),
-            ("h", block.first_sample),
-            ("d", block.time_s),
-            ("f", block.rate),
-            ("i", len(block.samples)),
-            ("b", _interleaved(block.samples)),
-        ),
-    )
-
-
 def parse_block(packet: bytes) -> BlockPacket | None:
-    """Return the block in a plain packet or an OSC message, or None: what a receiver in Python needs."""
+    """Return the block in a plain packet or an OSC message, or None if it is invalid: for receivers in Python."""
     if packet[:4] == b"TGBL" and len(packet) >= BLOCK.size:
         _, version, channels, sequence, motion, first, time_s, rate, count = BLOCK.unpack_from(packet)
         if version != VERSION or channels == 0 or len(packet) != BLOCK.size + 4 * channels * count:
@@ -201,13 +194,13 @@ def _parse_osc(packet: bytes, arrival_s: float) -> list[ReceivedPacket] | None:
     messages = _messages(packet)
     if not messages:
         return None
-    found = []
+    received = []
     for address, values in messages:
         kind = address.removeprefix(f"{OSC}/")
         shape = "".join(type(value).__name__[0] for value in values)
         if not address.startswith(f"{OSC}/"):
             return None
-        # Some senders write a whole number as an int; the first two are what orders the packets.
+        # Some senders write integral floats as ints.
         if kind == "motion" and len(shape) == 6 and shape[0] == "i" and set(shape) <= {"i", "f"}:
             sequence, time_s, *rest = values
             message: MotionSample | Tap | MixWeights = MotionSample(
@@ -219,18 +212,18 @@ def _parse_osc(packet: bytes, arrival_s: float) -> list[ReceivedPacket] | None:
             sequence, message = values[0], MixWeights({values[2]: float(values[3])})
         else:
             return None
-        found.append(ReceivedPacket(sequence & NO_MOTION, message))
-    return found
+        received.append(ReceivedPacket(sequence & NO_MOTION, message))
+    return received
 
 
 def _messages(packet: bytes) -> list[tuple[str, list[Any]]] | None:
-    """Return addresses and values of an OSC message or bundle, or None where it is neither."""
+    """Return addresses and values of an OSC message or bundle, or None if it is neither."""
     try:
         osc = imported("pythonosc.osc_packet", extra="devices", what="OSC")
         read = osc.OscPacket(packet)
         return [(m.message.address, list(m.message.params)) for m in read.messages]
     except Exception:
-        # Whatever its bytes lead the parser to, none of it is ours; or the parser is not installed.
+        # Arbitrary bytes may raise anything in the parser; or it is not installed.
         return None
 
 
@@ -245,7 +238,7 @@ def _osc(kind: str, values: tuple[tuple[str, object], ...]) -> bytes:
 
 
 def _signed(sequence: int) -> int:
-    """Return 32 bits as OSC's int32 has them."""
+    """Return 32 bits as OSC's int32."""
     low = sequence & NO_MOTION
     return low - (1 << 32) if low >= 1 << 31 else low
 

@@ -1,10 +1,11 @@
-"""Motion from a file, and from a computer mouse."""
+"""Motion from a file and from a computer mouse."""
 
 from __future__ import annotations
 
 import math
 import os
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from tactogram.errors import DataError, DeviceError, ParameterError
@@ -13,21 +14,21 @@ from tactogram.rendering.streaming.motion import MotionSample
 from tactogram.text_files import csv_rows, read_text
 
 COLUMNS = ("time_s", "x_mm", "y_mm", "speed_mm_s", "force_n")
-"""Of a motion file; the first is needed, and one of the others. An empty cell is a value not measured then."""
+"""Columns of a motion file: the first and at least one other are required. An empty cell is a missing value."""
 
 MICE = Path("/dev/input/mice")
-"""Where Linux gives the movements of all mice, three bytes each (PS/2): buttons and signs, right, up."""
+"""Linux's device for the movements of all mice, three bytes each (PS/2): buttons and signs, right, up."""
 
 
 class MotionFile:
-    """Motion of a CSV, at the times that it says.
+    """Motion from a CSV, at the times in its column ``time_s``.
 
     Parameters
     ----------
     path : Path
-        Columns of `COLUMNS` by name, in any order; ``y_mm`` is 0 where there is none. Times ascend.
+        Columns of `COLUMNS` in any order; ``y_mm`` is 0 if omitted. Times ascend.
     loop : bool
-        Begin anew at the end, lifted for a moment, instead of falling silent.
+        Restart at the end, lifted for a moment, instead of falling silent.
 
     Raises
     ------
@@ -46,26 +47,26 @@ class MotionFile:
 
     @property
     def seconds(self) -> float:
-        """From the first sample to the last, s."""
+        """Time from the first sample to the last, s."""
         return self.samples[-1].time_s - self.samples[0].time_s
 
     def poll(self, now_s: float) -> list[MotionSample]:
-        """Return what was so until ``now_s``; the first sample is at 0."""
-        found = []
+        """Return the next samples up to ``now_s``; the first sample is at 0."""
+        samples = []
         while self._next < len(self.samples):
             sample = self.samples[self._next]
             at = sample.time_s + self._offset
             if at > now_s:
                 break
-            found.append(MotionSample(at, at, sample.x_mm, sample.y_mm, sample.speed_mm_s, sample.force_n))
+            samples.append(replace(sample, time_s=at, arrival_s=at))
             self._next += 1
             if self._next == len(self.samples) and self._loop and self.seconds > 0:
                 self._next = 0
                 self._offset += self.seconds + 1e-3
-        return found
+        return samples
 
     def close(self) -> None:
-        """There is nothing to let go of."""
+        """Do nothing: the file is already closed."""
 
 
 def _rows(path: Path) -> Iterator[MotionSample]:
@@ -97,23 +98,22 @@ def _rows(path: Path) -> Iterator[MotionSample]:
         ):
             raise DataError(f"{path}: line {number}: speed and force must be finite and >= 0, got {row}")
         last = at
-        if values.get("x_mm", math.nan) == values.get("x_mm", math.nan):
+        if not math.isnan(values.get("x_mm", math.nan)):
             values.setdefault("y_mm", 0.0)
         yield MotionSample(at, at, **values)
 
 
 class MouseMotion:
-    """A mouse on Linux as a finger: it touches while the left button is down.
+    """A mouse on Linux as a finger, which touches with ``force_n`` while the left button is down.
 
-    Its place is asked for once per block, so that what a block uses may be older than it seems by up to one block and
-    the mouse's own interval (8 ms at 125 Hz).
+    It is read once per block, so a position may be late by up to one block plus the mouse's own interval (8 ms at 125
+    Hz).
 
     Parameters
     ----------
     counts_per_mm : float
-        Counts of the mouse per mm: 31.5 at 800 per inch.
+        31.5 for a mouse of 800 counts per inch.
     force_n : float
-        Normal force while the button is down; a mouse has none.
     path : Path
 
     Raises
@@ -140,7 +140,7 @@ class MouseMotion:
             ) from error
 
     def poll(self, now_s: float) -> list[MotionSample]:
-        """Return where the mouse is now; also where it has not moved, so that the connection does not count as lost."""
+        """Return the current position, even without movement, so that the connection does not count as lost."""
         while True:
             try:
                 read = os.read(self._file, 3 * 64)
@@ -165,6 +165,6 @@ class MouseMotion:
 
 
 def mouse_step(packet: bytes) -> tuple[bool, int, int]:
-    """Return whether the left button is down, and the counts to the right and up, of a PS/2 packet of three bytes."""
+    """Return whether the left button is down, and the counts right and up, from a PS/2 packet of three bytes."""
     head, right, up = packet
     return bool(head & 1), right - (256 if head & 0x10 else 0), up - (256 if head & 0x20 else 0)

@@ -1,4 +1,4 @@
-"""A simulated hand: seeded strokes to and fro, with rests and lifts, and a force that varies. No data of a person."""
+"""Simulated hand: seeded strokes back and forth, with rests and lifts, and a varying force. Not a person's data."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tactogram.rendering.streaming.motion import MotionSample
 Array = NDArray[np.float64]
 
 UP_S = 0.08
-"""How long a finger takes to go up before it moves on, and to come down, s."""
+"""Time in which a finger lifts before it moves on, or comes down, s."""
 
 
 @dataclass(frozen=True)
@@ -22,20 +22,20 @@ class HandSettings:
     """Settings of a simulated hand.
 
     A stroke follows the path of least jerk (Flash & Hogan 1985): from rest to rest, its peak speed 1.875 times its
-    mean. Every few strokes the finger lifts, and lands elsewhere.
+    mean. Every few strokes the finger lifts and lands elsewhere.
 
     Parameters
     ----------
     position_rate, force_rate : float
-        Samples per second of each, Hz.
+        Samples per second, Hz.
     length_mm, duration_s : tuple of float
-        Least and greatest of a stroke.
+        Range of a stroke's length and duration.
     rest_s, lift_s : tuple of float
-        Least and greatest of a rest between strokes, and of the time in the air.
+        Range of the rests between strokes, and of the time in the air.
     strokes_between_lifts : int
-        On average.
+        Mean number.
     force_n : float
-        Mean normal force while touching, N; it wavers by about a third of it.
+        Mean normal force while touching, N; it varies by about a third.
     noise_mm : float
         Standard deviation of a position, mm.
     """
@@ -52,15 +52,7 @@ class HandSettings:
 
 
 class SimulatedHand:
-    """Motion of a simulated hand; the same seed moves the same way.
-
-    Parameters
-    ----------
-    seconds : float
-        How long it moves.
-    seed : int
-    settings : HandSettings
-    """
+    """Motion of a simulated hand for ``seconds``; the same seed gives the same motion."""
 
     name = "simulated hand"
     simulated = True
@@ -75,7 +67,7 @@ class SimulatedHand:
         x, y, _ = _along(knots, at)
         x += s.noise_mm * random.standard_normal(len(x))
         y += s.noise_mm * random.standard_normal(len(y))
-        # Half an interval apart, as two sensors that know nothing of each other.
+        # Half an interval apart, like two independent sensors.
         at_force = np.asarray((np.arange(math.ceil(seconds * s.force_rate)) + 0.5) / s.force_rate, np.float64)
         force = _force(knots, at_force, s, random)
         times = np.concatenate((at, at_force))
@@ -88,7 +80,7 @@ class SimulatedHand:
         self._next = 0
 
     def poll(self, now_s: float) -> list[MotionSample]:
-        """Return what the hand has done until ``now_s`` since the last call; it arrives as it happens."""
+        """Return the motion since the last call up to ``now_s``, without delay."""
         end = int(np.searchsorted(self._times, now_s, side="right"))
         begin, self._next = self._next, max(self._next, end)
         return [
@@ -103,7 +95,7 @@ class SimulatedHand:
         ]
 
     def close(self) -> None:
-        """There is nothing to let go of."""
+        """Do nothing."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +108,7 @@ class _HandMove:
 
 
 def _journey(seconds: float, s: HandSettings, random: np.random.Generator) -> list[_HandMove]:
-    """Return moves end to end that last at least ``seconds``."""
+    """Return consecutive moves that last at least ``seconds``."""
     moves: list[_HandMove] = []
     now, place, direction = 0.0, (0.0, 0.0), 1.0
 
@@ -135,10 +127,10 @@ def _journey(seconds: float, s: HandSettings, random: np.random.Generator) -> li
             go(random.uniform(*s.duration_s), to, touching=True)
             go(random.uniform(*s.rest_s), place, touching=True)
             direction = -direction
-        elsewhere = (place[0] + random.uniform(-30, 30), place[1] + random.uniform(-30, 30))
+        landing = (place[0] + random.uniform(-30, 30), place[1] + random.uniform(-30, 30))
         go(UP_S, place, touching=False)
-        go(random.uniform(*s.lift_s), elsewhere, touching=False)
-        go(UP_S, elsewhere, touching=False)
+        go(random.uniform(*s.lift_s), landing, touching=False)
+        go(UP_S, landing, touching=False)
     return moves
 
 
@@ -148,22 +140,22 @@ def _along(moves: list[_HandMove], at: Array) -> tuple[Array, Array, NDArray[np.
     begin, end = (np.array([getattr(m, name) for m in moves])[place] for name in ("begin_s", "end_s"))
     start, stop = (np.array([getattr(m, name) for m in moves])[place] for name in ("start", "stop"))
     share = np.clip((at - begin) / (end - begin), 0, 1)
-    gone = share**3 * (10 - 15 * share + 6 * share**2)
-    where = start + gone[:, None] * (stop - start)
+    progress = share**3 * (10 - 15 * share + 6 * share**2)
+    position = start + progress[:, None] * (stop - start)
     touching = np.array([m.touching for m in moves])[place]
-    return where[:, 0], where[:, 1], touching
+    return position[:, 0], position[:, 1], touching
 
 
 def _force(moves: list[_HandMove], at: Array, s: HandSettings, random: np.random.Generator) -> Array:
-    """Return the force at times ``at``, N: 0 in the air, wavering slowly on the surface, quick at both ends."""
+    """Return the force at times ``at``, N: 0 in the air, slowly varying on the surface, rising and falling fast."""
     _, _, touching = _along(moves, at)
     slow = np.zeros(len(at))
     for hz in (0.3, 0.7, 1.9):
         slow += np.sin(2 * np.pi * (hz * at + random.uniform())) / 3
     wanted = np.where(touching, s.force_n * (1 + 0.6 * slow), 0.0)
     smooth = np.empty(len(at))
-    held, keep = 0.0, math.exp(-1 / (0.012 * s.force_rate))
+    force, decay = 0.0, math.exp(-1 / (0.012 * s.force_rate))
     for i, value in enumerate(wanted):
-        held = value + keep * (held - value)
-        smooth[i] = held
+        force = value + decay * (force - value)
+        smooth[i] = force
     return np.where(smooth < 0.01, 0.0, smooth)

@@ -1,4 +1,4 @@
-"""A stream as a backend sees it: one call, one block, measured, and at rest whatever happens."""
+"""Stream: an engine and a display's output as a backend sees them, measured, and at rest after any error."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from tactogram.rendering.streaming.output import DisplayOutput
 Block = NDArray[np.float32]
 
 ENDING_S = 0.02
-"""How long before its end a stream begins to fade, s: longer than a display's fade."""
+"""Length of the fade before a stream's end, s: longer than a display's fade."""
 LONGEST_RECORD = 60_000_000
-"""Samples, of all channels, that may be kept: 240 MB."""
+"""Most samples, of all channels, that are recorded: 240 MB."""
 
 
 class Stream:
-    """An engine, the display that it drives, and what is kept of both.
+    """An engine, the display that it drives, and a record of both.
 
     Parameters
     ----------
@@ -30,14 +30,14 @@ class Stream:
     output : DisplayOutput, optional
         None streams the texture itself, in its unit.
     record_s : float
-        How much of what was sent is kept, s.
+        Length of the record of what is sent, s.
     on_block : callable, optional
-        Called with the time before each block: a mix that changes, say.
+        Called with the time before each block, to change a mix for instance.
 
     Raises
     ------
     ParameterError
-        If the engine's rate is not the display's, or more is to be kept than memory should hold.
+        If the engine's rate is not the display's, or the record is too long.
     """
 
     def __init__(
@@ -57,25 +57,25 @@ class Stream:
         self.unit = engine.unit if output is None else output.display.unit
         self.error: Exception | None = None
         self.ends_s = float("inf")
-        """From `ENDING_S` before this time on there is a fade to rest, and rest."""
+        """From `ENDING_S` before this time on, the stream fades to rest."""
         self._on_block = on_block
-        kept = round(record_s * engine.rate)
-        if kept * len(self.channels) > LONGEST_RECORD:
+        length = round(record_s * engine.rate)
+        if length * len(self.channels) > LONGEST_RECORD:
             raise ParameterError(
-                f"{record_s:g} s at {engine.rate:g} Hz are too much to keep; record at most "
+                f"{record_s:g} s at {engine.rate:g} Hz are too long; record at most "
                 f"{LONGEST_RECORD / engine.rate / len(self.channels):.0f} s"
             )
-        self._record: Block = np.empty((len(self.channels), kept), np.float32)
-        self._record[:] = 0.0  # touched now, so that no page is missing later
-        self._track = np.zeros((kept // engine.most + 1 if kept else 0, 3))
-        self._kept = self._tracked = 0
+        self._record: Block = np.empty((len(self.channels), length), np.float32)
+        self._record[:] = 0.0  # written now, so that the memory is mapped before the first block
+        self._track = np.zeros((length // engine.most + 1 if length else 0, 3))
+        self._recorded = self._tracked = 0
         self._silence: Block = np.zeros((len(self.channels), engine.most), np.float32)
         self._last = np.zeros((len(self.channels), 1), np.float32)
 
     @property
     def recorded(self) -> Block:
         """What was sent, float32, shape (channel, time)."""
-        return self._record[:, : self._kept]
+        return self._record[:, : self._recorded]
 
     @property
     def track(self) -> NDArray[np.float64]:
@@ -85,60 +85,60 @@ class Stream:
     def next(self, now_s: float, count: int | None = None, *, ahead_s: float = 0.0) -> Block:
         """Return the next block, float32, shape (channel, count); the parameters are those of `Engine.render`.
 
-        Never raises: after an error, kept in ``error``, comes a fade to rest and rest, as at the end.
+        Never raises: after an error, stored in ``error``, the stream fades to rest, as at its end.
         """
-        begun, worked = time.perf_counter(), time.thread_time()
+        wall, processor = time.perf_counter(), time.thread_time()
         count = self.engine.most if count is None else count
-        over = self.error is not None or now_s + ahead_s >= self.ends_s - ENDING_S
-        block = self._silent(count) if over else self._made(now_s, count, ahead_s)
-        self._keep(block)
-        worked, taken = time.thread_time() - worked, time.perf_counter() - begun
+        ended = self.error is not None or now_s + ahead_s >= self.ends_s - ENDING_S
+        block = self._fade(count) if ended else self._rendered(now_s, count, ahead_s)
+        self._add_to_record(block)
+        processor, wall = time.thread_time() - processor, time.perf_counter() - wall
         engine = self.engine
         engine.latency.add(
-            taken,
-            worked,
-            engine.finger.age(now_s) + ahead_s if self._heard else float("inf"),
+            wall,
+            processor,
+            engine.finger.age(now_s) + ahead_s if self._connected else float("inf"),
             block_s=count / engine.rate,
         )
         return block
 
     def warm_up(self) -> None:
-        """Let everything that a block needs be compiled, loaded and touched before the first one."""
+        """Compile, load and allocate everything that a block needs before the first one."""
         self.engine.warm_up()
         if self.output is not None:
             self.output.process(np.zeros((len(self.engine.axes), self.engine.most), np.float32))
             self.output.guard.reset()
 
     def facts(self) -> dict[str, Any]:
-        """Return what the stream did, as JSON values."""
+        """Return statistics of the stream, as JSON values."""
         display = {} if self.output is None else {"display": self.output.facts()}
         return self.engine.facts() | {"drive_unit": self.unit, "channels": list(self.channels)} | display
 
     @property
-    def _heard(self) -> bool:
-        return self.engine.follower.state != "lost"
+    def _connected(self) -> bool:
+        return self.engine.tracker.state != "lost"
 
-    def _made(self, now_s: float, count: int, ahead_s: float) -> Block:
+    def _rendered(self, now_s: float, count: int, ahead_s: float) -> Block:
         try:
             if self._on_block is not None:
                 self._on_block(now_s)
             rendered = self.engine.render(now_s, count, ahead_s=ahead_s)
             if not np.isfinite(rendered).all():
-                raise ParameterError("a texture gave something that is not a number")  # noqa: TRY301
+                raise ParameterError("a texture's samples must be finite, got NaN or infinity")  # noqa: TRY301
             if self.output is None:
                 self._last[:] = rendered[:, -1:]
                 return rendered
-            if not self._heard:
+            if not self._connected:
                 return self.output.missing(count)
-            block = self.output.process(rendered, self.engine.follower.block)
+            block = self.output.process(rendered, self.engine.tracker.block)
             if self.output.guard.fault is not None:
                 raise ParameterError(self.output.guard.fault)  # noqa: TRY301
-        except Exception as error:  # whatever it was, the actuator goes to rest first
+        except Exception as error:  # the actuator goes to rest after any error
             self.error = error
-            return self._silent(count)
+            return self._fade(count)
         return block
 
-    def _silent(self, count: int) -> Block:
+    def _fade(self, count: int) -> Block:
         if self.output is not None:
             return self.output.missing(count)
         fade = np.linspace(1, 0, count, dtype=np.float32)
@@ -146,19 +146,19 @@ class Stream:
         self._last = np.zeros_like(self._last)
         return block
 
-    def _keep(self, block: Block) -> None:
-        room = self._record.shape[1] - self._kept
+    def _add_to_record(self, block: Block) -> None:
+        room = self._record.shape[1] - self._recorded
         if room <= 0:
             return
         count = min(room, block.shape[1])
-        self._record[:, self._kept : self._kept + count] = block[:, :count]
-        self._kept += count
-        motion = self.engine.follower.block
+        self._record[:, self._recorded : self._recorded + count] = block[:, :count]
+        self._recorded += count
+        motion = self.engine.tracker.block
         if self._tracked < len(self._track) and motion.count:
             last = motion.count - 1
             contact = motion.contact[last] > 0
             self._track[self._tracked] = (
-                self._kept / self.engine.rate,
+                self._recorded / self.engine.rate,
                 motion.speed_mm_s[last] if contact else 0.0,
                 motion.force_n[last],
             )

@@ -1,11 +1,11 @@
-"""A texture laid out over the surface and played by where the finger is: f = v k.
+"""Texture over displacement, played at the finger's position: f = v k.
 
 A pattern of k cycles per mm under a finger at v mm/s is felt at v k Hz. Greenspon et al. (2020) find in skin
-vibrations that speed shifts the whole spectrum by a factor and that this shift accounts for the rise of intensity, so
-no further gain by speed is added. The surface is a loop: its end is crossfaded into its beginning, so that a finger
-may go on for ever, and back. What a fast finger would turn into frequencies above half the engine's rate is removed
-beforehand, in copies of the surface whose bands end half an octave apart (Williams 1983); the two copies below the
-edge are blended by speed.
+vibrations that speed scales the whole spectrum along frequency and that this accounts for the rise of intensity, so no
+further gain by speed is added. The surface is a loop: its end is crossfaded into its beginning, so that a finger can
+move on endlessly in both directions. What a fast finger would shift above half the engine's rate is removed in
+advance, in copies of the surface whose bands end half an octave apart (Williams 1983); the two copies below the limit
+are blended by speed.
 
 References
 ----------
@@ -34,17 +34,17 @@ Block = NDArray[np.float32]
 Along = Literal["path", "x", "y"]
 
 CROSSFADE = 0.1
-"""Share of a surface's length that its end and its beginning are crossfaded over."""
+"""Share of a surface's length over which its end and its beginning are crossfaded."""
 OVERSAMPLED = 8
-"""Nodes per sample of the surface, between which a cubic runs (see `tactogram.signal.displacement`)."""
+"""Nodes per sample of the surface; a cubic interpolates between them (see `tactogram.signal.displacement`)."""
 FASTEST_MM_S = 1000.0
-"""Speed up to which nothing folds back."""
+"""Highest speed without aliasing."""
 MOST_NODES = 20_000_000
-"""Largest table, nodes of all copies and axes together: 80 MB."""
+"""Largest table, nodes of all copies and axes: 80 MB."""
 
 
 class SurfaceTexture:
-    """A signal over displacement, played at the finger's place.
+    """A signal over displacement, played at the finger's position.
 
     Parameters
     ----------
@@ -52,25 +52,24 @@ class SurfaceTexture:
     signal : Signal
         Over displacement; over time only with ``speed_mm_s``.
     rate : float
-        Of the engine, Hz.
+        The engine's, Hz.
     speed_mm_s : float, optional
         Speed at which a signal over time was recorded or generated.
     along : {"path", "x", "y"}
-        What it is laid out over: the way gone (which never goes back), or a coordinate: then the same place feels the
-        same, and a stroke back meets it from the other side.
+        Played along the finger's path, which never goes back, or along a coordinate: then the same position always
+        feels the same, and a stroke back plays it in reverse.
 
     Attributes
     ----------
     nodes : float32 array, shape (copy, axis, node)
-        The loop, oversampled; each copy has half an octave less than the one before it.
-    nodes_per_mm : float
+        The loop, oversampled; the band of each copy ends half an octave below that of the previous one.
     samples_per_speed : float
         Samples of the surface per sample of the engine and mm/s.
 
     Raises
     ------
     ParameterError
-        If the speed of a signal over time is not said, or the surface is shorter than 20 samples or too long.
+        If the speed for a signal over time is missing, or the surface is shorter than 20 samples or too long.
     """
 
     delay_s = 0.0
@@ -89,20 +88,20 @@ class SurfaceTexture:
         if signal.domain == "time":
             if speed_mm_s is None:
                 raise ParameterError(
-                    f"{name} is over time: say at which speed it was recorded or made, in mm/s, to lay it out"
+                    f"{name} is over time: give speed_mm_s, the speed at which it was recorded or generated"
                 )
             signal = over_displacement(signal, speed_mm_s)
         self.name, self.unit, self.axes, self.along = name, signal.unit, signal.axes, along
         self.holds_at_rest = signal.unit == "1"
         self.signal = signal
-        """What is laid out, over displacement."""
+        """The signal over displacement."""
         loop = looped(signal)
         self.length_mm = loop.length_mm
         copies = 1 + max(0, math.ceil(2 * math.log2(FASTEST_MM_S * signal.rate / rate))) + 1
         if copies * loop.samples.size * OVERSAMPLED > MOST_NODES:
             raise ParameterError(
-                f"{name} is too long to play from memory: {signal.length_mm:g} mm at {signal.rate:g} samples per mm; "
-                "cut it or lower its rate"
+                f"{name} is too long for a stream: {signal.length_mm:g} mm at {signal.rate:g} samples per mm; cut it "
+                "or lower its rate"
             )
         self.nodes = _copies(loop, copies)
         self.nodes_per_mm = loop.rate * OVERSAMPLED
@@ -125,7 +124,7 @@ class SurfaceTexture:
 
 
 def looped(signal: Signal) -> Signal:
-    """Return ``signal`` as a loop: its end crossfaded into its beginning, at the lag where the two agree best.
+    """Return ``signal`` as a loop: its end crossfaded into its beginning, at the lag where the two match best.
 
     Raises
     ------
@@ -136,31 +135,29 @@ def looped(signal: Signal) -> Signal:
     if length < 20:
         raise ParameterError(f"a surface must have at least 20 samples to be looped, got {length}")
     fade = max(2, round(CROSSFADE * length))
-    search = fade
-    overlap_s, search_s = fade / signal.rate, search / signal.rate
-    head = signal.cut(0, fade + search + 1)
-    joined = join([signal, head], overlap_s=overlap_s, search_s=search_s)
+    head = signal.cut(0, 2 * fade + 1)
+    joined = join([signal, head], overlap_s=fade / signal.rate, search_s=fade / signal.rate)
     lag = length + len(head) - fade - len(joined)
     return joined.cut(lag + fade, length)
 
 
 def _copies(loop: Signal, count: int) -> NDArray[np.float32]:
-    """Return the loop's copies, oversampled, shape (copy, axis, node); copy c ends at 2^(-c/2) of its band."""
+    """Return the loop's copies, oversampled, shape (copy, axis, node); copy c has 2^(-c/2) of the loop's band."""
     length = len(loop)
     spectrum = fft.rfft(loop.samples.astype(np.float64), axis=1)
     frequency = np.arange(spectrum.shape[1]) / length  # cycles per sample
     if length % 2 == 0:
         spectrum[:, -1] *= 0.5
-    made = np.empty((count, len(loop.axes), length * OVERSAMPLED), np.float32)
+    copies = np.empty((count, len(loop.axes), length * OVERSAMPLED), np.float32)
     for copy in range(count):
         edge = 0.5 * 2 ** (-copy / 2)
-        kept = np.ones_like(frequency) if copy == 0 else _edge(frequency, edge)
-        made[copy] = fft.irfft(spectrum * kept, n=length * OVERSAMPLED, axis=1) * OVERSAMPLED
-    return made
+        gain = np.ones_like(frequency) if copy == 0 else _low_pass(frequency, edge)
+        copies[copy] = fft.irfft(spectrum * gain, n=length * OVERSAMPLED, axis=1) * OVERSAMPLED
+    return copies
 
 
-def _edge(frequency: NDArray[np.float64], edge: float) -> NDArray[np.float64]:
-    """Return a gain of 1 up to 0.8 of ``edge`` and 0 from there on, half a cosine in between."""
+def _low_pass(frequency: NDArray[np.float64], edge: float) -> NDArray[np.float64]:
+    """Return a gain of 1 up to 0.8 of ``edge``, 0 from ``edge`` on, and half a cosine in between."""
     share = np.clip((frequency / edge - 0.8) / 0.2, 0, 1)
     gain: NDArray[np.float64] = 0.5 + 0.5 * np.cos(np.pi * share)
     return gain
@@ -186,14 +183,14 @@ def _play(
         i0 = node - 1 if node > 0 else nodes - 1
         i2 = node + 1 if node + 1 < nodes else 0
         i3 = i2 + 1 if i2 + 1 < nodes else 0
-        # Samples of the surface per sample of the engine; above 1 the finest detail would fold back.
+        # Samples of the surface per sample of the engine; above 1 the finest detail would alias.
         ratio = speed[i] * samples_per_speed
-        place_of_copy = 2 * math.log2(ratio) if ratio > 0 else -4.0
+        copy = 2 * math.log2(ratio) if ratio > 0 else -4.0
         lower = 0
         share = 0.0
-        if place_of_copy > -1:
-            whole = math.floor(place_of_copy)
-            share = place_of_copy - whole
+        if copy > -1:
+            whole = math.floor(copy)
+            share = copy - whole
             lower = int(whole) + 1
         if lower >= copies - 1:
             lower, share = copies - 1, 0.0

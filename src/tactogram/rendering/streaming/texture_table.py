@@ -1,15 +1,16 @@
-"""Models of a surface on a grid over speed and force, and what lies between its nodes.
+"""Grid of a surface's models over speed and force, interpolated for every block.
 
-`TextureMap` mixes models through their line spectral frequencies: right, and too slow for a block (1.4 ms per model
-of order 40). So it is asked beforehand, on a grid, and in between the reflection coefficients of the four nearest nodes
-are interpolated. That stays stable (a mean of numbers within (-1, 1) is within) and exact at every node; in
-between it is off by less than 0.05 dB on average over the spectrum.
+`TextureMap` mixes models through their line spectral frequencies: accurate, but too slow for a block (1.4 ms per model
+of order 40). So it is evaluated in advance on a grid, and the reflection coefficients of the four nearest nodes are
+interpolated. This stays stable (a mean of numbers within (-1, 1) is within) and is exact at every node; in between the
+error is below 0.05 dB on average over the spectrum.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -24,22 +25,21 @@ from tactogram.signal.texture_map import TextureMap
 Array = NDArray[np.float64]
 
 SPEEDS = 17
-"""Least number of nodes over speed, where it is known."""
+"""Least number of nodes over speed, if known."""
 FORCES = 9
 """Least number of nodes over force."""
 
 
-@dataclass(frozen=True, eq=False)
-class TextureTable:
-    """Models of one surface on a grid over speed and force.
+class TextureGrid(NamedTuple):
+    """Parameters of one surface's models on a grid over speed and force.
 
     Parameters
     ----------
     speeds, forces : float64 array, shape (S,), (F,)
-        Ascending, mm/s and N; one node where a surface does not know it.
+        Ascending, mm/s and N; a single node if the surface's models do not state it.
     reflection : float64 array, shape (S, F, axis, order)
     deviation : float64 array, shape (S, F, axis)
-        Natural logarithm of the root mean square of each axis, in ``unit``.
+        Natural logarithm of the root mean square of each axis, in the texture's unit.
     root : float64 array, shape (S, F, axis, axis)
         Square root of the innovations' correlation.
     """
@@ -49,30 +49,29 @@ class TextureTable:
     reflection: Array
     deviation: Array
     root: Array
-    rate: float
-    unit: str
-    axes: tuple[str, ...]
 
-    @classmethod
-    def of(
-        cls, surface: TextureMap, *, axis: str = "dft321", speeds: int = SPEEDS, forces: int = FORCES
-    ) -> TextureTable:
-        """Ask ``surface`` on a grid.
 
-        Parameters
-        ----------
-        surface : TextureMap
-        axis : str
-            Of several axes one by name; ``"dft321"``: one axis with the power of all at every frequency (`summed`);
-            ``"all"`` keeps them.
-        speeds, forces : int
-            Least numbers of nodes. The conditions of the surface's own models are always among them.
+class TextureTable:
+    """Models of one surface, sampled from a `TextureMap` on a grid over speed and force.
 
-        Raises
-        ------
-        ParameterError
-            If there is no such axis.
-        """
+    Parameters
+    ----------
+    surface : TextureMap
+    axis : str
+        One of several axes by name; ``"dft321"``: one axis with the power of all at every frequency (`summed`);
+        ``"all"``: all of them.
+    speeds, forces : int
+        Least numbers of nodes. The conditions of the surface's own models are always included.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such axis.
+    """
+
+    def __init__(
+        self, surface: TextureMap, *, axis: str = "dft321", speeds: int = SPEEDS, forces: int = FORCES
+    ) -> None:
         models = [_one_axis(model, axis) for model in surface.models]
         surface = TextureMap(models, surface.conditions, level=surface.level)
         grid_v = _grid(surface.conditions[:, 0], speeds)
@@ -86,43 +85,30 @@ class TextureTable:
             ]
             for v in grid_v
         ]
-        first = models[0]
-        return cls(
+        self.grid = TextureGrid(
             grid_v,
             grid_f,
             np.array([[m.reflection for m in row] for row in at]),
             np.array([[0.5 * np.log(np.maximum(m.power, 1e-30)) for m in row] for row in at]),
             np.array([[_root(m.correlation) for m in row] for row in at]),
-            first.rate,
-            first.unit,
-            first.axes,
         )
+        self.order = order
+        self.rate, self.unit, self.axes = models[0].rate, models[0].unit, models[0].axes
 
     def at(self, speed_mm_s: float, force_n: float) -> AutoregressiveModel:
-        """Return the model that a block uses at a condition."""
-        n, order = len(self.axes), self.reflection.shape[-1]
-        reflection, deviation, root = np.empty((n, order)), np.empty(n), np.empty((n, n))
-        between(
-            speed_mm_s,
-            force_n,
-            self.speeds,
-            self.forces,
-            self.reflection,
-            self.deviation,
-            self.root,
-            reflection,
-            deviation,
-            root,
-        )
+        """Return the model of a block at a condition."""
+        n = len(self.axes)
+        reflection, deviation, root = np.empty((n, self.order)), np.empty(n), np.empty((n, n))
+        interpolate(speed_mm_s, force_n, self.grid, reflection, deviation, root)
         innovation = deviation * np.sqrt(np.prod((1 - reflection) * (1 + reflection), axis=1))
         return AutoregressiveModel(reflection, np.diag(innovation**2), self.rate, self.unit, self.axes)
 
 
 def summed(model: AutoregressiveModel) -> AutoregressiveModel:
-    """Return one axis that has the power of all axes of ``model`` at every frequency, as DFT321 has of a recording.
+    """Return one axis that has the power of all axes of ``model`` at every frequency, as DFT321 has for a recording.
 
-    The sum of all-pole spectra is not all-pole; the model that fits its autocorrelation up to a higher order stands in
-    (twice as many coefficients and 8, at most 100).
+    The sum of all-pole spectra is not all-pole; it is approximated by the model that fits its autocorrelation up to a
+    higher order (twice as many coefficients plus 8, at most 100).
     """
     if len(model.axes) == 1:
         return model
@@ -156,7 +142,7 @@ def _one_axis(model: AutoregressiveModel, axis: str) -> AutoregressiveModel:
 
 
 def _grid(values: Array, least: int) -> Array:
-    """Return the values and evenly placed nodes between them, at least ``least``; one node where unknown."""
+    """Return the values and at least ``least`` nodes between them, evenly spaced; a single node if unknown."""
     if np.isnan(values).any():
         return np.zeros(1)
     nodes = np.unique(values)
@@ -167,7 +153,7 @@ def _grid(values: Array, least: int) -> Array:
         np.linspace(a, b, max(1, int(np.ceil((b - a) / widest - 1e-9))), endpoint=False)
         for a, b in pairwise(nodes)
     ]
-    if len(nodes) > 4 * least:  # a free-hand recording: nearly every sample is a condition of its own
+    if len(nodes) > 4 * least:  # a free-hand recording: nearly every sample is a separate condition
         return np.linspace(nodes[0], nodes[-1], least)
     return np.concatenate([*parts, nodes[-1:]])
 
@@ -190,21 +176,18 @@ def _node(value: float, nodes: Array) -> tuple[int, int, float]:
 
 
 @numba.njit(cache=True, nogil=True)
-def between(
+def interpolate(
     speed: float,
     force: float,
-    speeds: Array,
-    forces: Array,
-    reflections: Array,
-    deviations: Array,
-    roots: Array,
+    grid: TextureGrid,
     reflection: Array,  # (axis, order), written
     deviation: Array,  # (axis,), written, no logarithm
     root: Array,  # (axis, axis), written
 ) -> None:
     """Write the parameters at a condition, interpolated between the four nearest nodes; beyond the grid the nearest."""
-    i0, i1, u = _node(speed, speeds)
-    j0, j1, w = _node(force, forces)
+    i0, i1, u = _node(speed, grid.speeds)
+    j0, j1, w = _node(force, grid.forces)
+    reflections, deviations, roots = grid.reflection, grid.deviation, grid.root
     a, b, c, d = (1 - u) * (1 - w), u * (1 - w), (1 - u) * w, u * w
     axes, order = reflection.shape
     for n in range(axes):

@@ -322,9 +322,10 @@ def _osc() -> ProbeResult:
             game.settimeout(1.0)
             game.bind(("127.0.0.1", 0))
             for number in range(LOOPS):
-                write = packets.motion_message if number % 2 else packets.motion_packet
+                form: packets.Form = "osc" if number % 2 else "udp"
                 begun = time.perf_counter()
-                game.sendto(write(number, begun, x_mm=number, y_mm=0, force_n=0.5), motion.address)
+                packet = packets.motion_packet(number, begun, x_mm=number, y_mm=0, force_n=0.5, form=form)
+                game.sendto(packet, motion.address)
                 while not (found := motion.poll(0.0)) and time.perf_counter() < begun + 1:
                     time.sleep(1e-4)
                 if found:

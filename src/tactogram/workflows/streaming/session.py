@@ -85,10 +85,10 @@ def run(
 def _status(running: Stream, status: StatusCallback) -> Callable[[float], None]:
     def tell(now_s: float) -> None:
         engine = running.engine
-        motion, latency = engine.follower.block, engine.latency
+        motion, latency = engine.tracker.block, engine.latency
         last = max(0, motion.count - 1)
         status(
-            f"{now_s:7.1f} s  {engine.follower.state:5}  {motion.speed_mm_s[last]:4.0f} mm/s  "
+            f"{now_s:7.1f} s  {engine.tracker.state:5}  {motion.speed_mm_s[last]:4.0f} mm/s  "
             f"{motion.force_n[last]:4.2f} N  compute p50 {1e3 * latency.compute.quantile(0.5):.2f} "
             f"p99 {1e3 * latency.compute.quantile(0.99):.2f} of {1e3 * latency.block_s:g} ms  "
             f"underruns {latency.underruns}  dropped {engine.finger.counts.dropped}",

@@ -105,7 +105,7 @@ def _of_run(run: LoadedRun, name: str, settings: TextureSettings, number: int) -
     """Return one material of a run: its own models where it is autoregressive, else a signal that it generates."""
     if isinstance(run.model, TextureMapModel):
         place = run.kind.materials.index(name)
-        table = TextureTable.of(run.model.maps[place], axis=settings.axes)
+        table = TextureTable(run.model.maps[place], axis=settings.axes)
         seed = settings.seed + 1000 * number + place
         return AutoregressiveTexture(name, table, rate=settings.rate, most=settings.most, seed=seed)
     condition: dict[str, Any] = {"material": {name: 1.0}}

@@ -199,7 +199,7 @@ def sloping():
 
 def noisy(name, surface, seed):
     """An autoregressive texture with the script's noise."""
-    texture = AutoregressiveTexture(name, TextureTable.of(surface), rate=RATE, most=MOST, seed=0)
+    texture = AutoregressiveTexture(name, TextureTable(surface), rate=RATE, most=MOST, seed=0)
     noise = Sfc32(seed)
     noise.standard_normal(texture._state)
     texture._random = noise

@@ -63,7 +63,7 @@ def unpacked(data):
 
 def test_a_packed_table_holds_the_models_that_rendering_plays(surface):
     head, arrays = unpacked(table_of_map("slope", surface, rate=RATE, simulated=True).packed())
-    table = TextureTable.of(surface)
+    table = TextureTable(surface)
     texture = AutoregressiveTexture("slope", table, rate=RATE, most=128, seed=0)
     assert (head["kind"], head["order"], head["unit"], head["simulated"]) == (
         "autoregressive",
@@ -71,9 +71,9 @@ def test_a_packed_table_holds_the_models_that_rendering_plays(surface):
         "m/s^2",
         True,
     )
-    assert np.array_equal(arrays["speeds"], table.speeds)
-    assert np.array_equal(arrays["reflection"], table.reflection.ravel())
-    assert np.array_equal(arrays["deviation"], table.deviation.ravel())
+    assert np.array_equal(arrays["speeds"], table.grid.speeds)
+    assert np.array_equal(arrays["reflection"], table.grid.reflection.ravel())
+    assert np.array_equal(arrays["deviation"], table.grid.deviation.ravel())
     assert np.array_equal(arrays["kernel"], texture.kernel.ravel())
     assert (head["half"], head["table_rate"]) == (texture.half, 1000.0)
     assert head["speeds_mm_s"] == [50.0, 200.0]
@@ -144,7 +144,7 @@ def test_a_phone_is_told_the_strength_that_rendering_finds(surface):
     amplitude = table.arrays["vibration"].reshape(len(table.arrays["speeds"]), -1)
     phone = open_display("phone-on-off")
     for i in (0, -1):
-        model = TextureTable.of(surface).at(table.arrays["speeds"][i], 1.0)
+        model = TextureTable(surface).at(table.arrays["speeds"][i], 1.0)
         signal = synthesise(model, 10.0, seed=1)
         found = strength(signal, phone.settings, display=phone, level=parse_level("gain=0.05")).share / 0.05
         assert np.sqrt(np.mean(found**2)) == pytest.approx(amplitude[i, -1], rel=0.05)

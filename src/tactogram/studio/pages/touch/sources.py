@@ -219,10 +219,10 @@ class TouchSources:
 
     def _laid(self, surface: TextureMap, asked: TextureRequest) -> tuple[Signal, float | None]:
         """Return some seconds of an autoregressive texture at a speed, and that speed."""
-        table = TextureTable.of(surface, axis=asked.axes)
-        own = float(np.median(table.speeds)) if surface.known[0] else ASSUMED_SPEED_MM_S
+        table = TextureTable(surface, axis=asked.axes)
+        own = float(np.median(table.grid.speeds)) if surface.known[0] else ASSUMED_SPEED_MM_S
         speed = own if asked.speed_mm_s is None else asked.speed_mm_s
-        force = float(np.median(table.forces))
+        force = float(np.median(table.grid.forces))
         return synthesise(table.at(speed, force), LAID_S, seed=asked.seed), speed
 
     def _recorded(self, asked: TextureRequest, path: Path) -> tuple[Signal, float | None]:

@@ -102,15 +102,15 @@ def table_of_map(
     simulated : bool
         Whether it was learned from a simulation.
     """
-    table = TextureTable.of(surface, axis=axes)
+    table = TextureTable(surface, axis=axes)
     texture = AutoregressiveTexture(name, table, rate=rate, most=QUANTUM, seed=0)
-    speeds = table.speeds if surface.known[0] else None
-    forces = table.forces if surface.known[1] else None
+    speeds = table.grid.speeds if surface.known[0] else None
+    forces = table.grid.forces if surface.known[1] else None
     several = len(surface.models[0].axes) > 1
     head = {
         **_head(name, texture, rate=rate, simulated=simulated),
         "kind": "autoregressive",
-        "order": int(table.reflection.shape[-1]),
+        "order": table.order,
         "table_rate": table.rate,
         "half": texture.half,
         "speeds_mm_s": _range(speeds),
@@ -119,10 +119,10 @@ def table_of_map(
         "notes": [f"{axes} of its axes" if axes == "dft321" else f"axis {axes} alone"] if several else [],
     }
     arrays: dict[str, NDArray[Any]] = {
-        "speeds": table.speeds,
-        "forces": table.forces,
-        "reflection": table.reflection[:, :, 0].ravel(),
-        "deviation": table.deviation[:, :, 0].ravel(),
+        "speeds": table.grid.speeds,
+        "forces": table.grid.forces,
+        "reflection": table.grid.reflection[:, :, 0].ravel(),
+        "deviation": table.grid.deviation[:, :, 0].ravel(),
         "kernel": texture.kernel.ravel(),
         "vibration": _felt_amplitudes(table).ravel(),
     }
@@ -235,7 +235,7 @@ def _rehearsed(texture: StreamingTexture, rate: float) -> tuple[float, float]:
     for number in range(int(REHEARSAL_S * rate / QUANTUM)):
         block = engine.render(number * QUANTUM / rate).astype(np.float64)
         peak = max(peak, float(np.abs(block).max()))
-        if engine.follower.state == "slide":
+        if engine.tracker.state == "slide":
             square += float(np.mean(block**2))
             slid += 1
     return float(np.sqrt(square / max(slid, 1))), peak
@@ -246,9 +246,9 @@ def _felt_amplitudes(table: TextureTable) -> NDArray[np.float32]:
     low, high = open_display(PHONE).band or FELT_HZ
     high = min(high, table.rate / 2)
     frequency = np.linspace(low, high, FREQUENCIES) if low < high else np.array([low])
-    found = np.empty((len(table.speeds), len(table.forces)), np.float32)
-    for i, speed in enumerate(table.speeds):
-        for j, force in enumerate(table.forces):
+    found = np.empty((len(table.grid.speeds), len(table.grid.forces)), np.float32)
+    for i, speed in enumerate(table.grid.speeds):
+        for j, force in enumerate(table.grid.forces):
             density = table.at(float(speed), float(force)).power_spectrum(frequency)[0]
             found[i, j] = np.sqrt(2 * np.trapezoid(density, frequency))
     return found
