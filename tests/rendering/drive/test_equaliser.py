@@ -162,4 +162,4 @@ def test_what_cannot_be_made_up_for_is_said():
     )
     assert "is not known: measure it" in said.sentence()
     left = DisplayOutput(equalised(moved, on=False), noise, level=parse_level("gain=1")).sentence()
-    assert "is left as it is" in left
+    assert "is not equalised" in left
