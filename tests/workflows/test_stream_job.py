@@ -146,7 +146,7 @@ def test_the_verb_prints_a_table_and_json(textures, capsys, tmp_path):
     displayed = ["--display", "voice-coil", "--level", "gain=0.5", "--equalise", "off", "--set", "limit=2"]
     assert main([*arguments, *displayed, "--json"]) == 0
     told = capsys.readouterr()
-    assert "equaliser: none, the response of voice-coil is left as it is" in told.err
+    assert "equaliser: none, the response of voice-coil is not equalised" in told.err
     result = json.loads(told.out)
     assert result["latency"]["block_ms"] == 5.0
     assert (result["display"]["limit"], result["display"]["equaliser"]["on"]) == (2.0, False)
