@@ -28,8 +28,8 @@ $(STAMP): pyproject.toml constraints.txt
 demo: install ## simulate, classify, search and generate surfaces; writes runs/demo/report.html
 	$(BIN)/tactogram demo
 
-test: install ## run the tests
-	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder # as many threads as processes
+test: install ## run the tests (COVERAGE=yes also measures their coverage, which must not fall)
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder $(if $(COVERAGE),--cov --cov-report=html:build/coverage)
 
 check: install ## style, types, layers
 	$(BIN)/ruff check .

@@ -1,10 +1,9 @@
 """
-Filtered noise as touch
-=======================
+Autoregressive textures: fit, mix and stream
+============================================
 
-Two surfaces are recorded (here: simulated, a resonance and a rough hiss), an autoregressive model is fitted
-to each, and a third that nobody recorded is heard between them. The last picture streams one into the other,
-block by block: the spectrum moves, the level moves evenly, and there is no click.
+Fit an autoregressive model to each of two surfaces (here simulated: a resonance and broadband noise), mix them into one
+that was never recorded, and stream from one to the other block by block: spectrum and level change smoothly, without a click.
 """
 
 import sys
@@ -41,8 +40,8 @@ surfaces = {
 ribbed, rough = (fit_autoregressive(signal) for signal in surfaces.values())
 
 # %%
-# What was recorded, what comes out, and what lies between
-# --------------------------------------------------------
+# Spectra of recordings, generated signals and their mix
+# ------------------------------------------------------
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4), layout="constrained")
 for (name, signal), model in zip(surfaces.items(), (ribbed, rough), strict=True):
@@ -53,19 +52,19 @@ for (name, signal), model in zip(surfaces.items(), (ribbed, rough), strict=True)
 grid = np.linspace(1, RATE / 2 - 1, 400)
 between = mix([ribbed, rough], [0.5, 0.5])
 left.semilogy(
-    grid, between.power_spectrum(grid)[0], "k", lw=2, label="half of each: line spectral frequencies mixed"
+    grid, between.power_spectrum(grid)[0], "k", lw=2, label="half of each, mixed by line spectral frequencies"
 )
 left.set(xlabel="frequency (Hz)", ylabel="power spectral density ((m/s²)²/Hz)")
 left.legend(fontsize=7)
 
 # %%
-# A stream that turns from one surface into the other in 1.2 s
+# A stream that changes from one surface to the other in 1.2 s
 # ------------------------------------------------------------
 
-voice = Synthesizer(ribbed, seed=2, glide_s=0.1)
-blocks = [voice.next(400) for _ in range(4)]
-blocks += [voice.next(200, mix([ribbed, rough], [1 - share, share])) for share in np.linspace(0.1, 1, 12)]
-blocks += [voice.next(400) for _ in range(4)]
+synthesizer = Synthesizer(ribbed, seed=2, glide_s=0.1)
+blocks = [synthesizer.next(400) for _ in range(4)]
+blocks += [synthesizer.next(200, mix([ribbed, rough], [1 - share, share])) for share in np.linspace(0.1, 1, 12)]
+blocks += [synthesizer.next(400) for _ in range(4)]
 stream = np.hstack([block.samples[0] for block in blocks])
 seconds = np.arange(stream.size) / RATE
 right.plot(seconds, stream, lw=0.4)

@@ -2,9 +2,9 @@
 Electrovibration: from friction to voltage, under a finger
 ==========================================================
 
-A friction coefficient over displacement becomes the amplitude of a carrier. Three things decide whether that is felt as
-meant: the root in the envelope, a constant calibrated for the person, and a voltage that follows the finger and ends
-when it is lost. Everything here is simulated. The figure is saved to the path given, or shown.
+Turn a friction coefficient over displacement into the amplitude of a carrier. Three things matter: the square root in the
+envelope, a constant calibrated for the person, and a voltage that follows the finger and stops when tracking is
+lost. Everything here is simulated. Give a path to save the figure; otherwise it is shown.
 """
 
 import sys
@@ -36,13 +36,13 @@ left.plot(
     grid,
     friction(grid, settings),
     color="#2166ac",
-    label=f"μ0 (1 + k V² / F), V^{law.exponent:.2f} if left free",
+    label=f"μ0 (1 + k V² / F), exponent fitted freely: {law.exponent:.2f}",
 )
 left.set(xlabel="V rms", ylabel="friction coefficient", title="Calibration of one person")
 left.legend(frameon=False, fontsize=8)
 
 # %%
-# The root: what the square of the voltage makes of a 120 Hz ripple.
+# The square root: a 120 Hz ripple through the square law of the voltage.
 time = np.arange(48_000) / 48_000
 ripple = 0.5 * (1 + np.sin(2 * np.pi * 120 * time))
 for name, envelope, colour, shift in (
@@ -54,13 +54,13 @@ for name, envelope, colour, shift in (
     middle.bar(lines + shift, force[lines], width=11, color=colour, label=name)
     print(f"{name}: second harmonic {100 * force[240] / force[120]:.1f} % of the first")
 middle.set(
-    xlabel="Hz", ylabel="friction's modulation, share of the largest", title="A 120 Hz ripple as it is felt"
+    xlabel="Hz", ylabel="modulation of the friction (largest = 1)", title="A 120 Hz ripple in the friction"
 )
 middle.set_xticks([120, 240])
 middle.legend(frameon=False, fontsize=8)
 
 # %%
-# Under a finger: it speeds up, stops, lifts, lands elsewhere, and is lost.
+# A finger that speeds up, stops, lifts, lands elsewhere, and is lost.
 place = np.arange(2000) / 20
 texture = Signal(0.33 + 0.03 * np.sin(2 * np.pi * place / 2), 20, "1", domain="displacement")
 stream = ElectrovibrationStream(texture, settings, rate=8000, level=Level("physical"))
@@ -75,7 +75,7 @@ for block in range(200):  # of 5 ms
 amplitude = np.concatenate(sent)
 right.plot(np.arange(len(amplitude)) / 8000, amplitude, color="#2166ac", lw=0.9)
 for start, end, name in (
-    (0, 0.4, "faster and\nfaster"),
+    (0, 0.4, "speeds\nup"),
     (0.4, 0.5, "still"),
     (0.5, 0.6, "lifted"),
     (0.6, 0.8, "elsewhere"),

@@ -2,8 +2,8 @@
 Phase recovery: from a spectrogram back to a vibration
 ======================================================
 
-A network that makes touch makes magnitudes. Here a simulated texture loses its phase, and three methods look for one
-again; the figure shows how near each comes. It is saved to the path given, or shown.
+Generative networks produce magnitudes without phase. Recover the phase of a simulated texture by three methods and compare
+their errors. Give a path to save the figure; otherwise it is shown.
 """
 
 import sys
@@ -25,13 +25,13 @@ texture = bandpass(noise, 60, 400)
 texture = texture.with_samples(texture.samples * strokes + 0.3 * strokes * np.sin(2 * np.pi * 150 * time))
 
 # %%
-# The convention is a value: what is kept, and how an amplitude in m/s² becomes a number from -1 to 1.
+# A Spectrogram fixes the transform, and the mapping of amplitudes in m/s² to values from -1 to 1.
 spectrogram = Spectrogram(rate=rate, unit="m/s^2", n_fft=256, hop=64, floor_db=-80, ceil_db=6)
 z = spectrogram.encode_signal(texture)
 target = spectrogram.magnitude(z)[0]
 
 # %%
-# The picture holds no phase. `decode` finds one: by default from the gradient of the magnitude, then refined.
+# The picture has no phase. `decode` recovers one: by default from the gradient of the magnitude, then refined.
 methods = {
     "Griffin-Lim": replace(spectrogram, start="random", iteration="griffin_lim"),
     "fast Griffin-Lim": replace(spectrogram, start="random", iteration="fast_griffin_lim"),
@@ -46,7 +46,7 @@ for name, method in methods.items():
         errors.append(float(spectral_convergence(x, target, spectrogram.transform)))
     left.semilogx(counts, errors, "o-", base=2, label=name)
     print(f"{name}: {errors[5]:.1f} dB after 32 iterations, {errors[7]:.1f} dB after 128")
-left.set(xlabel="iterations", ylabel="spectral convergence / dB", title="Lower is nearer (simulated texture)")
+left.set(xlabel="iterations", ylabel="spectral convergence / dB", title="Lower is better (simulated texture)")
 left.grid(alpha=0.3)
 left.legend()
 

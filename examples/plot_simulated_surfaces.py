@@ -1,10 +1,9 @@
 """
-Simulated surfaces: seen, and felt
-==================================
+Simulated surfaces: photograph and acceleration
+===============================================
 
-Four surfaces of the paper, as formulas: a photograph of each, and what a finger with an accelerometer feels on it in a
-back-and-forth stroke at 200 mm/s, both from the same height field. Everything here is simulated. The figure is saved to
-the path given, or shown.
+Simulate a photograph of four of the paper's surfaces, and the acceleration of a finger that strokes each back and forth at 200 mm/s, both
+from the same height field. Everything here is simulated. Give a path to save the figure; otherwise it is shown.
 """
 
 import sys
