@@ -64,8 +64,10 @@ def served(*arguments: str, folder: Path, prefix: str):
             pytest.fail((folder / "server.log").read_text())
     finally:
         if process.poll() is None:
-            os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
+            # Killed, which takes no time, unless it has coverage to write first.
+            measured = "COVERAGE_PROCESS_CONFIG" in os.environ
+            os.killpg(process.pid, signal.SIGINT if measured else signal.SIGKILL)
+        process.wait(60)
         process.stdout.close()
 
 
