@@ -38,7 +38,6 @@ from tactogram.workflows.training.train import train
             "config of stroke_cnn: steps: must be at most 10000000, got 1000",
         ),
         ({"changes": {"config.filters": [10**10, 8]}}, "filters: must be at most 10000000"),
-        ({"changes": {"config.dense": [10**7, 10**7]}}, "model stroke_cnn needs more memory than there is"),
         ({"changes": {"config.window": 5000}}, "a window needs 5000"),
         ({"changes": {"config.pool": 64}}, "too short for these filters"),
         ({"changes": {"config.filters": [0, 8]}}, "filters.0"),
@@ -54,6 +53,14 @@ def test_a_training_that_cannot_begin_leaves_nothing(options, message, store, tm
     with pytest.raises(ParameterError, match=message) as raised:
         train("stroke_cnn", store, recipe="tiny", out=tmp_path / "run", **{"accelerator": "cpu", **options})
     assert "\n" not in str(raised.value)
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_network_larger_than_memory_is_refused(store, tmp_path, monkeypatch):
+    monkeypatch.setattr("torch.nn.Linear.reset_parameters", lambda layer: None)  # which takes a minute first
+    changes = {"config.dense": [10**7, 10**7]}
+    with pytest.raises(ParameterError, match="model stroke_cnn needs more memory than there is"):
+        train("stroke_cnn", store, recipe="tiny", out=tmp_path / "run", changes=changes, accelerator="cpu")
     assert not (tmp_path / "run").exists()
 
 
