@@ -1,6 +1,6 @@
 import pytest
 
-from tactogram.studio.signals.byte_ranges import answer_of
+from tactogram.studio.signals.byte_ranges import range_response
 
 DATA = bytes(range(10))
 
@@ -23,7 +23,7 @@ DATA = bytes(range(10))
     ],
 )
 def test_one_range_of_bytes_is_answered_as_rfc_9110_has_it(asked, status, span, sent):
-    answer = answer_of(DATA, asked, kind="audio/wav", headers={"cache-control": "private"})
+    answer = range_response(DATA, asked, media_type="audio/wav", headers={"cache-control": "private"})
     assert (answer.status_code, answer.body) == (status, sent)
     assert answer.headers.get("content-range") == span
     assert answer.headers["content-length"] == str(len(sent))

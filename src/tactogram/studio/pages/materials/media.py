@@ -25,7 +25,7 @@ from tactogram.studio.pages.materials.recordings import (
     trace_svg,
 )
 from tactogram.studio.pages.train.trainings import TaskQueue
-from tactogram.studio.signals.byte_ranges import answer_of
+from tactogram.studio.signals.byte_ranges import range_response
 from tactogram.studio.signals.pictures import spectrogram_png
 from tactogram.studio.signals.sound import sound_of
 from tactogram.studio.signals.traits import traits_of
@@ -55,7 +55,7 @@ def add_routes(context: MaterialsContext) -> None:
 
     def respond(make: Callable[[], bytes], kind: str, byte_range: str | None = None) -> Response:
         try:
-            return answer_of(make(), byte_range, kind=kind, headers=KEPT)
+            return range_response(make(), byte_range, media_type=kind, headers=KEPT)
         except (TactogramError, OSError) as error:
             return Response(str(error), status_code=404, media_type="text/plain")
 
