@@ -80,7 +80,7 @@ def test_a_kept_result_becomes_every_file(tab, kept, tmp_path):
     for name, kind in haptic_formats().items():
         link = f"Cork-{name}{kind.suffix}" if kind.suffix == ".json" else f"Cork{kind.suffix}"
         assert check_file(saved(tab, link, tmp_path), format=name)["valid"]
-    with zipfile.ZipFile(saved(tab, "All of them and the table as a zip", tmp_path)) as archive:
+    with zipfile.ZipFile(saved(tab, "All files and the table (ZIP)", tmp_path)) as archive:
         assert {"losses.csv", "Cork.ahap", "SIMULATED.txt"} <= set(archive.namelist())
     files.locator("canvas").wait_for()
 

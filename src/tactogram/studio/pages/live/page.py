@@ -199,7 +199,7 @@ class LivePage:
             command = self._command()
             if command is not None:
                 with ui.expansion("The same on the command line").classes("w-full"):
-                    ui.label(command).classes("told")
+                    ui.label(command).classes("code")
 
     def _command(self) -> str | None:
         """Return how the command line does the same; traces alone it does not show."""

@@ -130,7 +130,7 @@ class ReportsPanel:
         else:
             whole, _ = readable_file(self.studio.workspace, file.path)
             if file.kind == "text":
-                ui.label(whole.read_text(encoding="utf-8", errors="replace")[:200_000]).classes("told")
+                ui.label(whole.read_text(encoding="utf-8", errors="replace")[:200_000]).classes("code")
             else:
                 ui.html(numbers_html(read_result(whole)), sanitize=False).classes("w-full scrolled")
 
@@ -170,7 +170,7 @@ def _draw_experiments(studio: Studio) -> None:
             with ui.element("section").classes("card w-full").props(f'aria-label="{entry.name}"'):
                 heading(entry.name)
                 ui.label(entry.title)
-                ui.label(entry.command).classes("told")
+                ui.label(entry.command).classes("code")
                 for path in entry.results:
                     _draw_result(path)
                 if not entry.results:

@@ -1,4 +1,4 @@
-"""Cards of the page Send: a form beside its result."""
+"""Parts shared by both tabs of the page Send."""
 
 from __future__ import annotations
 
@@ -7,25 +7,25 @@ from typing import Any
 
 from nicegui import ui
 
-from tactogram.errors import ParameterError, TactogramError
+from tactogram.errors import TactogramError
 from tactogram.signal import Signal
-from tactogram.studio.pages.send.sending import SelectedSignal, SendResult, SendService
+from tactogram.studio.pages.send.sending import SendResult, SendService
 
 
-def last_sent(sending: SendService, kept: dict[str, Any], name: str, kind: type) -> SendResult | None:
-    """Return the result that stands under ``name`` in what a browser keeps, if it is one of such an order."""
-    if not kept.get(name):
+def last_result(service: SendService, state: dict[str, Any], name: str, kind: type) -> SendResult | None:
+    """Return the result whose id the browser's ``state`` holds under ``name``, if its request is of ``kind``."""
+    if not state.get(name):
         return None
     try:
-        sent = sending.get(str(kept[name]))
+        result = service.get(str(state[name]))
     except TactogramError:
-        kept.pop(name)
+        state.pop(name)
         return None
-    return sent if isinstance(sent.order, kind) else None
+    return result if isinstance(result.request, kind) else None
 
 
-def form_beside_result(form: Callable[[], None], result: Callable[[], None]) -> None:
-    """Draw a form, and beside it what came of it."""
+def form_and_result(form: Callable[[], None], result: Callable[[], None]) -> None:
+    """Draw a form and its result side by side."""
     with ui.element("div").classes("grid-2 mt-4"):
         with ui.column().classes("items-stretch gap-4"):
             form()
@@ -33,37 +33,24 @@ def form_beside_result(form: Callable[[], None], result: Callable[[], None]) -> 
             result()
 
 
-def there(chosen: SelectedSignal | None) -> SelectedSignal:
-    """Return what is to be sent.
-
-    Raises
-    ------
-    ParameterError
-        If nothing was chosen.
-    """
-    if chosen is None:
-        raise ParameterError("Choose what to send first.")
-    return chosen
-
-
 class SignalFields:
-    """Fields of a signal to send: its axes and, over displacement, the finger's speed.
+    """Fields that depend on the signal: its axes and, over displacement, the finger's speed.
 
     Parameters
     ----------
-    ways : callable
-        Of the names of several axes: what can be chosen, by value; the first is the usual one.
+    axis_options : callable
+        Returns the options for several axes, by value; the first is the default.
     speed_mm_s : float
-        That is asked for first.
+        Initial speed.
     """
 
     def __init__(
-        self, ways: Callable[[tuple[str, ...]], Mapping[str, str]], *, speed_mm_s: float = 100.0
+        self, axis_options: Callable[[tuple[str, ...]], Mapping[str, str]], *, speed_mm_s: float = 100.0
     ) -> None:
-        self._ways = ways
+        self._axis_options = axis_options
         self._axes: tuple[str, ...] = ()
         self._over_time = True
-        self._how = ""
+        self._axis_option = ""
         self._speed: float | None = speed_mm_s
         self.draw()
 
@@ -71,31 +58,30 @@ class SignalFields:
     def draw(self) -> None:
         """Draw the fields that the signal needs."""
         if len(self._axes) > 1:
-            ways = dict(self._ways(self._axes))
-            self._how = self._how if self._how in ways else next(iter(ways))
-            ui.select(ways, label="Axes").classes("w-full").bind_value(self, "_how")
+            options = dict(self._axis_options(self._axes))
+            self._axis_option = self._axis_option if self._axis_option in options else next(iter(options))
+            ui.select(options, label="Axes").classes("w-full").bind_value(self, "_axis_option")
         if not self._over_time:
-            speed = ui.number("Speed of the finger, mm/s", min=0).classes("w-full")
-            speed.bind_value(self, "_speed")
+            ui.number("Finger speed, mm/s", min=0).classes("w-full").bind_value(self, "_speed")
 
-    def signal_chosen(self, signal: Signal) -> None:
-        """Ask for what this signal needs."""
+    def set_signal(self, signal: Signal) -> None:
+        """Show the fields that this signal needs."""
         self._axes, self._over_time = signal.axes, signal.domain == "time"
         self.draw.refresh()
 
     @property
-    def how(self) -> str:
-        """What was chosen of the ways; empty where there is one axis."""
-        return self._how if len(self._axes) > 1 else ""
+    def axis_option(self) -> str:
+        """Selected option for the axes; "" for a single axis."""
+        return self._axis_option if len(self._axes) > 1 else ""
 
     @property
     def speed_mm_s(self) -> float | None:
-        """The finger's speed; None of a signal over time."""
+        """Finger speed; None for a signal over time."""
         return None if self._over_time else float(self._speed or 0)
 
 
 def command_line(commands: list[str]) -> None:
-    """Show how the command line does the same."""
+    """Show the equivalent commands."""
     with ui.expansion("The same on the command line").classes("w-full"):
         for command in commands:
-            ui.label(command).classes("told")
+            ui.label(command).classes("code")

@@ -1,4 +1,4 @@
-"""A signal to a display: what for, how strong, the report as a picture and in words, and the drive."""
+"""Tab for displays: display, level, fit report and drive."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.displays.families import display_family
 from tactogram.rendering.drive.friction_calibration import read_calibrations
 from tactogram.signal import Signal
-from tactogram.studio.layout import busy, in_background, report_errors
-from tactogram.studio.pages.send.cards import SignalFields, command_line, form_beside_result, last_sent, there
+from tactogram.studio.layout import busy, heading, hint, in_background, report_errors
+from tactogram.studio.pages.send.cards import SignalFields, command_line, form_and_result, last_result
 from tactogram.studio.pages.send.device import DeviceCard
-from tactogram.studio.pages.send.sending import DriveRequest, SelectedSignal, SendService
+from tactogram.studio.pages.send.sending import DriveRequest, SendService
+from tactogram.studio.pages.send.sources import SelectedSignal
 from tactogram.studio.pages.send.speaker import Speaker
-from tactogram.studio.pages.send.wording import LEVELS, NEEDS, level_text, warnings_of
+from tactogram.studio.pages.send.wording import LEVEL_VALUES, LEVELS, level_text, warnings_of
 from tactogram.workflows.rendering.render import levels_of, list_displays
 
 
@@ -27,200 +28,170 @@ def _levels(name: str) -> tuple[str, ...]:
     return tuple(levels_of(open_display(name)))
 
 
-def _ways(axes: tuple[str, ...]) -> dict[str, str]:
-    """Return how several axes become those of a display."""
+def _axis_options(axes: tuple[str, ...]) -> dict[str, str]:
+    """Return the ways to map several axes to those of a display."""
     return {
-        "": "as the display says",
-        "dft321": "their energy as one (DFT321)",
+        "": "the display's default",
+        "dft321": "combined into one with the same energy (DFT321)",
         "mean": "their mean",
-        "channels": "an axis per channel",
-        **{axis: f"axis {axis} alone" for axis in axes},
+        "channels": "one axis per channel",
+        **{axis: f"axis {axis} only" for axis in axes},
     }
 
 
 class DisplayCards:
-    """The cards of the tab.
+    """Cards of the tab.
 
     Parameters
     ----------
-    sending : Sending
+    service : SendService
     speaker : Speaker
-    kept : dict
-        Of the browser: what was chosen, and the last result.
-    chosen : callable
-        Returns what is to be sent.
+    state : dict
+        The browser's stored settings and ids of results.
+    selected : callable
+        Returns the signal to send, or raises.
     """
 
     def __init__(
         self,
-        sending: SendService,
+        service: SendService,
         speaker: Speaker,
-        kept: dict[str, Any],
-        chosen: Callable[[], SelectedSignal | None],
+        state: dict[str, Any],
+        selected: Callable[[], SelectedSignal],
     ) -> None:
-        self.sending, self.kept, self.chosen = sending, kept, chosen
-        self.sent = last_sent(sending, kept, "drive", DriveRequest)
-        self._device = DeviceCard(sending, speaker, kept)
-        form_beside_result(self._form, self._result)
+        self.service, self.state, self.selected = service, state, selected
+        self.result = last_result(service, state, "drive", DriveRequest)
+        self._device = DeviceCard(service, speaker, state)
+        form_and_result(self._form, self._result)
 
-    def signal_chosen(self, signal: Signal) -> None:
-        """Ask for what this signal needs."""
-        self._signal.signal_chosen(signal)
-
-    # -- what is asked for -------------------------------------------------------------------------------
+    def set_signal(self, signal: Signal) -> None:
+        """Show the fields that this signal needs."""
+        self._fields.set_signal(signal)
 
     def _form(self) -> None:
         with ui.element("section").classes("card w-full").props('aria-label="Display"'):
-            ui.label("Display").classes("h2")
+            heading("Display")
             names = {name: f"{name}: {facts['title']}" for name, facts in list_displays().items()}
-            names |= {name: f"{name}: {title}" for name, title in self.sending.displays().items()}
-            held = str(self.kept.get("display", "voice-coil"))
+            names |= {name: f"{name}: {title}" for name, title in self.service.displays().items()}
+            last = str(self.state.get("display", "voice-coil"))
             self._display = ui.select(
                 names,
                 label="Display",
-                value=held if held in names else "voice-coil",
-                on_change=self._display_chosen,
+                value=last if last in names else "voice-coil",
+                on_change=self._display_fields.refresh,
             ).classes("w-full")
             self._display_fields()
-            self._signal = SignalFields(_ways, speed_mm_s=self.kept.get("speed", 100.0))
+            self._fields = SignalFields(_axis_options, speed_mm_s=self.state.get("speed", 100.0))
             with ui.expansion("Change values of the display").classes("w-full"):
                 self._changes = ui.textarea(
-                    "KEY=VALUE, one a line", value=self.kept.get("changes", "")
+                    "KEY=VALUE, one per line", value=self.state.get("changes", "")
                 ).classes("w-full")
             self._button = ui.button("Fit to the display", icon="tune", on_click=self._fit)
-
-    def _display_chosen(self) -> None:
-        self._display_fields.refresh()
-
-    def _level_chosen(self) -> None:
-        self._level_value.refresh()
-
-    def _calibration_chosen(self) -> None:
-        self._people.refresh()
 
     @ui.refreshable_method
     def _display_fields(self) -> None:
         name = str(self._display.value)
         self._person: ui.select | None = None
         try:
-            display = open_display(self.sending.display_file(name))
-            kinds = _levels(self.sending.display_file(name))
+            display = open_display(self.service.display_file(name))
+            kinds = _levels(self.service.display_file(name))
         except TactogramError as error:
             ui.label(str(error)).classes("text-negative")
             return
         band = "" if display.band is None else f", {display.band[0]:g} to {display.band[1]:g} Hz"
         unit = "parts of full scale" if display.unit == "1" else display.unit
-        ui.label(f"{display.rate:g} Hz, {', '.join(display.channels)}, in {unit}{band}").classes(
-            "small quiet"
-        )
-        ui.label("How strong").classes("font-bold mt-2")
-        held = str(self.kept.get("level", "peak"))
+        hint(f"{display.rate:g} Hz, {', '.join(display.channels)}, in {unit}{band}")
+        ui.label("Level").classes("font-bold mt-2")
+        last = str(self.state.get("level", "peak"))
         self._level = ui.radio(
             {kind: LEVELS[kind] for kind in kinds},
-            value=held if held in kinds else ("peak" if "peak" in kinds else kinds[0]),
-            on_change=self._level_chosen,
-        ).props('aria-label="Level: how strong"')
+            value=last if last in kinds else ("peak" if "peak" in kinds else kinds[0]),
+            on_change=self._level_value.refresh,
+        ).props('aria-label="Level"')
         self._level_value()
         if display_family(display.family).calibrated:
-            self._calibration_fields()
+            options = {"": "none: the display's assumed constants", **self.service.calibrations()}
+            self._calibration = ui.select(options, label="Calibration of a person's finger", value="")
+            self._calibration.classes("w-full").on_value_change(self._people.refresh)
+            self._people()
 
     @ui.refreshable_method
     def _level_value(self) -> None:
         kind = str(self._level.value)
         self._value: ui.number | None = None
-        if kind in NEEDS:
-            label, usual = NEEDS[kind]
-            self._value = ui.number(label, value=self.kept.get(f"value_{kind}", usual)).classes("w-full")
-
-    def _calibration_fields(self) -> None:
-        found = {"": "none: the display's assumed constants", **self.sending.calibrations()}
-        self._calibration = ui.select(found, label="Calibration of a person's finger", value="").classes(
-            "w-full"
-        )
-        self._calibration.on_value_change(self._calibration_chosen)
-        self._people()
+        if kind in LEVEL_VALUES:
+            label, default = LEVEL_VALUES[kind]
+            self._value = ui.number(label, value=self.state.get(f"value_{kind}", default)).classes("w-full")
 
     @ui.refreshable_method
     def _people(self) -> None:
         self._person = None
         if self._calibration.value:
-            path = self.sending.workspace.inside(str(self._calibration.value))
-            people = [found.person for found in read_calibrations(path)]
-            self._person = ui.select(people, label="Whose", value=people[0]).classes("w-full")
+            path = self.service.workspace.inside(str(self._calibration.value))
+            people = [calibration.person for calibration in read_calibrations(path)]
+            self._person = ui.select(people, label="Person", value=people[0]).classes("w-full")
 
-    def _order(self) -> DriveRequest:
-        chosen = there(self.chosen())
-        kind, value = str(self._level.value), self._value.value if self._value is not None else None
-        calibrated = self._person is not None
+    def _request(self) -> DriveRequest:
+        value = self._value.value if self._value is not None else None
         return DriveRequest(
-            chosen.of,
+            self.selected().id,
             str(self._display.value),
-            level_text(kind, value),
-            self._signal.how,
-            self._signal.speed_mm_s,
-            str(self._calibration.value) if calibrated else "",
+            level_text(str(self._level.value), value),
+            self._fields.axis_option,
+            self._fields.speed_mm_s,
+            str(self._calibration.value) if self._person is not None else "",
             str(self._person.value) if self._person is not None else "",
             tuple(line.strip() for line in (self._changes.value or "").splitlines() if line.strip()),
         )
 
     @report_errors
     async def _fit(self) -> None:
-        order = self._order()
+        request = self._request()
         with busy("fitting the signal to the display", button=self._button):
-            sent = await in_background(self.sending.drive, order)
-        self.sent = sent
+            self.result = await in_background(self.service.drive, request)
         kind = str(self._level.value)
-        self.kept.update(
-            drive=sent.id,
-            display=order.display,
+        self.state.update(
+            drive=self.result.id,
+            display=request.display,
             level=kind,
             changes=self._changes.value,
-            speed=order.speed_mm_s or self.kept.get("speed", 100.0),
+            speed=request.speed_mm_s or self.state.get("speed", 100.0),
         )
         if self._value is not None:
-            self.kept[f"value_{kind}"] = self._value.value
+            self.state[f"value_{kind}"] = self._value.value
         self._result.refresh()
-
-    # -- what came of it ---------------------------------------------------------------------------------
 
     @ui.refreshable_method
     def _result(self) -> None:
-        sent = self.sent
+        result = self.result
         with ui.element("section").classes("card w-full").props('aria-label="Fit report"'):
-            if sent is None or not isinstance(sent.order, DriveRequest):
-                ui.label("The report of the fit comes here.").classes("quiet")
+            if result is None or not isinstance(result.request, DriveRequest):
+                ui.label("The fit report will appear here.").classes("quiet")
                 return
-            display = open_display(self.sending.display_file(sent.order.display))
-            report = sent.found["report"]
+            display = open_display(self.service.display_file(result.request.display))
+            report, files = result.facts["report"], f"/send/result/{result.id}"
             with ui.row().classes("items-center gap-2"):
-                ui.label(f"{sent.title} on {display.title}".replace("m/s^2", "m/s²")).classes("h2")
-                if sent.found.get("simulated"):
+                heading(f"{result.title} on {display.title}".replace("m/s^2", "m/s²"))
+                if result.facts.get("simulated"):
                     ui.label("simulated signal").classes("simulated")
             with ui.element("div").classes("warned").props('role="note" aria-label="Safety"'):
                 for warning in warnings_of(display, report):
                     ui.label(warning)
-            text = str(sent.found["text"])
             ui.html(
-                f'<img src="/send/result/{sent.id}/drive.report.png" alt="Signal, drive within its limits, and what '
-                f'comes out; the same in words below" width="100%">',
+                f'<img src="{files}/drive.report.png" alt="Signal, drive with its limits, and output; the text below '
+                'says the same" width="100%">',
                 sanitize=False,
             ).classes("w-full")
-            for name, heading in (
-                ("scaled", "Scaled"),
-                ("clipped", "Clipped"),
-                ("unreachable", "Cannot be reached"),
-            ):
-                ui.label(heading).classes("font-bold")
+            for name, title in (("scaled", "Scaled"), ("clipped", "Clipped"), ("unreachable", "Unreachable")):
+                ui.label(title).classes("font-bold")
                 with ui.element("ul").classes("said"):
                     for sentence in report[name] or ["nothing"]:
                         ui.element("li")._text = sentence
-            with ui.expansion("The whole report as text").classes("w-full"):
-                ui.label(text).classes("told")
+            with ui.expansion("Full report as text").classes("w-full"):
+                ui.label(str(result.facts["text"])).classes("code")
             with ui.row().classes("gap-2 items-center"):
                 for suffix in ("wav", "csv", "npz"):
-                    ui.link(f"Drive as {suffix.upper()}", f"/send/result/{sent.id}/drive.{suffix}").props(
-                        "download"
-                    )
-                ui.link("Report (JSON)", f"/send/result/{sent.id}/drive.report.json").props("download")
-            command_line(sent.found["commands"])
-        self._device.draw(sent, display.unit)
+                    ui.link(f"Drive as {suffix.upper()}", f"{files}/drive.{suffix}").props("download")
+                ui.link("Report (JSON)", f"{files}/drive.report.json").props("download")
+            command_line(result.facts["commands"])
+        self._device.draw(result, display.unit)

@@ -1,4 +1,4 @@
-"""Haptic files of one signal beside each other: their names, what each loses, and all of them in a zip."""
+"""Losses of haptic files: table, strength over time, and a ZIP of all files."""
 
 from __future__ import annotations
 
@@ -9,8 +9,21 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from tactogram.errors import ParameterError
+from tactogram.rendering.drive.mean_removal import without_constant
 from tactogram.rendering.files.catalogue import formats_with, haptic_format
+from tactogram.rendering.files.conversion import GRAVITY, read_haptic
+from tactogram.rendering.files.envelope import envelope_of
+from tactogram.rendering.files.reduction import to_one_axis
+from tactogram.signal import Signal
+from tactogram.signal.displacement import played
 from tactogram.signal.io.atomic import atomic_write
+
+MOST_POINTS = 500
+Curve = tuple[list[float], list[float]]
+"""Times, s, and strengths in the signal's unit."""
 
 
 def losses_table(files: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -30,14 +43,50 @@ def losses_table(files: Mapping[str, Any]) -> list[dict[str, Any]]:
     return rows
 
 
+def loss_text(row: Mapping[str, Any], key: str) -> str:
+    """Return one loss for people; "none" where a file has no waveform to compare."""
+    value = row[key]
+    if key in ("waveform_correlation", "snr_db") and haptic_format(row["format"]).holds != "waveform":
+        return "none"
+    if value is None:
+        return "none"
+    return f"{value:.0f}" if key == "snr_db" else f"{value + 0.0:.3f}".replace("-0.000", "0.000")
+
+
+def strength_curves(
+    signal: Signal, folder: Path, files: Mapping[str, Any], *, axis: str, play_at: float | None
+) -> dict[str, Curve]:
+    """Return the strength over time of a signal and of each file, read back with its level, by name."""
+    if signal.domain != "time":
+        if play_at is None:
+            raise ParameterError("the strength over time of a signal over displacement needs a speed")
+        signal = played(signal, play_at, signal.rate * play_at)
+    one, _ = to_one_axis(without_constant(signal, least=GRAVITY)[0], axis or None)
+    curves = {"signal": _curve(one)}
+    for name, facts in files.items():
+        if "file" in facts:
+            stored = read_haptic(folder / facts["file"], format=name).signal
+            if stored.domain == "time":
+                curves[haptic_format(name).title] = _curve(to_one_axis(stored, None)[0])
+    return curves
+
+
+def _curve(signal: Signal) -> Curve:
+    envelope = envelope_of(signal, pulses=False)
+    count = min(MOST_POINTS, len(envelope.times))
+    places = np.unique(np.linspace(0, len(envelope.times) - 1, count).astype(int))
+    strengths = [float(f"{value:.4g}") for value in envelope.amplitude[places]]
+    return [round(float(t), 4) for t in envelope.times[places]], strengths
+
+
 def file_name(stem: str, name: str) -> str:
-    """Return a name that says the format also where formats share a suffix."""
+    """Return a file name; it includes the format where formats share a suffix."""
     suffix = haptic_format(name).suffix
     return f"{stem}-{name}{suffix}" if len(formats_with(suffix)) > 1 else f"{stem}{suffix}"
 
 
 def zip_files(folder: Path, name: str, files: Mapping[str, Any], *, simulated: bool) -> None:
-    """Write the files of a folder and the table of what they lose as ``name`` beside them."""
+    """Write the files in a folder and the table of their losses to a ZIP ``name`` in it."""
     rows = losses_table(files)
     columns = list(dict.fromkeys(key for row in rows for key in row))
     text = io.StringIO()

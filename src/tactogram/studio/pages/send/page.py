@@ -1,4 +1,4 @@
-"""The page Send: any result to the drive of a display or to a haptic file, with what that changed; and playing it."""
+"""The page Send: renders a signal for a display or as haptic files, and plays it."""
 
 from __future__ import annotations
 
@@ -9,167 +9,154 @@ from fastapi.responses import FileResponse, JSONResponse
 from nicegui import app, ui
 from nicegui.events import UploadEventArguments
 
-from tactogram.errors import TactogramError
+from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal.io import write_signal
 from tactogram.studio.context import Studio
-from tactogram.studio.layout import in_background, page, report_errors, upload
+from tactogram.studio.layout import heading, in_background, page, report_errors, upload
 from tactogram.studio.pages.send.display import DisplayCards
 from tactogram.studio.pages.send.files import FileCards
-from tactogram.studio.pages.send.sending import SelectedSignal, SendService
+from tactogram.studio.pages.send.sending import SendService
+from tactogram.studio.pages.send.sources import SelectedSignal
 from tactogram.studio.pages.send.speaker import Speaker
 from tactogram.studio.signals.view import add_routes, placeholder, signal_card
 from tactogram.studio.workspace.shelf_view import ask_removal, ask_title
 from tactogram.studio.workspace.uploads import read_uploaded_signal, safe_name
 
-KEPT = "send"
-GROUPS = {"kept": "Kept results", "file": "Runs' outputs, uploads and other files", "recording": "Recordings"}
+STATE = "send"
+"""Key of the page's settings in the browser's storage."""
+GROUPS = {
+    "kept": ("Kept results", "Result", "No kept results yet: generate one on the page Make and keep it."),
+    "file": ("Files: outputs of runs, uploads and others", "File", "No signal files in this workspace."),
+    "recording": ("Recordings", "Data set", "No data set in this workspace yet."),
+}
+"""Title, label and text of an empty list, by kind of source."""
 MOST_BYTES = 256 * 2**20
 
 
 def add(studio: Studio) -> None:
-    """Register the page, and where its results are fetched."""
-    sending, speaker = SendService(studio.workspace, studio.shelf), Speaker(studio.workspace.studio_folder)
+    """Register the page and the route of its results."""
+    service, speaker = SendService(studio.workspace, studio.shelf), Speaker(studio.workspace.studio_folder)
     add_routes()
     app.on_shutdown(speaker.stop)
 
     @app.get("/send/result/{identifier}/{name}")
     def result(identifier: str, name: str) -> Any:
         try:
-            return FileResponse(_file_of(sending, identifier, name), filename=_told_name(name))
+            path = _result_file(service, identifier, name)
         except TactogramError as error:
             return JSONResponse({"error": str(error)}, status_code=404)
+        return FileResponse(path, filename=None if name.endswith(".png") else name)  # pictures are displayed
 
     @ui.page("/send")
     def show(of: str = "") -> None:
         ui.add_head_html('<link rel="stylesheet" href="/static/send.css">')
         with page("Send"):
-            SendPage(studio, sending, speaker, of=of)
+            SendPage(studio, service, speaker, of)
 
 
-def _file_of(sending: SendService, identifier: str, name: str) -> Path:
-    """Return a file of a result; only what the result itself names."""
-    sent = sending.get(identifier)
-    files = sent.found.get("files", {})
-    named = {facts["file"] for facts in files.values() if "file" in facts}
-    named |= {sent.found["zip"]} if sent.found.get("zip") else set()
-    if name in named or (name in ("drive.report.json", "drive.report.png") and "report" in sent.found):
-        return sent.folder / name
-    return sending.drive_file(sent, f".{name.removeprefix('drive.')}" if name.startswith("drive.") else name)
-
-
-def _told_name(name: str) -> str | None:
-    """Return under which name a file is saved; pictures are shown, not saved."""
-    return None if name.endswith(".png") else name
+def _result_file(service: SendService, identifier: str, name: str) -> Path:
+    """Return a file of a result, if the result names it."""
+    result = service.get(identifier)
+    files = result.facts.get("files", {}).values()
+    names = {facts["file"] for facts in files if "file" in facts} | {result.facts.get("zip")}
+    if name in names or (name in ("drive.report.json", "drive.report.png") and "report" in result.facts):
+        return result.folder / name
+    suffix = f".{name.removeprefix('drive.')}" if name.startswith("drive.") else name
+    return service.drive_file(result, suffix)
 
 
 class SendPage:
-    """One tab."""
+    """One browser tab, opened with the signal ``of``, or the last one."""
 
-    def __init__(self, studio: Studio, sending: SendService, speaker: Speaker, *, of: str) -> None:
-        self.studio, self.sending = studio, sending
-        self.kept: dict[str, Any] = app.storage.user.setdefault(KEPT, {})
-        self.chosen: SelectedSignal | None = None
-        self._reading = bool(of or self.kept.get("of"))
-        of = of or str(self.kept.get("of", ""))
-        self.kept["of"] = of
+    def __init__(self, studio: Studio, service: SendService, speaker: Speaker, of: str) -> None:
+        self.studio, self.sources = studio, service.sources
+        self.state: dict[str, Any] = app.storage.user.setdefault(STATE, {})
+        self.selected: SelectedSignal | None = None
+        of = of or str(self.state.get("of", ""))
+        self._reading = bool(of)
+        self.state["of"] = of
         with ui.element("div").classes("grid-2"):
             with ui.column().classes("items-stretch gap-4"):
-                self._choose_card(of)
+                self._source_card(of)
             with ui.column().classes("items-stretch gap-4"):
                 self._signal()
         with ui.tabs().classes("w-full") as tabs:
             display_tab = ui.tab("display", label="To a display")
             file_tab = ui.tab("file", label="To a haptic file")
-        at = display_tab if self.kept.get("tab", "display") == "display" else file_tab
-        with (
-            ui.tab_panels(tabs, value=at, on_change=self._turned)
-            .classes("w-full bg-transparent")
-            .props("keep-alive")
-        ):
+        at = display_tab if self.state.get("tab", "display") == "display" else file_tab
+        panels = ui.tab_panels(tabs, value=at, on_change=lambda event: self.state.update(tab=event.value))
+        with panels.classes("w-full bg-transparent").props("keep-alive"):
             with ui.tab_panel(display_tab).classes("p-0"):
-                self.display = DisplayCards(sending, speaker, self.kept, self._chosen_now)
+                self.display = DisplayCards(service, speaker, self.state, self._required)
             with ui.tab_panel(file_tab).classes("p-0"):
-                self.files = FileCards(sending, self.kept, self._chosen_now)
+                self.files = FileCards(service, self.state, self._required)
         if of:
-            ui.timer(0.05, lambda: self._take(of), once=True)
+            ui.timer(0.05, lambda: self._select(of), once=True)
 
-    def _turned(self, event: Any) -> None:
-        self.kept["tab"] = event.value
+    def _required(self) -> SelectedSignal:
+        if self.selected is None:
+            raise ParameterError("Choose a signal to send first.")
+        return self.selected
 
-    def _chosen_now(self) -> SelectedSignal | None:
-        return self.chosen
-
-    def _choose_card(self, of: str) -> None:
-        with ui.element("section").classes("card w-full").props('aria-label="What to send"'):
-            ui.label("What to send").classes("h2")
-            kind = of.partition(":")[0] if of.partition(":")[0] in GROUPS else self._first_group()
-            self._group = ui.select(GROUPS, label="From", value=kind, on_change=self._group_chosen).classes(
+    def _source_card(self, of: str) -> None:
+        with ui.element("section").classes("card w-full").props('aria-label="Signal to send"'):
+            heading("Signal to send")
+            kind = of.partition(":")[0]
+            if kind not in GROUPS:
+                kind = "kept" if self.sources.kept() else "file" if self.sources.files() else "recording"
+            titles = {name: title for name, (title, _, _) in GROUPS.items()}
+            self._group = ui.select(titles, label="From", value=kind, on_change=self._listed.refresh).classes(
                 "w-full"
             )
             self._listed()
             with ui.expansion("Upload a file").classes("w-full"):
-                self._unit = ui.input("Unit, if the file does not say").props('hint="m/s^2, g, N, 1 …"')
-                self._rate = ui.number("Rate, Hz, if the file does not say")
+                self._unit = ui.input("Unit, if not in the file").props('hint="m/s^2, g, N, 1 …"')
+                self._rate = ui.number("Rate in Hz, if not in the file")
                 upload(
                     "WAV, FLAC, CSV, NPZ, Excel",
                     max_file_size=MOST_BYTES,
                     on_upload=self._uploaded,
-                    on_rejected=lambda: ui.notify("at most 256 MiB can be sent here", type="negative"),
+                    on_rejected=lambda: ui.notify("The file must have at most 256 MiB.", type="negative"),
                 ).classes("w-full")
-
-    def _group_chosen(self) -> None:
-        self._listed.refresh()
-
-    def _first_group(self) -> str:
-        return "kept" if self.sending.kept() else "file" if self.sending.files() else "recording"
 
     @ui.refreshable_method
     def _listed(self) -> None:
         kind = str(self._group.value)
-        if kind == "recording":
-            stores = self.sending.stores()
-            if not stores:
-                ui.label("No data set in this workspace yet.").classes("quiet")
-                return
-            of = str(self.kept.get("of", ""))
-            held = of.removeprefix("recording:").partition("#")[0]
-            store = ui.select(
-                stores, label="Data set", value=held if held in stores else next(iter(stores))
-            ).classes("w-full")
+        _, label, empty = GROUPS[kind]
+        lists = {"kept": self.sources.kept, "file": self.sources.files, "recording": self.sources.stores}
+        options = lists[kind]()
+        if not options:
+            ui.label(empty).classes("quiet")
+        elif kind == "recording":
+            last = str(self.state.get("of", "")).removeprefix("recording:").partition("#")[0]
+            first = last if last in options else next(iter(options))
+            store = ui.select(options, label=label, value=first).classes("w-full")
             place = ui.column().classes("w-full")
             store.on_value_change(lambda: self._recordings(place, str(store.value)))
-            self._recordings(place, str(store.value))
-            return
-        found = self.sending.kept() if kind == "kept" else self.sending.files()
-        if not found:
-            ui.label(
-                "Nothing is kept yet: make something and keep it."
-                if kind == "kept"
-                else "No signal file lies in the workspace."
-            ).classes("quiet")
-            return
-        self._item(found, "Result" if kind == "kept" else "File")
+            self._recordings(place, first)
+        else:
+            self._signal_select(options, label)
 
     def _recordings(self, place: ui.column, store: str) -> None:
         place.clear()
         with place:
-            self._item(self.sending.recordings(store), "Recording")
+            self._signal_select(self.sources.recordings(store), "Recording")
 
-    def _item(self, found: dict[str, str], label: str) -> None:
-        held = self.kept.get("of")
-        picked = ui.select(
-            found, label=label, value=held if held in found else None, with_input=len(found) > 12
+    def _signal_select(self, options: dict[str, str], label: str) -> None:
+        last = self.state.get("of")
+        field = ui.select(
+            options, label=label, value=last if last in options else None, with_input=len(options) > 12
         ).classes("w-full")
-        picked.on_value_change(lambda: self._take(str(picked.value)) if picked.value else None)
+        field.on_value_change(lambda: self._select(str(field.value)) if field.value else None)
 
     @report_errors
     async def _uploaded(self, event: UploadEventArguments) -> None:
         options = {"unit": (self._unit.value or "").strip() or None, "rate": self._rate.value or None}
         data = await event.file.read()
-        given = {key: value for key, value in options.items() if value is not None}
         name = event.file.name
 
-        def keep() -> str:
+        def store() -> str:
+            given = {key: value for key, value in options.items() if value is not None}
             signal = read_uploaded_signal(name, data, **given)
             folder = self.studio.workspace.studio_folder / "uploads"
             folder.mkdir(parents=True, exist_ok=True)
@@ -179,27 +166,27 @@ class SendPage:
             write_signal(path, signal, metadata={"uploaded": name})
             return f"file:{self.studio.workspace.name_of(path)}"
 
-        of = await in_background(keep)
+        of = await in_background(store)
         self._group.value = "file"
-        self.kept["of"] = of
+        self.state["of"] = of
         self._listed.refresh()
-        await self._take(of)
+        await self._select(of)
 
     @report_errors
-    async def _take(self, of: str) -> None:
+    async def _select(self, of: str) -> None:
         try:
-            chosen = await in_background(self.sending.chosen, of)
-            self.chosen, self.signal = chosen, await in_background(chosen.signal)
-            self.kept["of"] = of
+            self.selected = await in_background(self.sources.select, of)
+            self.signal = await in_background(self.selected.signal)
+            self.state["of"] = of
         finally:
             self._reading = False
             self._signal.refresh()
-        self.display.signal_chosen(self.signal)
-        self.files.signal_chosen(self.signal)
+        self.display.set_signal(self.signal)
+        self.files.set_signal(self.signal)
 
     @ui.refreshable_method
     def _signal(self) -> None:
-        if self.chosen is None:
+        if self.selected is None:
             with ui.element("section").classes("card w-full").props('aria-label="The signal"'):
                 if self._reading:
                     placeholder("Reading …", small=True)
@@ -207,28 +194,27 @@ class SendPage:
                     ui.label("Choose a kept result, a file or a recording.").classes("quiet")
             return
         with ui.element("div").props('aria-label="The signal" role="region"').classes("w-full"):
-            top = signal_card(
-                self.signal, title=self.chosen.title, simulated=self.chosen.simulated, small=True
-            )
-            if self.chosen.of.startswith("kept:"):
+            title, simulated = self.selected.title, self.selected.simulated
+            top = signal_card(self.signal, title=title, simulated=simulated, small=True)
+            if self.selected.id.startswith("kept:"):
                 with top, ui.element("div").classes("done"):
                     ui.button("Rename", on_click=self._rename).props("flat dense")
                     ui.button("Delete", on_click=self._remove).props("flat dense color=negative")
 
     @report_errors
     async def _rename(self) -> None:
-        chosen = self.chosen
-        title = None if chosen is None else await ask_title(chosen.title)
-        if chosen is not None and title is not None:
-            self.studio.shelf.rename(chosen.of.removeprefix("kept:"), title)
+        selected = self._required()
+        title = await ask_title(selected.title)
+        if title is not None:
+            self.studio.shelf.rename(selected.id.removeprefix("kept:"), title)
             self._listed.refresh()
-            await self._take(chosen.of)
+            await self._select(selected.id)
 
     @report_errors
     async def _remove(self) -> None:
-        chosen = self.chosen
-        if chosen is not None and await ask_removal(chosen.title):
-            self.studio.shelf.remove(chosen.of.removeprefix("kept:"))
-            self.chosen, self.kept["of"] = None, ""
+        selected = self._required()
+        if await ask_removal(selected.title):
+            self.studio.shelf.remove(selected.id.removeprefix("kept:"))
+            self.selected, self.state["of"] = None, ""
             self._listed.refresh()
             self._signal.refresh()

@@ -1,26 +1,25 @@
-"""Playback of drives by the studio: one at a time, stopped with a fade, logged."""
+"""Playback of drives by the studio, one at a time, and its log ``played.jsonl``."""
 
 from __future__ import annotations
 
+import json
 import threading
+from collections.abc import Mapping
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from tactogram.errors import ParameterError, TactogramError
+from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.rendering.displays.display import Display
 from tactogram.signal import Signal
-from tactogram.studio.pages.send.played_log import log_played
+from tactogram.text_files import parse_json, read_text
 from tactogram.workflows.rendering.playback import Playback
+
+LOG = "played.jsonl"
 
 
 class Speaker:
-    """Plays drives, one at a time.
-
-    Parameters
-    ----------
-    folder : Path
-        For the log.
-    """
+    """Plays drives, one at a time, and logs them in ``folder``."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -31,20 +30,14 @@ class Speaker:
 
     @property
     def busy(self) -> bool:
-        """Whether something is being played."""
+        """Whether a drive is playing."""
         return self._thread is not None and self._thread.is_alive()
 
     def play(self, drive: Signal, display: Display, *, title: str, **options: Any) -> None:
-        """Begin to play; ``options`` as of `Playback`.
-
-        Raises
-        ------
-        ParameterError
-            If something plays, or it cannot be played there.
-        """
+        """Start to play; ``options`` as for `Playback`. `ParameterError` while another drive is playing."""
         with self._lock:
             if self.busy:
-                raise ParameterError("something is being played: stop it first")
+                raise ParameterError("something is playing; stop it first")
             playing = Playback(drive, display, **options)
             self.playing, self.title = playing, title
             self._thread = threading.Thread(
@@ -53,7 +46,7 @@ class Speaker:
             self._thread.start()
 
     def stop(self) -> None:
-        """Fade out, and wait for it."""
+        """Fade out and wait for the end."""
         playing, thread = self.playing, self._thread
         if playing is not None and thread is not None:
             playing.stop()
@@ -63,6 +56,29 @@ class Speaker:
         try:
             playing.run()
         except TactogramError:
-            pass  # stands in the facts
+            pass  # the facts hold the error
         finally:
             log_played(self.folder, {"title": title, **playing.facts()})
+
+
+def log_played(folder: Path, facts: Mapping[str, Any]) -> None:
+    """Add a line to the log: drive by hash, strength and device."""
+    folder.mkdir(parents=True, exist_ok=True)
+    line = json.dumps({"time": datetime.now(UTC).isoformat(timespec="seconds"), **facts}, ensure_ascii=False)
+    with (folder / LOG).open("a", encoding="utf-8") as file:
+        file.write(line + "\n")
+
+
+def recently_played(folder: Path, count: int = 5) -> list[dict[str, Any]]:
+    """Return the last readable lines of the log, newest first."""
+    try:
+        lines = read_text(folder / LOG).splitlines()
+    except DataError:
+        return []
+    entries = []
+    for line in reversed(lines[-4 * count :]):
+        try:
+            entries.append(parse_json(line, LOG))
+        except DataError:  # cut short by a kill
+            continue
+    return entries[:count]
