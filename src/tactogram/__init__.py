@@ -1,4 +1,4 @@
-"""Tactogram learns, generates, judges and renders touch.
+"""Tactogram learns, generates, evaluates and renders touch.
 
 The public interface; loaded on first use, so that importing the package costs nothing.
 
