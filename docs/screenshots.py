@@ -67,7 +67,7 @@ def home(page: Page) -> None:
 def make(page: Page) -> None:
     """A mix of two surfaces, with what it is taken for and what is near it."""
     page.goto("/make")
-    page.get_by_role("button", name="Make", exact=True).click()
+    page.get_by_role("button", name="Generate", exact=True).click()
     page.locator("canvas").nth(1).wait_for()
     page.wait_for_timeout(3000)
 

@@ -1,21 +1,21 @@
 /**
- * What on the page Make needs a hand: the point on the map of materials, and photographs (dropped, pasted, taken by the
- * camera, cropped by dragging). Everything is bound on the document, so that the page may be redrawn at any time.
- * The page hears of it by the events `make-map` and `make-crop`; pictures go through its own upload element.
+ * Pointer and keyboard input of the page Make: the point on the map of materials, and photographs (dropped, pasted, taken
+ * with the camera, cropped by dragging). All listeners are on the document, so the page can be redrawn at any time.
+ * Changes reach the server as the events `make-map` and `make-crop`; pictures go through the page's upload element.
  */
 
 /** @param {Element} at @param {string} name @param {object} detail */
-function tell(at, name, detail) {
+function notify(at, name, detail) {
   at.dispatchEvent(new CustomEvent(name, { detail, bubbles: true }));
 }
 
 /** @param {number} value @returns {number} */
-const inside = (value) => Math.min(1, Math.max(0, value));
+const clamped = (value) => Math.min(1, Math.max(0, value));
 
-/** Where an event is within a box, in shares of its sides. @param {Element} box @param {PointerEvent} event */
+/** Place of an event in a box, as shares of its sides. @param {Element} box @param {PointerEvent} event */
 function placeIn(box, event) {
   const { left, top, width, height } = box.getBoundingClientRect();
-  return [inside((event.clientX - left) / width), inside((event.clientY - top) / height)];
+  return [clamped((event.clientX - left) / width), clamped((event.clientY - top) / height)];
 }
 
 // -- the map -------------------------------------------------------------------------------------------------
@@ -35,7 +35,7 @@ function point(x, y) {
 
 /** @type {Element | null} */
 let draggedMap = null;
-let lastTold = 0;
+let lastSent = 0;
 
 document.addEventListener("pointerdown", (event) => {
   const map = event.target instanceof Element ? event.target.closest("[data-map]") : null;
@@ -59,9 +59,9 @@ function moveMap(event, last) {
   const [x, y] = placeIn(draggedMap, event);
   point(x, y);
   const now = performance.now();
-  if (!last && now - lastTold < 50) return;
-  lastTold = now;
-  tell(draggedMap, "make-map", { x, y, last });
+  if (!last && now - lastSent < 50) return;
+  lastSent = now;
+  notify(draggedMap, "make-map", { x, y, last });
 }
 
 document.addEventListener("keydown", (event) => {
@@ -71,15 +71,15 @@ document.addEventListener("keydown", (event) => {
   const step = event.shiftKey ? 0.1 : 0.02;
   const [dx, dy] = STEPS[event.key];
   const [x, y] = pointOf(handle);
-  point(inside(x + step * dx), inside(y + step * dy));
+  point(clamped(x + step * dx), clamped(y + step * dy));
   const [nx, ny] = pointOf(handle);
-  tell(handle, "make-map", { x: nx, y: ny, last: false });
+  notify(handle, "make-map", { x: nx, y: ny, last: false });
 });
 document.addEventListener("keyup", (event) => {
   const handle = event.target;
   if (!(handle instanceof HTMLElement) || !handle.matches("[data-map-handle]") || !(event.key in STEPS)) return;
   const [x, y] = pointOf(handle);
-  tell(handle, "make-map", { x, y, last: true });
+  notify(handle, "make-map", { x, y, last: true });
 });
 
 // -- photographs ---------------------------------------------------------------------------------------------
@@ -94,8 +94,8 @@ function choose(id) {
   window.getElement(id)?.$refs.qRef.pickFiles();
 }
 
-/** @param {DataTransfer | null} held @returns {File[]} */
-const pictures = (held) => [...(held?.files ?? [])];
+/** @param {DataTransfer | null} transfer @returns {File[]} */
+const pictures = (transfer) => [...(transfer?.files ?? [])];
 
 document.addEventListener("dragover", (event) => {
   const drop = document.querySelector("[data-drop]");
@@ -127,19 +127,19 @@ function button(text, done) {
   return made;
 }
 
-/** Shows the camera's picture until one is taken. @param {number} id Of the upload element. */
+/** Shows the camera's picture until a photograph is taken. @param {number} id Of the upload element. */
 async function camera(id) {
   const place = document.querySelector("[data-camera]");
   if (!place) return;
   if (!navigator.mediaDevices?.getUserMedia) {
-    place.textContent = "The camera needs this page on this machine (localhost) or over https.";
+    place.textContent = "The camera only works if the page is opened on this machine (localhost) or over https.";
     return;
   }
   let stream;
   try {
     stream = await navigator.mediaDevices.getUserMedia({ video: { facingMode: "environment" } });
   } catch (error) {
-    place.textContent = `The camera cannot be used: ${error instanceof Error ? error.message : error}`;
+    place.textContent = `The camera is not available: ${error instanceof Error ? error.message : error}`;
     return;
   }
   const video = document.createElement("video");
@@ -158,7 +158,7 @@ async function camera(id) {
       if (blob) send(id, [new File([blob], "camera.png", { type: "image/png" })]);
     }, "image/png");
   };
-  place.replaceChildren(video, button("Take the picture", take), button("Close", end));
+  place.replaceChildren(video, button("Take photograph", take), button("Close", end));
 }
 
 // -- cropping ------------------------------------------------------------------------------------------------
@@ -176,7 +176,7 @@ document.addEventListener("pointerdown", (event) => {
 document.addEventListener("pointermove", (event) => crop && drawCrop(boxOf(event)));
 document.addEventListener("pointerup", (event) => {
   if (!crop) return;
-  tell(crop.place, "make-crop", boxOf(event));
+  notify(crop.place, "make-crop", boxOf(event));
   crop = null;
 });
 document.addEventListener("pointercancel", () => (crop = null));
@@ -203,5 +203,5 @@ function drawCrop(box) {
   shown.style.height = `${100 * (box.bottom - box.top)}%`;
 }
 
-/** For the page and for tests. */
+/** Called by the page and by tests. */
 window.tactogramMake = { point, choose, camera, send };

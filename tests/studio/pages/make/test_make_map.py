@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tactogram.signal import Signal
-from tactogram.studio.pages.make.map_picture import NARROW_PX, WIDE_PX, label_shifts, map_html
+from tactogram.studio.pages.make.map_view import NARROW_PX, WIDE_PX, label_shifts, map_html
 from tactogram.studio.pages.make.material_map import (
     APART,
     MARGIN,
@@ -45,16 +45,16 @@ def test_a_small_step_changes_the_mix_a_little(x, y, angle):
 
     change = np.abs(weights_at((x, y), PLACES) - weights_at(np.array([x, y]) + step, PLACES)).max()
 
-    assert change < 0.03  # at most what is left out below one percent, and the slope
+    assert change < 0.03  # at most the omitted shares below one percent, and the slope
 
 
-def test_halfway_between_two_alike_both_count_the_same():
+def test_halfway_between_two_materials_both_have_the_same_weight():
     weight = weights_at((0.5, 0.2), np.array([[0.2, 0.2], [0.8, 0.2]]))
 
     assert weight == pytest.approx([0.5, 0.5])
 
 
-def test_near_spectra_stand_near():
+def test_similar_spectra_are_close_together():
     rng = np.random.default_rng(0)
     features = np.array([[0, 0, 0, 0], [1, 0, 1, 0], [20, 0, 20, 0], [0, 15, 0, 15]]) + rng.normal(
         0, 0.01, (4, 4)
@@ -71,7 +71,7 @@ def test_near_spectra_stand_near():
     assert np.array_equal(place, positions(features))
 
 
-def test_two_of_the_same_can_both_be_reached():
+def test_identical_materials_have_separate_places():
     place = positions(np.zeros((3, 5)))
 
     distances = [np.linalg.norm(place[i] - place[j]) for i in range(3) for j in range(i)]
@@ -83,13 +83,13 @@ def test_one_material_has_a_place():
     assert weights_at((0.1, 0.9), positions(np.ones((1, 4)))).tolist() == [1.0]
 
 
-def test_the_handle_stands_at_the_centre_of_the_weights():
+def test_the_handle_is_at_the_centre_of_the_weights():
     assert point_of({"a": 1, "b": 1}, "abcde", PLACES) == pytest.approx([0.5, 0.2])
     assert point_of({"c": 0.3}, "abcde", PLACES) == pytest.approx([0.5, 0.8])
     assert point_of({}, "abcde", PLACES) == [0.5, 0.5]
 
 
-def test_levels_are_of_bands_that_all_have():
+def test_levels_cover_the_shared_bands():
     rng = np.random.default_rng(0)
     signals = [Signal(rng.normal(size=(1, n)), 1000.0, "N") for n in (500, 2000)]
 
@@ -111,11 +111,11 @@ FIRST = {
     "punched-plastic-sheet": (0.5936, 0.5225),
     "tile": (0.1627, 0.731),
 }
-"""Where the first surfaces stand."""
+"""Places of the example surfaces."""
 
 
 @pytest.mark.parametrize("size", [WIDE_PX, NARROW_PX])
-def test_no_name_on_the_map_covers_another_or_leaves_it(size):
+def test_names_on_the_map_neither_overlap_nor_leave_it(size):
     names, places = tuple(FIRST), np.array(list(FIRST.values()))
 
     corner = places * size + label_shifts(names, places, size)

@@ -1,4 +1,4 @@
-"""The page Make in a browser: choose, mix, make, hear, keep, compare, undo, reload; photographs; bad input."""
+"""The page Make in a browser: mix, generate, play, keep, compare, undo, reload; photographs, words, bad input."""
 
 import json
 
@@ -15,7 +15,7 @@ from tactogram.studio.workspace.folder import Workspace
 
 @pytest.fixture(scope="module")
 def photo_run(workspace):
-    """Add a run that goes by photographs."""
+    """Add a run conditioned on photographs."""
     from tactogram.workflows.training.train import train
 
     train(
@@ -30,7 +30,7 @@ def photo_run(workspace):
 
 @pytest.fixture(scope="module")
 def words_run(workspace):
-    """Add a run that goes by the ten words: of noise and scores that were drawn, a second's training at most."""
+    """Add a run conditioned on the ten words, trained for a second on noise with random ratings."""
     from tactogram.workflows.training.train import train
 
     rng = np.random.default_rng(0)
@@ -62,19 +62,19 @@ def words_run(workspace):
 
 
 SHARES = "all => [...document.querySelectorAll('.sliders .share')].map((s) => s.innerText).join() "
-"""Reads what the sliders' labels tell; what they are held against follows."""
+"""Reads the labels of the sliders; a comparison follows."""
 
 
-def make(tab):
-    """Press Make."""
-    tab.get_by_role("button", name="Make", exact=True).click()
+def generate(tab):
+    """Press Generate."""
+    tab.get_by_role("button", name="Generate", exact=True).click()
 
 
-def test_mix_make_hear_keep_compare_undo_and_reload(tab, workspace):
+def test_mix_generate_play_keep_compare_undo_and_reload(tab, workspace):
     tab.goto("/make")
     tab.wait_for_selector("[data-map-handle]")  # the first to need torch
 
-    # The map, by keyboard: towards a corner, and back by undo. A press is a step: each is waited for.
+    # The map by keyboard: towards a corner, and back by undo. Each key press is a step to wait for.
     tab.locator("[data-map-handle]").focus()
     shares = tab.locator(".sliders .share").all_inner_texts()
     for key in ("Shift+ArrowRight", "Shift+ArrowDown", "Shift+ArrowDown"):
@@ -87,7 +87,7 @@ def test_mix_make_hear_keep_compare_undo_and_reload(tab, workspace):
     assert sum(float(text.rstrip(" %")) for text in shares) == pytest.approx(100, abs=2)
     assert 1 <= sum(text != "0 %" for text in shares) <= 3
 
-    make(tab)
+    generate(tab)
     card = tab.locator(".signal").first
     card.get_by_text("m/s² rms").wait_for()
     assert "detection threshold" in card.inner_text()
@@ -95,14 +95,14 @@ def test_mix_make_hear_keep_compare_undo_and_reload(tab, workspace):
     tab.locator(".signal canvas").nth(1).wait_for()
     tab.wait_for_function("() => document.querySelector('.spectrogram img').naturalWidth === 640")
 
-    # Heard, at a level that is told.
+    # Play: the level is shown.
     card.locator(".player").click()
     tab.wait_for_function("() => window.tactogramPlayer.state().place > 0.02")
     assert "of full scale per m/s²" in card.locator("[data-player-status]").inner_text()
     tab.keyboard.press("Escape")
     assert tab.evaluate("window.tactogramPlayer.state().url") == ""
 
-    # Kept, with what it was made of.
+    # Keep: the facts are stored with the result.
     card.get_by_role("button", name="Keep").click()
     card.get_by_role("link", name="Send").wait_for()
     (kept,) = (Workspace.at(workspace).studio_folder / "kept").glob("2*")
@@ -111,7 +111,7 @@ def test_mix_make_hear_keep_compare_undo_and_reload(tab, workspace):
     assert facts["simulated"] is True
     assert facts["command"].startswith("tactogram generate studio/first/voices --mix ")
 
-    # Held against real recordings, on the same scales, changed between while playing.
+    # Compare with recordings on the same scales, switching between them while playing.
     tab.get_by_role("button", name="Nearest recordings").click()
     tab.wait_for_function("() => document.querySelectorAll('.beside > .signal').length === 3")
     assert "recording" in tab.locator(".signal").nth(1).inner_text()
@@ -127,7 +127,7 @@ def test_mix_make_hear_keep_compare_undo_and_reload(tab, workspace):
     assert tab.evaluate("window.tactogramPlayer.state().place") >= 0.05
     tab.keyboard.press("Escape")
 
-    # Undone, and nothing lost on reload.
+    # Undo, redo; a reload loses nothing.
     tab.get_by_role("button", name="Undo the last change of the form").click()
     tab.wait_for_function(SHARES + "!== all.join()", arg=shares)
     tab.get_by_role("button", name="Redo").click()
@@ -138,20 +138,20 @@ def test_mix_make_hear_keep_compare_undo_and_reload(tab, workspace):
     assert tab.locator(".sliders .share").all_inner_texts() == shares
 
 
-def test_a_photograph_is_dropped_cropped_and_made_of(tab, photo_run, tmp_path):
+def test_a_photograph_is_dropped_cropped_and_used(tab, photo_run, tmp_path):
     pixels = np.random.default_rng(0).integers(0, 255, (90, 120, 3), np.uint8)
     Pillow.fromarray(pixels).save(tmp_path / "stone.png")
     tab.goto("/make?run=runs/by-photo")
     tab.wait_for_selector("[data-drop]")
 
-    # Without one it says what to do; a file that is no picture is refused in a sentence.
-    make(tab)
-    tab.get_by_text("This model goes by a photograph").wait_for()
+    # A missing photograph and a file that is not a picture are refused with a reason.
+    generate(tab)
+    tab.get_by_text("This model needs a photograph").wait_for()
     upload = tab.locator("input[type=file]").first
     upload.set_input_files({"name": "no.png", "mimeType": "image/png", "buffer": b"not a picture"})
     tab.get_by_text("no.png", exact=False).first.wait_for()
 
-    # Dropped, as a hand does it.
+    # Dropped with a pointer.
     data = list((tmp_path / "stone.png").read_bytes())
     tab.evaluate(
         """data => {
@@ -168,21 +168,20 @@ def test_a_photograph_is_dropped_cropped_and_made_of(tab, photo_run, tmp_path):
     tab.mouse.down()
     tab.mouse.move(box["x"] + 0.75 * box["width"], box["y"] + 0.75 * box["height"], steps=3)
     tab.mouse.up()
-    tab.get_by_role("button", name="The whole photograph").wait_for()
+    tab.get_by_role("button", name="Use the whole photograph").wait_for()
 
-    make(tab)
+    generate(tab)
     tab.locator(".signal", has_text="stone").first.wait_for()
     (part,) = (photo_run / "studio" / "photos").glob("stone-*-part-*.png")
     rows, columns = np.array(Pillow.open(part)).shape[:2]
     assert abs(rows - 45) <= 2
     assert abs(columns - 60) <= 2
-    summary = tab.get_by_text("The same on the command line")
-    summary.click()
+    tab.get_by_text("Equivalent command").click()
     assert f"--image studio/photos/{part.name}" in tab.locator("pre").inner_text()
 
 
 @pytest.mark.usefixtures("words_run")
-def test_ten_words_are_ticked_scored_and_made_of(tab):
+def test_words_are_ticked_scored_and_used(tab):
     tab.goto("/make?run=runs/by-words")
     tab.locator("[data-word]").nth(9).wait_for()
     labels = tab.locator(".sliders.words .q-checkbox").all_inner_texts()
@@ -190,9 +189,7 @@ def test_ten_words_are_ticked_scored_and_made_of(tab):
     shares = tab.locator(".sliders .share")
     assert shares.all_inner_texts() == ["mean"] * 10
 
-    slider = tab.get_by_role(
-        "slider", name="Score of rough"
-    )  # the keyboard reaches what has the role and the name
+    slider = tab.get_by_role("slider", name="Score of rough")  # the element that the keyboard reaches
     slider.press("PageUp")
     tab.wait_for_function("() => document.activeElement.ariaValueNow === '5'")
     assert slider.evaluate("slider => slider === document.activeElement")
@@ -203,27 +200,27 @@ def test_ten_words_are_ticked_scored_and_made_of(tab):
     )
     assert (shares.nth(rough).inner_text(), shares.nth(sticky).inner_text()) == ("5.0", "4.0")
 
-    make(tab)
+    generate(tab)
     card = tab.locator(".signal").first
     card.get_by_text("(ratio) rms").wait_for()
     assert card.locator(".simulated").count() == 1
-    tab.get_by_text("The same on the command line").click()
+    tab.get_by_text("Equivalent command").click()
     assert "--words rough=5,sticky=4 --rest mean" in tab.locator("pre").inner_text()
 
 
-def test_bad_input_is_told_and_the_page_goes_on(tab):
+def test_bad_input_is_refused_and_the_page_keeps_working(tab):
     tab.goto("/make?run=studio/first/voices")
     tab.wait_for_selector("[data-map-handle]")
     speed = tab.get_by_label("Speed, mm/s")
     speed.fill("-5")
     speed.press("Tab")
 
-    make(tab)
+    generate(tab)
     tab.get_by_text("must be greater than 0").wait_for()
 
     speed.fill("")
     speed.press("Tab")
-    make(tab)
+    generate(tab)
     tab.locator(".signal").first.wait_for()
     for path in (
         "/signals/0000/sound.wav",

@@ -1,8 +1,9 @@
-"""Runs behind the page Make: what they make is what the verb makes, and what a result is held against."""
+"""Runs and state of the page Make: same samples as the command, comparison with recordings, results and history."""
 
 import json
 import shlex
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,9 +12,10 @@ from tactogram.cli.command import main
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image
 from tactogram.signal.io import read_signal, write_image
-from tactogram.studio.pages.make.desk import MOST_BESIDE, MakePageState
 from tactogram.studio.pages.make.form import GenerationRequest
+from tactogram.studio.pages.make.page import MakePage
 from tactogram.studio.pages.make.runs import RunCatalogue, cropped
+from tactogram.studio.pages.make.state import MOST_COMPARED, MakePageState
 from tactogram.studio.workspace.folder import Workspace
 from tactogram.studio.workspace.shelf import ResultArchive
 
@@ -21,35 +23,34 @@ VOICES = "studio/first/voices"
 
 
 @pytest.fixture
-def desk(workspace):
+def state(workspace):
+    """Give the state of a new page."""
     place = Workspace.at(workspace)
     return MakePageState(place, ResultArchive(place.studio_folder / "kept"), RunCatalogue(place), {})
 
 
-@pytest.fixture
-def studio_page(desk):
-    from tactogram.studio.pages.make.page import MakePage
-
-    return MakePage(None, desk)
+def reloaded(state):
+    """Return the state of a page after a reload."""
+    return MakePageState(state.workspace, state.shelf, state.runs, json.loads(json.dumps(state.storage)))
 
 
-def test_the_first_run_is_chosen_with_a_form_that_can_be_made_of(desk):
-    assert desk.choice.name == VOICES
-    assert desk.choice.kind.simulated
-    assert len(desk.form.materials) == 9
+def test_the_first_run_is_chosen_with_a_valid_form(state):
+    assert state.run.name == VOICES
+    assert state.run.kind.simulated
+    assert len(state.form.materials) == 9
 
-    ((number, made),) = desk.runs.make(desk.asked)
+    ((number, made),) = state.runs.generate(state.request)
 
     assert number == 1
-    assert made.axes == desk.choice.kind.axes
+    assert made.axes == state.run.kind.axes
 
 
-def test_the_command_line_makes_the_same_samples(desk, tmp_path, monkeypatch, capsys):
-    desk.set(weights={"tile": 0.7, "carpet": 0.35}, seconds=0.5, seed=11, count=2)
-    pieces = [made.samples for _, made in desk.runs.make(desk.asked)]
-    monkeypatch.chdir(desk.workspace.folder)
+def test_the_command_generates_the_same_samples(state, tmp_path, monkeypatch, capsys):
+    state.set(weights={"tile": 0.7, "carpet": 0.35}, seconds=0.5, seed=11, count=2)
+    pieces = [made.samples for _, made in state.runs.generate(state.request)]
+    monkeypatch.chdir(state.workspace.folder)
 
-    words = shlex.split(desk.command())
+    words = shlex.split(state.command())
     out = str(tmp_path / "made.npz")
     code = main([*words[1:-1], out])
 
@@ -60,137 +61,138 @@ def test_the_command_line_makes_the_same_samples(desk, tmp_path, monkeypatch, ca
     capsys.readouterr()
 
 
-def test_making_ends_between_pieces_when_asked_to(desk):
-    asked = desk.asked.with_changes(count=5, seconds=0.1)
+def test_generation_can_end_between_results(state):
+    request = replace(state.request, count=5, seconds=0.1)
 
-    assert [number for number, _ in desk.runs.make(asked, go_on=lambda number: number < 3)] == [1, 2]
-
-
-def test_a_run_is_loaded_once(desk):
-    assert desk.runs.load(desk.choice) is desk.runs.load(desk.choice)
+    assert [number for number, _ in state.runs.generate(request, proceed=lambda number: number < 3)] == [1, 2]
 
 
-def test_the_map_is_worked_out_once_and_kept(desk, monkeypatch):
-    places = desk.runs.places(desk.choice)
-    monkeypatch.setattr(RunCatalogue, "make", lambda *_, **__: pytest.fail("made again"))
+def test_a_run_is_loaded_once(state):
+    assert state.runs.load(state.run) is state.runs.load(state.run)
 
-    again = RunCatalogue(desk.workspace).places(desk.choice)
+
+def test_the_map_is_computed_once_and_stored(state, monkeypatch):
+    places = state.runs.places(state.run)
+    monkeypatch.setattr(RunCatalogue, "generate", lambda *_, **__: pytest.fail("generated again"))
+
+    again = RunCatalogue(state.workspace).places(state.run)
 
     assert again == pytest.approx(places, abs=1e-4)
     assert places.shape == (9, 2)
 
 
-def test_the_nearest_recordings_by_spectrum_are_of_the_material(desk):
-    material = desk.form.materials[0]
-    made = next(made for _, made in desk.runs.make(desk.asked.with_changes(weights={material: 1.0})))
+def test_the_nearest_recordings_by_spectrum_are_of_the_material(state):
+    material = state.form.materials[0]
+    [(_, made)] = state.runs.generate(replace(state.request, weights={material: 1.0}))
 
-    how, found = desk.runs.nearest(desk.choice, made)
+    method, found = state.runs.nearest(state.run, made)
 
-    assert how == "by their spectra"
+    assert method == "by their spectra"
     assert len(found) == 3
     assert found[0][0].startswith(f"{material} (simulated recording, ")
     assert found[0][1].unit == made.unit
     assert found[0][2] is True
-    assert desk.runs.classifier_for(desk.choice) is None
+    assert state.runs.classifier_for(state.run) is None
 
 
-def test_without_its_data_nothing_is_compared(desk, tmp_path):
-    choice = desk.choice
-    lost = type(choice)(
-        choice.folder, choice.name, choice.facts, choice.kind, {"path": "/etc", "sha256": "0"}
-    )
+def test_a_comparison_needs_the_training_data(state):
+    lost = replace(state.run, data={"path": "/etc", "sha256": "0"})
+    [(_, made)] = state.runs.generate(state.request)
 
     with pytest.raises(DataError, match="not in this workspace"):
-        desk.runs.nearest(lost, next(made for _, made in desk.runs.make(desk.asked)))
+        state.runs.nearest(lost, made)
 
 
 @pytest.mark.parametrize("name", ["../..", "/etc", "studio/first/surfaces", "no\0name"])
-def test_what_is_no_run_of_the_workspace_is_refused(desk, name):
+def test_other_folders_are_refused_as_runs(state, name):
     with pytest.raises((DataError, ParameterError)):
-        desk.runs.choice(name)
+        state.runs.get(name)
 
 
-def test_a_run_that_was_deleted_is_told_in_a_sentence(desk):
-    with pytest.raises(DataError, match="runs/gone: no finished run of this workspace; it was deleted"):
-        desk.runs.choice("runs/gone")
+def test_a_deleted_run_is_refused_with_a_reason(state):
+    with pytest.raises(
+        DataError, match="runs/gone: no such finished run in this workspace; it may have been"
+    ):
+        state.runs.get("runs/gone")
 
 
-def test_a_form_comes_back_with_its_history(desk):
-    desk.set(speed_mm_s=None, seed=5)
-    desk.commit()
-    desk.set(seed=6)
-    desk.commit()
+def test_a_form_survives_a_reload_with_its_history(state):
+    state.set(speed_mm_s=None, seed=5)
+    state.commit()
+    state.set(seed=6)
+    state.commit()
 
-    again = MakePageState(desk.workspace, desk.shelf, desk.runs, json.loads(json.dumps(desk.held)))
+    again = reloaded(state)
 
-    assert again.asked.seed == 6
+    assert again.request.seed == 6
     again.undo()
-    assert again.asked.seed == 5
+    assert again.request.seed == 5
     again.undo()
-    assert again.asked.seed == 0
+    assert again.request.seed == 0
     again.redo()
-    assert again.asked.seed == 5
+    assert again.request.seed == 5
     with pytest.raises(ParameterError, match="Nothing to undo"):
-        MakePageState(desk.workspace, desk.shelf, desk.runs, {}).undo()
+        MakePageState(state.workspace, state.shelf, state.runs, {}).undo()
 
 
-def test_results_are_held_shown_kept_and_still_there_after_a_reload(desk):
-    made = next(made for _, made in desk.runs.make(desk.asked))
-    first, second = (desk.put(desk.asked, desk.choice, 1, made) for _ in range(2))
-    desk.show([first])
-    desk.show([second])
-    desk.add_comparison(f"made:{first.id}")
-    kept = desk.shelf.keep_copy(second)
-    desk.record_kept(f"made:{second.id}", kept)
+def test_results_are_stored_shown_kept_and_survive_a_reload(state):
+    [(_, made)] = state.runs.generate(state.request)
+    first, second = (state.store_result(state.request, state.run, 1, made) for _ in range(2))
+    state.show([first])
+    state.show([second])
+    state.add_comparison(f"made:{first.id}")
+    kept = state.shelf.keep_copy(second)
+    state.record_kept(f"made:{second.id}", kept)
 
-    again = MakePageState(desk.workspace, desk.shelf, desk.runs, json.loads(json.dumps(desk.held)))
+    again = reloaded(state)
 
     assert again.current_result().id == second.id
-    assert [held.id for held in again.results()] == [second.id, first.id]
-    assert [held.id for _, held in again.compared()] == [first.id]
+    assert [result.id for result in again.results()] == [second.id, first.id]
+    assert [result.id for _, result in again.compared()] == [first.id]
     assert again.kept_id(f"made:{second.id}") == kept.id
     assert kept.facts["run"] == VOICES
     assert kept.facts["simulated"] is True
-    assert kept.facts["condition"]["weights"] == desk.asked.weights
+    assert kept.facts["condition"]["weights"] == state.request.weights
     assert np.array_equal(kept.signal().samples, made.samples)
     again.rename(f"made:{second.id}", "my cork")  # here, and where it is kept
     assert [again.current_result().title, again.shelf.get(kept.id).title] == ["my cork"] * 2
-    desk.shelf.remove(kept.id)
+    state.shelf.remove(kept.id)
     assert again.kept_id(f"made:{second.id}") == ""
 
 
-def test_only_so_many_stand_beside(desk):
-    made = next(made for _, made in desk.runs.make(desk.asked.with_changes(seconds=0.1)))
-    names = [f"made:{desk.put(desk.asked, desk.choice, 1, made).id}" for _ in range(MOST_BESIDE + 1)]
+def test_the_number_of_compared_results_is_limited(state):
+    [(_, made)] = state.runs.generate(replace(state.request, seconds=0.1))
+    results = [state.store_result(state.request, state.run, 1, made) for _ in range(MOST_COMPARED + 1)]
+    names = [f"made:{result.id}" for result in results]
     for name in names[:-1]:
-        desk.add_comparison(name)
+        state.add_comparison(name)
 
-    with pytest.raises(ParameterError, match="take one away"):
-        desk.add_comparison(names[-1])
-    desk.remove_comparison(names[0])
-    desk.add_comparison(names[-1])
-    assert len(desk.compared()) == MOST_BESIDE
+    with pytest.raises(ParameterError, match="remove one first"):
+        state.add_comparison(names[-1])
+    state.remove_comparison(names[0])
+    state.add_comparison(names[-1])
+    assert len(state.compared()) == MOST_COMPARED
 
 
 @pytest.mark.parametrize("name", ["", "made:", "made:../../x", "other:1", "kept:20200101-000000-000000"])
-def test_a_result_that_is_gone_is_none(desk, name):
-    assert desk.find(name) is None
+def test_a_missing_result_is_none(state, name):
+    assert state.find(name) is None
 
 
-def test_a_part_of_a_photograph_is_a_file_for_the_command_line(desk):
+def test_a_cropped_photograph_is_a_file_for_the_command(state):
     pixels = np.arange(40 * 60 * 3, dtype=np.uint8).reshape(40, 60, 3)
-    write_image(desk.photographs() / "stone-1.png", Image(pixels))
-    asked = GenerationRequest(photo="studio/photos/stone-1.png", crop=(0.5, 0.25, 1.0, 0.75))
+    write_image(state.photographs / "stone-1.png", Image(pixels))
+    request = GenerationRequest(photo="studio/photos/stone-1.png", crop=(0.5, 0.25, 1.0, 0.75))
 
-    name = desk.photo_file(asked)
+    name = state.photo_file(request)
 
-    part = desk.runs.photograph(GenerationRequest(photo=name))
+    part = state.runs.photograph(GenerationRequest(photo=name))
     assert np.array_equal(part.pixels, pixels[10:30, 30:60])
-    assert desk.photo_file(asked) == name
-    assert desk.photo_file(asked.with_changes(crop=None)) == asked.photo
+    assert state.photo_file(request) == name
+    assert state.photo_file(replace(request, crop=None)) == request.photo
 
 
-def test_the_least_part_is_a_pixel():
+def test_the_smallest_crop_is_a_pixel():
     image = Image(np.zeros((10, 10, 3), np.uint8))
 
     assert cropped(image, (0.99, 0.99, 1.0, 1.0)).size == (1, 1)
@@ -198,19 +200,20 @@ def test_the_least_part_is_a_pixel():
     assert cropped(image, None) is image
 
 
-def test_what_was_cancelled_ends_although_something_else_is_made_since(desk, studio_page):
-    first, before = threading.Event(), len(desk.made.all())
-    pieces = desk.runs.make(desk.asked.with_changes(count=3, seconds=0.1))
+def test_a_cancelled_generation_ends_although_another_has_begun(state):
+    page = MakePage(None, state)
+    first, before = threading.Event(), len(state.made.all())
+    results = state.runs.generate(replace(state.request, count=3, seconds=0.1))
 
-    def make(asked, *, go_on):
-        assert go_on(1)
-        studio_page.cancel()
-        studio_page._cancelled = threading.Event()  # as making anew does
-        return pieces if go_on(2) else pieces[:1]
+    def generate(request, *, proceed):
+        assert proceed(1)
+        page.cancel()
+        page._cancelled = threading.Event()  # as the next generation does
+        return results if proceed(2) else results[:1]
 
-    desk.runs.make = make
-    studio_page._cancelled = first
+    state.runs.generate = generate
+    page._cancelled = first
 
-    assert studio_page._made(desk.asked, first) == []
+    assert page._generate(state.request, first) == []
     assert first.is_set()
-    assert len(desk.made.all()) == before
+    assert len(state.made.all()) == before

@@ -1,1 +1,1 @@
-"""The page Make: generate, see, hear, keep, compare."""
+"""The page Make."""

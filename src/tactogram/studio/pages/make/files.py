@@ -1,4 +1,4 @@
-"""Files that the form of the page Make goes by: the photograph and its crop, the vibration to start from."""
+"""Files of the page Make's form: the photograph with its crop, and the starting vibration."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ import hashlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from nicegui import ui
+from PIL import Image as Pillow
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal
-from tactogram.studio.layout import in_background, report_errors
+from tactogram.studio.layout import heading, hint, in_background, report_errors
 from tactogram.studio.pages.make.form import Crop
 from tactogram.studio.workspace.uploads import read_uploaded_image, read_uploaded_signal, safe_name
 
@@ -19,216 +21,195 @@ if TYPE_CHECKING:
     from tactogram.studio.pages.make.page import MakePage
 
 MOST_SIDE = 4096
-"""Pixels of a photograph's longer side that are kept; models take far fewer."""
+"""Longest side of a stored photograph, pixels; models use far fewer."""
 MOST_OFFERED = 200
-"""Recordings of a store that are offered."""
+"""Recordings of a store to choose from."""
 
 
-def draw_photo(on: MakePage) -> None:
-    """Draw where a photograph is dropped, pasted, chosen or taken, and the chosen one with its crop."""
+def draw_photo(page: MakePage) -> None:
+    """Draw the field where a photograph is dropped, pasted, chosen or taken, and the photograph with its crop."""
+    state = page.state
 
     async def uploaded(event: Any) -> None:
         data = await event.file.read()
         upload.reset()
-        name = await in_background(store_photo, on.desk.photographs(), event.file.name, data)
-        on.desk.set(photo=on.desk.workspace.name_of(on.desk.photographs() / name), crop=None)
-        on.committed(redraw=True)
+        name = await in_background(store_photo, state.photographs, event.file.name, data)
+        choose(state.workspace.name_of(state.photographs / name))
+
+    def choose(photo: str) -> None:
+        state.set(photo=photo, crop=None)
+        page.committed(redraw=True)
 
     upload = ui.upload(on_upload=report_errors(uploaded), auto_upload=True, max_files=None)
-    upload.on(
-        "rejected", report_errors(lambda: ui.notify("That is no picture this page takes.", type="negative"))
-    )
+    upload.on("rejected", lambda: ui.notify("This file is not a supported picture.", type="negative"))
     upload.classes("hidden").props('accept="image/*" data-photo-upload="1"')
-    with (
-        ui.element("div")
-        .classes("drop")
-        .props(f'data-drop="{upload.id}" role="group" aria-label="Photograph of the surface"')
-    ):
-        if on.desk.asked.photo:
-            _chosen(on)
+    area = ui.element("div").classes("drop")
+    area.props(f'data-drop="{upload.id}" role="group" aria-label="Photograph of the surface"')
+    with area:
+        if state.request.photo:
+            _draw_chosen(page)
         else:
             ui.label("Drop a photograph here, or paste one (Ctrl+V).").classes("quiet")
         with ui.row().classes("gap-2"):
-            choose = ui.button("Choose a file").props("no-caps outline dense")
-            choose.on("click", js_handler=f"() => window.tactogramMake.choose({upload.id})")
-            camera = ui.button("Camera").props("no-caps outline dense")
-            camera.on("click", js_handler=f"() => window.tactogramMake.camera({upload.id})")
-            if on.desk.asked.photo:
-                ui.button("Take away", on_click=report_errors(lambda: _without_photo(on))).props(
-                    "no-caps flat dense"
-                )
+            for label, action in (("Choose a file", "choose"), ("Camera", "camera")):
+                button = ui.button(label).props("no-caps outline dense")
+                button.on("click", js_handler=f"() => window.tactogramMake.{action}({upload.id})")
+            if state.request.photo:
+                remove = ui.button("Remove", on_click=report_errors(lambda: choose("")))
+                remove.props("no-caps flat dense")
         ui.element("div").props('data-camera role="status"').classes("camera")
 
 
-def _without_photo(on: MakePage) -> None:
-    on.desk.set(photo="", crop=None)
-    on.committed(redraw=True)
-
-
-def _chosen(on: MakePage) -> None:
-    asked = on.desk.asked
-    name = Path(asked.photo).name
-    left, top, right, bottom = asked.crop or (0.0, 0.0, 1.0, 1.0)
+def _draw_chosen(page: MakePage) -> None:
+    request = page.state.request
+    left, top, right, bottom = request.crop or (0.0, 0.0, 1.0, 1.0)
 
     def crop_to(crop: Crop | None) -> None:
-        on.desk.set(crop=crop)
-        on.committed(redraw=True)
+        page.state.set(crop=crop)
+        page.committed(redraw=True)
 
     def dragged(event: Any) -> None:
-        box = [min(1.0, max(0.0, float(event.args[k]))) for k in ("left", "top", "right", "bottom")]
-        if box[2] - box[0] < 0.02 or box[3] - box[1] < 0.02:
-            return
-        crop_to((round(box[0], 4), round(box[1], 4), round(box[2], 4), round(box[3], 4)))
+        edges = [min(1.0, max(0.0, float(event.args[k]))) for k in ("left", "top", "right", "bottom")]
+        left, top, right, bottom = (round(edge, 4) for edge in edges)
+        if right - left >= 0.02 and bottom - top >= 0.02:
+            crop_to((left, top, right, bottom))
 
     place = ui.element("div").classes("crop").props("data-crop")
     place.on("make-crop", report_errors(dragged), js_handler="(event) => emit(event.detail)")
     with place:
         ui.element("img").props(
-            f'src="/make/photo/{name}" alt="The chosen photograph; drag over it to choose a part" draggable="false"'
+            f'src="/make/photo/{Path(request.photo).name}" draggable="false" '
+            'alt="Selected photograph; drag over it to crop"'
         )
         box = ui.element("div").classes("crop-box").props("data-crop-box")
         box.style(
             f"left: {100 * left:.2f}%; top: {100 * top:.2f}%; width: {100 * (right - left):.2f}%; "
             f"height: {100 * (bottom - top):.2f}%"
         )
-        if asked.crop is None:
+        if request.crop is None:
             box.classes("whole")
     with ui.element("details"):
         with ui.element("summary"):
-            ui.label("Part of the photograph, in percent").classes("in-line small")
-        _edges(on, [left, top, right, bottom], crop_to)
-    if asked.crop is not None:
-        ui.button("The whole photograph", on_click=report_errors(lambda: crop_to(None))).props(
-            "no-caps flat dense"
-        )
+            ui.label("Crop in percent").classes("in-line small")
+        _draw_edges([left, top, right, bottom], crop_to)
+    if request.crop is not None:
+        whole = ui.button("Use the whole photograph", on_click=report_errors(lambda: crop_to(None)))
+        whole.props("no-caps flat dense")
     else:
-        ui.label("Drag over it to take a part.").classes("small quiet")
+        hint("Drag over the photograph to crop it.")
 
 
-def _edges(on: MakePage, edges: list[float], crop_to: Any) -> None:
-    """Draw the crop as four numbers, for those who do not drag."""
-    values = [round(100 * edge, 1) for edge in edges]
+def _draw_edges(edges: list[float], crop_to: Any) -> None:
+    """Draw the crop as four numbers, an alternative to dragging."""
 
-    def take() -> None:
+    def apply() -> None:
+        values = [field.value for field in numbers]
         if any(value is None for value in values):
-            raise ParameterError("All four edges are needed, in percent.")
+            raise ParameterError("Enter all four edges, in percent.")
         left, top, right, bottom = (float(value) / 100 for value in values)
         if not (0 <= left < right <= 1 and 0 <= top < bottom <= 1):
             raise ParameterError("Left must be less than right and top less than bottom, from 0 to 100.")
         crop_to((left, top, right, bottom))
 
-    def changed(number: int, value: Any) -> None:
-        values[number] = value
-
     with ui.row().classes("gap-2 items-center"):
-        for number, name in enumerate(("Left", "Top", "Right", "Bottom")):
-            field = ui.number(name, value=values[number], min=0, max=100)
-            field.on_value_change(lambda event, number=number: changed(number, event.value))
-            field.props("outlined dense").style("width: 5rem")
-        ui.button("Take this part", on_click=report_errors(take)).props("no-caps outline dense")
+        numbers = [
+            ui.number(name, value=round(100 * edge, 1), min=0, max=100)
+            .props("outlined dense")
+            .style("width: 5rem")
+            for name, edge in zip(("Left", "Top", "Right", "Bottom"), edges, strict=True)
+        ]
+        ui.button("Crop", on_click=report_errors(apply)).props("no-caps outline dense")
 
 
 def store_photo(folder: Path, name: str, data: bytes) -> str:
-    """Keep an uploaded picture as PNG under a name that follows from its pixels, and return that name.
+    """Store an uploaded picture as PNG under a name with a hash of its pixels, and return the name.
 
     Raises
     ------
     DataError, ParameterError
-        If it is no picture, or too large.
+        If it is not a picture, or too large.
     """
-    image = _smaller(read_uploaded_image(name, data))
+    image = _limited(read_uploaded_image(name, data))
     digest = hashlib.sha256(image.pixels.tobytes()).hexdigest()[:8]
-    kept = f"{Path(safe_name(name)).stem[:60]}-{digest}.png"
-    if not (folder / kept).is_file():
-        write_image(folder / kept, image)
-    return kept
+    stored = f"{Path(safe_name(name)).stem[:60]}-{digest}.png"
+    if not (folder / stored).is_file():
+        write_image(folder / stored, image)
+    return stored
 
 
-def _smaller(image: Image) -> Image:
-    """Return an image whose longer side is at most `MOST_SIDE`."""
+def _limited(image: Image) -> Image:
+    """Return an image scaled to at most `MOST_SIDE` on its longer side."""
     longest = max(image.size)
     if longest <= MOST_SIDE:
         return image
-    import numpy as np
-    from PIL import Image as Pillow
-
     rows, columns = (max(1, round(side * MOST_SIDE / longest)) for side in image.size)
-    picture = Pillow.fromarray(np.asarray(image.pixels), "RGB").resize(
-        (columns, rows), Pillow.Resampling.LANCZOS
-    )
-    return Image(np.asarray(picture))
+    picture = Pillow.fromarray(np.asarray(image.pixels), "RGB")
+    return Image(np.asarray(picture.resize((columns, rows), Pillow.Resampling.LANCZOS)))
 
 
 # -- vibration -------------------------------------------------------------------------------------------
 
 
-def draw_vibration(on: MakePage) -> None:
-    """Draw where the vibration that a model starts from is chosen: kept, uploaded, or a recording."""
-    desk = on.desk
-    kept = {
-        f"studio/kept/{made.id}/signal.npz": f"kept: {made.title}"
-        for made in desk.shelf.all()
-        if not made.is_image
-    }
-    files = {
-        desk.workspace.name_of(path): f"file: {path.stem}"
-        for path in sorted(desk.vibrations().glob("[!.]*.npz"))
-    }
-    options = {"": "None: the model draws one from the seed", **files, **kept}
-    if desk.asked.vibration and desk.asked.vibration not in options:
-        options[desk.asked.vibration] = desk.asked.vibration
+def draw_vibration(page: MakePage) -> None:
+    """Draw the choice of the starting vibration: a kept result, an upload, or a recording of the training data."""
+    state = page.state
+    options = {"": "none (the model draws one from the seed)"}
+    for path in sorted(state.vibrations.glob("[!.]*.npz")):
+        options[state.workspace.name_of(path)] = f"file: {path.stem}"
+    for result in state.shelf.all():
+        if not result.is_image:
+            options[f"studio/kept/{result.id}/signal.npz"] = f"kept: {result.title}"
+    chosen = state.request.vibration
+    options.setdefault(chosen, chosen)
 
     def choose(event: Any) -> None:
-        desk.set(vibration=event.value or "")
-        on.committed()
+        state.set(vibration=event.value or "")
+        page.committed()
 
-    select = ui.select(
-        options, value=desk.asked.vibration, label="Vibration", on_change=report_errors(choose)
-    )
+    select = ui.select(options, value=chosen, label="Vibration", on_change=report_errors(choose))
     select.classes("w-full").props("outlined dense options-dense")
 
     async def uploaded(event: Any) -> None:
         data = await event.file.read()
         upload.reset()
         signal = await in_background(read_uploaded_signal, event.file.name, data)
-        _put(on, Path(safe_name(event.file.name)).stem, signal)
+        _use_vibration(page, Path(safe_name(event.file.name)).stem, signal)
 
     upload = ui.upload(on_upload=report_errors(uploaded), auto_upload=True).classes("hidden")
     with ui.row().classes("gap-2"):
         button = ui.button("Upload a recording").props("no-caps outline dense")
         button.on("click", js_handler=f"() => window.tactogramMake.choose({upload.id})")
-        ui.button("From a data set", on_click=report_errors(lambda: _from_store(on))).props(
-            "no-caps outline dense"
-        )
+        training = ui.button("From the training data", on_click=report_errors(lambda: _ask_recording(page)))
+        training.props("no-caps outline dense")
 
 
-def _put(on: MakePage, name: str, signal: Signal) -> None:
-    """Keep a vibration as a file that the command line can name, and choose it."""
+def _use_vibration(page: MakePage, name: str, signal: Signal) -> None:
+    """Store a vibration as a file, so that a command can refer to it, and choose it."""
     digest = hashlib.sha256(signal.samples.tobytes()).hexdigest()[:8]
-    path = on.desk.vibrations() / f"{name[:60]}-{digest}.npz"
+    path = page.state.vibrations / f"{name[:60]}-{digest}.npz"
     if not path.is_file():
         path.parent.mkdir(parents=True, exist_ok=True)
         write_signal(path, signal)
-    on.desk.set(vibration=on.desk.workspace.name_of(path))
-    on.committed(redraw=True)
+    page.state.set(vibration=page.state.workspace.name_of(path))
+    page.committed(redraw=True)
 
 
-async def _from_store(on: MakePage) -> None:
-    """Ask for a recording of the run's data."""
-    choice = on.desk.choice
-    store = None if choice is None else await in_background(on.desk.runs.store_of, choice)
+async def _ask_recording(page: MakePage) -> None:
+    """Ask for a recording of the run's training data, and use it."""
+    run = page.state.run
+    store = None if run is None else await in_background(page.state.runs.store_of, run)
     if store is None:
-        raise DataError("The data that this run learned from is not in this workspace.")
+        raise DataError("The training data of this run is not in this workspace.")
     infos = list(store.index)[:MOST_OFFERED]
     titles = {info.id: f"{info.material or info.source or 'recording'} · {info.id[:8]}" for info in infos}
-    with ui.dialog().props('aria-label="A recording of the data"') as dialog, ui.card():
-        ui.label(f"A recording of {store.name}").classes("h2")
+    with ui.dialog().props('aria-label="Recording of the training data"') as dialog, ui.card():
+        heading(f"Recording of {store.name}")
         chosen = ui.select(titles, label="Recording", with_input=True).props("outlined dense")
         chosen.classes("w-80")
         with ui.row():
-            ui.button("Take it", on_click=lambda: dialog.submit(chosen.value)).props("no-caps unelevated")
+            ui.button("Use", on_click=lambda: dialog.submit(chosen.value)).props("no-caps unelevated")
             ui.button("Cancel", on_click=lambda: dialog.submit(None)).props("no-caps flat")
     id = await dialog
     if id:
         signal = await in_background(store.signal, id, store.streams_of(id)[0])
-        _put(on, f"{store.info(id).material or 'recording'}-{id[:8]}", signal)
+        _use_vibration(page, f"{store.info(id).material or 'recording'}-{id[:8]}", signal)

@@ -1,11 +1,11 @@
-"""Form of the page Make, built from the conditions that a run's model needs and takes."""
+"""Form of the page Make: its parts by the conditions of a run's model, a filled-in form, and its history."""
 
 from __future__ import annotations
 
 import math
 import shlex
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, Self
 
 from tactogram.datasets.ratings.ratings import SEVEN_POINT
@@ -17,10 +17,10 @@ from tactogram.models import ModelDescription
 MOST_SEED = 2**31 - 1
 MOST_COUNT = 8
 LONGEST_S = 60.0
-"""Longest that this page shows; the verb makes up to an hour."""
+"""Longest signal that this page generates, s; the command line allows an hour."""
 DRAWN = ("latent",)
-"""Conditions without a field: the seed draws them, whatever the other values are."""
-FIELDS: Mapping[str, str] = {
+"""Conditions without a part: the seed draws them, independently of the other conditions."""
+PARTS: Mapping[str, str] = {
     "material": "materials",
     "image": "photo",
     "words": "words",
@@ -28,24 +28,24 @@ FIELDS: Mapping[str, str] = {
     "speed_mm_s": "speed",
     "force_n": "force",
 }
-"""Which part of a form gives a condition."""
+"""Part of the form by condition."""
 Crop = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
 class GenerationForm:
-    """Fields that can be requested of a run.
+    """Parts of the form of a run.
 
     Parameters
     ----------
     needs, takes : tuple of str
-        Parts of the form (values of `FIELDS`) that must and that may be filled in.
+        Required and optional parts (values of `PARTS`).
     materials, words : tuple of str
-        That it knows.
+        Those that the run knows.
     gives : {"signal", "image"}
     over : {"time", "displacement", "space"}
-        What its results run over.
-    own_seed : tuple of str
+        Domain of the results.
+    drawn : tuple of str
         Conditions that the seed draws.
     """
 
@@ -55,67 +55,61 @@ class GenerationForm:
     words: tuple[str, ...] = ()
     gives: str = "signal"
     over: str = "time"
-    own_seed: tuple[str, ...] = ()
+    drawn: tuple[str, ...] = ()
 
     def has(self, part: str) -> bool:
-        """Tell whether a part stands in the form."""
+        """Return whether the form has a part."""
         return part in (*self.needs, *self.takes)
 
     @property
     def mixes(self) -> bool:
-        """Whether materials are weighed; a photograph's label is one name."""
+        """Whether materials are weighted; next to a photograph, a single one is chosen."""
         return "materials" in self.needs
 
 
-def form_of(facts: ModelDescription, kind: Kind) -> GenerationForm:
-    """Return the form of a run.
-
-    Parameters
-    ----------
-    facts : Facts
-        Of its model.
-    kind : SignalKind or ImageKind
-        Of the run.
+def form_of(model: ModelDescription, kind: Kind) -> GenerationForm:
+    """Return the form of a run by its model and kind.
 
     Raises
     ------
     ParameterError
-        If the model generates nothing, or a condition has no part here.
+        If the model generates nothing, or has a condition without a part.
     """
-    if facts.task != "generation":
-        raise ParameterError(f"a model of {facts.task} makes nothing; choose a run that generates")
-    for name in (*facts.needs, *facts.takes):
-        if name not in FIELDS and name not in DRAWN:
+    if model.task != "generation":
+        raise ParameterError(f"a {model.task} model generates nothing; choose another run")
+    conditions = (*model.needs, *model.takes)
+    for name in conditions:
+        if name not in PARTS and name not in DRAWN:
             raise ParameterError(f"condition {name!r} has no field here: {CONDITIONS[name]}")
     return GenerationForm(
-        needs=tuple(FIELDS[name] for name in facts.needs if name in FIELDS),
-        takes=tuple(FIELDS[name] for name in facts.takes if name in FIELDS),
-        materials=kind.materials if "material" in (*facts.needs, *facts.takes) else (),
-        words=kind.words if "words" in (*facts.needs, *facts.takes) else (),
-        gives=facts.gives,
+        needs=tuple(PARTS[name] for name in model.needs if name in PARTS),
+        takes=tuple(PARTS[name] for name in model.takes if name in PARTS),
+        materials=kind.materials if "material" in conditions else (),
+        words=kind.words if "words" in conditions else (),
+        gives=model.gives,
         over=kind.domain if isinstance(kind, SignalKind) else "space",
-        own_seed=tuple(name for name in (*facts.needs, *facts.takes) if name in DRAWN),
+        drawn=tuple(name for name in conditions if name in DRAWN),
     )
 
 
 @dataclass(frozen=True)
 class GenerationRequest:
-    """A form that is filled in; JSON types, so that it survives a reload.
+    """A filled-in form, as JSON types.
 
     Parameters
     ----------
     run : str
-        Folder of the run, relative to the workspace.
+        Run folder, relative to the workspace.
     weights : mapping
-        By material; 0 is left out.
+        Weights by material; those of 0 are ignored.
     to_one : bool
-        Whether the weights are divided by their sum.
+        Whether to divide the weights by their sum.
     words : mapping
-        Scores of the words that were set, 1 to 7; the others are the mean over the run's rated items.
+        Scores by word, 1 to 7; missing words are set to their mean over the run's rated items.
     photo, vibration : str
-        Files, relative to the workspace; empty where none is chosen.
+        Files, relative to the workspace; empty if none.
     crop : tuple of float, optional
-        Left, top, right, bottom of the part of the photograph, as shares of its sides.
+        Left, top, right and bottom of the crop, as shares of the photograph's sides.
     speed_mm_s, force_n, seconds : float, optional
     seed, count : int
     """
@@ -134,44 +128,32 @@ class GenerationRequest:
     count: int = 1
 
     @classmethod
-    def of(cls, values: Mapping[str, Any]) -> Self:
-        """Return what was stored; what is not understood is left at its default: a form is never lost for one field."""
+    def from_stored(cls, values: Mapping[str, Any]) -> Self:
+        """Return a stored request; malformed values become defaults, so that one field never loses the form."""
         known = {f.name: values[f.name] for f in fields(cls) if f.name in values}
         crop = known.get("crop")
         known["crop"] = tuple(map(float, crop)) if isinstance(crop, list | tuple) and len(crop) == 4 else None
         for name in ("weights", "words"):
-            held = known.get(name)
-            known[name] = (
-                {str(key): float(value) for key, value in held.items()} if isinstance(held, dict) else {}
-            )
+            entries = known.get(name)
+            entries = entries if isinstance(entries, dict) else {}
+            known[name] = {str(key): float(value) for key, value in entries.items()}
         return cls(**known)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON types."""
-        return asdict(self)
-
-    def with_changes(self, **changes: Any) -> Self:
-        """Return it with other values."""
-        return replace(self, **changes)
 
     @property
     def mix(self) -> dict[str, float]:
-        """The weights as the model is given them: those above 0, divided by their sum if that is asked."""
-        held = {name: weight for name, weight in self.weights.items() if weight > 0}
-        total = sum(held.values())
-        return {name: weight / total if self.to_one else weight for name, weight in held.items()}
+        """The positive weights, divided by their sum if ``to_one``."""
+        weights = {name: weight for name, weight in self.weights.items() if weight > 0}
+        total = sum(weights.values()) if self.to_one else 1.0
+        return {name: weight / total for name, weight in weights.items()}
 
     @property
-    def text(self) -> str:
-        """What a result of it is called."""
+    def title(self) -> str:
+        """Title of the results."""
         parts = []
         if self.mix:
-            parts.append(
-                " + ".join(
-                    name if len(self.mix) == 1 and self.to_one else f"{name} {weight:.2g}"
-                    for name, weight in sorted(self.mix.items(), key=lambda item: -item[1])[:4]
-                )
-            )
+            largest = sorted(self.mix.items(), key=lambda item: -item[1])[:4]
+            pure = len(self.mix) == 1 and self.to_one
+            parts.append(" + ".join(name if pure else f"{name} {weight:.2g}" for name, weight in largest))
         if self.photo:
             parts.append(self.photo.rpartition("/")[2].rpartition(".")[0].rpartition("-")[0] or "photograph")
         parts += [f"{word} {score:.2g}" for word, score in list(self.words.items())[:4]]
@@ -182,106 +164,90 @@ class GenerationRequest:
         return ", ".join(parts) or "words at their means"
 
 
-def suited(asked: GenerationRequest, form: GenerationForm) -> GenerationRequest:
-    """Return ``asked`` without what a form does not have: another run was chosen."""
-    weights = {name: weight for name, weight in asked.weights.items() if name in form.materials}
+def adapted(request: GenerationRequest, form: GenerationForm) -> GenerationRequest:
+    """Return ``request`` without values that the form of another run lacks."""
+    weights = {name: weight for name, weight in request.weights.items() if name in form.materials}
     if not weights and form.mixes:
         weights = {form.materials[0]: 1.0}
     if form.has("materials") and not form.mixes and len(weights) > 1:
         weights = {}
-    return asked.with_changes(
+    return replace(
+        request,
         weights=weights if form.has("materials") else {},
-        words={word: score for word, score in asked.words.items() if word in form.words},
-        photo=asked.photo if form.has("photo") else "",
-        crop=asked.crop if form.has("photo") else None,
-        vibration=asked.vibration if form.has("vibration") else "",
-        speed_mm_s=asked.speed_mm_s if form.has("speed") else None,
-        force_n=asked.force_n if form.has("force") else None,
-        seconds=asked.seconds if form.over == "time" else None,
+        words={word: score for word, score in request.words.items() if word in form.words},
+        photo=request.photo if form.has("photo") else "",
+        crop=request.crop if form.has("photo") else None,
+        vibration=request.vibration if form.has("vibration") else "",
+        speed_mm_s=request.speed_mm_s if form.has("speed") else None,
+        force_n=request.force_n if form.has("force") else None,
+        seconds=request.seconds if form.over == "time" else None,
     )
 
 
-def check(asked: GenerationRequest, form: GenerationForm) -> None:
-    """Refuse a form that cannot be made of, in a sentence for the person who fills it in.
-
-    Raises
-    ------
-    ParameterError
-        Naming the part.
-    """
-    if form.mixes and not asked.mix:
-        raise ParameterError("Every material is at 0: give at least one a weight.")
-    if "photo" in form.needs and not asked.photo:
+def check_request(request: GenerationRequest, form: GenerationForm) -> None:
+    """Raise `ParameterError` for a request that cannot be fulfilled, in a sentence for the page."""
+    if form.mixes and not request.mix:
+        raise ParameterError("Set the weight of at least one material above 0.")
+    if "photo" in form.needs and not request.photo:
         raise ParameterError(
-            "This model goes by a photograph: drop one, paste one, choose a file or use the camera."
+            "This model needs a photograph: drop or paste one, choose a file, or use the camera."
         )
     for name, value in {
-        "Speed (mm/s)": asked.speed_mm_s,
-        "Force (N)": asked.force_n,
-        "Length (s)": asked.seconds,
+        "Speed (mm/s)": request.speed_mm_s,
+        "Force (N)": request.force_n,
+        "Length (s)": request.seconds,
     }.items():
         if value is not None and not (math.isfinite(value) and value > 0):
             raise ParameterError(
-                f"{name} must be greater than 0, got {value:g}; empty leaves it to the model."
+                f"{name} must be greater than 0, got {value:g}; leave it empty for the model's default."
             )
-    if asked.seconds is not None and asked.seconds > LONGEST_S:
+    if request.seconds is not None and request.seconds > LONGEST_S:
         raise ParameterError(
-            f"Length must be at most {LONGEST_S:g} s here, got {asked.seconds:g}; the command line makes longer ones."
+            f"Length must be at most {LONGEST_S:g} s, got {request.seconds:g}; use the command line for longer ones."
         )
-    if not 0 <= asked.seed <= MOST_SEED:
-        raise ParameterError(f"Seed must be 0 to {MOST_SEED}, got {asked.seed}.")
-    if not 1 <= asked.count <= MOST_COUNT:
-        raise ParameterError(f"How many must be 1 to {MOST_COUNT}, got {asked.count}.")
-    for word, score in asked.words.items():
+    if not 0 <= request.seed <= MOST_SEED:
+        raise ParameterError(f"Seed must be 0 to {MOST_SEED}, got {request.seed}.")
+    if not 1 <= request.count <= MOST_COUNT:
+        raise ParameterError(f"Number of results must be 1 to {MOST_COUNT}, got {request.count}.")
+    for word, score in request.words.items():
         if not SEVEN_POINT.low <= score <= SEVEN_POINT.high:
             raise ParameterError(
                 f"{word} must be {SEVEN_POINT.low:g} to {SEVEN_POINT.high:g}, got {score:g}."
             )
-    if asked.crop is not None and not _is_crop(asked.crop):
-        raise ParameterError("The part of the photograph must have a width and a height; drag again.")
+    if request.crop is not None and not _is_crop(request.crop):
+        raise ParameterError("The crop must have a width and a height; drag again.")
 
 
-def command(asked: GenerationRequest, form: GenerationForm, *, photo: str = "", out: str = "") -> str:
-    """Return the command line, run in the workspace, that makes the same.
-
-    Parameters
-    ----------
-    photo : str
-        The file of the cropped photograph; by default the whole.
-    out : str
-        By default ``made.wav`` or ``made.png``.
-    """
-    words = ["tactogram", "generate", asked.run]
-    if asked.mix:
+def command(request: GenerationRequest, form: GenerationForm, *, photo: str = "") -> str:
+    """Return the equivalent command, to be run in the workspace; ``photo`` is the file of the cropped photograph."""
+    words = ["tactogram", "generate", request.run]
+    if request.mix:
         if form.mixes:
-            words += ["--mix", ",".join(f"{name}={_exact(weight)}" for name, weight in asked.mix.items())]
+            words += ["--mix", _assignments(request.mix)]
         else:
-            words += ["--material", next(iter(asked.mix))]
-    if asked.photo:
-        words += ["--image", photo or asked.photo]
+            words += ["--material", next(iter(request.mix))]
+    if request.photo:
+        words += ["--image", photo or request.photo]
     if form.has("words"):
-        if asked.words:
-            words += ["--words", ",".join(f"{word}={_exact(score)}" for word, score in asked.words.items())]
-        if set(form.words) - set(asked.words):
+        if request.words:
+            words += ["--words", _assignments(request.words)]
+        if set(form.words) - set(request.words):
             words += ["--rest", "mean"]
-    if asked.vibration:
-        words += ["--vibration", asked.vibration]
-    for option, value in {
-        "--speed": asked.speed_mm_s,
-        "--force": asked.force_n,
-        "--seconds": asked.seconds,
-    }.items():
+    if request.vibration:
+        words += ["--vibration", request.vibration]
+    numbers = {"--speed": request.speed_mm_s, "--force": request.force_n, "--seconds": request.seconds}
+    for option, value in numbers.items():
         if value is not None:
             words += [option, _exact(value)]
-    words += ["--seed", str(asked.seed)]
-    if asked.count > 1:
-        words += ["--count", str(asked.count)]
-    words += ["--out", out or ("made.png" if form.gives == "image" else "made.wav")]
+    words += ["--seed", str(request.seed)]
+    if request.count > 1:
+        words += ["--count", str(request.count)]
+    words += ["--out", "made.png" if form.gives == "image" else "made.wav"]
     return shlex.join(words)
 
 
 def word_label(word: str) -> str:
-    """Return a word as the form shows it: English, and Japanese where it is one of the ten."""
+    """Return the label of a word: in English, and in Japanese if it is one of the ten."""
     return f"{word}  {JAPANESE[word]}" if word in JAPANESE else word
 
 
@@ -290,20 +256,18 @@ def _is_crop(crop: Crop) -> bool:
     return all(map(math.isfinite, crop)) and 0 <= left < right <= 1 and 0 <= top < bottom <= 1
 
 
+def _assignments(values: Mapping[str, float]) -> str:
+    return ",".join(f"{name}={_exact(value)}" for name, value in values.items())
+
+
 def _exact(value: float) -> str:
-    """Return a number that reads back as itself."""
+    """Return a number as text that reads back as itself."""
     return f"{value:g}" if float(f"{value:g}") == value else repr(float(value))
 
 
 @dataclass(frozen=True)
 class FormHistory:
-    """States of a form to go back and forth between.
-
-    Parameters
-    ----------
-    past, future : tuple of mapping
-        As of `GenerationRequest.as_dict`; the nearest last.
-    """
+    """Earlier and undone states of a form (`GenerationRequest` as JSON), the nearest last."""
 
     past: tuple[Mapping[str, Any], ...] = ()
     future: tuple[Mapping[str, Any], ...] = ()
@@ -311,29 +275,17 @@ class FormHistory:
     MOST = 50
 
     def after(self, state: Mapping[str, Any]) -> FormHistory:
-        """Return the history after ``state`` was left for a new one: what was undone is gone."""
+        """Return the history after ``state`` is replaced by a new one; undone states are dropped."""
         return FormHistory((*self.past, state)[-self.MOST :], ())
 
     def undone(self, present: Mapping[str, Any]) -> tuple[FormHistory, Mapping[str, Any]]:
-        """Return the history and the state before ``present``.
-
-        Raises
-        ------
-        ParameterError
-            If there is none.
-        """
+        """Return the history and the state before ``present``; raise `ParameterError` if there is none."""
         if not self.past:
             raise ParameterError("Nothing to undo.")
         return FormHistory(self.past[:-1], (*self.future, present)), self.past[-1]
 
     def redone(self, present: Mapping[str, Any]) -> tuple[FormHistory, Mapping[str, Any]]:
-        """Return the history and the state after ``present``.
-
-        Raises
-        ------
-        ParameterError
-            If there is none.
-        """
+        """Return the history and the state after ``present``; raise `ParameterError` if there is none."""
         if not self.future:
             raise ParameterError("Nothing to redo.")
         return FormHistory((*self.past, present), self.future[:-1]), self.future[-1]

@@ -1,132 +1,115 @@
-"""The form of the page Make, drawn from what the run's model needs and takes."""
+"""Form of the page Make, drawn from the parts that the chosen run has."""
 
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
 from tactogram.errors import TactogramError
-from tactogram.studio.layout import in_background, report_errors
+from tactogram.studio.layout import heading, hint, in_background, report_errors
 from tactogram.studio.pages.make.files import draw_photo, draw_vibration
 from tactogram.studio.pages.make.form import LONGEST_S, MOST_COUNT, MOST_SEED
-from tactogram.studio.pages.make.materials_view import draw_label, draw_mix
+from tactogram.studio.pages.make.materials_view import draw_material, draw_mix
 from tactogram.studio.pages.make.words_view import draw_words
 
 if TYPE_CHECKING:
     from tactogram.studio.pages.make.page import MakePage
 
 
-def draw_form(on: MakePage) -> None:
-    """Draw the form of the chosen run."""
-    _run(on)
-    form = on.desk.form
+def draw_form(page: MakePage) -> None:
+    """Draw the choice of a run, and its form."""
+    _draw_runs(page)
+    form = page.state.form
     if form is None:
         return
-    ui.timer(0.05, partial(_load_ahead, on), once=True)
-    if form.has("photo"):
-        with part("Photograph"):
-            draw_photo(on)
-    if form.has("words"):
-        with part("Words"):
-            draw_words(on)
-    if form.has("materials"):
-        with part("Materials"):
-            if form.mixes:
-                draw_mix(on)
-            else:
-                draw_label(on)
-    if form.has("vibration"):
-        with part("Vibration to start from"):
-            draw_vibration(on)
-    with part("How"):
-        _numbers(on)
+    ui.timer(0.05, partial(_load_ahead, page), once=True)
+    parts: list[tuple[str, str, Callable[[MakePage], None]]] = [
+        ("photo", "Photograph", draw_photo),
+        ("words", "Words", draw_words),
+        ("materials", "Materials", draw_mix if form.mixes else draw_material),
+        ("vibration", "Starting vibration", draw_vibration),
+        ("", "Settings", _draw_numbers),
+    ]
+    for part, title, draw in parts:
+        if not part or form.has(part):
+            with ui.element("fieldset").classes("card part"):
+                with ui.element("legend"):
+                    heading(title)
+                draw(page)
 
 
-async def _load_ahead(on: MakePage) -> None:
-    """Load the chosen run, and what draws, while the form is filled in; errors are told when it is made."""
-    choice = on.desk.choice
-    if choice is not None:
+async def _load_ahead(page: MakePage) -> None:
+    """Load the run and matplotlib while the form is filled in; errors appear when something is generated."""
+    run = page.state.run
+    if run is not None:
         with suppress(TactogramError):
-            await in_background(on.desk.runs.load, choice)
+            await in_background(page.state.runs.load, run)
         await in_background(importlib.import_module, "matplotlib")
 
 
-@contextmanager
-def part(title: str) -> Iterator[None]:
-    """Draw a part of the form with its title."""
-    with ui.element("fieldset").classes("card part"):
-        with ui.element("legend"):
-            ui.label(title).classes("h2")
-        yield
-
-
-def _run(on: MakePage) -> None:
-    desk = on.desk
-    titles = {choice.name: choice.title for choice in desk.runs.choices()}
+def _draw_runs(page: MakePage) -> None:
+    state = page.state
+    titles = {run.name: run.title for run in state.runs.finished()}
 
     def choose(event: Any) -> None:
-        if event.value and event.value != desk.asked.run:
-            desk.choose(event.value)
-            on.committed(redraw=True)
+        if event.value and event.value != state.request.run:
+            state.choose(event.value)
+            page.committed(redraw=True)
 
     with ui.element("section").classes("card part"):
-        select = ui.select(titles, value=desk.asked.run or None, label="Run", on_change=report_errors(choose))
+        select = ui.select(titles, value=state.request.run or None, label="Run")
+        select.on_value_change(report_errors(choose))
         select.classes("w-full").props('outlined dense options-dense data-run="1"')
-        if desk.choice is not None:
-            facts = desk.choice.facts
+        if state.run is not None:
+            model = state.run.model
             with ui.row().classes("items-center gap-2"):
-                ui.label(f"{facts.authors[0]} {facts.year}: {facts.title}").classes("small quiet")
-                if desk.choice.kind.simulated:
-                    ui.label("learned from simulated data").classes("simulated")
+                hint(f"{model.authors[0]} {model.year}: {model.title}")
+                if state.run.kind.simulated:
+                    ui.label("trained on simulated data").classes("simulated")
 
 
-def _numbers(on: MakePage) -> None:
-    form = on.desk.form
+def _draw_numbers(page: MakePage) -> None:
+    form = page.state.form
     if form is None:
         return
+    optional = []
     with ui.element("div").classes("numbers"):
-        if form.has("speed"):
-            _number(on, "speed_mm_s", "Speed, mm/s", most=2000)
-        if form.has("force"):
-            _number(on, "force_n", "Force, N", most=100)
-        if form.over == "time":
-            _number(on, "seconds", "Length, s", most=LONGEST_S)
-        _number(on, "seed", "Seed", whole=True, least=0, most=MOST_SEED)
-        _number(on, "count", "How many", whole=True, least=1, most=MOST_COUNT)
-    empty = [
-        name
-        for name, there in {
-            "speed": form.has("speed"),
-            "force": form.has("force"),
-            "length": form.over == "time",
-        }.items()
-        if there
-    ]
-    notes = [f"Left empty: the model's own {', '.join(empty)}."] if empty else []
-    if form.own_seed:
-        notes.append("The same seed under other values is the same noise: what differs is what was changed.")
-    if notes:
-        ui.label(" ".join(notes)).classes("small quiet")
+        for name, field, label, most, shown in (
+            ("speed", "speed_mm_s", "Speed, mm/s", 2000, form.has("speed")),
+            ("force", "force_n", "Force, N", 100, form.has("force")),
+            ("length", "seconds", "Length, s", LONGEST_S, form.over == "time"),
+        ):
+            if shown:
+                _draw_number(page, field, label, most=most)
+                optional.append(name)
+        _draw_number(page, "seed", "Seed", whole=True, least=0, most=MOST_SEED)
+        _draw_number(page, "count", "Number of results", whole=True, least=1, most=MOST_COUNT)
+    if optional:
+        hint(f"Leave empty for the model's default: {', '.join(optional)}.")
+    if form.drawn:
+        hint(
+            "With the same seed the noise stays the same: results differ only by the settings that you change."
+        )
 
 
-def _number(
-    on: MakePage, name: str, label: str, *, most: float, least: float = 0.0, whole: bool = False
+def _draw_number(
+    page: MakePage, name: str, label: str, *, most: float, least: float = 0.0, whole: bool = False
 ) -> None:
-    desk = on.desk
+    state = page.state
 
     def changed(event: Any) -> None:
         value = event.value
-        if value is None and whole:
-            return
-        desk.set(**{name: None if value is None else int(value) if whole else float(value)})
+        if value is not None:
+            state.set(**{name: int(value) if whole else float(value)})
+        elif not whole:
+            state.set(**{name: None})
 
-    number = ui.number(
-        label, value=getattr(desk.asked, name), min=least, max=most, on_change=report_errors(changed)
-    )
+    number = ui.number(label, value=getattr(state.request, name), min=least, max=most)
+    number.on_value_change(report_errors(changed))
     number.props(f'outlined dense data-number="{name}"' + (" clearable" if not whole else ""))
-    number.on("blur", report_errors(on.committed)).on("keydown.enter", report_errors(on.committed))
+    number.on("blur", report_errors(page.committed)).on("keydown.enter", report_errors(page.committed))

@@ -1,4 +1,4 @@
-"""A map of materials: where they stand by how their spectra differ, and what a point between them is a mix of."""
+"""Map of materials: their places by spectral differences, and the mix at a point between them."""
 
 from __future__ import annotations
 
@@ -11,21 +11,23 @@ from tactogram.signal import Signal
 from tactogram.studio.signals.traits import band_levels
 
 NEIGHBOURS = 3
-"""How many materials a point is at most a mix of."""
+"""Most materials in the mix of a point."""
 MARGIN = 0.1
 APART = 0.1
-"""Least distance of two materials, in sides of the map: each can be reached."""
+"""Least distance between two materials, in sides of the map, so that each can be reached."""
 DEEPEST_DB = 60.0
-"""Below the strongest band of all, from where on a difference counts nothing."""
+"""Level below the strongest band at which differences no longer count."""
 LEAST = 0.01
-"""Share below which a material is left out of a mix."""
+"""Share below which a material is omitted from a mix."""
 
 
 def levels_db(signals: Sequence[Signal]) -> NDArray[np.float64]:
-    """Return the levels of signals in third octaves, float64, shape (signal, band), dB; the same bands for all."""
-    found = [band_levels(signal) for signal in signals]
-    shared = sorted(set.intersection(*(set(np.round(f, 6)) for f, _ in found)))
-    rows = [[a for f, a in zip(*one, strict=True) if round(float(f), 6) in shared] for one in found]
+    """Return third-octave levels in the bands that all signals share, float64, shape (signal, band), dB."""
+    spectra = [band_levels(signal) for signal in signals]
+    shared = sorted(set.intersection(*(set(np.round(f, 6)) for f, _ in spectra)))
+    rows = [
+        [a for f, a in zip(*spectrum, strict=True) if round(float(f), 6) in shared] for spectrum in spectra
+    ]
     level = 20 * np.log10(np.maximum(np.array(rows, np.float64), 1e-12))
     if not level.size:
         return np.zeros((len(signals), 0))
@@ -33,10 +35,10 @@ def levels_db(signals: Sequence[Signal]) -> NDArray[np.float64]:
 
 
 def positions(features: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return places in the unit square whose distances are about those of ``features``.
+    """Return places in the unit square whose distances approximate those of ``features``.
 
-    Classical multidimensional scaling (Torgerson 1952): the two strongest components; then what stands closer than
-    `APART` is moved apart.
+    Classical multidimensional scaling (Torgerson 1952): the two strongest components; places closer than `APART` are
+    then moved apart.
 
     Parameters
     ----------
@@ -45,7 +47,7 @@ def positions(features: NDArray[np.float64]) -> NDArray[np.float64]:
     Returns
     -------
     float64 array, shape (item, 2)
-        Left to right, top to bottom; each at least `MARGIN` from the edge. The same features give the same places.
+        From the left and from the top, each at least `MARGIN` from the edge. Deterministic.
     """
     n = len(features)
     centred = features - features.mean(0)
@@ -62,10 +64,10 @@ def positions(features: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def weights_at(point: Sequence[float], places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return what a point is a mix of, float64, shape (item,), sum 1.
+    """Return the weights of the items at a point, float64, shape (item,), sum 1.
 
-    The nearest `NEIGHBOURS` count, by ((R - d) / (R d))^2 with R the distance of the next one (Franke and Nielson
-    1980): a mix that changes smoothly when another becomes the nearest, and the item itself where the point is on one.
+    Only the nearest `NEIGHBOURS` count, weighted by ((R - d) / (R d))^2 with R the distance of the next one (Franke
+    and Nielson 1980): weights change continuously between neighbours, and an item's place gives that item alone.
     """
     distance = np.linalg.norm(places - np.asarray(point, np.float64), axis=1)
     on = distance < 1e-6
@@ -77,7 +79,7 @@ def weights_at(point: Sequence[float], places: NDArray[np.float64]) -> NDArray[n
     else:
         share = 1 / distance
     weight = share**2
-    if not weight.any():  # all the same distance away
+    if not weight.any():  # all at the same distance
         weight = np.asarray(distance <= distance.min() * (1 + 1e-9), np.float64)
     weight /= weight.sum()
     weight[weight < LEAST] = 0
@@ -85,7 +87,7 @@ def weights_at(point: Sequence[float], places: NDArray[np.float64]) -> NDArray[n
 
 
 def point_of(weights: Mapping[str, float], names: Sequence[str], places: NDArray[np.float64]) -> list[float]:
-    """Return where the handle stands for weights that were set otherwise: their centre."""
+    """Return the place of the handle for arbitrary weights: their centre."""
     share = np.array([max(0.0, weights.get(name, 0.0)) for name in names])
     if not share.any():
         return [0.5, 0.5]
@@ -93,7 +95,7 @@ def point_of(weights: Mapping[str, float], names: Sequence[str], places: NDArray
 
 
 def _apart(places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return places moved until no two are closer than `APART`, or a hundred rounds are over."""
+    """Return places moved until no two are closer than `APART`, in at most a hundred rounds."""
     moved = places.copy()
     n = len(moved)
     least = min(APART, 0.7 / max(1.0, np.sqrt(n)))
@@ -105,7 +107,7 @@ def _apart(places: NDArray[np.float64]) -> NDArray[np.float64]:
                 distance = float(np.linalg.norm(step))
                 if distance < least * 0.999:
                     close = True
-                    angle = 2.4 * (i + j)  # some direction, always the same, for two in one place
+                    angle = 2.4 * (i + j)  # a fixed direction for two at the same place
                     away = step / distance if distance > 1e-9 else np.array([np.cos(angle), np.sin(angle)])
                     moved[i] += away * (least - distance) / 2
                     moved[j] -= away * (least - distance) / 2

@@ -1,13 +1,14 @@
-"""The results of the page Make: seen, heard, kept, and compared with others and with real recordings."""
+"""Results of the page Make: shown, played, kept, and compared with each other and with recordings."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
 from tactogram.errors import DataError, TactogramError
-from tactogram.studio.layout import in_background, report_errors
+from tactogram.studio.layout import heading, hint, in_background, report_errors
 from tactogram.studio.signals.view import SignalEntry, signal_cards
 from tactogram.studio.workspace.shelf import KeptResult
 from tactogram.studio.workspace.shelf_view import ask_title
@@ -16,218 +17,219 @@ if TYPE_CHECKING:
     from tactogram.studio.pages.make.page import MakePage
 
 LETTERS = "ABCDEFGHI"
+NEAREST = "Nearest recordings"
 
 
-def draw_results(on: MakePage) -> None:
-    """Draw the present result and what stands beside it."""
-    if on.failed:
+def draw_results(page: MakePage) -> None:
+    """Draw the selected result, and those it is compared with."""
+    state = page.state
+    if page.failure:
         with ui.element("section").classes("card").props('role="alert"'):
-            ui.label("Nothing was made").classes("h2")
-            ui.label(f"{on.failed[:1].upper()}{on.failed[1:].rstrip('.')}.")
-    desk = on.desk
-    present = desk.current_result()
+            heading("Generation failed")
+            ui.label(f"{page.failure[:1].upper()}{page.failure[1:].rstrip('.')}.")
+    present = state.current_result()
     if present is None:
-        if not on.failed:
+        if not page.failure:
             with ui.element("section").classes("card"):
-                ui.label("Nothing made yet").classes("h2")
-                ui.label("Press Make: what comes out is drawn and can be played here.").classes("quiet")
+                heading("No result yet")
+                ui.label("Press Generate to see and play a result here.").classes("quiet")
         return
-    name = str(desk.held.get("present"))
-    beside = [
-        (other, made)
-        for other, made in desk.compared()
-        if other != name and made.is_image == present.is_image
+    name = str(state.storage.get("present"))
+    compared = [
+        (other, result)
+        for other, result in state.compared()
+        if other != name and result.is_image == present.is_image
     ]
-    shown = [(name, present), *beside]
-    _compare_bar(on, name, present, beside)
-    titles = [
-        f"{LETTERS[number]}: {made.title}" if len(shown) > 1 else made.title
-        for number, (_, made) in enumerate(shown)
-    ]
-    with ui.element("div").classes("beside" if len(shown) > 1 else "alone"):
-        if present.is_image:
-            tops = [
-                _image_card(made, other, title) for (other, made), title in zip(shown, titles, strict=True)
-            ]
-        else:
-            entries = [
-                SignalEntry(made.file, title, bool(made.facts.get("simulated")), str(number))
-                for number, ((_, made), title) in enumerate(zip(shown, titles, strict=True), start=1)
-            ]
-            tops = signal_cards(entries, same_gain=bool(desk.held.get("true_levels")) and len(shown) > 1)
-        for number, ((other, made), top) in enumerate(zip(shown, tops, strict=True)):
+    shown = [(name, present), *compared]
+    _draw_comparison_bar(page, name, present, compared)
+    titles = [result.title for _, result in shown]
+    if compared:
+        titles = [f"{letter}: {title}" for letter, title in zip(LETTERS, titles, strict=False)]
+    with ui.element("div").classes("beside" if compared else "alone"):
+        tops = _draw_images(shown, titles) if present.is_image else _draw_signals(page, shown, titles)
+        for number, ((other, result), top) in enumerate(zip(shown, tops, strict=True)):
             with top:
-                _actions(on, other, made, first=number == 0)
-    _earlier(on, name)
+                _draw_actions(page, other, result, first=number == 0)
+    _draw_earlier(page, name)
 
 
-def _compare_bar(on: MakePage, name: str, present: KeptResult, beside: list[tuple[str, KeptResult]]) -> None:
-    """Draw what is put beside the present result, and how they are played."""
-    desk = on.desk
-    taken = {name, *(other for other, _ in beside)}
-    offers = {f"made:{made.id}": f"made: {made.title}" for made in desk.results()}
-    offers |= {f"kept:{made.id}": f"kept: {made.title}" for made in desk.shelf.all()}
-    offers = {key: title for key, title in offers.items() if key not in taken}
+def _draw_signals(page: MakePage, shown: Sequence[tuple[str, KeptResult]], titles: list[str]) -> list[Any]:
+    """Draw signals, and return the rows at the top of their cards."""
+    entries = [
+        SignalEntry(result.file, title, bool(result.facts.get("simulated")), str(number))
+        for number, ((_, result), title) in enumerate(zip(shown, titles, strict=True), start=1)
+    ]
+    return signal_cards(entries, same_gain=bool(page.state.storage.get("true_levels")) and len(shown) > 1)
 
-    def put(event: Any) -> None:
+
+def _draw_images(shown: Sequence[tuple[str, KeptResult]], titles: list[str]) -> list[Any]:
+    """Draw images, and return the rows at the top of their cards."""
+    tops = []
+    for (name, result), title in zip(shown, titles, strict=True):
+        rows, columns = result.image().size
+        where, _, id = name.partition(":")
+        with ui.element("section").classes("card signal") as card:
+            card.props(f'role="group" aria-label="{_plain(result)}"')
+            with ui.row().classes("w-full items-center gap-2") as top:
+                heading(title)
+                if result.facts.get("simulated"):
+                    ui.label("simulated").classes("simulated")
+            hint(f"{columns} x {rows} pixels")
+            image = ui.element("img").classes("made-image")
+            image.props(f'src="/make/image/{where}/{id}" alt="Generated image: {_plain(result)}"')
+        tops.append(top)
+    return tops
+
+
+def _draw_comparison_bar(
+    page: MakePage, name: str, present: KeptResult, compared: list[tuple[str, KeptResult]]
+) -> None:
+    """Draw the choice of results to compare with, and the settings of playback."""
+    state = page.state
+    offers = {f"made:{result.id}": f"earlier: {result.title}" for result in state.results()}
+    offers |= {f"kept:{result.id}": f"kept: {result.title}" for result in state.shelf.all()}
+    for taken in (name, *(other for other, _ in compared)):
+        offers.pop(taken, None)
+
+    def add(event: Any) -> None:
         if event.value:
-            desk.add_comparison(event.value)
-            on.results.refresh()
+            state.add_comparison(event.value)
+            page.results.refresh()
 
-    def levels(event: Any) -> None:
-        desk.held["true_levels"] = bool(event.value)
-        on.results.refresh()
+    def set_levels(event: Any) -> None:
+        state.storage["true_levels"] = bool(event.value)
+        page.results.refresh()
 
     with ui.element("section").classes("card bar-compare").props('aria-label="Compare"'):
         if offers:
-            select = ui.select(offers, label="Compare with", on_change=report_errors(put))
+            select = ui.select(offers, label="Compare with", on_change=report_errors(add))
             select.props("outlined dense options-dense").classes("grow")
-        if not present.is_image and present.facts.get("what") == "made":
-            nearest = ui.button("Nearest recordings").props("no-caps outline dense")
-            nearest.on_click(report_errors(lambda: _nearest(on, present, nearest)))
-        if not present.is_image:
-            with ui.element("div").props("data-player-loop"):
-                loop = ui.checkbox("Loop").props("dense")
-                desk.held.setdefault("loop", True)
-                loop.bind_value(desk.held, "loop")
-        if beside and not present.is_image:
-            switch = ui.switch("At their true strengths", value=bool(desk.held.get("true_levels")))
-            switch.props("dense").on_value_change(report_errors(levels))
-            ui.label("Keys 1 to 9 change between them while they play; Escape stops.").classes("small quiet")
+        if present.is_image:
+            return
+        if present.facts.get("what") == "made":
+            nearest = ui.button(NEAREST).props("no-caps outline dense")
+            nearest.on_click(report_errors(lambda: _add_nearest(page, present, nearest)))
+        with ui.element("div").props("data-player-loop"):
+            state.storage.setdefault("loop", True)
+            ui.checkbox("Loop").props("dense").bind_value(state.storage, "loop")
+        if compared:
+            switch = ui.switch("At their true strengths", value=bool(state.storage.get("true_levels")))
+            switch.props("dense").on_value_change(report_errors(set_levels))
+            hint("Keys 1 to 9 switch between the results while playing; Escape stops.")
 
 
-async def _nearest(on: MakePage, present: KeptResult, button: ui.button) -> None:
-    """Put the real recordings that are most like the present result beside it."""
+async def _add_nearest(page: MakePage, present: KeptResult, button: ui.button) -> None:
+    """Compare the selected result with the recordings most like it."""
+    state = page.state
     button.disable()
     button.text = "Searching"
     try:
-        choice = on.desk.runs.choice(str(present.facts.get("run", "")))
-        how, found = await in_background(lambda: on.desk.runs.nearest(choice, present.signal()))
-        if not found:
+        run = state.runs.get(str(present.facts.get("run", "")))
+        method, recordings = await in_background(lambda: state.runs.nearest(run, present.signal()))
+        if not recordings:
             raise DataError("There is no recording to compare with.")
-        for title, signal, simulated in found[:2]:
-            facts = {
-                "what": "recording",
-                "run": choice.name,
-                "simulated": simulated,
-                "found": how,
-            }
-            held = await in_background(on.desk.made.keep, signal, title=title, facts=facts)
-            on.desk.add_comparison(f"made:{held.id}")
-        ui.notify(f"Found {how}.")
+        for title, signal, simulated in recordings[:2]:
+            facts = {"what": "recording", "run": run.name, "simulated": simulated, "found": method}
+            stored = await in_background(state.made.keep, signal, title=title, facts=facts)
+            state.add_comparison(f"made:{stored.id}")
+        ui.notify(f"Found the nearest recordings {method}.")
     finally:
         button.enable()
-        button.text = "Nearest recordings"
-        on.results.refresh()
+        button.text = NEAREST
+        page.results.refresh()
 
 
-def _actions(on: MakePage, name: str, made: KeptResult, *, first: bool) -> None:
-    """Draw what can be done with a result, in the row at its top."""
-    desk = on.desk
+def _draw_actions(page: MakePage, name: str, result: KeptResult, *, first: bool) -> None:
+    """Draw the buttons of a result."""
+    state = page.state
 
     async def keep() -> None:
-        kept = await in_background(desk.shelf.keep_copy, made)
-        desk.record_kept(name, kept)
+        kept = await in_background(state.shelf.keep_copy, result)
+        state.record_kept(name, kept)
         ui.notify(f"Kept: {kept.title}.", type="positive")
-        on.results.refresh()
+        page.results.refresh()
 
     async def rename() -> None:
-        title = await ask_title(made.title)
+        title = await ask_title(result.title)
         if title is not None:
-            desk.rename(name, title)
-            on.results.refresh()
+            state.rename(name, title)
+            page.results.refresh()
 
-    def away() -> None:
-        desk.remove_comparison(name)
-        on.results.refresh()
+    def remove() -> None:
+        state.remove_comparison(name)
+        page.results.refresh()
 
-    def promote() -> None:
-        before = str(desk.held.get("present"))
-        desk.remove_comparison(name)
-        desk.select_result(name)
-        desk.add_comparison(before)
-        on.results.refresh()
+    def show_first() -> None:
+        before = str(state.storage.get("present"))
+        state.remove_comparison(name)
+        state.select_result(name)
+        state.add_comparison(before)
+        page.results.refresh()
 
-    kept = name.removeprefix("kept:") if name.startswith("kept:") else desk.kept_id(name)
-    if first and made.facts.get("what") == "made" and not made.is_image:
-        _taken_for(on, made)
+    kept = name.removeprefix("kept:") if name.startswith("kept:") else state.kept_id(name)
+    if first and result.facts.get("what") == "made" and not result.is_image:
+        _draw_class(page, result)
+    title = _plain(result)
     with ui.element("div").classes("done"):
         if kept:
-            ui.label("Kept").classes("small quiet")
+            hint("Kept")
             ui.link("Send", f"/send?of=kept:{kept}").classes("small")
-            ui.button("Rename", on_click=report_errors(rename)).props(
-                f'no-caps dense flat aria-label="Rename {_plain(made)}"'
-            )
+            button = ui.button("Rename", on_click=report_errors(rename))
+            button.props(f'no-caps dense flat aria-label="Rename {title}"')
         else:
-            ui.button("Keep", on_click=report_errors(keep)).props(
-                f'no-caps dense outline aria-label="Keep {_plain(made)}"'
-            )
+            button = ui.button("Keep", on_click=report_errors(keep))
+            button.props(f'no-caps dense outline aria-label="Keep {title}"')
         if not first:
-            ui.button("Put first", on_click=report_errors(promote)).props(
-                f'no-caps dense flat aria-label="Put first: {_plain(made)}"'
-            )
-            ui.button(icon="close", on_click=report_errors(away)).props(
-                f'dense flat aria-label="Take away {_plain(made)}"'
-            )
+            button = ui.button("Show first", on_click=report_errors(show_first))
+            button.props(f'no-caps dense flat aria-label="Show first: {title}"')
+            button = ui.button(icon="close", on_click=report_errors(remove))
+            button.props(f'dense flat aria-label="Remove {title}"')
 
 
-def _plain(made: KeptResult) -> str:
-    return made.title.replace('"', "'").replace("\\", "/")
+def _plain(result: KeptResult) -> str:
+    return result.title.replace('"', "'").replace("\\", "/")
 
 
-def _taken_for(on: MakePage, made: KeptResult) -> None:
-    """Say, as soon as it is known, what a classifier takes a result for; nothing where there is no classifier."""
-    said = ui.label("").classes("small quiet taken")
+def _draw_class(page: MakePage, result: KeptResult) -> None:
+    """Draw the prediction of a fitting classifier once it is known; nothing without a classifier."""
+    label = hint("").classes("taken")
+    runs = page.state.runs
 
     async def fill() -> None:
         try:
-            choice = on.desk.runs.choice(str(made.facts.get("run", "")))
-            classifier = on.desk.runs.classifier_for(choice)
+            classifier = runs.classifier_for(runs.get(str(result.facts.get("run", ""))))
             if classifier is None:
                 return
-            found = await in_background(lambda: on.desk.runs.classify(classifier, made.signal()))
-            unlike = ", but unlike all it knows" if found["none_of_these"] else ""
-            text = f"Taken for {found['material']} ({found['probability']:.0%}{unlike}) by {classifier.name}"
+            found = await in_background(lambda: runs.classify(classifier, result.signal()))
+            closest = f"{found['material']}, {found['probability']:.0%}"
+            verdict = f"none of these (closest: {closest})" if found["none_of_these"] else closest
+            text = f"Classified as {verdict} by {classifier.name}"
         except TactogramError as error:
             text = f"Not classified: {error}"
-        if not said.is_deleted:
-            said.text = text
+        if not label.is_deleted:
+            label.text = text
 
     ui.timer(0.05, report_errors(fill), once=True)
 
 
-def _image_card(made: KeptResult, name: str, title: str) -> Any:
-    """Draw an image, and return the row at its top."""
-    rows, columns = made.image().size
-    with ui.element("section").classes("card signal").props(f'role="group" aria-label="{_plain(made)}"'):
-        with ui.row().classes("w-full items-center gap-2") as top:
-            ui.label(title).classes("h2")
-            if made.facts.get("simulated"):
-                ui.label("simulated").classes("simulated")
-        ui.label(f"{columns} x {rows} pixels").classes("small quiet")
-        where, _, id = name.partition(":")
-        ui.element("img").classes("made-image").props(
-            f'src="/make/image/{where}/{id}" alt="Generated image: {_plain(made)}"'
-        )
-    return top
-
-
-def _earlier(on: MakePage, name: str) -> None:
-    """List the earlier results of this page."""
-    earlier = [made for made in on.desk.results() if f"made:{made.id}" != name]
+def _draw_earlier(page: MakePage, name: str) -> None:
+    """Draw the list of earlier results."""
+    earlier = [result for result in page.state.results() if f"made:{result.id}" != name]
     if not earlier:
         return
 
-    def look(made: KeptResult) -> None:
-        on.desk.remove_comparison(f"made:{made.id}")
-        on.desk.select_result(f"made:{made.id}")
-        on.results.refresh()
+    def show(result: KeptResult) -> None:
+        page.state.remove_comparison(f"made:{result.id}")
+        page.state.select_result(f"made:{result.id}")
+        page.results.refresh()
 
     with ui.element("section").classes("card"):
-        ui.label("Made before").classes("h2")
+        heading("Earlier results")
         with ui.element("ul").classes("earlier"):
-            for made in earlier:
+            for result in earlier:
                 with ui.element("li"):
-                    button = ui.button(made.title, on_click=report_errors(lambda made=made: look(made)))
+                    button = ui.button(
+                        result.title, on_click=report_errors(lambda result=result: show(result))
+                    )
                     button.props("no-caps flat dense align=left")
-                    ui.label(str(made.facts.get("model", ""))).classes("small quiet")
+                    hint(str(result.facts.get("model", "")))

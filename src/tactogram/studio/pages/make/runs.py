@@ -1,4 +1,4 @@
-"""Runs of the page Make: found without torch, loaded once, used one at a time."""
+"""Runs of the page Make: listed without torch, loaded once, used by one thread at a time."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import json
 import threading
 from collections import OrderedDict
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,7 +21,7 @@ from tactogram.model import ImageKind, Kind, SignalKind
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_image, read_signal
 from tactogram.signal.io.atomic import write_text
-from tactogram.studio.pages.make.form import GenerationForm, GenerationRequest, check, form_of
+from tactogram.studio.pages.make.form import Crop, GenerationForm, GenerationRequest, check_request, form_of
 from tactogram.studio.pages.make.material_map import levels_db, positions
 from tactogram.studio.workspace.folder import Workspace
 
@@ -29,325 +30,299 @@ if TYPE_CHECKING:
 
 MOST_LOADED = 4
 MAP_S = 1.0
-"""Length of what each material's place on the map follows from, s."""
-MOST_COMPARED = 400
-"""Recordings that a result is held against by their spectra."""
+"""Length of the signals whose spectra place the materials on the map, s."""
+MOST_SEARCHED = 400
+"""Recordings whose spectra a result is compared with."""
+LONGEST_RECORDING_S = 10.0
 
 
 @dataclass(frozen=True)
 class FinishedRun:
-    """A finished run, as far as it is known without loading it.
-
-    Parameters
-    ----------
-    folder : Path
-    name : str
-        Relative to the workspace.
-    facts : ModelFacts
-    kind : SignalKind or ImageKind
-    data : mapping
-        What it was trained on, as of ``data.json``.
-    """
+    """A finished run that is not loaded; ``name`` is relative to the workspace, ``data`` is ``data.json``."""
 
     folder: Path
     name: str
-    facts: models.ModelInfo
+    model: models.ModelInfo
     kind: Kind
     data: dict[str, Any] = field(default_factory=dict)
 
     @property
     def form(self) -> GenerationForm:
-        """What can be asked of it."""
-        return form_of(self.facts, self.kind)
+        """The form of the page for this run; raises `ParameterError` if it generates nothing."""
+        return form_of(self.model, self.kind)
 
     @property
     def title(self) -> str:
-        """What people read."""
-        short = "first voices" if self.name == "studio/first/voices" else self.name
-        return f"{short}: {self.facts.name}, of {self.data.get('name', 'unknown data')}"
+        """Name, model and training data."""
+        name = "example surfaces" if self.name == "studio/first/voices" else self.name
+        return f"{name}: {self.model.name}, trained on {self.data.get('name', 'unknown data')}"
 
 
 @dataclass
 class RunCatalogue:
-    """The runs of a workspace.
-
-    Parameters
-    ----------
-    workspace : Workspace
-    """
+    """The runs of a workspace, for generation, classification and comparison with recordings."""
 
     workspace: Workspace
     _loaded: OrderedDict[tuple[Path, int], LoadedRun] = field(default_factory=OrderedDict)
     _lock: threading.RLock = field(default_factory=threading.RLock)
-    _known: dict[tuple[Path, int], FinishedRun] = field(default_factory=dict)
-    _prepared_of: dict[tuple[Path, str], tuple[list[RecordingInfo], list[Signal]]] = field(
-        default_factory=dict
-    )
+    _listed: dict[tuple[Path, int], FinishedRun] = field(default_factory=dict)
+    _prepared: dict[tuple[Path, str], list[tuple[RecordingInfo, Signal]]] = field(default_factory=dict)
 
-    def choices(self, task: str = "generation") -> list[FinishedRun]:
-        """Return the finished runs of a task, newest first; what cannot be read is left out."""
-        found = []
+    def finished(self, task: str = "generation") -> list[FinishedRun]:
+        """Return the readable finished runs of a task, newest first."""
+        runs = []
         for folder in self.workspace.finished_runs():
-            try:
-                key = (folder, (folder / "model.json").stat().st_mtime_ns)
-                if key not in self._known:
-                    self._known[key] = self.choice(self.workspace.name_of(folder))
-                choice = self._known[key]
-            except (TactogramError, OSError):
-                continue
-            if choice.facts.task == task:
-                found.append(choice)
-        return found
+            with suppress(TactogramError, OSError):
+                key = _version(folder)
+                if key not in self._listed:
+                    self._listed[key] = self.get(self.workspace.name_of(folder))
+                if self._listed[key].model.task == task:
+                    runs.append(self._listed[key])
+        return runs
 
-    def choice(self, name: str) -> FinishedRun:
+    def get(self, name: str) -> FinishedRun:
         """Return a finished run by its folder, relative to the workspace.
 
         Raises
         ------
         TactogramError
-            If it is none, no longer is, or is not readable.
+            If it is missing, unfinished or unreadable.
         """
         folder = self.workspace.inside(name)
         if not (folder / "model.json").is_file():
-            raise DataError(f"{name}: no finished run of this workspace; it was deleted, or never there")
+            raise DataError(f"{name}: no such finished run in this workspace; it may have been deleted")
         facts = _read(folder / "model.json")
-        held = facts.get("kind")
-        if not isinstance(held, dict):
-            raise DataError(f"{name}: model.json says no kind; the run is broken")
+        stored = facts.get("kind")
+        if not isinstance(stored, dict):
+            raise DataError(f"{name}: model.json has no kind; the run is broken")
         values: dict[str, Any] = {
-            key: tuple(value) if isinstance(value, list) else value for key, value in held.items()
+            key: tuple(value) if isinstance(value, list) else value for key, value in stored.items()
         }
         try:
             kind: Kind = SignalKind(**values) if "rate" in values else ImageKind(**values)
         except TypeError as error:
             raise DataError(f"{name}: model.json is broken: {error}") from None
-        return FinishedRun(
-            folder, name, models.find(str(facts.get("model"))), kind, _read(folder / "data.json")
-        )
+        model = models.find(str(facts.get("model")))
+        return FinishedRun(folder, name, model, kind, _read(folder / "data.json"))
 
-    def load(self, choice: FinishedRun) -> LoadedRun:
-        """Return a run, ready for use; loaded once while it stays as it is."""
-        key = (choice.folder, (choice.folder / "model.json").stat().st_mtime_ns)
+    def load(self, run: FinishedRun) -> LoadedRun:
+        """Return a loaded run; it is loaded again only after a change."""
+        key = _version(run.folder)
         with self._lock:
             if key not in self._loaded:
                 from tactogram.workflows.training.loaded_run import load_run
 
-                self._loaded[key] = load_run(choice.folder)
+                self._loaded[key] = load_run(run.folder)
                 while len(self._loaded) > MOST_LOADED:
                     self._loaded.popitem(last=False)
             self._loaded.move_to_end(key)
             return self._loaded[key]
 
-    # -- making ------------------------------------------------------------------------------------------
+    # -- generating --------------------------------------------------------------------------------------
 
-    def make(
-        self, asked: GenerationRequest, *, go_on: Callable[[int], bool] = lambda number: True
+    def generate(
+        self, request: GenerationRequest, *, proceed: Callable[[int], bool] = lambda number: True
     ) -> list[tuple[int, Signal | Image]]:
-        """Return what is asked for, each piece with its own number from 1.
+        """Return the requested results, each with its number from 1.
 
         Parameters
         ----------
-        asked : Asked
-        go_on : callable
-            Asked before each piece, with its number; False ends it.
+        request : GenerationRequest
+        proceed : callable
+            Called with the number of each result before it is generated; False ends the generation.
 
         Raises
         ------
         TactogramError
-            For what is missing or does not fit; nothing was made then.
+            If something is missing or does not fit; nothing has been generated then.
         """
-        choice = self.choice(asked.run)
-        check(asked, choice.form)
+        run = self.get(request.run)
+        check_request(request, run.form)
         with self._lock:
-            run = self.load(choice)
-            condition = self.condition(asked, run, choice.form)
+            loaded = self.load(run)
+            condition = self._condition(request, loaded, run.form)
             from tactogram.workflows.generation.generate import generate
 
-            pieces = generate(run, condition, seconds=asked.seconds, seed=asked.seed, count=asked.count)
-            made: list[tuple[int, Signal | Image]] = []
-            for number in range(1, asked.count + 1):
-                if not go_on(number):
+            pieces = generate(
+                loaded, condition, seconds=request.seconds, seed=request.seed, count=request.count
+            )
+            results: list[tuple[int, Signal | Image]] = []
+            for number in range(1, request.count + 1):
+                if not proceed(number):
                     break
-                made.append((number, next(pieces)))
-            return made  # all at once: whoever stopped taking pieces would keep the lock
+                results.append((number, next(pieces)))
+            return results  # a list: a generator that is not exhausted would hold the lock
 
-    def condition(self, asked: GenerationRequest, run: LoadedRun, form: GenerationForm) -> dict[str, Any]:
-        """Return a form's answers as a condition, with its files read and the words that were left open filled in."""
+    def _condition(self, request: GenerationRequest, run: LoadedRun, form: GenerationForm) -> dict[str, Any]:
+        """Return the model's condition for a form, with files read and missing words filled in."""
         condition: dict[str, Any] = {}
-        if asked.mix and form.has("materials"):
-            condition["material"] = asked.mix
-        if asked.photo and form.has("photo"):
-            condition["image"] = self.photograph(asked)
+        if request.mix and form.has("materials"):
+            condition["material"] = request.mix
+        if request.photo and form.has("photo"):
+            condition["image"] = self.photograph(request)
         if form.has("words"):
             from tactogram.workflows.generation.word_scores import ask
 
-            rest = None if set(form.words) <= set(asked.words) else "mean"
-            condition["words"] = ask([run], asked.words, rest=rest).on_scale_of(run)  # type: ignore[arg-type]
-        if asked.vibration and form.has("vibration"):
-            condition["vibration"] = read_signal(self.workspace.inside(asked.vibration))
-        if asked.speed_mm_s is not None:
-            condition["speed_mm_s"] = asked.speed_mm_s
-        if asked.force_n is not None:
-            condition["force_n"] = asked.force_n
+            rest = None if set(form.words) <= set(request.words) else "mean"
+            condition["words"] = ask([run], request.words, rest=rest).on_scale_of(run)  # type: ignore[arg-type]
+        if request.vibration and form.has("vibration"):
+            condition["vibration"] = read_signal(self.workspace.inside(request.vibration))
+        if request.speed_mm_s is not None:
+            condition["speed_mm_s"] = request.speed_mm_s
+        if request.force_n is not None:
+            condition["force_n"] = request.force_n
         return condition
 
-    def photograph(self, asked: GenerationRequest) -> Image:
-        """Return the chosen part of the photograph."""
-        path = self.workspace.inside(asked.photo)
+    def photograph(self, request: GenerationRequest) -> Image:
+        """Return the cropped photograph."""
+        path = self.workspace.inside(request.photo)
         if not path.is_file():
-            raise DataError(f"{asked.photo}: is gone; choose a photograph again")
-        return cropped(read_image(path), asked.crop)
+            raise DataError(f"{request.photo}: no longer available; choose a photograph again")
+        return cropped(read_image(path), request.crop)
 
-    # -- the map -----------------------------------------------------------------------------------------
+    def places(self, run: FinishedRun) -> NDArray[np.float64]:
+        """Return the place of each material of a run on its map, float64, shape (material, 2).
 
-    def places(self, choice: FinishedRun) -> NDArray[np.float64]:
-        """Return where each material of a run stands on its map, float64, shape (material, 2).
-
-        By the spectra of what the run makes of each alone (seed 0, one second); worked out once and kept.
+        Places follow from the spectra of one generated second of each material (seed 0), and are stored.
         """
-        file = self.workspace.studio_folder / "maps" / f"{choice.data.get('run_id', 'run')}.json"
-        materials = choice.kind.materials
+        file = self.workspace.studio_folder / "maps" / f"{run.data.get('run_id', 'run')}.json"
+        materials = run.kind.materials
         if file.is_file():
-            held = _read(file)
-            if held.get("materials") == list(materials):
-                return np.array(held["places"], np.float64)
-        made = [signal for name in materials if isinstance(signal := self._alone(choice, name), Signal)]
-        if len(made) < len(materials):
-            raise ParameterError(f"{choice.name}: makes images; there is no map of their spectra")
-        places = positions(levels_db(made))
+            stored = _read(file)
+            if stored.get("materials") == list(materials):
+                return np.array(stored["places"], np.float64)
+        seconds = MAP_S if run.form.over == "time" else None
+        signals = []
+        for name in materials:
+            [(_, made)] = self.generate(GenerationRequest(run.name, {name: 1.0}, seconds=seconds))
+            if not isinstance(made, Signal):
+                raise ParameterError(f"{run.name}: generates images, whose spectra have no map")
+            signals.append(made)
+        places = positions(levels_db(signals))
         write_text(file, json.dumps({"materials": materials, "places": places.round(4).tolist()}))
         return places
 
-    def _alone(self, choice: FinishedRun, material: str) -> Signal | Image:
-        seconds = MAP_S if choice.form.over == "time" else None
-        asked = GenerationRequest(choice.name, {material: 1.0}, seconds=seconds)
-        return next(made for _, made in self.make(asked))
+    # -- comparing ---------------------------------------------------------------------------------------
 
-    # -- what it is like ---------------------------------------------------------------------------------
-
-    def classifier_for(self, choice: FinishedRun) -> FinishedRun | None:
-        """Return the classifier of the same data, else the newest of signals of the same unit and axes."""
-        known = [
-            found
-            for found in self.choices("classification")
-            if isinstance(found.kind, SignalKind)
-            and isinstance(choice.kind, SignalKind)
-            and (found.kind.unit, found.kind.domain, found.kind.axes)
-            == (choice.kind.unit, choice.kind.domain, choice.kind.axes)
+    def classifier_for(self, run: FinishedRun) -> FinishedRun | None:
+        """Return the classifier of the same data, else the newest for signals of the same unit, domain and axes."""
+        kind = run.kind
+        if not isinstance(kind, SignalKind):
+            return None
+        fitting = [
+            other
+            for other in self.finished("classification")
+            if isinstance(other.kind, SignalKind)
+            and (other.kind.unit, other.kind.domain, other.kind.axes) == (kind.unit, kind.domain, kind.axes)
         ]
-        same = [found for found in known if found.data.get("sha256") == choice.data.get("sha256")]
-        return next(iter((*same, *known)), None)
+        same = [other for other in fitting if other.data.get("sha256") == run.data.get("sha256")]
+        return next(iter((*same, *fitting)), None)
 
     def classify(self, classifier: FinishedRun, signal: Signal) -> dict[str, Any]:
-        """Return what a classifier takes a signal for, see `tactogram.workflows.recognition.classify`."""
+        """Return a classifier's prediction, as `tactogram.workflows.recognition.classify`."""
         from tactogram.workflows.recognition.classify import classify
 
         with self._lock:
             return classify(self.load(classifier), signal)
 
-    def store_of(self, choice: FinishedRun) -> Store | None:
-        """Return the data that a run learned from, if it lies in the workspace, there or elsewhere."""
-        there = (self.workspace.folder / str(choice.data.get("path", ""))).resolve()
-        if there.is_relative_to(self.workspace.folder) and (there / "dataset.json").is_file():
-            return open_store(there)
-        for path in self.workspace.stores():
-            store = open_store(path)
-            if store.sha256 == choice.data.get("sha256"):
-                return store
-        return None
+    def store_of(self, run: FinishedRun) -> Store | None:
+        """Return the training data of a run, at its original place or elsewhere in the workspace."""
+        original = (self.workspace.folder / str(run.data.get("path", ""))).resolve()
+        if original.is_relative_to(self.workspace.folder) and (original / "dataset.json").is_file():
+            return open_store(original)
+        stores = map(open_store, self.workspace.stores())
+        return next((store for store in stores if store.sha256 == run.data.get("sha256")), None)
 
     def nearest(
-        self, choice: FinishedRun, signal: Signal, *, count: int = 3
+        self, run: FinishedRun, signal: Signal, *, count: int = 3
     ) -> tuple[str, list[tuple[str, Signal, bool]]]:
-        """Return by what recordings were found, and those most like a signal: title, signal, whether simulated.
+        """Return the search method, and the training recordings most like a signal: title, signal, simulated.
 
-        The signals are as the run's model was given them.
-
-        By a classifier of the same data where there is one (`workflows.recognition.search`), else by the spectrum (rms
-        difference in third octaves, dB).
+        The recordings are prepared as the run's model saw them. They are found by a classifier of the same data
+        (`workflows.recognition.search`) or, without one, by the rms difference of third-octave levels, dB.
 
         Raises
         ------
         DataError
-            If the data is not in the workspace.
+            If the training data is not in the workspace.
         """
-        store = self.store_of(choice)
+        store = self.store_of(run)
         if store is None:
             raise DataError(
-                f"The data that {choice.name} learned from is not in this workspace: there is nothing to compare with."
+                f"The training data of {run.name} is not in this workspace: there is nothing to compare with."
             )
         with self._lock:
-            run = self.load(choice)
-            classifier = self.classifier_for(choice)
-            if classifier is not None and classifier.data.get("sha256") == choice.data.get("sha256"):
+            loaded = self.load(run)
+            classifier = self.classifier_for(run)
+            if classifier is not None and classifier.data.get("sha256") == run.data.get("sha256"):
                 from tactogram.workflows.recognition.search import search
 
                 found = search(self.load(classifier), signal, data=store.path, count=count)["nearest"]
                 return f"by {classifier.name}", [
                     (
-                        f"{named(store.info(one['id']))}, distance {one['distance']:.2g})",
-                        self._recording(run, store, one["id"]),
-                        store.info(one["id"]).simulated,
+                        f"{_title(info := store.info(each['id']))}, distance {each['distance']:.2g})",
+                        self._recording(loaded, store, info.id),
+                        info.simulated,
                     )
-                    for one in found
+                    for each in found
                 ]
-            infos, signals = self._prepared(run, choice, store)
-        if not signals:
-            raise DataError(
-                f"{store.name} holds no recording of the kind that {choice.name} makes: no comparison."
-            )
-        levels = levels_db([signal, *signals])
-        distance = np.sqrt(((levels[1:] - levels[0]) ** 2).mean(1)) if levels.size else np.zeros(len(infos))
+            recordings = self._recordings(loaded, run, store)
+        if not recordings:
+            raise DataError(f"{store.name} has no recording of the kind that {run.name} generates.")
+        levels = levels_db([signal, *(recording for _, recording in recordings)])
+        distance = (
+            np.sqrt(((levels[1:] - levels[0]) ** 2).mean(1)) if levels.size else np.zeros(len(recordings))
+        )
         order = np.argsort(distance, kind="stable")[:count]
         return "by their spectra", [
-            (f"{named(infos[k])}, {distance[k]:.1f} dB away)", signals[k], infos[k].simulated) for k in order
+            (f"{_title(info)}, {distance[k]:.1f} dB away)", recording, info.simulated)
+            for k, (info, recording) in ((k, recordings[k]) for k in order)
         ]
 
-    def _prepared(
-        self, run: LoadedRun, choice: FinishedRun, store: Store
-    ) -> tuple[list[RecordingInfo], list[Signal]]:
-        """Return the recordings that are of the run's kind, with their signals."""
-        key = (choice.folder, store.sha256)
-        if key not in self._prepared_of:
-            step = max(1, -(-len(store.index) // MOST_COMPARED))
-            kept: tuple[list[RecordingInfo], list[Signal]] = ([], [])
+    def _recordings(
+        self, loaded: LoadedRun, run: FinishedRun, store: Store
+    ) -> list[tuple[RecordingInfo, Signal]]:
+        """Return up to `MOST_SEARCHED` recordings of the run's kind."""
+        key = (run.folder, store.sha256)
+        if key not in self._prepared:
+            step = max(1, -(-len(store.index) // MOST_SEARCHED))
+            recordings = []
             for info in list(store.index)[::step]:
-                try:
-                    signal = self._recording(run, store, info.id)
-                    run.kind.check(signal)
-                except TactogramError:  # another sensor's, for example the other half of a set of two kinds
-                    continue
-                kept[0].append(info)
-                kept[1].append(signal)
-            self._prepared_of[key] = kept
-        return self._prepared_of[key]
+                with suppress(TactogramError):  # another sensor's, for example
+                    signal = self._recording(loaded, store, info.id)
+                    loaded.kind.check(signal)
+                    recordings.append((info, signal))
+            self._prepared[key] = recordings
+        return self._prepared[key]
 
     def _recording(self, run: LoadedRun, store: Store, id: str) -> Signal:
-        """Return a recording as the run's model was given it."""
+        """Return a recording as the run's model saw it."""
         stream = run.recipe.prepare.stream_of(store.streams_of(id))
         signal = run.as_trained.apply(store.signal(id, stream))
-        longest = round(10.0 * signal.rate) if signal.domain == "time" else len(signal)
+        longest = round(LONGEST_RECORDING_S * signal.rate) if signal.domain == "time" else len(signal)
         return signal.cut(0, longest)
 
 
-def named(info: RecordingInfo) -> str:
-    """Return how the title of a recording begins; a simulated one says so."""
+def _title(info: RecordingInfo) -> str:
+    """Return the start of a recording's title, with an open parenthesis."""
     return f"{info.material or info.id} ({'simulated ' if info.simulated else ''}recording"
 
 
-def cropped(image: Image, crop: tuple[float, float, float, float] | None) -> Image:
-    """Return the part of an image whose left, top, right, bottom are shares of its sides; at least a pixel."""
+def cropped(image: Image, crop: Crop | None) -> Image:
+    """Return the crop of an image, at least a pixel."""
     if crop is None:
         return image
     rows, columns = image.size
     left, top, right, bottom = crop
     first_row, first_column = min(rows - 1, int(top * rows)), min(columns - 1, int(left * columns))
+    last_row, last_column = round(bottom * rows), round(right * columns)
     return image.cut(
-        first_row,
-        first_column,
-        max(first_row + 1, round(bottom * rows)),
-        max(first_column + 1, round(right * columns)),
+        first_row, first_column, max(first_row + 1, last_row), max(first_column + 1, last_column)
     )
+
+
+def _version(folder: Path) -> tuple[Path, int]:
+    return folder, (folder / "model.json").stat().st_mtime_ns
 
 
 def _read(file: Path) -> dict[str, Any]:

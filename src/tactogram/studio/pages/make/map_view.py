@@ -1,4 +1,4 @@
-"""The map of materials as HTML, its names placed where they cover the least."""
+"""Map of materials as HTML, with the least overlap of its names."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from typing import Any
 
 Box = tuple[float, float, float, float]
 WIDE_PX, NARROW_PX = (360.0, 324.0), (268.0, 241.0)
-"""Sizes for which names are placed on the map, which is as wide as the form: of a desktop, and of a tablet."""
+"""Sizes of the map (width, height) on a desktop and on a tablet; names are placed for each."""
 LONGEST_NAME, CHARACTER_PX = 22, 6.0
 
 
 def map_html(materials: tuple[str, ...], places: Any, point: list[float]) -> str:
-    """Return the map as HTML, with its handle; positions are shares of its sides."""
+    """Return the map as HTML, with its handle at ``point``; positions are shares of its sides."""
     dots = []
     shifts = [label_shifts(materials, places, size) for size in (WIDE_PX, NARROW_PX)]
     for name, (x, y), wide, narrow in zip(materials, places, *shifts, strict=True):
         where = f"left: {100 * x:.2f}%; top: {100 * y:.2f}%"
         dots.append(
             f'<span class="dot" style="{where}"></span><span class="dot-name" style="{where}; '
-            f'--wide: {_moved(wide)}; --narrow: {_moved(narrow)}">{escape(shortened(name))}</span>'
+            f'--wide: {_translation(wide)}; --narrow: {_translation(narrow)}">{escape(_shortened(name))}</span>'
         )
     names = escape(", ".join(materials), quote=True)
     return (
@@ -30,22 +30,20 @@ def map_html(materials: tuple[str, ...], places: Any, point: list[float]) -> str
     )
 
 
-def shortened(name: str) -> str:
-    """Return a name that fits on the map."""
+def _shortened(name: str) -> str:
     return name if len(name) <= LONGEST_NAME else name[: LONGEST_NAME - 1] + "…"
 
 
-def _moved(shift: tuple[float, float]) -> str:
+def _translation(shift: tuple[float, float]) -> str:
     return f"translate({shift[0]:.0f}px, {shift[1]:.0f}px)"
 
 
 def label_shifts(
     materials: tuple[str, ...], places: Any, size: tuple[float, float]
 ) -> list[tuple[float, float]]:
-    """Return by how many pixels the upper left corner of each name stands from its dot.
+    """Return the offset of each name's upper left corner from its dot, in pixels, on a map of ``size``.
 
-    Names are placed one after the other, where they cover the least of dots, of names before, and of the edge, on a map
-    of ``size`` (width, height).
+    Names are placed one after another, where they overlap least with dots, earlier names and the edge.
     """
     width, height = size
     dots = [(width * x - 6, height * y - 6, width * x + 6, height * y + 6) for x, y in places]
@@ -53,7 +51,7 @@ def label_shifts(
     shifts = []
     for number, name in enumerate(materials):
         x, y = width * places[number][0], height * places[number][1]
-        long = CHARACTER_PX * len(shortened(name))
+        long = CHARACTER_PX * len(_shortened(name))
         others = [*taken, *dots[:number], *dots[number + 1 :]]
         best = (float("inf"), (0.0, 0.0), (0.0, 0.0, 0.0, 0.0))
         for dx in (8, -8 - long, -long / 2, -6, 6 - long):
@@ -68,7 +66,7 @@ def label_shifts(
 
 
 def _outside(box: Box, width: float, height: float) -> float:
-    """Return how much of a box, in square pixels, is beyond the map."""
+    """Return roughly the area of a box outside the map."""
     beyond_x = max(0.0, -box[0]) + max(0.0, box[2] - width)
     beyond_y = max(0.0, -box[1]) + max(0.0, box[3] - height)
     return beyond_x * (box[3] - box[1]) + beyond_y * (box[2] - box[0])
