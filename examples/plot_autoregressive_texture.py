@@ -3,7 +3,8 @@ Autoregressive textures: fit, mix and stream
 ============================================
 
 Fit an autoregressive model to each of two surfaces (here simulated: a resonance and broadband noise), mix them into one
-that was never recorded, and stream from one to the other block by block: spectrum and level change smoothly, without a click.
+that was never recorded, and stream from one to the other block by block: spectrum and level change smoothly, without a
+click.
 """
 
 import sys
@@ -63,7 +64,9 @@ left.legend(fontsize=7)
 
 synthesizer = Synthesizer(ribbed, seed=2, glide_s=0.1)
 blocks = [synthesizer.next(400) for _ in range(4)]
-blocks += [synthesizer.next(200, mix([ribbed, rough], [1 - share, share])) for share in np.linspace(0.1, 1, 12)]
+blocks += [
+    synthesizer.next(200, mix([ribbed, rough], [1 - share, share])) for share in np.linspace(0.1, 1, 12)
+]
 blocks += [synthesizer.next(400) for _ in range(4)]
 stream = np.hstack([block.samples[0] for block in blocks])
 seconds = np.arange(stream.size) / RATE

@@ -2,8 +2,8 @@
 Electrovibration: from friction to voltage, under a finger
 ==========================================================
 
-Turn a friction coefficient over displacement into the amplitude of a carrier. Three things matter: the square root in the
-envelope, a constant calibrated for the person, and a voltage that follows the finger and stops when tracking is
+Turn a friction coefficient over displacement into the amplitude of a carrier. Three things matter: the square root in
+the envelope, a constant calibrated for the person, and a voltage that follows the finger and stops when tracking is
 lost. Everything here is simulated. Give a path to save the figure; otherwise it is shown.
 """
 

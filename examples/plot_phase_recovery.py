@@ -2,8 +2,8 @@
 Phase recovery: from a spectrogram back to a vibration
 ======================================================
 
-Generative networks produce magnitudes without phase. Recover the phase of a simulated texture by three methods and compare
-their errors. Give a path to save the figure; otherwise it is shown.
+Generative networks produce magnitudes without phase. Recover the phase of a simulated texture by three methods and
+compare their errors. Give a path to save the figure; otherwise it is shown.
 """
 
 import sys

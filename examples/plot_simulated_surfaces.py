@@ -2,8 +2,9 @@
 Simulated surfaces: photograph and acceleration
 ===============================================
 
-Simulate a photograph of four of the paper's surfaces, and the acceleration of a finger that strokes each back and forth at 200 mm/s, both
-from the same height field. Everything here is simulated. Give a path to save the figure; otherwise it is shown.
+Simulate a photograph of four of the paper's surfaces, and the acceleration of a finger that strokes each back and
+forth at 200 mm/s, both from the same height field. Everything here is simulated. Give a path to save the
+figure; otherwise it is shown.
 """
 
 import sys
