@@ -62,10 +62,10 @@ def test_equivalence_of_shares_has_the_power_that_was_calculated(margin, n, powe
 
 
 def test_power_of_equivalence_is_how_often_the_test_shows_it():
-    shown = [share_equivalence(k, 100, margin=0.1).p < 0.05 for k in range(101)]
+    shown = [share_equivalence(k, 100, margin=0.1) < 0.05 for k in range(101)]
     likely = stats.binom.pmf(np.arange(101), 100, 0.5)
     assert share_equivalence_power(100, margin=0.1) == pytest.approx(likely[shown].sum())
-    assert not any(share_equivalence(k, 50, margin=0.1).p < 0.05 for k in range(51))
+    assert not any(share_equivalence(k, 50, margin=0.1) < 0.05 for k in range(51))
 
 
 @pytest.mark.parametrize(("n", "chance"), [(1, 0.5), (10, 0.5), (37, 0.3), (40, 0.5)])
@@ -99,9 +99,7 @@ def test_paired_equivalence_is_where_the_90_percent_interval_lies_within_the_mar
     gaps = np.array([0.4, -0.2, 0.1, 0.3, -0.1, 0.0])
     edge = max(abs(end) for end in stats.t.interval(0.9, 5, gaps.mean(), stats.sem(gaps)))
     assert (
-        paired_equivalence(gaps, margin=edge * 1.001).p
-        < 0.05
-        < paired_equivalence(gaps, margin=edge * 0.999).p
+        paired_equivalence(gaps, margin=edge * 1.001) < 0.05 < paired_equivalence(gaps, margin=edge * 0.999)
     )
     with pytest.raises(ParameterError, match="margin must be > 0"):
         paired_equivalence(gaps, margin=0)

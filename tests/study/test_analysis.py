@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -204,12 +205,7 @@ def test_a_condition_can_be_what_the_others_are_held_against():
 
 def test_scores_that_shift_are_found_as_ordered_answers():
     answers, _ = scores({"a": 0.8, "b": 0.8})
-    up = Answers(
-        tuple(
-            Answers((r,)).changed(value=min(7.0, r.value + 1)).rows[0] if r.condition == "b" else r
-            for r in answers
-        )
-    )
+    up = Answers(tuple(replace(r, value=min(7.0, r.value + 1)) if r.condition == "b" else r for r in answers))
     section = only(analyse(up, plan=AnalysisPlan({}, draws=100)))
     assert finding(section, "rough, b against a", "proportional odds").estimate > 0.3
     assert finding(section, "dry, b against a", "proportional odds").verdict == SHOWN
@@ -368,18 +364,22 @@ def test_an_analysis_is_json_text_and_figures_that_say_simulated(answers):
             assert any("simulated participants" in title for title in said)
 
 
+def changed(answers, **values):
+    return Answers(tuple(replace(row, **values) for row in answers))
+
+
+TWO = which(people=2)
+
+
 @pytest.mark.parametrize(
     ("answers", "words"),
     [
         (Answers(), "must hold trials"),
-        (which(people=2).changed(design="maze"), "design must be one of"),
-        (which(people=2).joined(which(people=2)), "is there twice"),
-        (which(people=2).joined(which(people=2).changed(study="other")), "of one study"),
-        (
-            which(people=2).joined(which(people=2).changed(simulated=False)),
-            "simulated participants and of people",
-        ),
-        (realism(people=2).changed(value=float("nan")), "answer with a number"),
+        (changed(TWO, design="maze"), "design must be one of"),
+        (Answers((*TWO, *TWO)), "is there twice"),
+        (Answers((*TWO, *changed(TWO, study="other"))), "of one study"),
+        (Answers((*TWO, *changed(TWO, simulated=False))), "simulated participants and of people"),
+        (changed(realism(people=2), value=float("nan")), "answer with a number"),
     ],
 )
 def test_answers_that_cannot_be_analysed_are_refused_in_a_line(answers, words):

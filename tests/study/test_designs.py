@@ -51,7 +51,7 @@ def test_a_design_asks_to_its_end_and_each_answer_makes_a_row(make_study, kind):
         assert max(page.trial for page in asked) == study.trials
     for page, one in zip(asked, given[2:], strict=False):
         rows = answer_rows(study, ANYBODY, page, one.responses, at="")
-        assert len(rows) == len(page.asked)
+        assert len(rows) == len(page.questions)
         assert {row.design for row in rows} == {kind}
         assert all(np.isfinite(row.value) for row in rows)
 
@@ -88,31 +88,33 @@ def test_two_area_asks_which_and_then_how_real_each_is(make_study):
     pages, given = taken(make_study("two_area"), effect=SimulatedEffect(d_prime=10.0))
     which, realism = trials(pages)[:2]
     assert (which.trial, which.step, realism.trial, realism.step) == (1, 1, 1, 2)
-    assert which.slot(which.asked[0].right).stimulus.condition == "generated"
-    assert [asked.key for asked in realism.asked] == ["realism:A", "realism:B"]
-    assert {asked.condition for asked in realism.asked} == {"generated", "recorded"}
+    assert which.slot(which.questions[0].right).stimulus.condition == "generated"
+    assert [asked.key for asked in realism.questions] == ["realism:A", "realism:B"]
+    assert {asked.condition for asked in realism.questions} == {"generated", "recorded"}
     assert "real cork" in realism.text.en or "real tile" in realism.text.en
-    assert given[2].responses["which"] == which.asked[0].right
+    assert given[2].responses["which"] == which.questions[0].right
 
 
 def test_sides_are_drawn_or_balanced(make_study):
     design = {"kind": "two_area", "repeats": 10, "realism": False}
     free, _ = taken(make_study(design))
     balanced, _ = taken(make_study(design | {"sides": "balanced"}))
-    counts = Counter((page.asked[0].stimulus, page.asked[0].side) for page in trials(balanced))
+    counts = Counter((page.questions[0].stimulus, page.questions[0].side) for page in trials(balanced))
     assert set(counts.values()) == {5}
-    assert len({page.asked[0].side for page in trials(free)}) == 2
+    assert len({page.questions[0].side for page in trials(free)}) == 2
 
 
 def test_abx_places_a_b_and_x_equally_often_and_x_is_what_it_says(make_study):
     pages, _ = taken(make_study("abx"))
     placings = Counter(
-        (page.asked[0].stimulus, page.slot("A").stimulus.condition, page.asked[0].right)
+        (page.questions[0].stimulus, page.slot("A").stimulus.condition, page.questions[0].right)
         for page in trials(pages)
     )
     assert set(placings.values()) == {1}
     assert len(placings) == 8
-    assert all(page.slot("X").stimulus == page.slot(page.asked[0].right).stimulus for page in trials(pages))
+    assert all(
+        page.slot("X").stimulus == page.slot(page.questions[0].right).stimulus for page in trials(pages)
+    )
 
 
 def test_each_image_of_a_set_is_judged_and_sets_go_round(make_study):
@@ -121,7 +123,7 @@ def test_each_image_of_a_set_is_judged_and_sets_go_round(make_study):
     sets = []
     for number in (1, 2, 3, 4):
         pages, _ = taken(study, Participant(f"P{number}", number))
-        sets.append({page.asked[0].stimulus for page in trials(pages)})
+        sets.append({page.questions[0].stimulus for page in trials(pages)})
     assert [len(own) for own in sets] == [3, 3, 3, 3]
     assert sets[0] | sets[1] | sets[2] == {f"i{n}" for n in range(9)}
     assert sets[0] == sets[3]
@@ -169,9 +171,9 @@ def test_staircases_of_several_targets_are_mixed_against_one_standard(make_study
         "tile-generated",
     }
     for page in trials(pages):
-        beside = page.slot("B" if page.asked[0].side == "A" else "A")
+        beside = page.slot("B" if page.questions[0].side == "A" else "A")
         assert (beside.stimulus.name, beside.gain_db) == ("cork-recorded", 0.0)
-        assert page.slot(page.asked[0].side).gain_db == page.asked[0].values["A"]
+        assert page.slot(page.questions[0].side).gain_db == page.questions[0].values["A"]
 
 
 def test_the_posterior_of_preferences_is_at_its_maximum():
@@ -219,8 +221,8 @@ def test_magnitude_with_a_standard_shows_it_as_a(make_study):
     assert all(page.slot("A").stimulus.name == "cork-recorded" for page in trials(pages))
     assert "A counts as 50" in trials(pages)[0].text.en
     assert (
-        trials(pages)[0].asked[0].stimulus != "cork-recorded"
-        or trials(pages)[0].asked[0].condition == "generated"
+        trials(pages)[0].questions[0].stimulus != "cork-recorded"
+        or trials(pages)[0].questions[0].condition == "generated"
     )
 
 
@@ -230,7 +232,9 @@ def test_counterbalanced_orders_differ_by_participant_and_cover_each_place():
     for number in range(1, 7):
         participant = Participant(f"P{number}", number)
         first.append(
-            next_page(study, participant, [PageAnswers("consent", {"consent": "agreed"})]).asked[0].stimulus
+            next_page(study, participant, [PageAnswers("consent", {"consent": "agreed"})])
+            .questions[0]
+            .stimulus
         )
     assert len(set(first)) == 6
 
@@ -240,7 +244,7 @@ def test_an_effect_that_is_put_in_is_there_and_none_is_none(make_study):
     right = {}
     for d_prime in (0.0, 2.0):
         pages, given = taken(study, effect=SimulatedEffect(d_prime=d_prime))
-        asked = [page.asked[0] for page in trials(pages)]
+        asked = [page.questions[0] for page in trials(pages)]
         told = [one.responses["which"] for one in given[2:-1]]
         right[d_prime] = np.mean([a.right == t for a, t in zip(asked, told, strict=True)])
     assert right[0.0] == pytest.approx(0.5, abs=0.1)
@@ -252,7 +256,7 @@ def test_simulated_participants_can_prefer_differently_and_each_the_same_again(m
     won = []
     for number in range(1, 9):
         pages, given = taken(study, Participant(f"P{number}", number), SimulatedEffect(preference_sd=3.0))
-        asked = [page.asked[0] for page in trials(pages)]
+        asked = [page.questions[0] for page in trials(pages)]
         first = [one.responses["preferred"] == a.side for a, one in zip(asked, given[2:-1], strict=True)]
         pair = (asked[0].stimulus, asked[0].condition, asked[0].other, asked[0].other_condition)
         same = [(a.stimulus, a.condition, a.other, a.other_condition) == pair for a in asked]
@@ -285,8 +289,8 @@ def test_spreads_between_people_change_no_other_answer(make_study):
 def test_a_staircases_item_can_have_a_threshold_of_its_own_and_items_can_be_alike(make_study):
     pages, _ = taken(make_study("staircase"))
     page = trials(pages)[0]
-    item = page.asked[0].stimulus
-    same = SimulatedEffect(threshold_db=page.asked[0].values["A"], lapse=0.0)
+    item = page.questions[0].stimulus
+    same = SimulatedEffect(threshold_db=page.questions[0].values["A"], lapse=0.0)
     harder = same.model_copy(update={"shift": {item: 4.0}})
     everybody = [
         SimulatedParticipant(effect.model_copy(update={"threshold_sd_db": 0.0}), (0, 1))

@@ -13,7 +13,7 @@ from tactogram.study.analysis.findings import (
 from tactogram.study.answers import Answer, Answers
 from tactogram.study.designs import find_design
 from tactogram.study.designs.catalogue import margin_text
-from tactogram.study.planned import PlannedAnalysis, differing
+from tactogram.study.planned import PlannedAnalysis, changed_margins
 from tactogram.study.study_analysis import AnalysisPlan, analyse
 from tactogram.study.study_file import Study, shipped_studies
 
@@ -156,4 +156,4 @@ def test_names_of_margins():
     assert {key: find_design(key[0]).margin_for(key[1]) for key in asked} == asked
     assert find_design("two_area").margin_for("else") == ""
     assert margin_text("realism", 5) == "realism ±5 mm"
-    assert differing({"a": 0.1 + 0.2, "b": 1}, {"a": 0.3}) == {"b": 1}
+    assert changed_margins({"a": 0.1 + 0.2, "b": 1}, {"a": 0.3}) == {"b": 1}

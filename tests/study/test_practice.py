@@ -19,7 +19,9 @@ def walked(store, count):
     for _ in range(count):
         page = store.page(code)
         shown.append(page.shown("en"))
-        answers = {a.key: (a.question.options[0].value if a.question.options else "1") for a in page.asked}
+        answers = {
+            a.key: (a.question.options[0].value if a.question.options else "1") for a in page.questions
+        }
         store.submit(code, page.token, answers)
     return code, shown
 

@@ -2,8 +2,30 @@
 
 from __future__ import annotations
 
-from tactogram.cli.options import Verbs
+import shlex
+from functools import wraps
+
+from tactogram.cli.options import Verb, Verbs
 from tactogram.cli.printing import Arguments, columns, lines_of, print_result
+
+
+def with_salvage_command(verb: Verb) -> Verb:
+    """Wrap a verb so that the error of a damaged session names the command that exports its readable answers."""
+
+    @wraps(verb)
+    def wrapped(a: Arguments) -> int | None:
+        from tactogram.errors import DataError
+        from tactogram.study.session.salvage import DamagedSessionError
+
+        try:
+            return verb(a)
+        except DamagedSessionError as error:
+            if not error.readable:
+                raise
+            command = f"tactogram study export {shlex.quote(str(error.folder))} --salvage --out F.csv"
+            raise DataError(f"{error.summary}; export them: {command}") from error
+
+    return wrapped
 
 
 def add_session_verbs(study: Verbs) -> None:
@@ -26,9 +48,10 @@ def add_session_verbs(study: Verbs) -> None:
     add("--undo", action="store_true", help="let the study continue")
 
 
+@with_salvage_command
 def progress(a: Arguments) -> None:
     """Show the progress of each participant in a session."""
-    from tactogram.study.session.states import called, counted
+    from tactogram.study.session.states import status_counts, status_label
     from tactogram.workflows.study.sessions import session_progress
 
     facts = session_progress(a.folder)
@@ -36,7 +59,7 @@ def progress(a: Arguments) -> None:
     rows += [
         (
             one["participant"],
-            called(one["status"]),
+            status_label(one["status"]),
             f"{one['trials']} of {one['of']}",
             one["last"] or "-",
             "simulated" if one["simulated"] else "",
@@ -45,11 +68,12 @@ def progress(a: Arguments) -> None:
     ]
     ended = f"; ended {facts['ended']}" if facts["ended"] else ""
     count = len(facts["participants"])
-    stand = counted(one["status"] for one in facts["participants"])
+    stand = status_counts(one["status"] for one in facts["participants"])
     who = f"{count} participant{'' if count == 1 else 's'}{f', {stand}' if stand else ''}"
     print_result(a, facts, f"{facts['study']}: {who}; {facts['answers']} answers{ended}\n{columns(rows)}")
 
 
+@with_salvage_command
 def note(a: Arguments) -> None:
     """Add an experimenter's note to a session."""
     from tactogram.workflows.study.sessions import write_note
@@ -58,6 +82,7 @@ def note(a: Arguments) -> None:
     print_result(a, facts, lines_of(facts))
 
 
+@with_salvage_command
 def abort(a: Arguments) -> None:
     """End a participant's session now; the answers so far are kept."""
     from tactogram.workflows.study.sessions import abort_participant
@@ -66,6 +91,7 @@ def abort(a: Arguments) -> None:
     print_result(a, facts, lines_of(facts))
 
 
+@with_salvage_command
 def end(a: Arguments) -> None:
     """End a study: nobody can join, and unfinished participants cannot continue."""
     from tactogram.workflows.study.sessions import end_session

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 from tactogram.cli.options import Add, Verbs, designs_option
 from tactogram.cli.printing import Arguments, columns, lines_of, print_result
 from tactogram.cli.studio import bound_port, server_options, shown_qr_code
-from tactogram.cli.study_sessions import add_session_verbs
+from tactogram.cli.study_sessions import add_session_verbs, with_salvage_command
 
 
 def add_verbs(verbs: Verbs) -> None:
@@ -74,6 +75,11 @@ def add_verbs(verbs: Verbs) -> None:
     add("folder", metavar="DIR", help="folder of the session")
     add("--out", metavar="F", help="a tidy table: .csv, .tsv or .parquet")
     add("--bids", metavar="DIR", help="a BIDS folder, which must be new")
+    add(
+        "--salvage",
+        action="store_true",
+        help="damaged session: write every answer that can still be read into the table of --out",
+    )
 
     add = study.add("withdraw", withdraw)
     add("folder", metavar="DIR", help="folder of the session")
@@ -114,10 +120,9 @@ def check(a: Arguments) -> None:
     print_result(a, facts, lines_of(shown))
 
 
+@with_salvage_command
 def run(a: Arguments) -> int:
     """Serve a study to participants and its progress to the experimenter; run again to continue."""
-    import sys
-
     from tactogram.recipe import parse_changes
 
     def ready(facts: dict[str, Any]) -> None:
@@ -152,8 +157,6 @@ def run(a: Arguments) -> int:
 
 def simulate(a: Arguments) -> None:
     """Let simulated participants take a study, with or without an effect."""
-    import sys
-
     from tactogram.recipe import parse_changes
     from tactogram.workflows.study.simulation import simulate_study
 
@@ -177,14 +180,24 @@ def simulate(a: Arguments) -> None:
     print_result(a, result, text)
 
 
+@with_salvage_command
 def export(a: Arguments) -> None:
     """Write the answers of a session as a tidy table or a BIDS folder."""
+    from tactogram.errors import ParameterError
     from tactogram.workflows.study.export import export_study
 
-    facts = export_study(a.folder, table=a.out, bids=a.bids)
+    if a.out is None and a.bids is None:
+        raise ParameterError("export needs --out F, --bids DIR, or both")
+    if a.salvage and (a.out is None or a.bids is not None):
+        raise ParameterError("--salvage needs --out F, and takes no --bids")
+    facts = export_study(a.folder, table=a.out, bids=a.bids, salvage=a.salvage)
     print_result(a, facts, lines_of(facts))
+    if a.salvage:
+        least = "" if facts["lost_is_exact"] else "at least "
+        sys.stderr.write(f"tactogram: {least}{facts['lost']} rows of answers are lost\n")
 
 
+@with_salvage_command
 def withdraw(a: Arguments) -> None:
     """Delete a participant and all their data; export tables again afterwards."""
     from tactogram.workflows.study.sessions import withdraw
@@ -193,6 +206,7 @@ def withdraw(a: Arguments) -> None:
     print_result(a, facts, _withdrawn_text(facts))
 
 
+@with_salvage_command
 def analyse(a: Arguments) -> None:
     """Analyse answers, as published and with repeated measures, with intervals and verdicts."""
     from tactogram.datasets.ratings.ratings import SEVEN_POINT, scale_of

@@ -1,8 +1,8 @@
-"""Tests between conditions: as the papers printed them, and as repeated answers ask for.
+"""Tests between conditions: as printed in the publications, and as repeated answers require.
 
-Answers of one person are not independent. `steel_dwass` and `student_t` take every value as one, which is what the
-papers did with n = 2,400; `paired_t` and `friedman_wilcoxon` go by person, `welch_t` and `mann_whitney` compare the
-means of people who are not the same (`summary.by_participant` makes means).
+Answers of one person are not independent. `steel_dwass` and `student_t` take every value as independent, as the
+publications did with n = 2,400; `paired_t` and `friedman_wilcoxon` compare the same people, `welch_t` and
+`mann_whitney` the means of different people (from `summary.by_participant`).
 """
 
 from __future__ import annotations
@@ -27,22 +27,21 @@ Correction = Literal["none", "holm"]
 INDEPENDENT = "takes every value as independent, which repeated answers of one person are not"
 Numbers = NDArray[np.float64]
 PERMUTED_UP_TO = 13
-"""People up to whom scipy tries every sign where differences are tied: the same p is had a thousand times sooner."""
+"""Number of people up to which scipy tries every sign of tied differences; `signed_rank_p` is 1,000 times faster."""
 
 
 @dataclass(frozen=True)
 class PairComparison:
-    """Two conditions against each other.
+    """Comparison of two conditions.
 
     Parameters
     ----------
-    first, second : str
     difference : float
         Mean of ``first`` minus mean of ``second``.
     statistic : float
-        Of the test; above 0 where ``first`` is higher, but for Wilcoxon's W, which has no sign.
+        Above 0 where ``first`` is higher, except for Wilcoxon's W, which has no sign.
     p : float
-        Two-sided, corrected as `Comparison.correction` says.
+        Two-sided, with `Comparison.correction`.
     """
 
     first: str
@@ -58,20 +57,18 @@ class Comparison:
 
     Parameters
     ----------
-    test : str
-        In words.
-    groups : mapping from str to Summary
-        n, mean, SE and interval of each condition.
-    pairs : tuple of Pair
-        Every two conditions, in the order in which these were given.
+    groups : mapping from str to GroupSummary
+        Of each condition.
+    pairs : tuple of PairComparison
+        Every two conditions, in the given order.
     correction : str
-        How ``p`` of the pairs is corrected for multiple comparisons.
+        Correction of the pairs' ``p`` for multiple comparisons.
     overall : tuple of (float, float), optional
         Statistic and p over all conditions at once.
     left_out : int
-        People of whom a condition is missing.
+        People without a value in some condition.
     caveat : str
-        What the test takes for granted and the data may not give; empty where nothing.
+        Assumption of the test that the data may not meet, or "".
     """
 
     test: str
@@ -83,20 +80,14 @@ class Comparison:
     caveat: str = ""
 
     def pair(self, first: str, second: str) -> PairComparison:
-        """Return two conditions' pair, whichever stands first in it.
-
-        Raises
-        ------
-        ParameterError
-            If there is none.
-        """
+        """Return the comparison of two conditions, in either order; raise `ParameterError` if there is none."""
         for pair in self.pairs:
             if {pair.first, pair.second} == {first, second}:
                 return pair
         raise ParameterError(f"two of {', '.join(self.groups)} must be named, got {first!r} and {second!r}")
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as plain values, for JSON."""
+        """Return plain values for JSON."""
         return asdict(self)
 
 
@@ -114,38 +105,27 @@ def steel_dwass(groups: Mapping[str, ArrayLike]) -> Comparison:
     Raises
     ------
     ParameterError
-        If a group is too small or holds a value that is not finite.
+        If a group is too small or has a value that is not finite.
     """
-    import scikit_posthocs  # brings its plotting along, which takes seconds
+    import scikit_posthocs  # imports its plotting, which takes seconds
 
-    held = _groups(groups)
-    with np.errstate(invalid="ignore"):  # two groups of one and the same value: told apart below
-        table = scikit_posthocs.posthoc_dscf(list(held.values())).to_numpy()
-    place = {name: number for number, name in enumerate(held)}
+    samples = _groups(groups)
+    with np.errstate(invalid="ignore"):  # two groups of one value: NaN, replaced below
+        table = scikit_posthocs.posthoc_dscf(list(samples.values())).to_numpy()
+    place = {name: number for number, name in enumerate(samples)}
 
-    def one(first: str, second: str) -> tuple[float, float]:
-        z = _rank_z(held[first], held[second])
-        return z, 1.0 if np.isnan(table[place[first], place[second]]) else float(
-            table[place[first], place[second]]
-        )
+    def compared(first: str, second: str) -> tuple[float, float]:
+        p = float(table[place[first], place[second]])
+        return _rank_z(samples[first], samples[second]), 1.0 if np.isnan(p) else p
 
-    return Comparison(
-        "Steel-Dwass", _summaries(held), _pairs(held, one, "none"), "Steel-Dwass", caveat=INDEPENDENT
-    )
+    pairs = _pairs(samples, compared, "none")
+    return Comparison("Steel-Dwass", _summaries(samples), pairs, "Steel-Dwass", caveat=INDEPENDENT)
 
 
 def student_t(groups: Mapping[str, ArrayLike], *, correction: Correction = "none") -> Comparison:
-    """Return Student's t-test between every two groups: equal variances, and as printed in [1] no correction.
+    """Return Student's t-test between every two groups: equal variances, and by default no correction, as published.
 
-    Parameters
-    ----------
-    groups : mapping from str to float array, shape (value,)
-    correction : {"none", "holm"}
-
-    Raises
-    ------
-    ParameterError
-        As `steel_dwass`.
+    Parameters, of shape (value,), and errors as of `steel_dwass`.
     """
     return _independent("Student's t", groups, stats.ttest_ind, correction, INDEPENDENT)
 
@@ -162,7 +142,7 @@ def welch_t(groups: Mapping[str, ArrayLike], *, correction: Correction = "holm")
     Raises
     ------
     ParameterError
-        If there are fewer than two groups, or values in one; or a value is not finite.
+        If there are fewer than two groups, or values in a group, or a value is not finite.
     """
     return _independent("Welch's t", groups, lambda a, b: stats.ttest_ind(a, b, equal_var=False), correction)
 
@@ -173,10 +153,10 @@ def mann_whitney(groups: Mapping[str, ArrayLike], *, correction: Correction = "h
     ``statistic`` is the rank sum in normal form. Parameters, of shape (subject,), and errors as of `welch_t`.
     """
 
-    def one(a: Numbers, b: Numbers) -> tuple[float, float]:
+    def compared(a: Numbers, b: Numbers) -> tuple[float, float]:
         return _rank_z(a, b), float(stats.mannwhitneyu(a, b, alternative="two-sided").pvalue)
 
-    return _independent("Mann-Whitney", groups, one, correction)
+    return _independent("Mann-Whitney", groups, compared, correction)
 
 
 def paired_t(conditions: Mapping[str, ArrayLike], *, correction: Correction = "holm") -> Comparison:
@@ -185,7 +165,7 @@ def paired_t(conditions: Mapping[str, ArrayLike], *, correction: Correction = "h
     Parameters
     ----------
     conditions : mapping from str to float array, shape (subject,)
-        One value per person, in one order of people; who lacks one (NaN) is left out.
+        One value per person, in the same order; people with a missing value (NaN) are left out.
     correction : {"none", "holm"}
 
     Raises
@@ -193,17 +173,17 @@ def paired_t(conditions: Mapping[str, ArrayLike], *, correction: Correction = "h
     ParameterError
         If there are fewer than two conditions or complete people, or they are not of one length.
     """
-    held, left_out = _complete(conditions)
+    samples, left_out = _complete(conditions)
 
-    def one(first: str, second: str) -> tuple[float, float]:
-        if np.array_equal(held[first], held[second]):
+    def compared(first: str, second: str) -> tuple[float, float]:
+        if np.array_equal(samples[first], samples[second]):
             return 0.0, 1.0
         with _spreadless():
-            result = stats.ttest_rel(held[first], held[second])
+            result = stats.ttest_rel(samples[first], samples[second])
         return float(result.statistic), float(result.pvalue)
 
     return Comparison(
-        "paired t", _summaries(held), _pairs(held, one, correction), correction, left_out=left_out
+        "paired t", _summaries(samples), _pairs(samples, compared, correction), correction, left_out=left_out
     )
 
 
@@ -221,17 +201,17 @@ def friedman_wilcoxon(conditions: Mapping[str, ArrayLike], *, correction: Correc
     ParameterError
         As `paired_t`.
     """
-    held, left_out = _complete(conditions)
+    samples, left_out = _complete(conditions)
     overall = None
-    if len(held) >= 3:
-        same = all(np.array_equal(values, next(iter(held.values()))) for values in held.values())
-        friedman = (0.0, 1.0) if same else stats.friedmanchisquare(*held.values())
+    if len(samples) >= 3:
+        same = all(np.array_equal(values, next(iter(samples.values()))) for values in samples.values())
+        friedman = (0.0, 1.0) if same else stats.friedmanchisquare(*samples.values())
         overall = (float(friedman[0]), float(friedman[1]))
 
-    def one(first: str, second: str) -> tuple[float, float]:
-        if np.array_equal(held[first], held[second]):
+    def compared(first: str, second: str) -> tuple[float, float]:
+        if np.array_equal(samples[first], samples[second]):
             return 0.0, 1.0
-        apart = held[first] - held[second]
+        apart = samples[first] - samples[second]
         if len(apart) <= PERMUTED_UP_TO:
             ranks = stats.rankdata(np.abs(apart[apart != 0]))
             up = float(ranks[apart[apart != 0] > 0].sum())
@@ -241,8 +221,8 @@ def friedman_wilcoxon(conditions: Mapping[str, ArrayLike], *, correction: Correc
 
     return Comparison(
         "Friedman, Wilcoxon signed ranks",
-        _summaries(held),
-        _pairs(held, one, correction),
+        _summaries(samples),
+        _pairs(samples, compared, correction),
         correction,
         overall,
         left_out,
@@ -256,76 +236,79 @@ def _independent(
     correction: Correction,
     caveat: str = "",
 ) -> Comparison:
-    held = _groups(groups)
+    samples = _groups(groups)
 
-    def one(first: str, second: str) -> tuple[float, float]:
-        if np.ptp(np.concatenate([held[first], held[second]])) == 0:
+    def compared(first: str, second: str) -> tuple[float, float]:
+        if np.ptp(np.concatenate([samples[first], samples[second]])) == 0:
             return 0.0, 1.0
         with _spreadless():
-            statistic, p = compare(held[first], held[second])
+            statistic, p = compare(samples[first], samples[second])
         return float(statistic), float(p)
 
-    return Comparison(test, _summaries(held), _pairs(held, one, correction), correction, caveat=caveat)
+    pairs = _pairs(samples, compared, correction)
+    return Comparison(test, _summaries(samples), pairs, correction, caveat=caveat)
 
 
 def _pairs(
-    held: Mapping[str, Numbers], one: Callable[[str, str], tuple[float, float]], correction: Correction
+    samples: Mapping[str, Numbers],
+    compare: Callable[[str, str], tuple[float, float]],
+    correction: Correction,
 ) -> tuple[PairComparison, ...]:
     if correction not in ("none", "holm"):
         raise ParameterError(f"correction must be none or holm, got {correction!r}")
-    names = list(combinations(held, 2))
-    found = [one(first, second) for first, second in names]
+    names = list(combinations(samples, 2))
+    found = [compare(first, second) for first, second in names]
     ps = [p for _, p in found]
     if correction == "holm":
         ps = holm(ps)
     return tuple(
-        PairComparison(first, second, float(held[first].mean() - held[second].mean()), statistic, p)
+        PairComparison(first, second, float(samples[first].mean() - samples[second].mean()), statistic, p)
         for (first, second), (statistic, _), p in zip(names, found, ps, strict=True)
     )
 
 
 @contextmanager
 def _spreadless() -> Iterator[None]:
-    """Keep scipy from warning of values without spread, of which t is very large or infinite, as it should be."""
+    """Silence scipy's warnings about values without spread: their t is very large or infinite, as it should be."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
         yield
 
 
 def _rank_z(a: Numbers, b: Numbers) -> float:
-    """Return the rank sum of ``a`` among both, in normal form and corrected for ties; 0 where all are tied."""
+    """Return the rank sum of ``a`` among both, in normal form and corrected for ties; 0 if all are tied."""
     ties = float(stats.tiecorrect(stats.rankdata(np.concatenate([a, b]))))
     return 0.0 if ties == 0 else float(stats.ranksums(a, b).statistic / np.sqrt(ties))
 
 
-def _summaries(held: Mapping[str, Numbers]) -> dict[str, GroupSummary]:
-    return {name: summary(values) for name, values in held.items()}
+def _summaries(samples: Mapping[str, Numbers]) -> dict[str, GroupSummary]:
+    return {name: summary(values) for name, values in samples.items()}
 
 
 def _groups(groups: Mapping[str, ArrayLike]) -> dict[str, Numbers]:
     if len(groups) < 2:
         raise ParameterError(f"a comparison needs two groups, got {', '.join(groups) or 'none'}")
-    held = {name: np.asarray(values, np.float64).ravel() for name, values in groups.items()}
-    for name, values in held.items():
+    samples = {name: np.asarray(values, np.float64).ravel() for name, values in groups.items()}
+    for name, values in samples.items():
         if len(values) < 2:
             raise ParameterError(f"group {name}: must have two values, got {len(values)}")
         if not np.isfinite(values).all():
             raise ParameterError(f"group {name}: values must be finite; leave missing answers out first")
-    return held
+    return samples
 
 
 def _complete(conditions: Mapping[str, ArrayLike]) -> tuple[dict[str, Numbers], int]:
-    """Return the conditions of the people who have all, and how many have not."""
+    """Return the conditions of the people with a value in each, and the number of the others."""
     if len(conditions) < 2:
         raise ParameterError(f"a comparison needs two conditions, got {', '.join(conditions) or 'none'}")
-    held = {name: np.asarray(values, np.float64).ravel() for name, values in conditions.items()}
-    if len({len(values) for values in held.values()}) > 1:
-        sizes = ", ".join(f"{name} {len(values)}" for name, values in held.items())
+    samples = {name: np.asarray(values, np.float64).ravel() for name, values in conditions.items()}
+    if len({len(values) for values in samples.values()}) > 1:
+        sizes = ", ".join(f"{name} {len(values)}" for name, values in samples.items())
         raise ParameterError(f"every person must be in every condition, got {sizes} values")
-    table = np.stack(list(held.values()))
+    table = np.stack(list(samples.values()))
     full = ~np.isnan(table).any(0)
     if np.isinf(table).any() or full.sum() < 2:
         raise ParameterError(
             f"two people must have a finite value in every condition, got {int(full.sum())} of {table.shape[1]}"
         )
-    return {name: values[full] for name, values in held.items()}, int((~full).sum())
+    return {name: values[full] for name, values in samples.items()}, int((~full).sum())

@@ -1,4 +1,4 @@
-"""The colours of all figures, and means as bars, which evaluation and studies both draw."""
+"""Colours of all figures, and the bar chart that evaluation and studies share."""
 
 from __future__ import annotations
 
@@ -19,18 +19,17 @@ def error_figure(
     label: str = "mean absolute error to the plates' scores,\npoints of the scale",
     title: str = "",
 ) -> Figure:
-    """Draw mean absolute errors as bars with standard errors, as Fig. 7 of the ultrasonic display's publication.
+    """Draw means as bars with standard errors, like Fig. 7 of the ultrasonic display's publication.
 
     Parameters
     ----------
     rows : mapping from str to (mean, standard error)
     marked : sequence of (first, second, text)
-        Pairs that are joined by a bracket.
+        Pairs joined by a bracket.
     lines : mapping from str to float, optional
-        What stands beside them: levels by name.
+        Levels for comparison, by name.
     label : str
         Of the vertical axis.
-    title : str
     """
     figure = Figure(figsize=(2.2 + 1.05 * len(rows), 4.6), layout="constrained")
     axes = figure.add_subplot()

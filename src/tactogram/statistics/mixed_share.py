@@ -13,15 +13,15 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import optimize, special, stats
 
 from tactogram.errors import ParameterError
-from tactogram.statistics.clustered import EffectEstimate
+from tactogram.statistics.clustered import TAIL, EffectEstimate
 
 Numbers = NDArray[np.float64]
 WIDEST = 5.0
-"""Largest spread, logits: a member one sd above the typical one is then right in 99 %."""
+"""Largest spread, logits: a member one sd above the typical one is then right in 99 % of trials."""
 FLAT = 1e-2
-"""Spread that counts as none, logits: 0.25 % of a share near one half."""
+"""Spread that counts as 0, logits: 0.25 % of a share near one half."""
 FIRST, FARTHEST = 0.3, 30.0
-"""Where spreads, and the search for an end of the interval, begin and end: logits."""
+"""First and last value in the search for spreads and interval ends, logits."""
 
 
 @dataclass(frozen=True)
@@ -29,48 +29,43 @@ class MixedShareModel:
     """A binomial mixed model with a random intercept of each group, by Laplace's approximation.
 
     The members' effects are written as spread times a standard normal (D. Bates et al., J. Stat. Softw. 67(1), 2015,
-    Sec. 3.2), so that a spread of 0 is a value like any other, and not a border at which the likelihood ends.
+    Sec. 3.2), so that the likelihood is defined at a spread of 0.
 
     Parameters
     ----------
-    hits, asked : float64 array, shape (cell,)
-        Of each combination of members that was asked.
+    hits, trials : float64 array, shape (cell,)
+        Of each combination of members with answers.
     members : float64 array, shape (cell, member)
         1 where a cell is of a member.
     group : int64 array, shape (member,)
     """
 
     hits: Numbers
-    asked: Numbers
+    trials: Numbers
     members: Numbers
     group: NDArray[np.int64]
 
     def deviance(self, logit: float, spreads: Numbers) -> float:
-        """Return -2 log likelihood but for a constant (N. E. Breslow, D. G. Clayton, JASA 88, 1993, Eq. 3).
+        """Return -2 log likelihood up to a constant (N. E. Breslow, D. G. Clayton, JASA 88, 1993, Eq. 3).
 
-        Parameters
-        ----------
-        logit : float
-            Of a typical member of each group.
-        spreads : float64 array, shape (group,)
-            Standard deviations, logits.
+        Of the logit of a typical member of each group, and the groups' standard deviations in logits, shape (group,).
         """
         z = self.members * spreads[self.group]
-        effects = self._likeliest(logit, z)
+        effects = self._modes(logit, z)
         eta = logit + z @ effects
-        return float(-2 * self._fit(eta, effects) + np.linalg.slogdet(self._bent(eta, z))[1])
+        return float(-2 * self._fit(eta, effects) + np.linalg.slogdet(self._curvature(eta, z))[1])
 
-    def _likeliest(self, logit: float, z: Numbers) -> Numbers:
-        """Return the members' effects that are likeliest, by Newton's method.
+    def _modes(self, logit: float, z: Numbers) -> Numbers:
+        """Return the most likely effects of the members, by Newton's method.
 
-        Concave, but far from its top a whole step can go beyond it, and the next back, for ever: such a step is halved.
+        The likelihood is concave, but far from its maximum full steps can oscillate around it: these are halved.
         """
         effects = np.zeros(z.shape[1])
         eta = logit + z @ effects
         fit = self._fit(eta, effects)
         for _ in range(100):
-            slope = z.T @ (self.hits - self.asked * special.expit(eta)) - effects
-            step = np.linalg.solve(self._bent(eta, z), slope)
+            slope = z.T @ (self.hits - self.trials * special.expit(eta)) - effects
+            step = np.linalg.solve(self._curvature(eta, z), slope)
             if np.abs(step).max() < 1e-8:
                 break
             for _ in range(60):
@@ -82,22 +77,22 @@ class MixedShareModel:
         return effects
 
     def _fit(self, eta: Numbers, effects: Numbers) -> float:
-        """Return the log likelihood of the answers and of the effects, but for a constant."""
-        answered = (self.hits * eta - self.asked * np.logaddexp(0, eta)).sum()
-        return float(answered - effects @ effects / 2)
+        """Return the log likelihood of the answers and of the effects, up to a constant."""
+        likelihood = (self.hits * eta - self.trials * np.logaddexp(0, eta)).sum()
+        return float(likelihood - effects @ effects / 2)
 
-    def _bent(self, eta: Numbers, z: Numbers) -> Numbers:
-        """Return its negative second derivatives, shape (member, member)."""
+    def _curvature(self, eta: Numbers, z: Numbers) -> Numbers:
+        """Return its negative second derivatives by the effects, shape (member, member)."""
         p = special.expit(eta)
-        return np.asarray(z.T @ (z * (self.asked * p * (1 - p))[:, None]) + np.eye(z.shape[1]))
+        return np.asarray(z.T @ (z * (self.trials * p * (1 - p))[:, None]) + np.eye(z.shape[1]))
 
     def fitted(self) -> tuple[float, Numbers, float]:
         """Return the logit and the spreads of the smallest deviance, and that deviance.
 
-        Found over the variances: of a spread the deviance is level at 0, and a search that came there would stay.
+        Searched over variances: over spreads, the deviance is flat at 0, and a search would stop there.
         """
         count = int(self.group.max()) + 1
-        start = special.logit(self.hits.sum() / self.asked.sum())
+        start = special.logit(self.hits.sum() / self.trials.sum())
         found = optimize.minimize(
             lambda x: self.deviance(float(x[0]), np.sqrt(x[1:])),
             [float(start), *[FIRST**2] * count],
@@ -117,30 +112,22 @@ class MixedShareModel:
         return float(found.fun), np.sqrt(found.x)
 
 
-def mixed_share(
-    hits: ArrayLike, groups: dict[str, Sequence[Hashable]], *, confidence: float = 0.95
-) -> EffectEstimate:
+def mixed_share(hits: ArrayLike, groups: dict[str, Sequence[Hashable]]) -> EffectEstimate:
     """Return the share of a typical member of each group: a binomial mixed model with random intercepts.
 
-    By maximum likelihood, with the interval of the profile likelihood: where members do not differ the spreads are 0,
-    and it is that of all answers together. Its critical value is that at which a ratio of likelihoods of normal values
-    is Student's t (J. Neyman, E. S. Pearson, Biometrika 20A, 1928). The degrees of freedom are F. E. Satterthwaite's
-    (Biometrics Bull. 2, 1946), of the parts of the variance that the groups' spreads, over their numbers of members,
-    and the answers have: infinite where no spread is left, members - 1 where all is one group's. A check of
-    `pooled_share` with more in the model. Spreads come out above 0 by chance, and never below: where members do not
-    differ, and are few, the interval is still somewhat too wide.
+    By maximum likelihood, with the interval of 95 % of the profile likelihood: where members do not differ the spreads
+    are 0, and the interval is that of all answers together. Its critical value is that at which a likelihood ratio of
+    normal values equals Student's t (J. Neyman, E. S. Pearson, Biometrika 20A, 1928). The degrees of freedom are F. E.
+    Satterthwaite's (Biometrics Bull. 2, 1946), from the variances of the groups' spreads, divided by their numbers of
+    members, and of the answers: infinite where no spread is left, members - 1 where all variance is one group's. A
+    check of `pooled_share` with more in the model. Estimated spreads are above 0 by chance, and never below: where few
+    members do not differ, the interval is still somewhat too wide.
 
     Parameters
     ----------
     hits : array of 0 and 1, shape (answer,)
     groups : dict from str to sequence, length (answer,)
-        E.g. who answered, and of which texture. Those with a single member are left out.
-    confidence : float
-
-    Returns
-    -------
-    Effect
-        Its note says of which groups no spread is left.
+        E.g. participant and texture of each answer. Groups with a single member are ignored.
 
     Raises
     ------
@@ -153,12 +140,14 @@ def mixed_share(
         raise ParameterError("a mixed model needs answers of both kinds and two members of a group")
     model, counts = _model(values, several)
     logit, spreads, best = model.fitted()
-    critical = _critical(_freedom(model, logit, spreads, counts), confidence)
+    freedom = _freedom(model, logit, spreads, counts)
+    t = float(stats.t.isf(TAIL, freedom))
+    critical = float((freedom + 1) * np.log1p(t**2 / freedom))
 
-    def beyond(x: float) -> float:
+    def excess(x: float) -> float:
         return model.profiled(x, np.maximum(spreads, FIRST / 3))[0] - best - critical
 
-    low, high = (_crossing(beyond, logit, sign) for sign in (-1.0, 1.0))
+    low, high = (_crossing(excess, logit, sign) for sign in (-1.0, 1.0))
     none = [name for name, spread in zip(several, spreads, strict=True) if spread < FLAT]
     return EffectEstimate(
         float(special.expit(logit)),
@@ -169,7 +158,7 @@ def mixed_share(
 
 
 def _model(values: Numbers, groups: dict[str, list[Hashable]]) -> tuple[MixedShareModel, NDArray[np.int64]]:
-    """Return the model of the answers counted by cell, and how many members each group has."""
+    """Return the model of the answers counted by cell, and the number of members of each group."""
     names = [list(dict.fromkeys(of)) for of in groups.values()]
     counts = np.array([len(one) for one in names])
     columns, begin = [], 0
@@ -191,22 +180,16 @@ def _model(values: Numbers, groups: dict[str, list[Hashable]]) -> tuple[MixedSha
 def _freedom(model: MixedShareModel, logit: float, spreads: Numbers, counts: NDArray[np.int64]) -> float:
     p = float(special.expit(logit))
     parts = spreads**2 / counts
-    whole = parts.sum() + 1 / (model.asked.sum() * p * (1 - p))
+    whole = parts.sum() + 1 / (model.trials.sum() * p * (1 - p))
     return float(whole**2 / max((parts**2 / (counts - 1)).sum(), 1e-12))
 
 
-def _critical(freedom: float, confidence: float) -> float:
-    """Return the deviance above its least at the ends of an interval: chi-squared where there are many values."""
-    t = float(stats.t.isf((1 - confidence) / 2, freedom))
-    return float((freedom + 1) * np.log1p(t**2 / freedom))
-
-
-def _crossing(beyond: Callable[[float], float], middle: float, sign: float) -> float:
-    """Return where the profile crosses its critical value on one side of the estimate."""
+def _crossing(excess: Callable[[float], float], middle: float, sign: float) -> float:
+    """Return the logit at which the profile crosses its critical value on one side of the estimate."""
     near, far = 0.0, FIRST
-    while beyond(middle + sign * far) < 0:
+    while excess(middle + sign * far) < 0:
         near, far = far, 1.6 * far
         if far > FARTHEST:
             return sign * np.inf
-    found = optimize.brentq(lambda away: beyond(middle + sign * away), near, far, xtol=1e-4)
+    found = optimize.brentq(lambda away: excess(middle + sign * away), near, far, xtol=1e-4)
     return middle + sign * float(found)

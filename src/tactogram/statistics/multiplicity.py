@@ -7,19 +7,14 @@ from numpy.typing import ArrayLike
 
 
 def holm(ps: ArrayLike) -> list[float]:
-    """Return p with the step-down correction of S. Holm, Scand. J. Stat. 6 (1979), in their order.
+    """Return p with the step-down correction of S. Holm, Scand. J. Stat. 6 (1979), in their order; shape (test,).
 
-    What statsmodels' ``multipletests`` returns; that collects garbage of the whole process at each call, which takes a
-    tenth of a second where much is loaded, and was most of the time of an analysis.
-
-    Parameters
-    ----------
-    ps : float array, shape (test,)
-        From 0 to 1; may be empty.
+    As statsmodels' ``multipletests``, which collects garbage at each call: a tenth of a second in a large process, and
+    most of the time of an analysis.
     """
-    given = np.asarray(ps, np.float64).ravel()
-    order = np.argsort(given, kind="stable")
-    stepped = given[order] * np.arange(len(given), 0, -1)
-    corrected = np.empty_like(given)
+    raw = np.asarray(ps, np.float64).ravel()
+    order = np.argsort(raw, kind="stable")
+    stepped = raw[order] * np.arange(len(raw), 0, -1)
+    corrected = np.empty_like(raw)
     corrected[order] = np.minimum(np.maximum.accumulate(stepped), 1.0)
     return [float(p) for p in corrected]

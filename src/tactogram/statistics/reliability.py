@@ -34,9 +34,9 @@ class IntraclassCorrelation:
     average : float
         ICC(2,k): agreement of the mean of these raters with that of others.
     items, raters : int
-        What it was computed from: those of whom nothing is missing.
+        Complete ones, from which it was computed.
     left_out_items, left_out_raters : int
-        What was left out for that.
+        Incomplete ones.
     """
 
     single: float
@@ -53,32 +53,32 @@ def krippendorff_alpha(scores: ArrayLike, *, level: Level) -> float | None:
     Parameters
     ----------
     scores : float array, shape (item, rater)
-        NaN where there is none: items with fewer than two scores say nothing.
+        NaN where missing; items with fewer than two scores are ignored.
     level : {"nominal", "ordinal", "interval"}
-        What the difference of two scores means.
+        Meaning of the difference of two scores.
 
     Returns
     -------
     float or None
-        None where alpha is undefined: no item has two scores, or all scores are alike.
+        None if no item has two scores, or all scores are alike.
 
     Raises
     ------
     ParameterError
-        If ``scores`` is no table, or ``level`` none of the three.
+        If ``scores`` is no table, or ``level`` is unknown.
     """
-    from nltk.metrics.agreement import AnnotationTask  # brings a whole toolkit along, which takes seconds
+    from nltk.metrics.agreement import AnnotationTask  # imports a whole toolkit, which takes seconds
 
     table = _table(scores)
     if level not in LEVELS:
         raise ParameterError(f"level must be one of {', '.join(LEVELS)}, got {level!r}")
-    there = ~np.isnan(table)
-    there &= there.sum(1, keepdims=True) >= 2
-    values, codes = np.unique(table[there], return_inverse=True)
+    present = ~np.isnan(table)
+    present &= present.sum(1, keepdims=True) >= 2
+    values, codes = np.unique(table[present], return_inverse=True)
     if len(values) < 2:
         return None
     distance = _distances(values, np.bincount(codes), level)
-    items, raters = np.nonzero(there)
+    items, raters = np.nonzero(present)
     task = AnnotationTask(
         data=list(zip(raters.tolist(), items.tolist(), codes.tolist(), strict=True)),
         distance=lambda a, b: float(distance[a, b]),
@@ -92,13 +92,13 @@ def intraclass_correlation(scores: ArrayLike) -> IntraclassCorrelation | None:
     Parameters
     ----------
     scores : float array, shape (item, rater)
-        NaN where there is none. The analysis needs a complete table: whoever, or whatever item, lacks the largest
-        share of scores is left out until nothing is missing.
+        NaN where missing. The analysis needs a complete table: the rater or item that lacks the largest share of scores
+        is left out until nothing is missing.
 
     Returns
     -------
     IntraclassCorrelation or None
-        None where fewer than two items or raters are complete, or all scores are alike.
+        None if fewer than two items or raters are complete, or all scores are alike.
 
     Raises
     ------
@@ -117,11 +117,11 @@ def intraclass_correlation(scores: ArrayLike) -> IntraclassCorrelation | None:
             "rater": np.tile(np.arange(raters), items),
         }
     )
-    # Two threads that wait on each other take a hundred times as long over small arrays.
+    # With small arrays, two threads that wait for each other take a hundred times as long.
     with threadpool_limits(1):
         squares = anova_lm(ols("score ~ C(item) + C(rater)", data).fit())["mean_sq"]
-    between, judges, rest = (float(squares[name]) for name in ("C(item)", "C(rater)", "Residual"))
-    shared = (judges - rest) / items
+    between, rater, rest = (float(squares[name]) for name in ("C(item)", "C(rater)", "Residual"))
+    shared = (rater - rest) / items
     return IntraclassCorrelation(
         (between - rest) / (between + (raters - 1) * rest + raters * shared),
         (between - rest) / (between + shared),
@@ -150,12 +150,11 @@ def _distances(values: NDArray[np.float64], counts: NDArray[np.int64], level: Le
 
 
 def _complete(table: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the table without the items and raters that lack most, one at a time, until nothing is missing."""
-    held = table
-    while held.size and np.isnan(held).any():
-        by_item, by_rater = np.isnan(held).mean(1), np.isnan(held).mean(0)
+    """Return the table without the items and raters that lack the most scores, until nothing is missing."""
+    while table.size and np.isnan(table).any():
+        by_item, by_rater = np.isnan(table).mean(1), np.isnan(table).mean(0)
         if by_item.max() >= by_rater.max():
-            held = np.delete(held, by_item.argmax(), 0)
+            table = np.delete(table, by_item.argmax(), 0)
         else:
-            held = np.delete(held, by_rater.argmax(), 1)
-    return held
+            table = np.delete(table, by_rater.argmax(), 1)
+    return table

@@ -1,4 +1,4 @@
-"""Shares of yes-or-no answers: exact test and intervals of one, d' of what it says of a person's eye or finger.
+"""Shares of yes-or-no answers: exact tests and intervals, and d' of shares correct.
 
 E. B. Wilson, J. Am. Stat. Assoc. 22 (1927), and C. J. Clopper, E. S. Pearson, Biometrika 26 (1934), by scipy. d' by
 N. A. Macmillan, C. D. Creelman, "Detection Theory: A User's Guide", 2nd ed. (2005), ch. 7 and 9.
@@ -18,94 +18,64 @@ from tactogram.errors import ParameterError
 
 @dataclass(frozen=True)
 class ShareEstimate:
-    """Share of one kind among independent answers.
-
-    Parameters
-    ----------
-    count, n : int
-    share : float
-        ``count / n``.
-    chance : float
-        What it is held against.
-    p : float
-        Two-sided exact binomial.
-    wilson, clopper_pearson : tuple of (float, float)
-        Intervals of the share.
-    """
+    """Share among independent answers, its two-sided exact p against one half, and two intervals."""
 
     count: int
     n: int
     share: float
-    chance: float
     p: float
     wilson: tuple[float, float]
     clopper_pearson: tuple[float, float]
 
 
 @lru_cache(maxsize=4096)
-def share_of(count: int, n: int, *, chance: float = 0.5, confidence: float = 0.95) -> ShareEstimate:
-    """Return a share with its exact test against chance and its intervals; answers are taken as independent.
+def share_of(count: int, n: int, *, confidence: float = 0.95) -> ShareEstimate:
+    """Return a share with its exact test against one half and its intervals; answers are taken as independent.
 
     Raises
     ------
     ParameterError
-        If ``count`` is not from 0 to ``n``, ``n`` is 0, or ``chance`` or ``confidence`` is not between 0 and 1.
+        If ``count`` is not from 0 to ``n``, or ``n`` is 0.
     """
     if not 0 <= count <= n or n < 1:
         raise ParameterError(f"a share needs 0 <= count <= n and n >= 1, got {count} of {n}")
-    for name, value in (("chance", chance), ("confidence", confidence)):
-        if not 0 < value < 1:
-            raise ParameterError(f"{name} must be between 0 and 1, got {value:g}")
-    test = stats.binomtest(count, n, chance)
+    test = stats.binomtest(count, n)
 
     def interval(method: str) -> tuple[float, float]:
-        found = test.proportion_ci(confidence, method)
-        return float(found.low), float(found.high)
+        ends = test.proportion_ci(confidence, method)
+        return float(ends.low), float(ends.high)
 
-    return ShareEstimate(
-        count, n, count / n, chance, float(test.pvalue), interval("wilson"), interval("exact")
-    )
+    return ShareEstimate(count, n, count / n, float(test.pvalue), interval("wilson"), interval("exact"))
 
 
 @lru_cache(maxsize=1024)
-def smallest_significant(n: int, *, chance: float = 0.5, alpha: float = 0.05) -> int | None:
-    """Return the smallest count above chance with a two-sided exact p below ``alpha``; None where all n are too few."""
-    shown = np.flatnonzero(exact_ps(n, chance=chance) < alpha)
-    above = shown[shown > n * chance]
+def smallest_significant(n: int, *, alpha: float = 0.05) -> int | None:
+    """Return the smallest count above one half with a two-sided exact p below ``alpha``; None if there is none."""
+    shown = np.flatnonzero(exact_ps(n) < alpha)
+    above = shown[shown > n * 0.5]
     return int(above[0]) if len(above) else None
 
 
 def exact_ps(n: int, *, chance: float = 0.5) -> NDArray[np.float64]:
     """Return p of the two-sided exact binomial test for every count from 0 to n; float64, shape (n + 1,).
 
-    What scipy's ``binomtest`` gives for each, at once.
+    As scipy's ``binomtest``, for all counts at once.
     """
     likely = stats.binom.pmf(np.arange(n + 1), n, chance)
-    # Two-sided as scipy's: all counts that are no likelier under chance than the one that was had.
+    # Two-sided as scipy's: all counts that are no likelier under chance than the observed one.
     order = np.argsort(likely, kind="stable")
     ends = np.searchsorted(likely[order], likely * (1 + 1e-7), side="right")
     return np.asarray(np.minimum(np.cumsum(likely[order])[ends - 1], 1.0))
 
 
-def exact_power(n: int, truth: float, *, chance: float = 0.5, alpha: float = 0.05) -> float:
-    """Return how often the two-sided exact binomial test of n independent answers shows a share of ``truth``.
-
-    Raises
-    ------
-    ParameterError
-        If ``n`` is below 1, or ``truth`` is not from 0 to 1.
-    """
-    if n < 1 or not 0 <= truth <= 1:
-        raise ParameterError(f"n must be >= 1 and truth from 0 to 1, got {n} and {truth:g}")
-    rejected = exact_ps(n, chance=chance) < alpha
+def exact_power(n: int, truth: float, *, alpha: float = 0.05) -> float:
+    """Return how often the two-sided exact binomial test of n independent answers shows a share of ``truth``."""
+    rejected = exact_ps(n) < alpha
     return float(stats.binom.pmf(np.arange(n + 1), n, truth)[rejected].sum())
 
 
 def d_prime_2afc(share: float) -> float:
-    """Return d' of a share correct where one of two intervals or places is asked for: sqrt(2) z(share).
-
-    Infinite at 0 and 1; `corrected` keeps a count from there.
-    """
+    """Return d' of a share correct with two intervals or places: sqrt(2) z(share); infinite at 0 and 1."""
     return float(np.sqrt(2) * stats.norm.ppf(share))
 
 
@@ -122,7 +92,7 @@ def d_prime_abx(share: float) -> float:
 
 
 def abx_share(d_prime: float) -> float:
-    """Return the share correct in ABX of an observer of that d'; the inverse of `d_prime_abx`."""
+    """Return the share correct in ABX of an observer with that d'; the inverse of `d_prime_abx`."""
     f = special.ndtr
     a, b = d_prime / np.sqrt(2), d_prime / 2
     return float(f(a) * f(b) + f(-a) * f(-b))

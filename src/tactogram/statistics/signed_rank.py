@@ -1,4 +1,4 @@
-"""Wilcoxon's signed ranks: exact p with ties, and what they estimate, the pseudomedian, with its interval.
+"""Wilcoxon's signed ranks: exact p with ties, and the pseudomedian with its interval.
 
 J. L. Hodges, E. L. Lehmann, Ann. Math. Stat. 34 (1963): median of the means of every two differences.
 """
@@ -11,52 +11,29 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
-from tactogram.errors import ParameterError
-
 EXACT_UP_TO = 100
-"""Differences of which the distribution of the rank sum is counted; above it is taken as normal."""
+"""Largest number of differences with an exact distribution of the rank sum; above, it is taken as normal."""
 
 
-def pseudomedian(
-    differences: ArrayLike, *, confidence: float = 0.95
-) -> tuple[float, float | None, float | None]:
-    """Return the Hodges-Lehmann estimate and the interval that inverts the signed-rank test.
+def pseudomedian(differences: ArrayLike) -> tuple[float, float | None, float | None]:
+    """Return the Hodges-Lehmann estimate and the interval of 95 % that inverts the signed-rank test.
 
-    Parameters
-    ----------
-    differences : float array, shape (participant,)
-    confidence : float
-
-    Returns
-    -------
-    tuple of float and two float or None
-        None where so few differences cannot give an interval: fewer than 6 at 95 %.
-
-    Raises
-    ------
-    ParameterError
-        If there is no difference, or one is not finite.
+    Of finite differences, shape (participant,); with fewer than 6 the ends are None.
     """
     d = np.asarray(differences, np.float64).ravel()
-    if not len(d) or not np.isfinite(d).all():
-        raise ParameterError(f"finite differences are needed, got {int(np.isfinite(d).sum())} of {len(d)}")
     first, second = np.triu_indices(len(d))
     means = np.sort((d[first] + d[second]) / 2)
-    out = _outside(len(d), (1 - confidence) / 2)
+    out = _outside(len(d), (1 - 0.95) / 2)
     if out < 1:
         return float(np.median(means)), None, None
     return float(np.median(means)), float(means[out - 1]), float(means[-out])
 
 
 def signed_rank_p(differences: ArrayLike) -> float:
-    """Return the two-sided p of Wilcoxon's signed ranks; differences of 0 are left out, as Wilcoxon did.
+    """Return the two-sided p of Wilcoxon's signed ranks; differences of 0 are dropped, as Wilcoxon did.
 
-    Exact, ties included, up to `EXACT_UP_TO` differences; scipy tries every sign of up to 13, which takes seconds.
-
-    Parameters
-    ----------
-    differences : float array, shape (participant,)
-        Finite.
+    Of finite differences, shape (participant,). Exact, ties included, up to `EXACT_UP_TO` of them; scipy tries every
+    sign of up to 13, which takes seconds.
     """
     d = np.asarray(differences, np.float64).ravel()
     d = d[d != 0]
@@ -71,7 +48,7 @@ def signed_rank_p(differences: ArrayLike) -> float:
 
 
 def _outside(n: int, tail: float) -> int:
-    """Return which of the sorted means, counted from 1, ends the interval; 0 where there is none."""
+    """Return the position, from 1, of the sorted mean that ends the interval; 0 if there is none."""
     if n > EXACT_UP_TO:
         middle, sd = n * (n + 1) / 4, np.sqrt(n * (n + 1) * (2 * n + 1) / 24)
         return int(max(0.0, np.floor(middle - stats.norm.isf(tail) * sd)))
@@ -81,11 +58,11 @@ def _outside(n: int, tail: float) -> int:
 
 
 def _rank_sums(ranks: Iterable[int]) -> NDArray[np.float64]:
-    """Return how likely each sum of whole ranks with signs at random is: shape (sum of ranks + 1,)."""
-    held = list(ranks)
-    likely = np.zeros(sum(held) + 1)
+    """Return the probability of each sum of integer ranks with random signs: shape (sum of ranks + 1,)."""
+    listed = list(ranks)
+    likely = np.zeros(sum(listed) + 1)
     likely[0] = 1.0
-    for rank in held:
+    for rank in listed:
         shifted = np.zeros_like(likely)
         shifted[rank:] = likely[: len(likely) - rank]
         likely = (likely + shifted) / 2

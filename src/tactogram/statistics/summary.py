@@ -14,16 +14,9 @@ from tactogram.errors import ParameterError
 
 @dataclass(frozen=True)
 class GroupSummary:
-    """Summary of one group, as figures show it.
+    """Summary of the values that are not missing: ``sd`` with n - 1, ``se`` = sd / sqrt(n), t interval of the mean.
 
-    Parameters
-    ----------
-    n : int
-        Values that were given; missing ones are not counted.
-    mean, sd, se : float
-        Of the values; ``sd`` with n - 1, ``se`` = sd / sqrt(n). NaN of a single value.
-    low, high : float
-        Interval of the mean by Student's t.
+    Of a single value ``sd``, ``se`` and the interval are NaN.
     """
 
     n: int
@@ -35,12 +28,7 @@ class GroupSummary:
 
 
 def summary(values: ArrayLike, *, confidence: float = 0.95) -> GroupSummary:
-    """Return mean, spread and the t interval of the mean; NaN are left out.
-
-    Parameters
-    ----------
-    values : float array, any shape
-    confidence : float
+    """Return mean, spread and t interval of an array of any shape without its NaN.
 
     Raises
     ------
@@ -49,30 +37,29 @@ def summary(values: ArrayLike, *, confidence: float = 0.95) -> GroupSummary:
     """
     if not 0 < confidence < 1:
         raise ParameterError(f"confidence must be between 0 and 1, got {confidence:g}")
-    given = np.asarray(values, np.float64).ravel()
-    given = given[~np.isnan(given)]
-    if not given.size:
+    present = np.asarray(values, np.float64).ravel()
+    present = present[~np.isnan(present)]
+    if not present.size:
         raise ParameterError("a summary needs a value, got none")
-    mean = float(given.mean())
-    if given.size == 1:
+    mean = float(present.mean())
+    if present.size == 1:
         return GroupSummary(1, mean, np.nan, np.nan, np.nan, np.nan)
-    sd = float(given.std(ddof=1))
-    se = sd / float(np.sqrt(given.size))
-    half = float(stats.t.isf((1 - confidence) / 2, given.size - 1)) * se
-    return GroupSummary(given.size, mean, sd, se, mean - half, mean + half)
+    sd = float(present.std(ddof=1))
+    se = sd / float(np.sqrt(present.size))
+    half = float(stats.t.isf((1 - confidence) / 2, present.size - 1)) * se
+    return GroupSummary(present.size, mean, sd, se, mean - half, mean + half)
 
 
 def by_participant(
     values: ArrayLike, participants: Sequence[Hashable]
 ) -> tuple[tuple[Hashable, ...], NDArray[np.float64]]:
-    """Return the mean of each participant's answers: what may count as independent where answers repeat.
+    """Return the mean of each participant's answers, which counts as independent where answers repeat.
 
     Parameters
     ----------
     values : float array, shape (answer,)
-        NaN are left out.
+        NaN are ignored.
     participants : sequence, length (answer,)
-        Who gave each.
 
     Returns
     -------
@@ -82,17 +69,17 @@ def by_participant(
     Raises
     ------
     ParameterError
-        If the two do not have one length, or are empty.
+        If the lengths differ or are 0.
     """
-    given = np.asarray(values, np.float64)
-    if given.ndim != 1 or len(given) != len(participants) or not len(given):
+    answers = np.asarray(values, np.float64)
+    if answers.ndim != 1 or len(answers) != len(participants) or not len(answers):
         raise ParameterError(
-            f"values and participants must be of one length >= 1, got shape {given.shape} and {len(participants)}"
+            f"values and participants must be of one length >= 1, got shape {answers.shape} and {len(participants)}"
         )
     people = tuple(sorted(set(participants), key=str))
     place = {name: number for number, name in enumerate(people)}
     who = np.array([place[name] for name in participants])
-    there = ~np.isnan(given)
-    total = np.bincount(who[there], given[there], minlength=len(people))
-    count = np.bincount(who[there], minlength=len(people))
+    present = ~np.isnan(answers)
+    total = np.bincount(who[present], answers[present], minlength=len(people))
+    count = np.bincount(who[present], minlength=len(people))
     return people, np.divide(total, count, out=np.full(len(people), np.nan), where=count > 0)

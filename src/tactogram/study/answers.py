@@ -1,9 +1,9 @@
 """Answers: a table with one row per answer of a participant, the same for every design.
 
-``stimulus`` is the item (texture, plate, image), ``condition`` its version; ``other`` and the further column
-``other_condition`` are the second one's. What else the columns hold is up to the design, and stands in its docstring.
-Answers to the questions before and after the trials have the ``design`` ``questions`` and no ``stimulus``; those of
-practice have ``practice``, and the extra_columns column ``practice`` says which design was practised.
+``stimulus`` is the item (texture, plate, image), ``condition`` its version; ``other`` and the extra column
+``other_condition`` are those of the second stimulus. The design's docstring describes the other columns. Answers to the
+questions before and after the trials have the ``design`` ``questions`` and no ``stimulus``; those of practice have
+``practice``, and the extra column ``practice`` names the design that was practised.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,7 @@ from tactogram.text_files import csv_rows, read_text
 
 SUFFIXES = (".csv", ".tsv", ".parquet")
 Targets = Mapping[str, Mapping[str, float]]
-"""Of each stimulus, the score of each word that answers are held against."""
+"""Target scores by stimulus and word."""
 
 
 @dataclass(frozen=True)
@@ -35,35 +35,32 @@ class Answer:
 
     Parameters
     ----------
-    study, participant, session : str
-        The study's name, a code (never a name), and what the sitting is called.
+    participant, session : str
+        A code (never a name), and the name of the sitting.
     block, trial, repeat : int
-        From 1; ``trial`` counts what is shown to this participant. Several answers can belong to one trial.
-    design, question, condition, stimulus, other : str
-        See above, and the design's docstring.
+        From 1; several answers can belong to one trial.
     side : str
-        Where the asked-for stimulus was: ``A``, ``B`` or "".
-    answer : str
+        Slot of the target: ``A``, ``B`` or "".
     value : float
         NaN where the answer is no number.
     correct : bool or None
         None where no answer is right.
     scale_low, scale_high : float
-        Ends of the scale that was offered, NaN where there was none.
+        Ends of the scale, NaN where there was none.
     rt_ms : float
-        From what was shown until the answer, NaN if not measured.
+        From presentation to answer, NaN if not measured.
     at : str
         ISO time, UTC. The order of answers follows from ``trial``, never from this.
     played_sha256 : str
         Of the samples that were played for this answer; several are joined by ``+``.
-    level, display : str
-        How strong, as `tactogram.rendering.level.parse_level` reads it, and on what.
+    level : str
+        As `tactogram.rendering.level.parse_level` reads it.
     seed : int
         Of the study's order.
     simulated : bool
         Whether a simulated participant answered.
     more : mapping from str to str
-        Further columns.
+        Extra columns.
     """
 
     study: str
@@ -94,20 +91,15 @@ class Answer:
 
 
 COLUMNS: tuple[str, ...] = tuple(f.name for f in fields(Answer) if f.name != "more")
-"""What every table has, in this order."""
+"""Columns of every table, in this order."""
 KINDS: Mapping[str, str] = {f.name: str(f.type) for f in fields(Answer) if f.name != "more"}
 NEEDED = ("study", "participant", "design", "question", "answer")
-"""What a table must have; the rest is filled with the defaults of `Answer`."""
+"""Required columns; the others have the defaults of `Answer`."""
 
 
 @dataclass(frozen=True)
 class Answers:
-    """A table of answers.
-
-    Parameters
-    ----------
-    rows : tuple of Answer
-    """
+    """A table of answers."""
 
     rows: tuple[Answer, ...] = ()
 
@@ -118,7 +110,7 @@ class Answers:
         return iter(self.rows)
 
     def column(self, name: str) -> tuple[Any, ...]:
-        """Return a column; a further one as text, "" where a row lacks it.
+        """Return a column; an extra one as text, "" where a row lacks it.
 
         Raises
         ------
@@ -138,13 +130,18 @@ class Answers:
         return np.array([math.nan if value is None else float(value) for value in self.column(name)])
 
     def unique(self, name: str) -> tuple[Any, ...]:
-        """Return the different values of a column, in the order in which they come."""
+        """Return the distinct values of a column, in order of first appearance."""
         return tuple(dict.fromkeys(self.column(name)))
 
     @property
     def extra_columns(self) -> tuple[str, ...]:
-        """Names of the further columns."""
+        """Names of the extra columns."""
         return tuple(dict.fromkeys(name for row in self.rows for name in row.more))
+
+    @property
+    def people(self) -> int:
+        """Number of participants."""
+        return len(self.unique("participant"))
 
     def where(self, keep: Callable[[Answer], bool] | None = None, **values: Any) -> Answers:
         """Return the rows that ``keep`` accepts and whose columns have ``values``.
@@ -154,8 +151,8 @@ class Answers:
         rows: Iterable[Answer] = self.rows if keep is None else filter(keep, self.rows)
         for name, value in values.items():
             wanted = set(value) if isinstance(value, tuple | list | set | frozenset) else {value}
-            own = name in COLUMNS
-            rows = [r for r in rows if (getattr(r, name) if own else r.more.get(name, "")) in wanted]
+            common = name in COLUMNS
+            rows = [r for r in rows if (getattr(r, name) if common else r.more.get(name, "")) in wanted]
         return Answers(tuple(rows))
 
     def by(self, name: str) -> dict[Any, Answers]:
@@ -165,33 +162,26 @@ class Answers:
             groups.setdefault(value, []).append(row)
         return {value: Answers(tuple(rows)) for value, rows in groups.items()}
 
-    def joined(self, other: Answers) -> Answers:
-        """Return both, one below the other."""
-        return Answers((*self.rows, *other.rows))
-
-    def changed(self, **values: Any) -> Answers:
-        """Return the rows with some columns set to one value each."""
-        return Answers(tuple(replace(row, **values) for row in self.rows))
+    def values_by(self, *names: str) -> dict[tuple[Any, ...], list[float]]:
+        """Return the values of each combination of columns."""
+        groups: dict[tuple[Any, ...], list[float]] = {}
+        for key, row in zip(zip(*map(self.column, names), strict=True), self.rows, strict=True):
+            groups.setdefault(key, []).append(row.value)
+        return groups
 
 
 def cells(answers: Answers) -> tuple[list[str], list[list[str]]]:
-    """Return the headings and the rows as text: booleans ``true`` and ``false``, no number as ""."""
-    further = answers.extra_columns
+    """Return the headings and the rows as text: booleans as ``true`` and ``false``, missing numbers as ""."""
+    extra = answers.extra_columns
     rows = [
-        [*(_text(getattr(row, name)) for name in COLUMNS), *(row.more.get(name, "") for name in further)]
+        [*(_text(getattr(row, name)) for name in COLUMNS), *(row.more.get(name, "") for name in extra)]
         for row in answers
     ]
-    return [*COLUMNS, *further], rows
+    return [*COLUMNS, *extra], rows
 
 
 def write_answers(path: Path, answers: Answers) -> None:
-    """Write a table as ``.csv``, ``.tsv`` or ``.parquet``; the whole file or nothing.
-
-    Raises
-    ------
-    ParameterError
-        For another suffix.
-    """
+    """Write a table as ``.csv``, ``.tsv`` or ``.parquet`` (else `ParameterError`), the whole file or nothing."""
     suffix = _suffix(path)
     with atomic_write(path) as part:
         if suffix == ".parquet":
@@ -208,13 +198,13 @@ def read_answers(path: Path) -> Answers:
     Raises
     ------
     DataError
-        Naming file and row, where a column is missing or a cell is not what its column holds.
+        Naming file and row, if a column is missing or a cell is not of its column's type.
     """
     return answers_of(*read_cells(path), where=str(path))
 
 
 def read_cells(path: Path, *, encoding: str = "utf-8-sig") -> tuple[list[str], list[list[str]]]:
-    """Return a table's headings and its rows as text, whatever its columns are.
+    """Return the headings and the rows of any table as text.
 
     Raises
     ------
@@ -227,8 +217,8 @@ def read_cells(path: Path, *, encoding: str = "utf-8-sig") -> tuple[list[str], l
         lists = [[_text(value) for value in column.to_pylist()] for column in table.columns]
         return list(table.column_names), [list(row) for row in zip(*lists, strict=True)]
     text = read_text(path, encoding=encoding)
-    divider = "\t" if suffix == ".tsv" else max(",;\t", key=text.partition("\n")[0].count)
-    rows = csv_rows(text, path, delimiter=divider)
+    delimiter = "\t" if suffix == ".tsv" else max(",;\t", key=text.partition("\n")[0].count)
+    rows = csv_rows(text, path, delimiter=delimiter)
     if not rows:
         raise DataError(f"{path}: must begin with a row of headings, got an empty file")
     (_, headings), *rows = rows
@@ -239,28 +229,22 @@ def read_cells(path: Path, *, encoding: str = "utf-8-sig") -> tuple[list[str], l
 
 
 def answers_of(headings: Sequence[str], rows: Sequence[Sequence[str]], *, where: str) -> Answers:
-    """Return the answers that rows of text hold; columns that are not known are kept as further ones.
-
-    Raises
-    ------
-    DataError
-        See `read_answers`.
-    """
+    """Return the answers of rows of text; unknown columns become extra ones. Raises as `read_answers`."""
     if missing := [name for name in NEEDED if name not in headings]:
         raise DataError(f"{where}: lacks the column {', '.join(missing)}, has {', '.join(headings)}")
     if len(set(headings)) != len(headings):
         twice = next(name for name in headings if list(headings).count(name) > 1)
         raise DataError(f"{where}: has two columns {twice!r}; leave one out")
-    found = []
+    answers = []
     for number, row in enumerate(rows, 2):
-        given = dict(zip(headings, row, strict=True))
+        texts = dict(zip(headings, row, strict=True))
         values = {
-            name: _value(given[name], KINDS[name], f"{where}: row {number}: {name}")
+            name: _value(texts[name], KINDS[name], f"{where}: row {number}: {name}")
             for name in COLUMNS
-            if name in given and (given[name] != "" or KINDS[name] == "str")
+            if name in texts and (texts[name] != "" or KINDS[name] == "str")
         }
-        found.append(Answer(**values, more={k: v for k, v in given.items() if k not in KINDS}))
-    return Answers(tuple(found))
+        answers.append(Answer(**values, more={k: v for k, v in texts.items() if k not in KINDS}))
+    return Answers(tuple(answers))
 
 
 def _value(text: str, kind: str, where: str) -> Any:
@@ -273,12 +257,12 @@ def _value(text: str, kind: str, where: str) -> Any:
             case "str":
                 return text
     except ValueError:
-        named = {"int": "a whole number", "float": "a number"}[kind]
-        raise DataError(f"{where}: must be {named}, got {text!r}") from None
-    known = {"true": True, "false": False, "1": True, "0": False}
-    if text.casefold() not in known:
+        expected = {"int": "a whole number", "float": "a number"}[kind]
+        raise DataError(f"{where}: must be {expected}, got {text!r}") from None
+    booleans = {"true": True, "false": False, "1": True, "0": False}
+    if text.casefold() not in booleans:
         raise DataError(f"{where}: must be true or false, got {text!r}")
-    return known[text.casefold()]
+    return booleans[text.casefold()]
 
 
 def _text(value: Any) -> str:
@@ -304,12 +288,9 @@ def _arrow(answers: Answers) -> pa.Table:
         "bool": pa.bool_(),
         "bool | None": pa.bool_(),
     }
-    arrays, names = [], []
+    table = {}
     for name in COLUMNS:
         values = [None if isinstance(v, float) and math.isnan(v) else v for v in answers.column(name)]
-        arrays.append(pa.array(values, types[KINDS[name]]))
-        names.append(name)
-    for name in answers.extra_columns:
-        arrays.append(pa.array(answers.column(name), pa.string()))
-        names.append(name)
-    return pa.table(arrays, names=names)
+        table[name] = pa.array(values, types[KINDS[name]])
+    table |= {name: pa.array(answers.column(name), pa.string()) for name in answers.extra_columns}
+    return pa.table(table)

@@ -12,13 +12,13 @@ from tactogram.study.analysis.findings import ALPHA
 
 
 class EquivalenceMargin(BaseModel):
-    """Half the width of what counts as equal; a plain number stands for one without a reason."""
+    """Half the width of what counts as equal; a plain number is a margin without a reason."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     value: float = Field(gt=0, allow_inf_nan=False)
     because: str = ""
-    """Why this wide: it stands in the report."""
+    """Reason for the width, for the report."""
 
     @model_validator(mode="before")
     @classmethod
@@ -32,9 +32,9 @@ class PlannedAnalysis(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     margins: dict[str, EquivalenceMargin] = Field(default_factory=dict)
-    """By question or measure, as the design names them. Without one nothing can be shown to be equivalent."""
+    """By question or measure, as the design names them. Without a margin nothing can be shown to be equivalent."""
     alpha: float = Field(default=ALPHA, gt=0, le=0.2)
-    """A difference is shown where p is below."""
+    """A difference is shown if p is below."""
 
     @property
     def values(self) -> dict[str, float]:
@@ -42,10 +42,10 @@ class PlannedAnalysis(BaseModel):
         return {name: margin.value for name, margin in self.margins.items()}
 
 
-def differing(given: Mapping[str, float], planned: Mapping[str, float]) -> dict[str, float]:
-    """Return the margins that are not those that were planned."""
+def changed_margins(margins: Mapping[str, float], planned: Mapping[str, float]) -> dict[str, float]:
+    """Return the margins that differ from the planned ones."""
     return {
         name: value
-        for name, value in given.items()
+        for name, value in margins.items()
         if name not in planned or not math.isclose(planned[name], value, rel_tol=1e-9)
     }

@@ -1,8 +1,8 @@
-"""Practice before the trials: the study's own design with few trials, whose answers are kept and marked.
+"""Practice before the trials: a few trials of the study's design, whose answers are stored and marked.
 
-A practice page is a page of the design, on stimuli of the study or of its own; its token begins with ``practice-``, and
-its rows have the design ``practice``, so that no analysis takes them for answers. Its order is drawn by itself: the
-trials are the same with and without it.
+A practice page is a page of the design, with stimuli of the study or of the practice; its token begins with
+``practice-``, and its rows have the design ``practice``, so that no analysis includes them. Its order has a seed of its
+own: the trials are the same with and without it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from tactogram.study.wording import Wording
 
 TOKEN = "practice-"
 MARK = "practice"
-"""Design of the rows; their further column of this name is the design that was practised."""
+"""Design of the rows; their extra column of this name is the design that was practised."""
 
 
 class Practice(BaseModel):
@@ -31,13 +31,12 @@ class Practice(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     trials: int = Field(ge=1, le=100)
-    """How many."""
     feedback: bool = False
-    """Whether it is said if an answer was right; only where answers are."""
+    """Whether participants see if an answer was right; only where answers can be."""
     stimuli: tuple[str, ...] = ()
-    """Names of the study's stimuli that are practised on; by default all, or none if there are ``own`` ones."""
+    """Names of the study's stimuli in the practice; by default all, or none if there are ``own`` ones."""
     own: tuple[Stimulus, ...] = ()
-    """Stimuli that come in practice only, so that nothing is learned of those that count."""
+    """Stimuli of the practice only, so that nothing is learned of those that count."""
     text: Wording = Wording(
         ja="{number} / {of}。この回答は数えません。", en="{number} of {of}. This answer does not count."
     )
@@ -55,12 +54,7 @@ class Practice(BaseModel):
         return self
 
     def check(self, design: Design, setting: DesignContext) -> None:
-        """Refuse stimuli that are not there or not enough, and feedback where no answer is right.
-
-        Raises
-        ------
-        ParameterError
-        """
+        """Raise `ParameterError` for unknown or too few stimuli, and for feedback where no answer is right."""
         known = [stimulus.name for stimulus in setting.stimuli]
         for name in self.stimuli:
             if name not in known:
@@ -74,32 +68,32 @@ class Practice(BaseModel):
             raise ParameterError(
                 f"practice: feedback needs answers that are right or wrong, which {design.kind} has not"
             )
-        practised, own = self._design(design, setting), self.setting(setting)
+        practised, context = self._design(design, setting), self.setting(setting)
         try:
-            practised.check(own)
+            practised.check(context)
         except ParameterError as error:
             raise ParameterError(f"practice: {error}") from None
-        if (most := practised.total(own)) < self.trials:
+        if (most := practised.total(context)) < self.trials:
             raise ParameterError(
                 f"practice: trials must be at most {most}, those of the design, got {self.trials}"
             )
 
     def setting(self, setting: DesignContext) -> DesignContext:
-        """Return the setting of the practice: its stimuli, and a seed of its own."""
+        """Return the context of the practice: its stimuli, and a seed of its own."""
         every = self.stimuli or (() if self.own else tuple(stimulus.name for stimulus in setting.stimuli))
         chosen = tuple(stimulus for stimulus in setting.stimuli if stimulus.name in every)
         seed = zlib.crc32(f"practice of {setting.seed}".encode())
         return replace(setting, seed=seed, stimuli=(*chosen, *self.own))
 
     def next_page(
-        self, design: Design, setting: DesignContext, participant: Participant, given: Sequence[PageAnswers]
+        self, design: Design, setting: DesignContext, participant: Participant, history: Sequence[PageAnswers]
     ) -> Page | None:
-        """Return the practice page after ``given``, the answers to practice pages in order; None at its end."""
-        page = self._page(design, setting, participant, given)
-        if page is None or not given:
+        """Return the practice page after ``history``, the answered practice pages in order; None at its end."""
+        page = self._page(design, setting, participant, history)
+        if page is None or not history:
             return page
         return replace(
-            page, layout={**page.layout, **self.feedback_text(design, setting, participant, given)}
+            page, layout={**page.layout, **self.feedback_text(design, setting, participant, history)}
         )
 
     def first_trial(
@@ -108,27 +102,27 @@ class Practice(BaseModel):
         design: Design,
         setting: DesignContext,
         participant: Participant,
-        given: Sequence[PageAnswers],
+        history: Sequence[PageAnswers],
     ) -> Page:
-        """Return the first trial, with what is to be said after the practice, before the trial is shown."""
-        ended = {"text": self.ended, **self.feedback_text(design, setting, participant, given)}
+        """Return the first trial with the text that ends the practice, shown before it."""
+        ended = {"text": self.ended, **self.feedback_text(design, setting, participant, history)}
         return replace(page, layout={**page.layout, "practice_ended": ended})
 
     def feedback_text(
-        self, design: Design, setting: DesignContext, participant: Participant, given: Sequence[PageAnswers]
+        self, design: Design, setting: DesignContext, participant: Participant, history: Sequence[PageAnswers]
     ) -> dict[str, Any]:
-        """Return what is said of the last answer: whether it was right, where feedback is given and it can be."""
-        before = self._page(design, setting, participant, given[:-1]) if self.feedback and given else None
-        right = [asked for asked in before.asked if asked.right] if before else []
-        if not right:
+        """Return the feedback to the last answer: whether it was right; {} without feedback or a right answer."""
+        before = self._page(design, setting, participant, history[:-1]) if self.feedback and history else None
+        questions = [question for question in before.questions if question.right] if before else []
+        if not questions:
             return {}
-        correct = all(given[-1].responses[asked.key] == asked.right for asked in right)
+        correct = all(history[-1].responses[question.key] == question.right for question in questions)
         return {"feedback": {"correct": correct, "text": self.right if correct else self.wrong}}
 
     def _page(
-        self, design: Design, setting: DesignContext, participant: Participant, given: Sequence[PageAnswers]
+        self, design: Design, setting: DesignContext, participant: Participant, history: Sequence[PageAnswers]
     ) -> Page | None:
-        page = self._design(design, setting).next_page(self.setting(setting), participant, given)
+        page = self._design(design, setting).next_page(self.setting(setting), participant, history)
         if page is None or page.trial > self.trials:
             return None
         number, of = str(page.trial), str(self.trials)
@@ -150,6 +144,6 @@ class Practice(BaseModel):
         return design.practice_design([stimulus.name for stimulus in self.setting(setting).stimuli])
 
 
-def practice_answers(given: Sequence[PageAnswers]) -> list[PageAnswers]:
-    """Return the answers to practice pages."""
-    return [one for one in given if one.token.startswith(TOKEN)]
+def practice_answers(history: Sequence[PageAnswers]) -> list[PageAnswers]:
+    """Return the answered practice pages."""
+    return [page for page in history if page.token.startswith(TOKEN)]

@@ -11,19 +11,19 @@ from tactogram.errors import ParameterError
 from tactogram.study.wording import Wording
 
 LONGEST_TEXT = 2000
-"""Characters of a free answer."""
+"""Characters of a free-text answer."""
 Identifier = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$")]
 
 
 class AnswerOption(BaseModel):
-    """One of several answers to choose from."""
+    """Option of a choice."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     value: Annotated[str, Field(min_length=1, max_length=100)]
-    """What is stored."""
+    """Stored answer."""
     text: Wording = Wording()
-    """What is read; by default the value."""
+    """Label; the value by default."""
 
     @model_validator(mode="after")
     def _text_by_default(self) -> Self:
@@ -33,7 +33,7 @@ class AnswerOption(BaseModel):
 
 
 class Question(BaseModel):
-    """A question as the file says it."""
+    """Question of a study's file."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -71,7 +71,7 @@ class Question(BaseModel):
         Raises
         ------
         ParameterError
-            If it is none: not one of the options, off the scale, or empty where it is required.
+            If it is not one of the options, off the scale, or empty where it is required.
         """
         text = text.strip()
         if not text:
@@ -101,8 +101,8 @@ class Question(BaseModel):
         if not (math.isfinite(value) and low <= value <= high) or (self.kind == "steps" and value % 1):
             kind = "a whole number" if self.kind == "steps" else "a number"
             limits = " and ".join(
-                said
-                for said, limit in ((f"at least {low:g}", low), (f"at most {high:g}", high))
+                text
+                for text, limit in ((f"at least {low:g}", low), (f"at most {high:g}", high))
                 if math.isfinite(limit)
             )
             raise ParameterError(f"{self.id}: must be {kind} {limits}".rstrip() + f", got {text[:60]!r}")

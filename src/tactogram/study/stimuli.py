@@ -13,46 +13,46 @@ from tactogram.study.wording import Wording
 
 Name = Annotated[str, Field(min_length=1, max_length=120)]
 SIGNALS, PICTURES = ("file", "run", "simulated"), ("image", "image_run", "simulated_image")
-"""Where a signal and a picture can come from."""
+"""Sources of a signal, and of a picture."""
 Weights = dict[str, float]
 
 
 class StimulusSource(BaseModel):
-    """Origin of a stimulus. In a grid ``{item}`` and ``{condition}`` are replaced in every text."""
+    """Origin of a stimulus. In a grid, ``{item}`` and ``{condition}`` are replaced in every text."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     file: str = ""
-    """A signal, beside the study's file."""
+    """Signal file, relative to the study's file."""
     run: str = ""
-    """A trained generator, which makes the signal."""
+    """Trained generator of the signal."""
     material: str = ""
     """Condition of ``run`` and ``image_run``."""
     words: Weights = Field(default_factory=dict)
     """Condition of ``run`` and ``image_run``: scores by word."""
     seed: int = Field(default=0, ge=0)
-    """Of what runs make, or of what is simulated."""
+    """Of generated or simulated stimuli."""
     seconds: float | None = Field(default=None, gt=0, le=3600)
     simulated: str = ""
     """A simulated recording, as SET/MATERIAL: ``stroking9/carpet``."""
     autoregressive: bool = False
-    """Whether not the recording is played, but a signal drawn from an autoregressive model of it."""
+    """Whether a signal drawn from an autoregressive model of the recording is played instead."""
     image: str = ""
-    """A picture to be seen, beside the study's file."""
+    """Picture file, relative to the study's file."""
     image_run: str = ""
-    """A trained generator, which makes the picture."""
+    """Trained generator of the picture."""
     simulated_image: str = ""
     """A simulated picture, as FAMILY/NUMBER: ``sand/3``; ``any/TEXT`` draws both by the text."""
     display: str = ""
-    """On what it is played; by default the study's."""
+    """Display, as `render` takes it; by default the study's."""
     level: str = ""
-    """How strong; by default the study's. As `render` takes it: physical, sensation=20, gain=2 …"""
+    """Level, as `render` takes it (physical, sensation=20, gain=2 …); by default the study's."""
     axes: str = ""
-    """How several axes become the display's, as `render` takes it; by default as the display says."""
+    """Mapping of several axes to the display's, as `render` takes it; by default the display's."""
     speed_mm_s: float | None = Field(default=None, gt=0, le=5000)
-    """Of the finger, for a signal over displacement."""
+    """Speed of the finger, for a signal over displacement."""
     text: Wording = Wording()
-    """What is to be done where nothing is played: ``Stroke plate {item}.``"""
+    """Instruction where nothing is played: ``Stroke plate {item}.``"""
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
@@ -70,14 +70,14 @@ class StimulusSource(BaseModel):
 
 
 class Stimulus(StimulusSource):
-    """One thing to be felt, seen, or both."""
+    """Stimulus to be felt, seen, or both."""
 
     name: Name
-    """Its own; names differ within a study."""
+    """Unique within a study."""
     item: str = ""
-    """The texture, plate or image; by default the name."""
+    """Texture, plate or image; by default the name."""
     condition: str = ""
-    """The version of the item."""
+    """Version of the item."""
 
     @model_validator(mode="after")
     def _item_by_default(self) -> Self:
@@ -87,7 +87,7 @@ class Stimulus(StimulusSource):
 
     @property
     def is_simulated(self) -> bool:
-        """Whether it says itself that it is simulated."""
+        """Whether its source is a simulation."""
         return bool(self.simulated or self.simulated_image)
 
     @property
@@ -108,13 +108,12 @@ class StimulusGrid(BaseModel):
 
     items: tuple[Name, ...] = ()
     numbered: str = ""
-    """Instead of ``items``: ``image{:03d}``, together with ``count``."""
+    """Pattern that replaces ``items``, such as ``image{:03d}``; requires ``count``."""
     count: int = Field(default=0, ge=0, le=100_000)
     conditions: tuple[str, ...] = ("",)
     source: StimulusSource = StimulusSource()
-    """Of each."""
     by_condition: dict[str, dict[str, Any]] = Field(default_factory=dict)
-    """What differs from ``source`` in a condition."""
+    """Values that replace those of ``source`` in a condition."""
 
     @model_validator(mode="after")
     def _known(self) -> Self:
@@ -139,7 +138,7 @@ class StimulusGrid(BaseModel):
         return self
 
     def stimuli(self, names: Mapping[str, Wording] = MappingProxyType({})) -> tuple[Stimulus, ...]:
-        """Return them, items first; ``names`` are what their texts call items and conditions, by key."""
+        """Return them by item; ``names`` of items and conditions, by key, fill their texts."""
         items = self.items or self.numbered_items
         return tuple(
             self._one(item, condition, names) for item, condition in itertools.product(items, self.conditions)
@@ -147,19 +146,19 @@ class StimulusGrid(BaseModel):
 
     @property
     def numbered_items(self) -> tuple[str, ...]:
-        """The items that ``numbered`` makes, none without it."""
+        """Items of ``numbered``, none without it."""
         return tuple(self.numbered.format(n) for n in range(1, self.count + 1)) if self.numbered else ()
 
     def _one(
         self, item: str, condition: str, names: Mapping[str, Wording] = MappingProxyType({})
     ) -> Stimulus:
-        # A condition with its own source of signals or pictures replaces that of all.
-        own = self.by_condition.get(condition, {})
+        # A condition's source of signals or pictures replaces the common one.
+        changes = self.by_condition.get(condition, {})
         values = self.source.model_dump(exclude_defaults=True)
         for kinds in (SIGNALS, PICTURES):
-            if any(kind in own for kind in kinds):
+            if any(kind in changes for kind in kinds):
                 values = {key: value for key, value in values.items() if key not in kinds}
-        values |= own
+        values |= changes
         filled = {key: _filled(value, item, condition) for key, value in values.items() if key != "text"}
         if "text" in values:
             called = {"item": names.get(item, item), "condition": names.get(condition, condition)}

@@ -1,4 +1,4 @@
-"""Analysis of a whole study: a plan, and a section for each question that answers hold."""
+"""Analysis of a whole study: a plan, and a section for each question."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from tactogram.study.analysis.findings import ALPHA, AnalysisSection, with_verdi
 from tactogram.study.answers import Answers, Targets
 from tactogram.study.designs import designs
 from tactogram.study.designs.catalogue import margin_scales, margin_text
-from tactogram.study.planned import PlannedAnalysis, differing
+from tactogram.study.planned import PlannedAnalysis, changed_margins
 from tactogram.study.practice import MARK
 
 UNTESTED = ("questions", MARK)
-"""Rows of the questions before and after, and of practice: they are counted, not tested."""
+"""Designs of rows that are counted, not tested: the questions before and after, and practice."""
 
 
 @dataclass(frozen=True)
@@ -27,25 +27,23 @@ class AnalysisPlan:
     Parameters
     ----------
     margins : mapping from str to float
-        Half the width of what counts as equal, by a name that one of the designs gives in its ``margins``.
+        Half the width of what counts as equal, by name of a design's ``margins``.
     targets : mapping, optional
-        Scores of the stimuli that scores of words are held against.
+        Target scores of words by stimulus.
     reference : str, optional
-        Instead: the condition whose mean scores are the targets.
-    seed : int
-        Of the bootstraps.
+        Condition whose mean scores are the targets instead.
     draws : int
         Of a bootstrap; a tenth of it where each draw is a fit.
     alpha : float
-        A difference is shown where p is below. Intervals are of 95 % whatever it is.
-    planned : Planned, optional
-        What the study's file gave beforehand. What differs is reported as given afterwards; without it, nobody can see
-        when margins were given, and that is said.
+        A difference is shown if p is below. Intervals are always of 95 %.
+    planned : PlannedAnalysis, optional
+        Analysis in the study's file. Deviations are reported; without it, the report states that nobody can see when
+        margins were set.
 
     Raises
     ------
     ParameterError
-        If a margin is for something else or not > 0, both targets and a reference are given, or draws are too few.
+        If a margin is unknown or not > 0, both targets and a reference are given, or draws are too few.
     """
 
     margins: Mapping[str, float]
@@ -60,34 +58,34 @@ class AnalysisPlan:
     def of(
         cls, beforehand: PlannedAnalysis, margins: Mapping[str, float] | None = None, **options: Any
     ) -> AnalysisPlan:
-        """Return the plan of a study's file, with margins that were given since in the place of its own."""
+        """Return the plan of a study's file, with ``margins`` that replace its own."""
         return cls({**beforehand.values, **(margins or {})}, planned=beforehand, **options)
 
     @property
     def deviations(self) -> dict[str, float]:
-        """What is not as the study's file gave it beforehand; {} where nothing is known of that."""
+        """Margins and alpha that differ from the study's file; {} without it."""
         if self.planned is None:
             return {}
         changed = {} if self.alpha == self.planned.alpha else {"alpha": self.alpha}
-        return differing(self.margins, self.planned.values) | changed
+        return changed_margins(self.margins, self.planned.values) | changed
 
     def lines(self) -> list[str]:
-        """Return in sentences which margins there are, and when they were given."""
-        said = [margin_text(name, value) for name, value in self.margins.items()]
+        """Return sentences on the margins, and on when they were set."""
+        texts = [margin_text(name, value) for name, value in self.margins.items()]
         beforehand = [] if self.planned is None else list(self.planned.margins.items())
         if self.planned is None:
             lines = [
-                f"Margins, given with the analysis: {', '.join(said)}. Whether that was beforehand cannot be seen"
+                f"Margins, given with the analysis: {', '.join(texts)}. Whether that was beforehand cannot be seen"
             ]
-            lines = lines if said else ["No margin was given: nothing can be equivalent"]
+            lines = lines if texts else ["No margin was given: nothing can be equivalent"]
         elif beforehand:
-            stood = [
+            planned = [
                 margin_text(name, margin.value) + (f" ({margin.because})" if margin.because else "")
                 for name, margin in beforehand
             ]
-            lines = [f"Margins, given beforehand in the study's file: {', '.join(stood)}"]
+            lines = [f"Margins, given beforehand in the study's file: {', '.join(planned)}"]
         else:
-            lines = ["The study's file gives no margin" + ("" if said else ": nothing can be equivalent")]
+            lines = ["The study's file gives no margin" + ("" if texts else ": nothing can be equivalent")]
         if self.deviations:
             changed = ", ".join(
                 f"alpha {value:g}" if name == "alpha" else margin_text(name, value)
@@ -96,24 +94,24 @@ class AnalysisPlan:
             lines.append(
                 f"Given afterwards, not as in the study's file: {changed}. What rests on it is exploratory"
             )
-        known = "" if self.planned is None or "alpha" in self.deviations else " (beforehand)"
-        lines.append(f"Alpha {self.alpha:g}{known}; intervals are of 95 %")
+        timing = "" if self.planned is None or "alpha" in self.deviations else " (beforehand)"
+        lines.append(f"Alpha {self.alpha:g}{timing}; intervals are of 95 %")
         return [f"{line}." for line in lines]
 
     def generator(self) -> np.random.Generator:
-        """Return the generator of one section's bootstraps: the same for each."""
+        """Return the generator of a section's bootstraps, the same for each section."""
         return np.random.default_rng(self.seed)
 
     @property
     def fits(self) -> int:
-        """Draws of a bootstrap whose every draw is a fit."""
+        """Draws of a bootstrap in which each draw is a fit."""
         return max(100, self.draws // 10)
 
     def __post_init__(self) -> None:
-        known = margin_scales()
+        scales = margin_scales()
         for name, margin in self.margins.items():
-            if name not in known:
-                raise ParameterError(f"a margin must be for one of {', '.join(known)}, got {name!r}")
+            if name not in scales:
+                raise ParameterError(f"a margin must be for one of {', '.join(scales)}, got {name!r}")
             if not (margin > 0 and np.isfinite(margin)):
                 raise ParameterError(f"margin of {name} must be > 0, got {margin:g}")
         if self.targets is not None and self.reference is not None:
@@ -126,15 +124,7 @@ class AnalysisPlan:
 
 @dataclass(frozen=True)
 class StudyAnalysis:
-    """Analysis of a study.
-
-    Parameters
-    ----------
-    study : str
-    sections : tuple of Section
-    plan : Plan
-    notes : tuple of str
-    """
+    """Analysis of a study."""
 
     study: str
     sections: tuple[AnalysisSection, ...]
@@ -142,7 +132,7 @@ class StudyAnalysis:
     notes: tuple[str, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as plain values, for JSON."""
+        """Return plain values for JSON."""
         return {
             "study": self.study,
             "simulated": any(section.simulated for section in self.sections),
@@ -158,7 +148,7 @@ class StudyAnalysis:
         }
 
     def text(self) -> str:
-        """Return it in lines."""
+        """Return the analysis in lines."""
         head = [
             f"Study {self.study}",
             *self.plan.lines(),
@@ -172,18 +162,13 @@ class StudyAnalysis:
 
 
 def analyse(answers: Answers, *, plan: AnalysisPlan | None = None) -> StudyAnalysis:
-    """Return the analysis of every question that the answers hold.
-
-    Parameters
-    ----------
-    answers : Answers
-        Of one study; ``design`` says what is asked.
-    plan : Plan, optional
+    """Return the analysis of every question in the answers to one study.
 
     Raises
     ------
     DataError
-        If there is no answer to a trial, answers are of several studies, or real and simulated participants are mixed.
+        If there is no answer to a trial, answers are of several studies, or people and simulated participants are
+        mixed.
     """
     plan = plan or AnalysisPlan({})
     studies = answers.unique("study")
@@ -200,11 +185,11 @@ def analyse(answers: Answers, *, plan: AnalysisPlan | None = None) -> StudyAnaly
     for kind, group in trials.by("design").items():
         if kind not in designs():
             raise DataError(f"design must be one of {', '.join(designs())}, got {kind!r}")
-        if twice := _twice(group):
+        if twice := _duplicate(group):
             raise DataError(f"{twice}: is there twice; leave one out")
         for section in designs()[kind].analyse(group, plan):
-            late = designs()[kind].margin_for(section.question) in plan.deviations
-            note = "margin given afterwards" if late else ""
+            changed = designs()[kind].margin_for(section.question) in plan.deviations
+            note = "margin given afterwards" if changed else ""
             sections.append(with_verdicts(section, alpha=plan.alpha, note=note))
     notes: tuple[str, ...] = ()
     if other := len(answers.where(design="questions")):
@@ -214,8 +199,8 @@ def analyse(answers: Answers, *, plan: AnalysisPlan | None = None) -> StudyAnaly
     return StudyAnalysis(studies[0], tuple(sections), plan, notes)
 
 
-def _twice(group: Answers) -> str:
-    """Return the first answer that stands there twice, in words; "" where none does."""
+def _duplicate(group: Answers) -> str:
+    """Return a description of the first duplicate answer, "" if there is none."""
     seen = set()
     for row in group:
         key = (row.participant, row.session, row.trial, row.question, row.stimulus, row.condition, row.repeat)

@@ -1,4 +1,4 @@
-"""A study as a TOML file says it: everything that decides what a participant meets."""
+"""Study file: everything that determines a participant's session, as TOML."""
 
 from __future__ import annotations
 
@@ -35,43 +35,43 @@ class Study(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: Name
-    """Stands in every row and in file names; lower-case letters, digits and _."""
+    """Part of every row and of file names; lower-case letters, digits and _."""
     title: Wording
     description: Wording = Wording()
     source: str = ""
-    """The paper that is reproduced."""
+    """Publication that is reproduced."""
     languages: tuple[Language, ...] = Field(default=LANGUAGES, min_length=1)
-    """Each text must be there in each; the first is offered first."""
+    """Every text is required in each; the first is the default."""
     seed: int = Field(default=0, ge=0)
     """Of every order and side."""
     order: Rule = "random"
     """See `tactogram.study.orders.ordered`."""
     display: str = "audio"
-    """On what stimuli are played, as `render` takes it."""
+    """Display of the stimuli, as `render` takes it."""
     played_by: Literal["browser", "server"] = "browser"
     """``browser`` sends the drive to the participant's device and plays it there as sound, in parts of full scale;
     ``server`` plays it on the display at the server."""
     level: str = "physical"
-    """How strong, as `render` takes it: physical, sensation=20, gain=2 …"""
+    """Level of the stimuli, as `render` takes it: physical, sensation=20, gain=2 …"""
     rest_every: int = Field(default=0, ge=0)
-    """Trials after which a rest is offered; 0 is never."""
+    """Trials after which a rest is offered; 0 for none."""
     consent: Wording
-    """What a participant agrees to before anything is asked. The ethics board's text goes here."""
+    """Text that a participant agrees to before the first question. The ethics board's text goes here."""
     before: tuple[Question, ...] = ()
-    """Asked before the first trial. No names, no addresses."""
+    """Questions before the first trial. No names, no addresses."""
     after: tuple[Question, ...] = ()
-    """Asked after the last trial."""
+    """Questions after the last trial."""
     practice: Practice | None = None
     """Trials before those that count."""
     analysis: PlannedAnalysis | None = None
-    """What is decided of the analysis before anybody answers."""
+    """Analysis decided before anybody answers."""
     design: SerializeAsAny[Design]
     stimuli: tuple[Stimulus, ...] = ()
     grid: StimulusGrid | None = None
-    """Stimuli by item and condition, in addition to those that are listed."""
+    """Stimuli by item and condition, in addition to the listed ones."""
     names: dict[str, Wording] | None = None
-    """What items, conditions and stimuli are called on pages and in reports, by their keys, which stand in every row.
-    The key ``grid.numbered`` stands for all of the grid's items, with ``{number}`` in its text."""
+    """Names of items, conditions and stimuli on pages and in reports, by their keys; rows keep the keys. The key
+    ``grid.numbered`` names all of the grid's items, with ``{number}`` in its text."""
 
     @field_validator("before", "after")
     @classmethod
@@ -120,13 +120,7 @@ class Study(BaseModel):
 
     @classmethod
     def of(cls, values: Mapping[str, Any], *, where: str = "study") -> Self:
-        """Return the study that ``values`` describe.
-
-        Raises
-        ------
-        ParameterError
-            In one line that names the key.
-        """
+        """Return the study that ``values`` describe; raise `ParameterError`, naming the key, if they describe none."""
         design = values.get("design")
         if isinstance(design, str):
             design = {"kind": design}
@@ -141,88 +135,83 @@ class Study(BaseModel):
 
     @cached_property
     def all_stimuli(self) -> tuple[Stimulus, ...]:
-        """Those listed and those of the grid."""
-        return (*self.stimuli, *(self.grid.stimuli(self.called) if self.grid else ()))
+        """The listed stimuli and those of the grid."""
+        return (*self.stimuli, *(self.grid.stimuli(self.display_names) if self.grid else ()))
 
     @cached_property
     def setting(self) -> DesignContext:
-        """What its design needs to know."""
-        return DesignContext(self.name, self.seed, self.order, self.all_stimuli, self.called)
+        """Context of its design."""
+        return DesignContext(self.name, self.seed, self.order, self.all_stimuli, self.display_names)
 
     @cached_property
-    def called(self) -> dict[str, Wording]:
-        """What is called otherwise than its key, by key; numbered items one by one."""
-        given = dict(self.names or {})
-        if self.grid and self.grid.numbered in given:
-            pattern = given.pop(self.grid.numbered)
+    def display_names(self) -> dict[str, Wording]:
+        """Names by key; numbered items one by one."""
+        named = dict(self.names or {})
+        if self.grid and self.grid.numbered in named:
+            pattern = named.pop(self.grid.numbered)
             numbered = {
                 item: pattern.filled(number=str(number))
                 for number, item in enumerate(self.grid.numbered_items, 1)
             }
-            given = {**numbered, **given}
-        return given
+            named = {**numbered, **named}
+        return named
 
     def names_in(self, language: Language) -> dict[str, str]:
-        """Return what is called otherwise than its key in a language, by key."""
-        return {key: text for key, name in self.called.items() if (text := name.in_language(language))}
+        """Return the names in a language, by key."""
+        return {key: text for key, name in self.display_names.items() if (text := name.in_language(language))}
 
     @property
     def unused_names(self) -> tuple[str, ...]:
-        """Keys of ``names`` that no item, condition or stimulus has: left over, or misspelt."""
-        return tuple(key for key in self.called if key not in self._keys)
+        """Keys of ``names`` that no item, condition or stimulus has: obsolete, or misspelt."""
+        return tuple(key for key in self.display_names if key not in self._keys)
 
     @property
     def _keys(self) -> set[str]:
         return {text for one in self.made_stimuli for text in (one.item, one.condition, one.name) if text}
 
     def _check_names(self) -> None:
-        """Refuse two of a name.
-
-        Raises
-        ------
-        ValueError
-        """
-        known = self._keys
+        """Raise ValueError if two keys share a name."""
+        keys = self._keys
         for language in LANGUAGES:
             names = self.names_in(language)
-            shown = Counter(names.get(key, key) for key in known)
+            shown = Counter(names.get(key, key) for key in keys)
             if twice := [text for text, count in shown.items() if count > 1]:
                 raise ValueError(f"names: two are called {twice[0]!r} in {language}; names must differ")
 
     @property
     def made_stimuli(self) -> tuple[Stimulus, ...]:
-        """Those of the trials, and those that come in practice only."""
+        """Stimuli of the trials, and those of the practice only."""
         return (*self.all_stimuli, *(self.practice.own if self.practice else ()))
 
     @property
     def planned(self) -> PlannedAnalysis:
-        """What is decided of the analysis; without a table in the file no margin, and alpha .05."""
+        """The planned analysis; by default no margin, and alpha .05."""
         return self.analysis or PlannedAnalysis()
 
     @property
     def trials(self) -> int:
-        """Trials of a participant, or the most there can be."""
+        """Trials of a participant, or the largest possible number."""
         return self.design.total(self.setting)
 
     def as_json(self) -> str:
-        """Return every resolved value; `Study.of` reads it."""
+        """Return every resolved value as JSON, for `Study.of`."""
         return json.dumps(self.model_dump(mode="json", exclude_none=True), ensure_ascii=False, sort_keys=True)
 
-    def differing(self, other: Study) -> str:
+    def first_difference(self, other: Study) -> str:
         """Return the first dotted key in which another study differs, "nothing" if none does."""
-        return _differing(json.loads(self.as_json()), json.loads(other.as_json())) or "nothing"
+        return _difference(json.loads(self.as_json()), json.loads(other.as_json())) or "nothing"
 
     @cached_property
     def sha256(self) -> str:
-        """Follows from every resolved value."""
+        """Hash of every resolved value."""
         return hashlib.sha256(self.as_json().encode()).hexdigest()
 
 
-def _differing(one: Any, other: Any, place: str = "") -> str:
+def _difference(one: Any, other: Any, place: str = "") -> str:
     if isinstance(one, dict) and isinstance(other, dict):
         for key in sorted({*one, *other}):
             inner = f"{place}.{key}" if place else key
-            if found := _differing(one.get(key), other.get(key), inner):
+            if found := _difference(one.get(key), other.get(key), inner):
                 return found
         return ""
     return "" if one == other else place

@@ -18,19 +18,9 @@ NOTHING = Wording()
 
 @dataclass(frozen=True)
 class Participant:
-    """Participant of a study: a code, and a number that the counterbalancing follows.
+    """Participant of a study: a code of letters and digits, never a name, and a number for the counterbalancing.
 
-    Parameters
-    ----------
-    code : str
-        Letters and digits; never a name.
-    number : int
-        From 1, in the order of enrolment.
-    language : {"ja", "en"}
-    simulated : bool
-        Whether a program answers.
-    session : str
-        What the sitting is called.
+    ``number`` counts from 1 in the order of enrolment; ``session`` names the sitting.
     """
 
     code: str
@@ -42,17 +32,7 @@ class Participant:
 
 @dataclass(frozen=True)
 class DesignContext:
-    """Facts of the study that a design needs.
-
-    Parameters
-    ----------
-    name : str
-    seed : int
-    order : Rule
-    stimuli : tuple of Stimulus
-    names : mapping from str to Wording
-        What items and conditions are called, where not by their keys.
-    """
+    """The part of a study that its design needs; ``names`` of items and conditions where they are not their keys."""
 
     name: str
     seed: int
@@ -60,20 +40,14 @@ class DesignContext:
     stimuli: tuple[Stimulus, ...]
     names: Mapping[str, Wording] = field(default_factory=dict)
 
+    def stimulus(self, name: str) -> Stimulus | None:
+        """Return the stimulus of a name, None if there is none."""
+        return next((stimulus for stimulus in self.stimuli if stimulus.name == name), None)
+
 
 @dataclass(frozen=True)
 class PresentedStimulus:
-    """A stimulus on a page.
-
-    Parameters
-    ----------
-    slot : {"", "A", "B", "X"}
-        What the participant knows it as.
-    stimulus : Stimulus or None
-        None is silence.
-    gain_db : float
-        By how much it is played stronger than its level says.
-    """
+    """A stimulus in a slot of a page, played ``gain_db`` stronger than its level; None is silence."""
 
     slot: Slot
     stimulus: Stimulus | None
@@ -82,21 +56,21 @@ class PresentedStimulus:
 
 @dataclass(frozen=True)
 class PageQuestion:
-    """A question on a page, with what the answer will mean; nothing of that is shown.
+    """A question on a page, and what the answer will mean; participants see the question alone.
 
     Parameters
     ----------
     question : Question
     slot : str
-        Which stimulus it is about, where the page asks about each.
+        Slot of the stimulus that it is about, where the page asks about each.
     side : str
-        Where the asked-for stimulus is.
+        Slot of the target.
     right : str
-        The correct answer, "" if none is.
+        Correct answer, "" if there is none.
     stimulus, condition, other, other_condition : str
-        See `tactogram.study.answers`.
+        Columns of the answer; see `tactogram.study.answers`.
     values : mapping from str to float
-        What ``value`` becomes for an answer; else the number that it is.
+        ``value`` of each answer; by default the number that the answer is.
     """
 
     question: Question
@@ -122,30 +96,30 @@ class Page:
     Parameters
     ----------
     token : str
-        Its own within the participant's session; an answer is stored once per token.
+        Unique within the participant's session; answers are stored once per token.
     kind : str
         ``consent``, ``questions``, or the design's.
-    asked : tuple of Asked
-    presented : tuple of Presented
+    questions : tuple of PageQuestion
+    presented : tuple of PresentedStimulus
     text : Wording
-        What to do.
+        Instructions.
     trial, step, block, repeat : int
         From 1. A trial can have several pages, its steps.
     total : int
-        Trials there are, or at most will be; 0 where it is no trial.
+        Number of trials, or the largest possible; 0 outside trials.
     rest : bool
         Whether a rest is offered before it.
     practice : bool
         Whether its answers do not count.
     more : mapping from str to str
-        Further columns of its answers.
+        Extra columns of its answers.
     layout : mapping from str to JSON values
-        What the design says of how it looks: sizes in mm, speeds in mm/s; texts are Wordings.
+        Sizes in mm, speeds in mm/s; texts are Wordings.
     """
 
     token: str
     kind: str
-    asked: tuple[PageQuestion, ...]
+    questions: tuple[PageQuestion, ...]
     presented: tuple[PresentedStimulus, ...] = ()
     text: Wording = NOTHING
     trial: int = 1
@@ -159,26 +133,22 @@ class Page:
     layout: Mapping[str, Any] = field(default_factory=dict)
 
     def accepted(self, responses: Mapping[str, str]) -> dict[str, str]:
-        """Return the answers to its questions, by key.
+        """Return the valid answers to its questions, by key.
 
         Raises
         ------
         ParameterError
-            If one is missing, not an answer, or to no question of this page.
+            If one is missing, invalid, or to no question of this page.
         """
-        if unknown := sorted(set(responses) - {asked.key for asked in self.asked}):
-            known = ", ".join(asked.key for asked in self.asked)
-            raise ParameterError(f"page {self.token} asks {known}, got an answer to {unknown[0][:60]!r}")
-        return {asked.key: asked.question.accepted(responses.get(asked.key, "")) for asked in self.asked}
+        keys = [question.key for question in self.questions]
+        if unknown := sorted(set(responses) - set(keys)):
+            raise ParameterError(
+                f"page {self.token} asks {', '.join(keys)}, got an answer to {unknown[0][:60]!r}"
+            )
+        return {one.key: one.question.accepted(responses.get(one.key, "")) for one in self.questions}
 
     def slot(self, name: str) -> PresentedStimulus:
-        """Return what is in a slot.
-
-        Raises
-        ------
-        ParameterError
-            If the page has no such slot.
-        """
+        """Return the stimulus of a slot; raise `ParameterError` if the page has no such slot."""
         for presented in self.presented:
             if presented.slot == name:
                 return presented
@@ -186,7 +156,7 @@ class Page:
         raise ParameterError(f"page {self.token} has the slots {slots}, got {name[:20]!r}")
 
     def shown(self, language: Language) -> dict[str, Any]:
-        """Return what a participant may know, as JSON values: no names of stimuli, no conditions, no right answers."""
+        """Return what a participant may see, as JSON values: no stimulus names, no conditions, no right answers."""
         return {
             "token": self.token,
             "kind": self.kind,
@@ -197,22 +167,13 @@ class Page:
             "rest": self.rest,
             "layout": _in_language(self.layout, language),
             "slots": [_slot_shown(presented, language) for presented in self.presented],
-            "questions": [_question_shown(asked, language) for asked in self.asked],
+            "questions": [_question_shown(question, language) for question in self.questions],
         }
 
 
 @dataclass(frozen=True)
 class PageAnswers:
-    """Answers to a page.
-
-    Parameters
-    ----------
-    token : str
-    responses : mapping from str to str
-        Accepted answers by key.
-    facts : mapping from str to str
-        ``more`` of the page: what was shown does not depend on computing it again.
-    """
+    """Accepted answers to a page by key; ``facts`` are its ``more``, so that nothing presented is computed again."""
 
     token: str
     responses: Mapping[str, str]
@@ -229,18 +190,20 @@ def _in_language(value: Any, language: Language) -> Any:
 
 def _slot_shown(presented: PresentedStimulus, language: Language) -> dict[str, Any]:
     stimulus = presented.stimulus
-    picture = stimulus is not None and stimulus.is_seen
-    # Silence is announced as played: who could see the difference need not feel it.
-    played = stimulus is None or stimulus.is_played
-    text = stimulus.text.in_language(language) if stimulus is not None else ""
-    return {"slot": presented.slot, "played": played, "picture": picture, "text": text}
-
-
-def _question_shown(asked: PageQuestion, language: Language) -> dict[str, Any]:
-    question = asked.question
     return {
-        "key": asked.key,
-        "slot": asked.slot,
+        "slot": presented.slot,
+        # Silence counts as played: a participant who saw the difference would not need to feel it.
+        "played": stimulus is None or stimulus.is_played,
+        "picture": stimulus is not None and stimulus.is_seen,
+        "text": stimulus.text.in_language(language) if stimulus is not None else "",
+    }
+
+
+def _question_shown(page_question: PageQuestion, language: Language) -> dict[str, Any]:
+    question = page_question.question
+    return {
+        "key": page_question.key,
+        "slot": page_question.slot,
         "text": question.text.in_language(language),
         "kind": question.kind,
         "options": [

@@ -32,11 +32,11 @@ class Wording(BaseModel):
         return bool(self.ja or self.en)
 
     def filled(self, **values: str | Wording) -> Wording:
-        """Return it with ``{name}`` replaced by a value, in each language by its own."""
+        """Return the text with each ``{name}`` replaced by its value in the same language."""
         ja, en = self.ja, self.en
         for name, value in values.items():
-            own = value if isinstance(value, Wording) else Wording(ja=value, en=value)
-            ja, en = ja.replace(f"{{{name}}}", own.ja), en.replace(f"{{{name}}}", own.en)
+            text = Wording.model_validate(value)
+            ja, en = ja.replace(f"{{{name}}}", text.ja), en.replace(f"{{{name}}}", text.en)
         return Wording(ja=ja, en=en)
 
 

@@ -588,7 +588,7 @@ def test_participants_pages_start_without_torch(tmp_path, write_study):
         "code = session.store.enrol().code\n"
         "for _ in range(2):\n"
         "    page = session.store.page(code)\n"
-        "    answers = {one.key: one.question.options[0].value for one in page.asked}\n"
+        "    answers = {one.key: one.question.options[0].value for one in page.questions}\n"
         "    page = session.store.submit(code, page.token, answers).page\n"
         "session.stimuli.drive(page, 'A')\n"
         "print([name for name in ('torch', 'nicegui') if name in sys.modules])\n"

@@ -9,8 +9,8 @@ from tactogram.study.answers import Answer, Answers
 from tactogram.study.designs.pairwise.analysis import ALIKE, APART, analyse_preference
 from tactogram.study.designs.pairwise.power import (
     ComparisonCounts,
-    _asked,
     _holm_above,
+    _presented,
     jackknifed,
     shown_and_equal,
     simulated_preferences,
@@ -27,7 +27,7 @@ def test_of_two_items_the_error_is_that_of_a_share_by_participant():
     share = pooled_share(answers, np.repeat(np.arange(15), 8).tolist())
     gap = strengths[0] - strengths[1]
     error = np.sqrt(covariance[0, 0] + covariance[1, 1] - 2 * covariance[0, 1])
-    assert special.expit(gap) == pytest.approx(share.share, rel=1e-4)
+    assert special.expit(gap) == pytest.approx(share.estimate, rel=1e-4)
     assert gap / error == pytest.approx(share.statistic, rel=0.04)
 
 
@@ -63,7 +63,7 @@ def test_holm_of_many_studies_is_that_of_each():
 def test_studies_without_tables_are_as_those_with_tables_of_each_participant(people, comparisons, items):
     rng = np.random.default_rng(4)
     first, second = np.triu_indices(items, 1)
-    place, asked = _asked(comparisons, len(first), (3, people), rng)
+    place, asked = _presented(comparisons, len(first), (3, people), rng)
     won = rng.binomial(asked, 0.7)
     one, other = first[place], second[place]
     tables = np.zeros((3, people, items, items))

@@ -1,11 +1,11 @@
 from matplotlib.figure import Figure
 
 from tactogram.study.analysis import lettering
-from tactogram.study.analysis.lettering import OWN, font_with, letter
+from tactogram.study.analysis.lettering import DEFAULT_FONT, font_with, letter
 
 
 def test_a_font_has_all_letters_or_none_is_named(monkeypatch):
-    assert font_with(["cork", "Öl", ""]) == OWN
+    assert font_with(["cork", "Öl", ""]) == DEFAULT_FONT
     assert font_with(["コルク"]) in (None, *lettering.JAPANESE)
     monkeypatch.setattr(lettering, "JAPANESE", ())
     assert font_with(["cork", "コルク"]) is None
@@ -18,4 +18,4 @@ def test_every_text_of_a_figure_takes_the_font():
     axes.set_title("tile")
     letter(figure, "A font")
     texts = [*axes.get_xticklabels(), axes.title]
-    assert [text.get_fontfamily() for text in texts] == [[OWN, "A font"]] * 3
+    assert [text.get_fontfamily() for text in texts] == [[DEFAULT_FONT, "A font"]] * 3

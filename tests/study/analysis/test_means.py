@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -60,4 +62,4 @@ def test_one_condition_is_described_and_nothing_is_tested():
     assert section.findings == ()
     assert "nothing is compared" in section.notes[-1]
     with pytest.raises(DataError, match="Line: must have an answer with a number"):
-        analyse_means(marks(0.0).changed(value=float("nan")), title="Line")
+        analyse_means(Answers(tuple(replace(row, value=float("nan")) for row in marks(0.0))), title="Line")

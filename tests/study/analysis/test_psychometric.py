@@ -42,7 +42,6 @@ def test_reversals_leave_out_the_first_and_count_peaks_and_valleys_alike():
     x, turned = [0, 8, 4, 6, 2, 4, 3], [False, True, True, True, True, True, False]
     assert reversal_threshold(x, turned) == pytest.approx((2 + 4) / 2)
     assert reversal_threshold(x, [False] * 7) is None
-    assert reversal_threshold([1, 4, 1, 4], [True] * 4, leave_out=2, geometric=True) == pytest.approx(2)
 
 
 def test_simulated_staircases_settle_where_three_in_a_row_are_as_likely_as_not():

@@ -3,7 +3,7 @@ import json
 import pytest
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.study.session.device_facts import described, device_columns, kept_facts
+from tactogram.study.session.device_facts import device_columns, fact_description, valid_facts
 from tactogram.study.session.store import SessionStore
 
 FACTS = {"px_per_mm": 6.25, "refresh_hz": 59.94, "touch": True, "finger_speed_mm_s": [480, 512.5]}
@@ -47,23 +47,24 @@ def test_facts_are_stored_once_as_the_answer_is(store):
     ],
 )
 def test_what_cannot_be_kept_is_left_out_and_the_rest_is_kept(odd):
-    assert kept_facts({"odd": odd, "bad name": 1, "x" * 50: 1, "px_per_mm": 4}) == {"px_per_mm": 4}
+    assert valid_facts({"odd": odd, "bad name": 1, "x" * 50: 1, "px_per_mm": 4}) == {"px_per_mm": 4}
 
 
 def test_tables_within_are_laid_flat_and_texts_are_one_short_line():
-    found = kept_facts({"screen": {"width_px": 1440, "note": "a\tb\n" + "c" * 300}})
+    found = valid_facts({"screen": {"width_px": 1440, "note": "a\tb\n" + "c" * 300}})
     assert found["screen_width_px"] == 1440
     assert found["screen_note"].startswith("a b c")
     assert len(found["screen_note"]) == 200
-    assert len(kept_facts({f"fact{n}": n for n in range(100)})) == 40
+    assert len(valid_facts({f"fact{n}": n for n in range(100)})) == 40
 
 
 def test_what_pages_send_is_described():
     assert (
-        described("finger_speed_mm_s_a") == "Mean speed of the finger over the area, mm/s, as measured; of A"
+        fact_description("finger_speed_mm_s_a")
+        == "Mean speed of the finger over the area, mm/s, as measured; of A"
     )
-    assert described("plays_X") == "How often it was played; of X"
-    assert described("odd") == "odd, as the page sent it"
+    assert fact_description("plays_X") == "How often it was played; of X"
+    assert fact_description("odd") == "odd, as the page sent it"
 
 
 def test_a_number_is_written_with_six_digits():
@@ -72,7 +73,7 @@ def test_a_number_is_written_with_six_digits():
 
 def test_who_goes_on_with_another_device_has_its_facts(store):
     code = store.enrol(device={"px_per_mm": 3.78}).code
-    store.note_device(code, {"px_per_mm": 5.0})
+    store.log_device(code, {"px_per_mm": 5.0})
     assert store.device(code) == {"px_per_mm": 5.0}
 
 

@@ -61,7 +61,7 @@ def test_names_are_levels_of_the_columns_that_hold_keys(tmp_path, bids_issues, n
         folder = export_bids(store, tmp_path / "bids")
     [sidecar] = folder.glob("sub-*/ses-1/beh/*_beh.json")
     facts = json.loads(sidecar.read_text(encoding="utf-8"))
-    names = {key: name.en for key, name in study.called.items()}
+    names = {key: name.en for key, name in study.display_names.items()}
     assert facts["stimulus"]["Levels"] == names | practice
     assert "Levels" not in facts["question"]
     assert bids_issues(folder) == []
@@ -81,7 +81,7 @@ def test_what_bids_does_not_allow_is_found(bids, tmp_path, bids_issues):
 
 def test_a_folder_that_holds_something_is_left_alone(taken, tmp_path):
     (tmp_path / "mine.txt").write_text("mine")
-    with pytest.raises(DataError, match="holds something; give a new folder"):
+    with pytest.raises(DataError, match="is not empty; give a new folder"):
         export_bids(taken, tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
 

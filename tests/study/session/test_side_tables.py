@@ -12,7 +12,7 @@ from tactogram.study.simulated_participants import simulate
 def noted(store):
     simulate(store, 2, most_pages=3)
     first, second = (known.code for known in store.participants())
-    store.note_device(first, {"px_per_mm": 6.25, "pointer": "pen"})
+    store.log_device(first, {"px_per_mm": 6.25, "pointer": "pen"})
     page = store.page(second)
     store.submit(second, page.token, {"which": "A"}, device={"refresh_hz": 60})
     store.note("The display was warm,\nand hummed", code=first)

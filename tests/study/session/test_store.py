@@ -14,7 +14,7 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.study.session import progress as session_standing
 from tactogram.study.session import store as session_store
 from tactogram.study.session.participants import CODE, drawn_code
-from tactogram.study.session.progress import extended, parse_record, row_of
+from tactogram.study.session.progress import page_row, parse_pages, with_page
 from tactogram.study.session.store import SessionStore, SubmissionResult
 from tactogram.study.simulated_participants import SimulatedEffect, SimulatedParticipant, simulate, take
 from tactogram.study.trials import PageAnswers
@@ -158,7 +158,9 @@ def commits(store):
 def test_answers_that_are_stored_together_are_one_transaction(store):
     codes = [store.enrol().code for _ in range(3)]
     committed = commits(store)
-    found = store.together([partial(store.submit, code, "consent", {"consent": "agreed"}) for code in codes])
+    found = store.write_together(
+        [partial(store.submit, code, "consent", {"consent": "agreed"}) for code in codes]
+    )
     assert [(one.stored, one.page.token) for one in found] == [(True, "before")] * 3
     assert len(committed) == 1
     assert [row.participant for row in store.answers()] == codes
@@ -171,7 +173,7 @@ def test_a_refused_answer_and_an_error_in_the_program_harm_no_neighbour(store, m
     )  # after its rows were written
     writes = [partial(store.submit, code, "consent", {"consent": "agreed"}) for code in (first, broken, last)]
     writes.insert(1, partial(store.submit, wrong, "consent", {"consent": "perhaps"}))
-    found = store.together(writes)
+    found = store.write_together(writes)
     assert [type(one) for one in found] == [
         SubmissionResult,
         ParameterError,
@@ -192,7 +194,7 @@ def test_what_raises_after_it_stored_has_stored_nothing_and_harms_no_neighbour(s
         store.submit(code, "consent", {"consent": "agreed"})
         raise ZeroDivisionError
 
-    failed, stored = store.together(
+    failed, stored = store.write_together(
         [partial(shown, first), partial(store.submit, last, "consent", {"consent": "agreed"})]
     )
     assert (type(failed), stored.stored) == (ZeroDivisionError, True)
@@ -203,7 +205,7 @@ def test_what_raises_after_it_stored_has_stored_nothing_and_harms_no_neighbour(s
 def test_a_double_click_that_is_stored_together_is_stored_once(store):
     code = store.enrol().code
     answer(store, code, 2)
-    both = store.together([partial(store.submit, code, "trial-1.1", {"which": side}) for side in "AB"])
+    both = store.write_together([partial(store.submit, code, "trial-1.1", {"which": side}) for side in "AB"])
     assert [(one.stored, one.page.token) for one in both] == [(True, "trial-2.1"), (False, "trial-2.1")]
     [row] = store.answers().where(token="trial-1.1")
     assert row.answer == "A"
@@ -215,10 +217,10 @@ def test_a_full_disk_stores_nothing_of_what_was_to_be_stored_together(store):
     store._connection.execute(f"PRAGMA max_page_count = {pages}")
     consent = partial(store.submit, code, "consent", {"consent": "agreed"})
     with pytest.raises(DataError, match="nothing was stored: database or disk is full"):
-        store.together([consent, *[partial(store.note, "x" * 4000)] * 9, consent])
+        store.write_together([consent, *[partial(store.note, "x" * 4000)] * 9, consent])
     assert (tokens(store), store.notes()) == ([], [])
     store._connection.execute("PRAGMA max_page_count = 1000000")
-    assert [one.stored for one in store.together([consent])] == [True]
+    assert [one.stored for one in store.write_together([consent])] == [True]
 
 
 def test_who_reads_waits_for_nobody_who_writes_and_sees_what_is_on_the_disk(store):
@@ -234,7 +236,7 @@ def test_who_reads_waits_for_nobody_who_writes_and_sees_what_is_on_the_disk(stor
         reader.start()
         reader.join(10)  # while this thread writes
 
-    store.together([write])
+    store.write_together([write])
     look()
     assert seen == [("consent", 0, "not begun", None), ("before", 1, "active", None)]
 
@@ -246,7 +248,7 @@ def test_what_is_next_is_computed_once(store, monkeypatch):
     for token in ("consent", "before", "trial-1.1", "trial-2.1"):
         page = store.page(code)
         assert page.token == token
-        store.submit(code, token, {one.key: one.question.options[0].value for one in page.asked})
+        store.submit(code, token, {one.key: one.question.options[0].value for one in page.questions})
     assert len(computed) == 5
 
 
@@ -255,13 +257,13 @@ def test_a_record_of_pages_gives_them_back_whatever_was_written_in_them():
     given = tuple(
         PageAnswers(f"trial-{n}.1", {"comment": text}, {"fact": text}) for n, text in enumerate(texts, 1)
     )
-    rows = [row_of(place, one) for place, one in enumerate(given, 1)]
+    rows = [page_row(place, one) for place, one in enumerate(given, 1)]
     record = ""
     for row in rows:
-        record = extended(record, row)
-    assert parse_record(record) == given
-    assert parse_record(extended(extended("", rows[3]), rows[1])) == (given[1], given[3])
-    assert parse_record("") == ()
+        record = with_page(record, row)
+    assert parse_pages(record) == given
+    assert parse_pages(with_page(with_page("", rows[3]), rows[1])) == (given[1], given[3])
+    assert parse_pages("") == ()
 
 
 def test_what_another_process_stores_is_seen_at_once(store):
@@ -315,7 +317,7 @@ def test_withdrawal_deletes_every_trace_of_a_code(store):
     assert store.withdraw(gone) == 3
     bytes_left = b"".join(path.read_bytes() for path in store.path.parent.glob("answers.sqlite*"))
     assert b"GONE1" not in bytes_left
-    assert "GONE1" not in str(store._ways)  # nor in memory
+    assert "GONE1" not in str(store._cache)  # nor in memory
     assert b"KEEP1" in bytes_left
     assert store.withdrawn == 1
     assert [note["participant"] for note in store.notes()] == ["KEEP1"]
@@ -330,7 +332,7 @@ def test_what_another_keeps_open_is_told_at_a_withdrawal_and_goes_when_all_have_
     with contextlib.closing(sqlite3.connect(store.path, isolation_level=None)) as other:
         other.execute("BEGIN")
         assert other.execute("SELECT count(*) FROM notes").fetchone() == (1,)
-        with pytest.raises(DataError, match="log could not be emptied; close all that has it open"):
+        with pytest.raises(DataError, match="log could not be emptied; close all programs that have it open"):
             store.withdraw("GONE1")
     store.close()
     [left] = store.path.parent.iterdir()
@@ -365,7 +367,7 @@ def test_a_study_that_was_ended_takes_nobody_and_nothing_until_it_goes_on(store)
     when = store.ended
     store.end()
     assert store.ended == when is not None
-    store.go_on()
+    store.reopen_study()
     assert store.submit(going, "trial-2.1", {"which": "A"}).stored
 
 
@@ -434,7 +436,7 @@ def test_another_study_or_another_file_is_refused(store, make_study, tmp_path):
     other = tmp_path / "other"
     other.mkdir()
     (other / "answers.sqlite").write_text("not a database, but text that is long enough to be looked at" * 9)
-    with pytest.raises(DataError, match="no readable session store"):
+    with pytest.raises(DataError, match="file is not a database.; no answer can be read"):
         SessionStore(other)
 
 

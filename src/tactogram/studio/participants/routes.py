@@ -164,7 +164,7 @@ def _store_answers(session: OpenSession, code: str, body: AnswersRequest) -> Ans
         raise UnknownSessionError(NO_TICKET) from None
     except PageNotOpenError as error:
         raise OutdatedPageError from error
-    return AnswersResponse(stored=done.stored, **_page_fields(session, done.standing))
+    return AnswersResponse(stored=done.stored, **_page_fields(session, done.state))
 
 
 def _page_fields(session: OpenSession, state: ParticipantState) -> dict[str, Any]:
@@ -198,7 +198,7 @@ def _by_code(
             "no participant has this code; check it, or ask the experimenter"
         ) from error
     if session.store.state(participant.code) == "going":
-        session.store.note_device(participant.code, body.device)
+        session.store.log_device(participant.code, body.device)
         if body.language in session.study.languages:
             session.store.set_language(participant.code, body.language)
     return participant

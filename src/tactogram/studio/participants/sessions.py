@@ -127,7 +127,7 @@ class OpenSession:
             code = self.keys.code(attempt, count)
             if code not in taken:
                 return self.store.enrol(code, language=language, device=device)
-            page = self.store.standing(code).page
+            page = self.store.participant_state(code).page
             if page is not None and page.kind == "consent" and not taken[code].simulated:
                 return taken[code]
         raise DataError(f"{self.folder}: no free participant code; ask the experimenter for one")
@@ -243,7 +243,7 @@ class SessionRegistry:
             raise UnknownSessionError(NO_TICKET)
         session, code = entry
         try:
-            return session, session.store.standing(code)
+            return session, session.store.participant_state(code)
         except UnknownParticipantError:  # withdrawn
             raise UnknownSessionError(NO_TICKET) from None
 

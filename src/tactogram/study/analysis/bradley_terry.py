@@ -1,4 +1,4 @@
-"""Strengths of items from who was preferred to whom, with the error that differences between participants leave.
+"""Strengths of items from preferences, with errors by participant.
 
 R. A. Bradley, M. E. Terry, Biometrika 39 (1952): P(i over j) = 1 / (1 + exp(s_j - s_i)).
 """
@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 Numbers = NDArray[np.float64]
 PRIOR_SD = 3.0
-"""Of log strengths: keeps those of what always wins finite, and moves others little (a factor of 20 is one SD)."""
+"""Of log strengths: keeps those of items that always win finite, and moves others little (one SD is a factor of 20)."""
 LEAST = 1e-6
-"""Smaller standard errors of a difference are none: what rounding leaves."""
+"""Smaller standard errors of a difference count as 0: they are rounding."""
 
 
 def bradley_terry(wins: ArrayLike, *, prior_sd: float = PRIOR_SD, tolerance: float = 1e-5) -> Numbers:
@@ -21,10 +21,10 @@ def bradley_terry(wins: ArrayLike, *, prior_sd: float = PRIOR_SD, tolerance: flo
     Parameters
     ----------
     wins : float array, shape (…, item, item)
-        How often the row's was preferred to the column's.
+        How often the row's item was preferred to the column's.
     prior_sd : float
     tolerance : float
-        Largest last step; the error that is left is of the order of its square.
+        Largest last step; the remaining error is of the order of its square.
 
     Returns
     -------
@@ -32,12 +32,12 @@ def bradley_terry(wins: ArrayLike, *, prior_sd: float = PRIOR_SD, tolerance: flo
         Their mean is 0.
     """
     table = np.asarray(wins, np.float64)
-    asked, won = table + np.swapaxes(table, -1, -2), table.sum(-1)
+    counts, won = table + np.swapaxes(table, -1, -2), table.sum(-1)
     strengths = np.zeros(table.shape[:-1])
     for _ in range(100):
         p = _preferred(strengths)
-        gradient = won - (asked * p).sum(-1) - strengths / prior_sd**2
-        step = np.linalg.solve(_bent(asked, p, 1 / prior_sd**2), gradient[..., None])[..., 0]
+        gradient = won - (counts * p).sum(-1) - strengths / prior_sd**2
+        step = np.linalg.solve(_negative_hessian(counts, p, 1 / prior_sd**2), gradient[..., None])[..., 0]
         # Concave: a bounded Newton step cannot run away.
         step *= np.minimum(1.0, 2.0 / np.maximum(np.abs(step).max(-1, keepdims=True), 1e-12))
         strengths = strengths + step
@@ -51,12 +51,12 @@ def strengths_by_participant(tables: ArrayLike, *, prior_sd: float = PRIOR_SD) -
 
     The covariance is that of the jackknife over participants, in one Newton step each: for the logit of a share this
     is that of L. A. Mancl and T. A. DeRouen (Biometrics 57, 2001). Answers of one participant may depend on each other
-    as they like, and the next pair on the answers before.
+    in any way, and the next pair on the previous answers.
 
     Parameters
     ----------
     tables : float array, shape (…, participant, item, item)
-        Each participant's own: how often the row's was preferred to the column's. At least two participants.
+        How often each of at least two participants preferred the row's item to the column's.
     prior_sd : float
 
     Returns
@@ -65,30 +65,30 @@ def strengths_by_participant(tables: ArrayLike, *, prior_sd: float = PRIOR_SD) -
         Their mean is 0.
     covariance : float64 array, shape (…, item, item)
     """
-    own = np.asarray(tables, np.float64)
-    people, items = own.shape[-3], own.shape[-1]
-    strengths = bradley_terry(own.sum(-3), prior_sd=prior_sd)
+    wins = np.asarray(tables, np.float64)
+    people, items = wins.shape[-3], wins.shape[-1]
+    strengths = bradley_terry(wins.sum(-3), prior_sd=prior_sd)
     p = _preferred(strengths)[..., None, :, :]
-    asked = own + np.swapaxes(own, -1, -2)
-    pulls, bends = own.sum(-1) - (asked * p).sum(-1), _bent(asked, p, 0.0)
-    rest = bends.sum(-3, keepdims=True) - bends + np.eye(items) / prior_sd**2
-    left_out = np.linalg.solve(rest, pulls[..., None])[..., 0]
+    counts = wins + np.swapaxes(wins, -1, -2)
+    gradients, hessians = wins.sum(-1) - (counts * p).sum(-1), _negative_hessian(counts, p, 0.0)
+    rest = hessians.sum(-3, keepdims=True) - hessians + np.eye(items) / prior_sd**2
+    left_out = np.linalg.solve(rest, gradients[..., None])[..., 0]
     left_out -= left_out.mean(-1, keepdims=True)
     covariance = np.einsum("...pi,...pj->...ij", left_out, left_out) * (people - 1) / people
     return strengths, covariance
 
 
 def curvature(wins: Numbers, strengths: Numbers, *, prior_sd: float = PRIOR_SD) -> Numbers:
-    """Return the negative second derivatives of what `bradley_terry` makes largest, shape (…, item, item)."""
-    return _bent(wins + np.swapaxes(wins, -1, -2), _preferred(strengths), 1 / prior_sd**2)
+    """Return the negative second derivatives of the maximum of `bradley_terry`, shape (…, item, item)."""
+    return _negative_hessian(wins + np.swapaxes(wins, -1, -2), _preferred(strengths), 1 / prior_sd**2)
 
 
 def gap_errors(
     covariance: Numbers, curved: Numbers, first: NDArray[np.int64], second: NDArray[np.int64]
 ) -> tuple[Numbers, NDArray[np.bool_]]:
-    """Return the standard error of differences of two strengths, and where all participants say the same of them.
+    """Return the standard error of differences of two strengths, and whether all participants agree on them.
 
-    There the jackknife leaves none, however few they are, and it is that of independent answers.
+    Where they agree the jackknife has no error, however few they are; the error is then that of independent answers.
 
     Parameters
     ----------
@@ -112,18 +112,18 @@ def gap_errors(
 
 
 def _of_gaps(covariance: Numbers, first: NDArray[np.int64], second: NDArray[np.int64]) -> Numbers:
-    own = np.diagonal(covariance, axis1=-2, axis2=-1)
-    return np.asarray(own[..., first] + own[..., second] - 2 * covariance[..., first, second])
+    variances = np.diagonal(covariance, axis1=-2, axis2=-1)
+    return np.asarray(variances[..., first] + variances[..., second] - 2 * covariance[..., first, second])
 
 
 def _preferred(strengths: Numbers) -> Numbers:
-    """Return how likely the row's is preferred to the column's, shape (…, item, item)."""
+    """Return the probability that the row's item is preferred to the column's, shape (…, item, item)."""
     worth = np.exp(strengths - strengths.max(-1, keepdims=True))
     return np.asarray(worth[..., :, None] / (worth[..., :, None] + worth[..., None, :]))
 
 
-def _bent(asked: Numbers, p: Numbers, prior: float) -> Numbers:
-    """Return negative second derivatives, shape (…, item, item); ``asked``: how often about row and column."""
-    bent = asked * p * (p - 1)
-    np.einsum("...ii->...i", bent)[...] += prior - bent.sum(-1)
-    return np.asarray(bent)
+def _negative_hessian(counts: Numbers, p: Numbers, prior: float) -> Numbers:
+    """Return negative second derivatives, shape (…, item, item), from the number of comparisons of each pair."""
+    hessian = counts * p * (p - 1)
+    np.einsum("...ii->...i", hessian)[...] += prior - hessian.sum(-1)
+    return np.asarray(hessian)

@@ -1,4 +1,4 @@
-"""Discrimination: shares correct of answers that are right or wrong, pooled by participant and by texture.
+"""Discrimination: shares correct, pooled by participant and by texture.
 
 Ten trials cannot show that two stimuli are indistinguishable: 9 of 10 must be right for a share to differ from chance.
 """
@@ -12,23 +12,34 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from tactogram.statistics.clustered import PooledShare, pooled_share
+from tactogram.statistics.clustered import pooled_share
 from tactogram.statistics.equivalence import share_equivalence
 from tactogram.statistics.mixed_share import mixed_share
 from tactogram.statistics.multiplicity import holm
 from tactogram.statistics.shares import corrected, share_of, smallest_significant
-from tactogram.study.analysis.exact import exact_finding
-from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, section_of, verdict_of
+from tactogram.study.analysis.exact import exact_finding, share_columns
+from tactogram.study.analysis.findings import (
+    NOT_SHOWN,
+    SHOWN,
+    AnalysisSection,
+    Finding,
+    Role,
+    estimate_finding,
+    numeric_answers,
+    section_of,
+    verdict_of,
+)
 from tactogram.study.answers import Answers
 
 CORRECT = "share correct"
+DPrime = Callable[[float], float]
 
 
 def analyse_discrimination(
     answers: Answers,
     *,
     title: str,
-    d_prime: Callable[[float], float],
+    d_prime: DPrime,
     margin: float | None = None,
     printed: bool = False,
 ) -> AnalysisSection:
@@ -45,7 +56,7 @@ def analyse_discrimination(
     d_prime : callable
         From a share correct to d'.
     margin : float, optional
-        Of the share correct, e.g. 0.1, given before the answers were seen.
+        Of the share correct, e.g. 0.1, set before the answers were seen.
     printed : bool
         Whether a publication printed the mean share without a test.
 
@@ -56,13 +67,22 @@ def analyse_discrimination(
     ParameterError
         If the margin is not between 0 and 0.5.
     """
-    kept, notes = answered(_marked(answers), title)
-    hits = kept.numbers("value")
-    people, textures = kept.column("participant"), kept.column("stimulus")
+    marked = [row if row.correct is None else replace(row, value=float(row.correct)) for row in answers]
+    kept, notes = numeric_answers(Answers(tuple(marked)), title)
+    hits = kept.numbers()
+    share = share_of(int(hits.sum()), len(hits))
     findings = [
-        _overall(hits, people, margin, d_prime),
-        _as_printed(hits, people, printed),
-        *_mixed(hits, people, textures),
+        _overall(kept, margin, d_prime),
+        exact_finding(
+            "all",
+            share,
+            CORRECT,
+            test="mean share held against 50 %, answers taken as independent",
+            role="as printed" if printed else "check",
+            participants=kept.people,
+            note="the publication printed no test: p is that of the exact binomial" if printed else "",
+        ),
+        *_mixed(kept),
     ]
     per_texture, rows = _textures(kept, margin, d_prime)
     findings += per_texture + _sides(kept)
@@ -85,24 +105,10 @@ def analyse_discrimination(
     )
 
 
-def _marked(answers: Answers) -> Answers:
-    """Return the answers with 1 or 0 as value, from ``correct`` where that is given."""
-    if all(row.correct is None for row in answers):
-        return answers
-    rows = [
-        row if row.correct is None else Answers((row,)).changed(value=float(row.correct)).rows[0]
-        for row in answers
-    ]
-    return Answers(tuple(rows))
-
-
-def _overall(
-    hits: Any, people: tuple[str, ...], margin: float | None, d_prime: Callable[[float], float]
-) -> Finding:
-    if len(set(people)) > 1:
-        return _pooled(pooled_share(hits, people, margin=margin), "all", margin, d_prime, "confirmatory")
-    share = share_of(int(hits.sum()), len(hits))
-    equal = None if margin is None else share_equivalence(share.count, share.n, margin=margin).p
+def _overall(kept: Answers, margin: float | None, d_prime: DPrime) -> Finding:
+    if kept.people > 1:
+        return _pooled(kept, "all", margin, d_prime, role="confirmatory")
+    share = share_of(int(kept.numbers().sum()), len(kept))
     return exact_finding(
         "all",
         share,
@@ -110,107 +116,80 @@ def _overall(
         role="confirmatory",
         participants=1,
         effect={"d'": d_prime(corrected(share.count, share.n))},
-        equivalence_p=equal,
+        equivalence_p=None if margin is None else share_equivalence(share.count, share.n, margin=margin),
         margin=margin,
         note="one participant: this says nothing of other people",
     )
 
 
 def _pooled(
-    found: PooledShare,
-    of: str,
-    margin: float | None,
-    d_prime: Callable[[float], float],
-    role: Any,
-    p: float | None = None,
-    correction: str = "none",
+    answers: Answers, of: str, margin: float | None, d_prime: DPrime, *, role: Role = "check"
 ) -> Finding:
-    p = found.p if p is None else p
-    return Finding(
+    """Return the share by participant, with p and equivalence uncorrected."""
+    n = len(answers)
+    found = pooled_share(answers.numbers(), answers.column("participant"), margin=margin)
+    return estimate_finding(
         of,
         "GEE by participant",
-        role,
         CORRECT,
-        found.share,
-        found.low,
-        found.high,
-        p,
-        verdict_of(p, equivalence_p=found.equivalence_p),
-        found.n,
-        found.participants,
-        found.statistic,
-        {"d'": d_prime(corrected(round(found.share * found.n), found.n))},
-        found.equivalence_p,
-        margin,
-        correction,
-        found.note,
+        found,
+        n=n,
+        participants=answers.people,
+        role=role,
+        verdict=verdict_of(found.p, equivalence_p=found.equivalence_p),
+        effect={"d'": d_prime(corrected(round(found.estimate * n), n))},
+        equivalence_p=found.equivalence_p,
+        margin=margin,
     )
 
 
-def _as_printed(hits: Any, people: tuple[str, ...], printed: bool) -> Finding:
-    share = share_of(int(hits.sum()), len(hits))
-    return exact_finding(
-        "all",
-        share,
-        CORRECT,
-        test="mean share held against 50 %, answers taken as independent",
-        role="as printed" if printed else "check",
-        participants=len(set(people)),
-        note="the publication printed no test: p is that of the exact binomial" if printed else "",
-    )
-
-
-def _mixed(hits: Any, people: tuple[str, ...], textures: tuple[str, ...]) -> list[Finding]:
-    if len(set(people)) < 2 or hits.min() == hits.max():
+def _mixed(kept: Answers) -> list[Finding]:
+    hits, people, textures = kept.numbers(), kept.column("participant"), kept.column("stimulus")
+    if kept.people < 2 or hits.min() == hits.max():
         return []
     found = mixed_share(hits, {"participant": people, "texture": textures})
-    shown = "" if found.low <= 0.5 <= found.high else "shown"
+    note = "of a typical participant and texture"
     return [
-        Finding(
+        estimate_finding(
             "all",
             "binomial mixed model, participants and textures at random",
-            "check",
             CORRECT,
-            found.estimate,
-            found.low,
-            found.high,
-            verdict=shown or "not shown",
+            found,
             n=len(hits),
-            participants=len(set(people)),
-            note="; ".join(["of a typical participant and texture", *([found.note] if found.note else [])]),
+            participants=kept.people,
+            verdict=NOT_SHOWN if found.low <= 0.5 <= found.high else SHOWN,
+            note=f"{note}; {found.note}" if found.note else note,
         )
     ]
 
 
 def _textures(
-    kept: Answers, margin: float | None, d_prime: Callable[[float], float]
+    kept: Answers, margin: float | None, d_prime: DPrime
 ) -> tuple[list[Finding], list[dict[str, Any]]]:
     """Return each texture's findings, p by Holm over the textures, and the table of their shares."""
     groups = kept.by("stimulus")
     exact = {name: share_of(int(g.numbers().sum()), len(g)) for name, g in groups.items()}
-    exact_holm = holm([share.p for share in exact.values()])
-    equals = {
-        name: share_equivalence(share.count, share.n, margin=margin).p
-        for name, share in exact.items()
-        if margin is not None
-    }
-    equals = dict(zip(equals, holm(list(equals.values())), strict=True))
-    clustered = {
-        name: pooled_share(g.numbers(), g.column("participant"), margin=margin)
-        for name, g in groups.items()
-        if len(set(g.column("participant"))) > 1
-    }
-    ps = dict(zip(clustered, holm([found.p for found in clustered.values()]), strict=True))
+    exact_ps = holm([share.p for share in exact.values()])
+    exact_equals: list[float | None] = [None] * len(exact)
+    pooled = {name: _pooled(g, name, margin, d_prime) for name, g in groups.items() if g.people > 1}
+    raw_ps = {name: finding.p or 0.0 for name, finding in pooled.items()}
+    ps = holm([*raw_ps.values()])
+    equals: list[float | None] = [None] * len(pooled)
     if margin is not None:
-        within = holm([found.equivalence_p or 0.0 for found in clustered.values()])
-        clustered = {
-            name: replace(found, equivalence_p=p)
-            for (name, found), p in zip(clustered.items(), within, strict=True)
-        }
+        exact_equals = [*holm([share_equivalence(s.count, s.n, margin=margin) for s in exact.values()])]
+        equals = [*holm([finding.equivalence_p or 0.0 for finding in pooled.values()])]
+    pooled = {
+        name: replace(
+            finding,
+            p=p,
+            equivalence_p=equal,
+            verdict=verdict_of(p, equivalence_p=equal),
+            correction="Holm",
+        )
+        for (name, finding), p, equal in zip(pooled.items(), ps, equals, strict=True)
+    }
     findings, rows = [], []
-    for (name, share), p in zip(exact.items(), exact_holm, strict=True):
-        equal = equals.get(name)
-        people = len(set(groups[name].column("participant")))
+    for (name, share), p, equal in zip(exact.items(), exact_ps, exact_equals, strict=True):
         effect = d_prime(corrected(share.count, share.n))
         findings.append(
             exact_finding(
@@ -218,32 +197,28 @@ def _textures(
                 share,
                 CORRECT,
                 p=p,
-                participants=people,
+                participants=groups[name].people,
                 effect={"d'": effect},
                 equivalence_p=equal,
                 margin=margin,
                 correction="Holm",
             )
         )
-        if name in clustered and len(groups) > 1:
-            findings.append(_pooled(clustered[name], name, margin, d_prime, "check", ps[name], "Holm"))
-        means = [g.numbers().mean() for g in groups[name].by("participant").values()]
+        if name in pooled and len(groups) > 1:
+            findings.append(pooled[name])
+        means = [np.mean(values) for values in groups[name].values_by("participant").values()]
         rows.append(
             {
                 "texture": name,
                 "correct": share.count,
                 "n": share.n,
-                "participants": people,
-                "share": share.share,
-                "wilson_low": share.wilson[0],
-                "wilson_high": share.wilson[1],
-                "clopper_pearson_low": share.clopper_pearson[0],
-                "clopper_pearson_high": share.clopper_pearson[1],
+                "participants": groups[name].people,
+                **share_columns(share),
                 "participants_mean": float(np.mean(means)),
                 "participants_se": float(stats.sem(means)) if len(means) > 1 else None,
                 "d_prime": effect,
                 "p_exact": share.p,
-                "p_by_participant": clustered[name].p if name in clustered else None,
+                "p_by_participant": raw_ps.get(name),
                 "verdict": findings[-1].verdict,
             }
         )
@@ -251,26 +226,20 @@ def _textures(
 
 
 def _sides(kept: Answers) -> list[Finding]:
-    """Return whether one side is answered more often, whatever is there: a bias that d' does not need to have."""
+    """Return whether one side is answered more often, whatever is presented there: a bias that d' need not have."""
     sided = kept.where(answer=("A", "B"))
-    if len(set(sided.column("participant"))) < 2:
+    if sided.people < 2:
         return []
-    found = pooled_share(
-        np.array([float(a == "A") for a in sided.column("answer")]), sided.column("participant")
-    )
+    found = pooled_share([answer == "A" for answer in sided.column("answer")], sided.column("participant"))
     return [
-        Finding(
+        estimate_finding(
             "side",
             "GEE by participant",
-            "check",
             "share answered A",
-            found.share,
-            found.low,
-            found.high,
-            found.p,
-            verdict_of(found.p),
-            found.n,
-            found.participants,
+            found,
+            n=len(sided),
+            participants=sided.people,
+            statistic=None,
             note="a preference for one side, whatever was there",
         )
     ]

@@ -1,4 +1,4 @@
-"""Exact binomial tests of shares, as findings."""
+"""Exact binomial tests of shares, as findings and table columns."""
 
 from __future__ import annotations
 
@@ -20,22 +20,23 @@ def exact_finding(
     equivalence_p: float | None = None,
     **more: Any,
 ) -> Finding:
-    """Return the finding of a share that is tested against chance, with Wilson's interval.
+    """Return the finding of a share tested against one half, with Wilson's interval.
 
-    Parameters
-    ----------
-    of, measure : str
-    share : ShareEstimate
-    participants : int
-    role, test
-        As `Finding` has them.
-    p : float, optional
-        After a correction; by default that of the share.
-    equivalence_p : float, optional
-    **more
-        Further values of the `Finding`.
+    ``p`` replaces the share's own after a correction; ``more`` are further values of the `Finding`.
     """
     p = share.p if p is None else p
     verdict = verdict_of(p, equivalence_p=equivalence_p)
     place = (share.share, *share.wilson, p, verdict, share.n, participants)
     return Finding(of, test, role, measure, *place, equivalence_p=equivalence_p, **more)
+
+
+def share_columns(share: ShareEstimate) -> dict[str, float]:
+    """Return the columns of a table with a share and its intervals."""
+    wilson, clopper_pearson = share.wilson, share.clopper_pearson
+    return {
+        "share": share.share,
+        "wilson_low": wilson[0],
+        "wilson_high": wilson[1],
+        "clopper_pearson_low": clopper_pearson[0],
+        "clopper_pearson_high": clopper_pearson[1],
+    }

@@ -1,4 +1,4 @@
-"""Figures that several designs share. What simulated participants answered says so in its title."""
+"""Figures that several designs share; titles tell simulated participants from people."""
 
 from __future__ import annotations
 
@@ -61,6 +61,6 @@ def means_figure(section: AnalysisSection) -> Figure:
 
 
 def title_of(section: AnalysisSection) -> str:
-    """Return the title of a section's figure: what is asked, and how many answered."""
+    """Return the title of a section's figure, with the number of participants."""
     who = "simulated participants" if section.simulated else "participants"
     return f"{section.title} ({section.participants} {who})"

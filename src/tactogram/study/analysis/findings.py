@@ -1,7 +1,7 @@
 """Findings of an analysis, with interval and verdict, and the sections that hold them.
 
-A large p never becomes "no difference". A difference is *shown*, or *not shown*; where a margin was given beforehand,
-what is not shown is *equivalent within the margin* or *undecided*.
+A large p never becomes "no difference". A difference is *shown*, or *not shown*; with a margin set beforehand, what is
+not shown is *equivalent within the margin* or *undecided*.
 """
 
 from __future__ import annotations
@@ -9,21 +9,29 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from tactogram.errors import DataError
 from tactogram.study.answers import Answers
 
+if TYPE_CHECKING:
+    from tactogram.statistics.clustered import EffectEstimate  # with it comes statsmodels
+
 ALPHA = 0.05
-"""A difference is shown where p is below, unless the study says otherwise."""
+"""A difference is shown if p is below, unless the study has another."""
 
 Role = Literal["confirmatory", "as printed", "check"]
+HEADINGS: Mapping[Role, str] = {
+    "confirmatory": "Confirmatory",
+    "as printed": "As printed in the publication",
+    "check": "Checks",
+}
 SHOWN, NOT_SHOWN = "shown", "not shown"
 EQUIVALENT, UNDECIDED = "equivalent within the margin", "undecided"
 VERDICTS = (SHOWN, NOT_SHOWN, EQUIVALENT, UNDECIDED)
 SMALL = "the difference is shown, and is smaller than the margin"
 MOST_LINES = 120
-"""Findings of one role that are written out in a text; more are counted there, and stand in the JSON."""
+"""Findings of one role that a text lists; more are counted there, and listed in the JSON only."""
 
 
 @dataclass(frozen=True)
@@ -34,28 +42,20 @@ class Finding:
     ----------
     of : str
         A texture, a word, two conditions; ``all`` for all together.
-    test : str
-        In words.
     role : {"confirmatory", "as printed", "check"}
-        What decides, what the publication did, and what stands beside it.
+        Whether it decides, repeats the publication's analysis, or checks the former.
     measure : str
-        What the estimate is, with its unit.
-    estimate : float
+        Quantity of the estimate, with its unit.
     low, high : float or None
         Interval of 95 %.
     p : float or None
-        Two-sided; corrected where ``correction`` says so.
+        Two-sided; corrected as ``correction`` names.
     verdict : str
         `SHOWN`, `NOT_SHOWN`, `EQUIVALENT` or `UNDECIDED`; empty where nothing is tested.
     n, participants : int
         Answers, and people.
-    statistic : float or None
     effect : mapping from str to float
         Sizes such as Cohen's dz and d'.
-    equivalence_p, margin : float or None
-    correction : str
-        How p answers for the number of tests.
-    note : str
     """
 
     of: str
@@ -77,7 +77,7 @@ class Finding:
     note: str = ""
 
     def text(self) -> str:
-        """Return it in one line."""
+        """Return the finding in one line."""
         parts = [f"{self.measure} {number(self.estimate)}"]
         if self.low is not None and self.high is not None:
             parts[0] += f" (95 %: {number(self.low)} to {number(self.high)})"
@@ -93,20 +93,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class AnalysisSection:
-    """Results for one question of a study.
-
-    Parameters
-    ----------
-    title, design, question : str
-    participants, answers : int
-    simulated : bool
-        Whether simulated participants are among those who answered.
-    findings : tuple of Finding
-    tables : mapping from str to sequence of mapping
-        Rows by the table's name.
-    notes : tuple of str
-        What was left out, and what the tests take for granted.
-    """
+    """Results for one question of a study; ``tables`` are rows by the table's name."""
 
     title: str
     design: str
@@ -123,32 +110,58 @@ class AnalysisSection:
         return [finding for finding in self.findings if finding.role == role]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as plain values, for JSON: what is not finite is null."""
+        """Return the section as plain values for JSON, with null for what is not finite."""
         rows = {name: [dict(row) for row in rows] for name, rows in self.tables.items()}
-        found = {**vars(self), "findings": [dict(vars(f)) for f in self.findings], "tables": rows}
-        plain: dict[str, Any] = finite(found)
+        facts = {**vars(self), "findings": [dict(vars(f)) for f in self.findings], "tables": rows}
+        plain: dict[str, Any] = finite(facts)
         return plain
 
     def text(self) -> str:
-        """Return it in lines, what decides first."""
+        """Return the section in lines, confirmatory findings first."""
         who = "simulated participants" if self.simulated else "participants"
         lines = [self.title, f"{self.answers} answers of {self.participants} {who}"]
-        for role, heading in (
-            ("confirmatory", "Confirmatory"),
-            ("as printed", "As printed in the publication"),
-            ("check", "Checks"),
-        ):
-            held = [f for f in self.findings if f.role == role]
-            if len(held) > MOST_LINES:
-                counts = ", ".join(f"{sum(f.verdict == v for f in held)} {v}" for v in VERDICTS)
-                lines += ["", f"{heading}: {len(held)} findings ({counts}), all in the JSON"]
-            elif held:
-                lines += ["", f"{heading}:", *(f"  {finding.text()}" for finding in held)]
+        for role, heading in HEADINGS.items():
+            findings = self.role(role)
+            if len(findings) > MOST_LINES:
+                counts = ", ".join(f"{sum(f.verdict == v for f in findings)} {v}" for v in VERDICTS)
+                lines += ["", f"{heading}: {len(findings)} findings ({counts}), all in the JSON"]
+            elif findings:
+                lines += ["", f"{heading}:", *(f"  {finding.text()}" for finding in findings)]
         for name, rows in self.tables.items():
             lines += ["", f"{name}:", *(f"  {line}" for line in table_lines(rows))]
         if self.notes:
             lines += ["", *(f"Note: {note}." for note in self.notes)]
         return "\n".join(lines)
+
+
+def estimate_finding(
+    of: str,
+    test: str,
+    measure: str,
+    found: EffectEstimate,
+    *,
+    n: int,
+    participants: int,
+    role: Role = "check",
+    **more: Any,
+) -> Finding:
+    """Return the finding of an estimate with its interval, p and note; ``more`` replaces values of the `Finding`."""
+    finding = Finding(
+        of,
+        test,
+        role,
+        measure,
+        found.estimate,
+        found.low,
+        found.high,
+        found.p,
+        "" if found.p is None else verdict_of(found.p),
+        n,
+        participants,
+        found.statistic,
+        note=found.note,
+    )
+    return replace(finding, **more)
 
 
 def section_of(
@@ -160,24 +173,12 @@ def section_of(
     *,
     question: str = "",
 ) -> AnalysisSection:
-    """Return the section of answers to one question: who answered follows from the answers.
-
-    Parameters
-    ----------
-    kept : Answers
-        Those that were analysed, at least one.
-    title : str
-    findings : sequence of Finding
-    tables : mapping from str to rows
-    notes : sequence of str
-    question : str
-        By default that of the answers.
-    """
+    """Return the section of the analysed answers to one question, at least one; ``question`` is theirs by default."""
     return AnalysisSection(
         title,
         kept.rows[0].design,
         question or kept.rows[0].question,
-        len(kept.unique("participant")),
+        kept.people,
         len(kept),
         any(kept.column("simulated")),
         tuple(findings),
@@ -187,9 +188,9 @@ def section_of(
 
 
 def verdict_of(p: float | None, *, equivalence_p: float | None = None, alpha: float = ALPHA) -> str:
-    """Return the verdict of a test, and of the test of equivalence where a margin was given.
+    """Return the verdict of a test and, with a margin, of the test of equivalence.
 
-    What is both shown and within the margin is shown: a difference that is small.
+    A difference that is both shown and within the margin counts as shown: it is small.
     """
     if p is not None and p < alpha:
         return SHOWN
@@ -199,18 +200,11 @@ def verdict_of(p: float | None, *, equivalence_p: float | None = None, alpha: fl
 
 
 def with_verdicts(section: AnalysisSection, *, alpha: float = ALPHA, note: str = "") -> AnalysisSection:
-    """Return a section with its verdicts at ``alpha``.
+    """Return a section with its verdicts at ``alpha``, and ``note`` on each finding with a margin.
 
-    What stands on an interval of 95 % alone has no verdict at another alpha.
-
-    Parameters
-    ----------
-    section : Section
-    alpha : float
-    note : str
-        Said of each finding that is held against a margin.
+    A finding with an interval of 95 % but no p has no verdict at another alpha.
     """
-    findings = tuple(_judged(finding, alpha, note) for finding in section.findings)
+    findings = tuple(_with_verdict(finding, alpha, note) for finding in section.findings)
     last = {finding.of: finding.verdict for finding in findings}
     tables = {
         name: [
@@ -222,13 +216,13 @@ def with_verdicts(section: AnalysisSection, *, alpha: float = ALPHA, note: str =
 
 
 def _row_verdict(row: Mapping[str, Any], last: Mapping[str, str], alpha: float) -> str:
-    """Return the verdict of a table's row: by its own p, or that of the last finding about its texture."""
+    """Return the verdict of a table's row by its p, or that of the last finding about its texture."""
     if "p_holm" in row:
         return verdict_of(row["p_holm"], alpha=alpha)
     return last.get(str(row.get("texture")), str(row["verdict"]))
 
 
-def _judged(finding: Finding, alpha: float, note: str) -> Finding:
+def _with_verdict(finding: Finding, alpha: float, note: str) -> Finding:
     if finding.p is None:
         return finding if alpha == ALPHA else replace(finding, verdict="")
     if not finding.verdict:
@@ -237,17 +231,11 @@ def _judged(finding: Finding, alpha: float, note: str) -> Finding:
     verdict = verdict_of(finding.p, equivalence_p=equal, alpha=alpha)
     small = verdict == SHOWN and equal is not None and equal < alpha
     notes = [finding.note, SMALL if small else "", note if equal is not None else ""]
-    return replace(finding, verdict=verdict, note="; ".join(said for said in notes if said))
+    return replace(finding, verdict=verdict, note="; ".join(filter(None, notes)))
 
 
-def answered(answers: Answers, what: str) -> tuple[Answers, tuple[str, ...]]:
-    """Return the answers that hold a number, and a note of how many do not.
-
-    Raises
-    ------
-    DataError
-        If none does.
-    """
+def numeric_answers(answers: Answers, what: str) -> tuple[Answers, tuple[str, ...]]:
+    """Return the answers with a number, and a note of how many lack one; raise `DataError` if all do."""
     kept = answers.where(lambda row: math.isfinite(row.value))
     if not len(kept):
         raise DataError(f"{what}: must have an answer with a number in the column value, got none")
@@ -256,7 +244,7 @@ def answered(answers: Answers, what: str) -> tuple[Answers, tuple[str, ...]]:
 
 
 def table_lines(rows: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return rows as columns of one width each, below their headings."""
+    """Return rows as aligned columns below their headings."""
     names = list(dict.fromkeys(name for row in rows for name in row))
     grid = [names, *([_cell(row.get(name)) for name in names] for row in rows)]
     widths = [max(len(line[k]) for line in grid) for k in range(len(names))]
@@ -264,22 +252,21 @@ def table_lines(rows: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def number(value: float) -> str:
-    """Return a number as people read it: three places below ten, two digits below a hundredth."""
+    """Return a number as text: three decimals below ten, two digits below a hundredth."""
     if not math.isfinite(value):
-        return {True: "infinite", False: "-infinite"}[value > 0] if math.isinf(value) else "-"
+        return "-" if math.isnan(value) else "infinite" if value > 0 else "-infinite"
     if 0 < abs(value) < 0.01:
         return f"{value:.2g}"
-    text = f"{value:.3f}" if abs(value) < 10 else f"{value:.1f}"
-    return text
+    return f"{value:.3f}" if abs(value) < 10 else f"{value:.1f}"
 
 
 def p_text(p: float) -> str:
-    """Return a p as people read it."""
+    """Return a p-value as text."""
     return "p < .0001" if p < 1e-4 else f"p = {p:.4f}".replace("0.", ".", 1)
 
 
 def finite(value: Any) -> Any:
-    """Return values that JSON holds: None in place of what is not finite."""
+    """Return values for JSON, with None for what is not finite."""
     if isinstance(value, Mapping):
         return {str(name): finite(inner) for name, inner in value.items()}
     if isinstance(value, list | tuple):

@@ -1,4 +1,4 @@
-"""Item contrasts: each item against the other items that the same people met."""
+"""Item contrasts: each item against the other items that the same people answered."""
 
 from __future__ import annotations
 
@@ -18,22 +18,9 @@ def item_contrasts(
 ) -> list[Finding]:
     """Return each item's difference from the mean of the other items, paired by participant.
 
-    Over all words, each weighing the same, and if ``per_word`` of each word, too. p by Holm over items, and over items
-    and words. A participant counts for an item where the same word was answered of it and of another.
-
-    Parameters
-    ----------
-    answers : Answers
-        Each with a number; ``stimulus`` is the item, ``question`` the word.
-    measure : str
-    margin : float, optional
-        Of such a difference, given before the answers were seen.
-    per_word : bool
-
-    Returns
-    -------
-    list of Finding
-        Checks: Student's t and Wilcoxon's, see `paired_findings`. Empty with one item or one participant.
+    Over all words with equal weights, and with ``per_word`` also for each word. p by Holm over items, and over items
+    and words. A participant counts for an item if they answered the same word for it and for another. The findings are
+    checks; there are none with one item or one participant.
     """
     items, words = answers.unique("stimulus"), answers.unique("question")
     gaps = gaps_to_the_rest(answers)
@@ -60,12 +47,9 @@ def item_contrasts(
 
 
 def gaps_to_the_rest(answers: Answers) -> Numbers:
-    """Return how much higher each participant answered of an item than of the mean of the others, for each word.
+    """Return each participant's answer about an item minus the mean of the other items, for each word.
 
-    Returns
-    -------
-    float64 array, shape (participant, item, word)
-        NaN where a participant did not answer a word of the item, or of no other.
+    Shape (participant, item, word); NaN where a participant lacks the word for the item, or for all others.
     """
     names = [answers.unique(name) for name in ("participant", "stimulus", "question")]
     places = [{name: k for k, name in enumerate(column)} for column in names]
@@ -76,17 +60,17 @@ def gaps_to_the_rest(answers: Answers) -> Numbers:
         counts[cell] += 1
     with np.errstate(invalid="ignore", divide="ignore"):
         means = sums / counts
-        there = counts > 0
-        others = there.sum(1, keepdims=True) - 1
-        rest = (np.where(there, means, 0).sum(1, keepdims=True) - means) / others
+        present = counts > 0
+        others = present.sum(1, keepdims=True) - 1
+        rest = (np.where(present, means, 0).sum(1, keepdims=True) - means) / others
         gaps: Numbers = means - rest
     gaps[~np.isfinite(gaps)] = np.nan
     return gaps
 
 
 def _row_means(table: Numbers) -> Numbers:
-    """Return the mean of each row that holds a number."""
-    there = ~np.isnan(table)
-    kept = there.any(1)
-    means: Numbers = np.where(there, table, 0)[kept].sum(1) / there[kept].sum(1)
+    """Return the mean of each row with a number."""
+    present = ~np.isnan(table)
+    kept = present.any(1)
+    means: Numbers = np.where(present, table, 0)[kept].sum(1) / present[kept].sum(1)
     return means

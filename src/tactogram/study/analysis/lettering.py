@@ -1,4 +1,4 @@
-"""Fonts for names in figures: matplotlib's own has no Japanese."""
+"""Fonts for names in figures: matplotlib's default has no Japanese."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, fontManager, get_font
 from matplotlib.text import Text
 
-OWN = "DejaVu Sans"
-"""Comes with matplotlib."""
+DEFAULT_FONT = "DejaVu Sans"
+"""Part of matplotlib."""
 JAPANESE = (
     *("Noto Sans CJK JP", "Noto Sans JP", "IPAexGothic", "IPAGothic", "TakaoGothic", "VL Gothic"),
     *("Hiragino Sans", "Yu Gothic", "Meiryo", "MS Gothic"),
 )
-"""Fonts of Linux, macOS and Windows, if they are installed."""
+"""Fonts of Linux, macOS and Windows, where installed."""
 
 
 def font_with(texts: Iterable[str]) -> str | None:
-    """Return an installed font that has all letters of some texts, matplotlib's own before others; None if none has."""
+    """Return an installed font with all letters of the texts, matplotlib's default first; None if there is none."""
     letters = {ord(letter) for text in texts for letter in text}
-    for font in (OWN, *JAPANESE):
+    for font in (DEFAULT_FONT, *JAPANESE):
         if font in fontManager.get_font_names() and letters <= set(
             get_font(findfont(FontProperties(family=font))).get_charmap()
         ):
@@ -29,7 +29,7 @@ def font_with(texts: Iterable[str]) -> str | None:
 
 
 def letter(figure: Figure, font: str) -> None:
-    """Write what stands in a figure with matplotlib's own font, and with another what that has not."""
+    """Set the fonts of a figure's texts: matplotlib's default, and another for the letters that it lacks."""
     for text in figure.findobj(Text):
         if isinstance(text, Text):
-            text.set_fontfamily([OWN, font] if font != OWN else [OWN])
+            text.set_fontfamily([DEFAULT_FONT, font] if font != DEFAULT_FONT else [DEFAULT_FONT])

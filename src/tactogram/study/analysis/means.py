@@ -1,4 +1,4 @@
-"""Means by participant: the analysis of a design that has none of its own."""
+"""Means by participant: the default analysis of a design."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tactogram.statistics.summary import summary
-from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, section_of
+from tactogram.study.analysis.findings import AnalysisSection, Finding, numeric_answers, section_of
 from tactogram.study.analysis.paired import holm_paired
 from tactogram.study.answers import Answers
 
@@ -22,28 +22,31 @@ def analyse_means(answers: Answers, *, title: str, margin: float | None = None) 
     Parameters
     ----------
     answers : Answers
-        To one question; ``value`` is what is averaged.
+        To one question; ``value`` is averaged.
     title : str
     margin : float, optional
-        Of a difference between conditions, given before the answers were seen.
+        Of a difference between conditions, set before the answers were seen.
 
     Raises
     ------
     DataError
         If no answer is a number.
     """
-    kept, notes = answered(answers, title)
+    kept, notes = numeric_answers(answers, title)
+    cells: dict[tuple[str, str], list[float]] = {}
+    for (stimulus, condition, _), values in kept.values_by("stimulus", "condition", "participant").items():
+        cells.setdefault((stimulus, condition), []).append(float(np.mean(values)))
     rows: list[dict[str, Any]] = []
-    for (stimulus, condition), own in _cells(kept).items():
-        found = summary(list(own.values()))
-        one = found.n == 1
+    for (stimulus, condition), means in cells.items():
+        found = summary(means)
+        single = found.n == 1
         rows.append(
             {
                 "stimulus": stimulus,
                 "condition": condition,
                 "mean": found.mean,
-                "low": None if one else found.low,
-                "high": None if one else found.high,
+                "low": None if single else found.low,
+                "high": None if single else found.high,
                 "participants": found.n,
             }
         )
@@ -53,17 +56,8 @@ def analyse_means(answers: Answers, *, title: str, margin: float | None = None) 
     return section_of(kept, title, findings, {"means over participants": rows}, notes)
 
 
-def _cells(kept: Answers) -> dict[tuple[str, str], dict[str, float]]:
-    """Return each participant's mean by stimulus and condition."""
-    values: dict[tuple[str, str], dict[str, list[float]]] = {}
-    for row in kept:
-        own = values.setdefault((row.stimulus, row.condition), {})
-        own.setdefault(row.participant, []).append(row.value)
-    return {key: {who: float(np.mean(v)) for who, v in own.items()} for key, own in values.items()}
-
-
 def _differences(kept: Answers, margin: float | None) -> list[Finding]:
-    """Return the paired differences of every two conditions that two participants or more met."""
+    """Return the paired differences of every two conditions that two or more participants answered."""
     means = {
         condition: {who: float(rows.numbers().mean()) for who, rows in group.by("participant").items()}
         for condition, group in kept.by("condition").items()

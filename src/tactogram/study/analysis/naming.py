@@ -1,4 +1,4 @@
-"""Names in an analysis: what is computed keeps the keys of a study's file, what is read has its names."""
+"""Names in an analysis: computations keep the keys of a study's file, reports and figures have its names."""
 
 from __future__ import annotations
 
@@ -11,29 +11,23 @@ from tactogram.study.analysis.findings import AnalysisSection, Finding
 from tactogram.study.answers import Answers
 
 NAMED_COLUMNS = ("texture", "item", "stimulus", "image", "condition")
-"""Columns of a section's tables that hold keys, whatever the design."""
+"""Columns of any design's tables that hold keys."""
 TABLE_PARTS = (" n", " mean", " se")
-"""What follows a condition in the heading of a column."""
+"""Suffixes of a condition in the heading of a column."""
 
 
 def named_section(
     section: AnalysisSection, names: Mapping[str, str], *, columns: Iterable[str] = ()
 ) -> AnalysisSection:
-    """Return a section whose findings and tables have the names of items and conditions.
+    """Return a section whose findings and tables have the names of items and conditions, by key.
 
-    Parameters
-    ----------
-    section : Section
-    names : mapping from str to str
-        By key, as `Study.names_in` returns them.
-    columns : iterable of str
-        Further columns of its tables that hold keys.
+    ``columns`` are further columns of its tables that hold keys.
     """
     if not names:
         return section
     # Longest first, and whole words only: tile is not part of tile-2.
-    known = "|".join(re.escape(key) for key in sorted(names, key=len, reverse=True))
-    pattern = re.compile(rf"(?<![\w-])(?:{known})(?![\w-])")
+    keys = "|".join(re.escape(key) for key in sorted(names, key=len, reverse=True))
+    pattern = re.compile(rf"(?<![\w-])(?:{keys})(?![\w-])")
 
     def named(text: str) -> str:
         return pattern.sub(lambda found: names[found.group()], text)
@@ -41,10 +35,10 @@ def named_section(
     def finding(one: Finding) -> Finding:
         return replace(one, of=named(one.of), measure=named(one.measure))
 
-    keys = {*NAMED_COLUMNS, *columns}
+    key_columns = {*NAMED_COLUMNS, *columns}
 
     def cell(column: str, value: Any) -> Any:
-        return named(value) if column in keys and isinstance(value, str) else value
+        return named(value) if column in key_columns and isinstance(value, str) else value
 
     def heading(column: str) -> str:
         return named(column) if column.endswith(TABLE_PARTS) else column
@@ -62,7 +56,7 @@ def named_section(
 
 
 def named_answers(answers: Answers, names: Mapping[str, str]) -> Answers:
-    """Return answers whose conditions have names: for figures that draw single answers beside a named section."""
+    """Return answers with named conditions, for figures that draw single answers of a named section."""
     if not names:
         return answers
     return Answers(tuple(replace(row, condition=names.get(row.condition, row.condition)) for row in answers))

@@ -1,4 +1,4 @@
-"""Ordinal analysis of word scores, whose steps need not be equal: a check of the means."""
+"""Ordinal analysis of word scores, whose steps need not be equal, as a check of the means."""
 
 from __future__ import annotations
 
@@ -15,16 +15,13 @@ from tactogram.study.answers import Answers
 
 
 def ordinal_findings(answers: Answers, conditions: Sequence[str]) -> list[Finding]:
-    """Return, per word, whether scores shift with the condition: a proportional-odds model against the first condition.
+    """Return, per word, the shift of scores with the condition: a proportional-odds model against the first condition.
 
     P. McCullagh, J. R. Stat. Soc. B 42 (1980), by statsmodels' ``OrderedModel``. The estimate is the log odds of a
     higher score; its error is by participant (sandwich over participants, t with participants - 1 degrees of freedom).
     """
     findings = []
     for word, group in answers.by("question").items():
-        people = len(set(group.column("participant")))
-        if people < 3 or len(set(group.column("value"))) < 2 or len(set(group.column("condition"))) < 2:
-            continue
         for other in conditions[1:]:
             pair = group.where(condition=(conditions[0], other))
             finding = _shift(word, conditions[0], other, pair)

@@ -11,7 +11,7 @@ from scipy import stats
 from tactogram.statistics.equivalence import paired_equivalence
 from tactogram.statistics.multiplicity import holm
 from tactogram.statistics.signed_rank import pseudomedian, signed_rank_p
-from tactogram.statistics.summary import GroupSummary, summary
+from tactogram.statistics.summary import summary
 from tactogram.study.analysis.findings import Finding, Role, verdict_of
 
 Numbers = NDArray[np.float64]
@@ -28,28 +28,25 @@ def paired_findings(
     ps: tuple[float, float] | None = None,
     equivalence_p: float | None = None,
 ) -> list[Finding]:
-    """Return the paired t-test with interval, Cohen's dz and equivalence, and Wilcoxon's beside it.
+    """Return the paired t-test with interval, Cohen's dz and equivalence, and Wilcoxon's.
 
     Parameters
     ----------
     differences : float64 array, shape (participant,)
-    of, measure : str
-    margin : float, optional
     n : int
-        Answers that went into them.
+        Number of answers.
     roles : tuple of two roles
         Of the t-test and of Wilcoxon's.
     ps : tuple of (float, float), optional
-        Both p after Holm's correction, where there are several such tests.
+        Both p after Holm's correction.
     equivalence_p : float, optional
-        The same of the test of equivalence.
+        That of the test of equivalence after Holm's correction.
     """
-    found: GroupSummary = summary(differences)
-    raw = paired_ps(differences)
-    p, rank_p = ps or raw
-    equal = None if margin is None else paired_equivalence(differences, margin=margin).p
-    if equivalence_p is not None:
-        equal = equivalence_p
+    found = summary(differences)
+    p, rank_p = ps or paired_ps(differences)
+    equal = equivalence_p
+    if equal is None and margin is not None:
+        equal = paired_equivalence(differences, margin=margin)
     people, correction = len(differences), "Holm" if ps else "none"
     size = {"dz": found.mean / found.sd} if found.sd > 0 else {}
     t = Finding(
@@ -94,21 +91,15 @@ def holm_paired(
     margin: float | None,
     roles: tuple[Role, Role] = ("check", "check"),
 ) -> list[Finding]:
-    """Return `paired_findings` of several things, every p with Holm's correction over them.
+    """Return the `paired_findings` of several comparisons, every p with Holm's correction over them.
 
-    Parameters
-    ----------
-    gaps : mapping from str to (float64 array of shape (participant,), int)
-        Differences, and answers that went into them, by what they are of.
-    measure : str
-    margin : float, optional
-    roles : tuple of two roles
+    ``gaps`` holds, by comparison, the participants' differences and the number of answers.
     """
     both = [paired_ps(differences) for differences, _ in gaps.values()]
     t_p, rank_p = (holm([pair[k] for pair in both]) for k in (0, 1))
     equal: list[float | None] = [None] * len(gaps)
     if margin is not None:
-        equal = [*holm([paired_equivalence(d, margin=margin).p for d, _ in gaps.values()])]
+        equal = [*holm([paired_equivalence(d, margin=margin) for d, _ in gaps.values()])]
     return [
         finding
         for (of, (differences, n)), t, rank, e in zip(gaps.items(), t_p, rank_p, equal, strict=True)

@@ -33,20 +33,18 @@ class PsychometricFit:
     shape : {"weibull", "logistic", "gaussian"}
         weibull: F = 1 - exp(-(x / place)^slope); logistic: F = 1 / (1 + exp(-slope (x - place))); gaussian:
         F = normal distribution of slope (x - place).
-    place, slope : float
-    guess, lapse : float
     target : float
         Share correct at the threshold.
     threshold : float
         Intensity at ``target``.
     low, high : float
-        Interval of the threshold by parametric bootstrap; NaN where none was drawn.
+        Interval of the threshold by parametric bootstrap; NaN without draws.
     deviance, deviance_p : float
-        Of the fit from the shares, and the share of bootstrap draws with a larger one (below .05: it fits badly).
+        Of the fit from the shares, and the share of bootstrap draws with a larger one (below .05: a bad fit).
     n : int
         Answers.
     inside : bool
-        Whether the threshold lies among the intensities that were shown; where not, it is a guess of the function.
+        Whether the threshold lies within the presented intensities; otherwise it is an extrapolation.
     """
 
     shape: Shape
@@ -69,21 +67,17 @@ class PsychometricFit:
         return self.guess + (1 - self.guess - self.lapse) * _rise(self.shape, x, self.place, self.slope)
 
 
-def counted(
+def count_by_level(
     intensity: ArrayLike, correct: ArrayLike, *, needed_by: str
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the intensities that were shown, how often each was, and how often it was answered right.
+    """Return the distinct intensities, their numbers of trials, and of right answers; of arrays of shape (trial,).
 
-    Parameters
-    ----------
-    intensity, correct : array_like, shape (trials,)
-    needed_by : str
-        What is fitted, as the beginning of "… needs two intensities".
+    ``needed_by`` is the subject of the error "… needs two intensities".
 
     Raises
     ------
     ParameterError
-        If the arrays are not such.
+        If the arrays are invalid.
     DataError
         If there are fewer than two intensities, or all answers are alike.
     """
@@ -126,22 +120,22 @@ def fit_psychometric(
         For the bootstrap.
     shape : {"weibull", "logistic", "gaussian"}
     guess : float
-        Share correct without any signal: 1/2 of two, fixed by the task.
+        Share correct without any signal: 1/2 with two alternatives.
     lapse_limit : float
-        Upper bound of the lapse rate, which is fitted; 0 fixes it there.
+        Upper bound of the fitted lapse rate; 0 fixes it.
     target : float
         Between ``guess`` and 1 - ``lapse_limit``.
     draws : int
         Of the bootstrap; 0 for none.
     start : PsychometricFit, optional
-        To begin at, of the same shape, where answers are much as they were; else several beginnings are tried.
+        Starting point of the same shape, for similar answers; otherwise several are tried.
 
     Raises
     ------
     ParameterError
-        If the arrays, the shape or the rates are not such.
+        If the arrays, the shape or the rates are invalid.
     DataError
-        If there are fewer than two intensities, or all answers are alike: then there is no threshold to be had.
+        If there are fewer than two intensities, or all answers are alike.
     """
     if shape not in SHAPES:
         raise ParameterError(f"shape must be one of {', '.join(SHAPES)}, got {shape!r}")
@@ -149,7 +143,7 @@ def fit_psychometric(
         raise ParameterError(
             f"must be 0 <= guess < target < 1 - lapse_limit, got {guess:g}, {target:g} and {lapse_limit:g}"
         )
-    levels, n, k = counted(intensity, correct, needed_by="a psychometric function")
+    levels, n, k = count_by_level(intensity, correct, needed_by="a psychometric function")
     if shape == "weibull" and levels[0] <= 0:
         raise ParameterError(f"intensities of a weibull must be > 0, got {levels[0]:g}; take logistic")
     model = _Model(shape, levels, n, guess, lapse_limit)
@@ -183,26 +177,20 @@ def fit_psychometric(
     )
 
 
-def reversal_threshold(
-    intensity: ArrayLike, reversal: Sequence[bool], *, leave_out: int = 2, geometric: bool = False
-) -> float | None:
-    """Return the mean intensity of a staircase's reversals, without the first ones; None where none is left.
+def reversal_threshold(intensity: ArrayLike, reversal: Sequence[bool], *, leave_out: int = 2) -> float | None:
+    """Return the mean intensity of a staircase's reversals, without the first ones; None if none is left.
 
     Parameters
     ----------
     intensity : float array, shape (trial,)
     reversal : sequence of bool, length (trial,)
     leave_out : int
-        First reversals, which still depend on where the staircase began. One more goes where an odd number is left,
-        so that peaks and valleys count alike.
-    geometric : bool
-        Mean of logarithms, for staircases in decibels or factors.
+        First reversals, which still depend on the starting intensity. If an odd number is left, one more is dropped, so
+        that peaks and valleys count alike.
     """
     turned = np.asarray(intensity, np.float64)[np.asarray(reversal, bool)][leave_out:]
     turned = turned[len(turned) % 2 :]
-    if not len(turned):
-        return None
-    return float(np.exp(np.log(turned).mean()) if geometric else turned.mean())
+    return float(turned.mean()) if len(turned) else None
 
 
 def _rise(shape: Shape, x: Numbers, place: float, slope: float) -> Numbers:
@@ -231,7 +219,7 @@ class _Model:
         return place, float(np.exp(p[1])), float(p[2])
 
     def inner(self, fit: PsychometricFit) -> Numbers:
-        """Return a fit's parameters as they are here, within the bounds."""
+        """Return a fit's parameters as the likelihood takes them, within the bounds."""
         place = np.log(fit.place) if self.shape == "weibull" else fit.place
         low, high = np.transpose(self.bounds)
         return np.asarray(np.clip([place, np.log(fit.slope), fit.lapse], low, high))

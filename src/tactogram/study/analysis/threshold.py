@@ -1,12 +1,12 @@
-"""One person's threshold from a staircase: the posterior of a logistic function, read where the trials lie.
+"""Threshold of one person from a staircase: the posterior of a logistic function, read where the trials lie.
 
-A staircase of some dozen trials says little of a function's slope and its lapses. Maximum likelihood makes the slope
+A staircase of a few dozen trials carries little information on slope and lapse rate. Maximum likelihood makes the slope
 too steep (C. Kaernbach, "Slope bias of psychometric functions derived from adaptive data", Percept. Psychophys. 63,
-2001), and read away from the trials, as 75 % of a 3 down 1 up staircase is, the threshold errs with it. Here slope and
-lapse rate have priors and are summed over (H. H. Schuett and others, "Painfree and accurate Bayesian estimation of
+2001), and away from the trials, such as at 75 % of a 3 down 1 up staircase, the threshold errs with it. Here slope and
+lapse rate have priors and are integrated out (H. H. Schuett and others, "Painfree and accurate Bayesian estimation of
 psychometric functions for (potentially) overdispersed data", Vision Res. 122, 2016), and the threshold is read at the
-share at which the staircase settles (H. Levitt, J. Acoust. Soc. Am. 49, 1971). All trials count, the descent too: that
-intensities follow the answers does not bias a likelihood. Bias and spread as measured: docs/studies.md.
+share at which the staircase settles (H. Levitt, J. Acoust. Soc. Am. 49, 1971). All trials count, including the descent:
+intensities that follow the answers do not bias a likelihood. Measured bias and spread: docs/studies.md.
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
 from tactogram.errors import ParameterError
-from tactogram.study.analysis.psychometric import counted
+from tactogram.study.analysis.psychometric import count_by_level
 
 Numbers = NDArray[np.float64]
 SETTLED_3_DOWN = 0.5 ** (1 / 3)
 """Share correct at which 3 down 1 up settles, .794 (Levitt 1971)."""
 SLOPE_SD = 0.8
-"""Of the normal prior of the log slope: one sd is a factor of 2.2. Its middle is 1 per smallest step: that of an
-experimenter who chose a step of about half the spread of the function (sd 1.7 steps)."""
+"""Standard deviation of the normal prior of the log slope, a factor of 2.2. Its mean is 1 per smallest step, as if the
+experimenter had chosen a step of about half the spread of the function (sd 1.7 steps)."""
 LAPSES = (0.0, 0.02, 0.04, 0.06)
-"""Lapse rates, equally likely: up to the bound of F. A. Wichmann and N. J. Hill, Percept. Psychophys. 63 (2001)."""
+"""Equally likely lapse rates, up to the bound of F. A. Wichmann and N. J. Hill, Percept. Psychophys. 63 (2001)."""
 BEYOND_STEPS = 8.0
-"""How far below the weakest and above the strongest intensity a threshold may lie, in smallest steps."""
+"""Range of thresholds below the weakest and above the strongest intensity, in smallest steps."""
 PER_STEP = 8
-"""Places of the threshold's grid in a smallest step."""
+"""Grid points of the threshold per smallest step."""
 MOST_PLACES = 2000
 
 
@@ -42,16 +42,13 @@ class Threshold:
     Parameters
     ----------
     threshold : float
-        Most likely intensity at which ``share`` is correct, whatever slope and lapse rate.
+        Mode of the posterior of the intensity at which ``share`` is correct.
     low, high : float
-        95 % of the posterior lie between.
+        Ends of 95 % of the posterior.
     slope : float
-        Mean of the posterior, geometric; of the logistic function, per unit of intensity.
-    share : float
-    n : int
-        Answers.
+        Geometric mean of the posterior, per unit of intensity.
     inside : bool
-        Whether the threshold lies among the intensities that were shown.
+        Whether the threshold lies within the presented intensities.
     """
 
     threshold: float
@@ -59,7 +56,6 @@ class Threshold:
     high: float
     slope: float
     share: float
-    n: int
     inside: bool
 
 
@@ -71,7 +67,7 @@ def estimate_threshold(
     Parameters
     ----------
     intensity : float array, shape (answer,)
-        On a scale on which the function is logistic: dB.
+        On a scale on which the function is logistic, such as dB.
     correct : array of 0 and 1, shape (answer,)
     share : float
         Share correct at the threshold; see `settled_share`.
@@ -81,13 +77,13 @@ def estimate_threshold(
     Raises
     ------
     ParameterError
-        If the arrays or the shares are not such.
+        If the arrays or the shares are invalid.
     DataError
-        If there are fewer than two intensities, or all answers are alike: then there is no threshold to be had.
+        If there are fewer than two intensities, or all answers are alike.
     """
     if not 0 <= guess < share < 1 - max(LAPSES):
         raise ParameterError(f"must be 0 <= guess < share < {1 - max(LAPSES):g}, got {guess:g} and {share:g}")
-    levels, n, k = counted(intensity, correct, needed_by="a threshold")
+    levels, n, k = count_by_level(intensity, correct, needed_by="a threshold")
     step = float(np.diff(levels).min())
     places = _places(levels, step)
     slopes = np.exp(np.linspace(-2.5, 2.5, 15) * SLOPE_SD) / step
@@ -104,30 +100,21 @@ def estimate_threshold(
         high,
         float(np.exp(weight.sum((0, 2)) @ np.log(slopes))),
         share,
-        int(n.sum()),
         bool(levels[0] <= mode <= levels[-1]),
     )
 
 
 def settled_share(intensity: ArrayLike, correct: ArrayLike) -> float | None:
-    """Return the share correct at which a 1 up n down staircase settles, 2^(-1/n); n as its answers show it.
+    """Return the share correct at which a 1 up n down staircase settles, 2^(-1/n), with n inferred from its answers.
 
-    Parameters
-    ----------
-    intensity : float array, shape (trial,)
-        In the order of the trials.
-    correct : array of 0 and 1, shape (trial,)
-
-    Returns
-    -------
-    float or None
-        None where it never fell, or fell after a single right answer, which settles at guessing.
+    Of intensities and outcomes in the order of the trials, shape (trial,). None if it never fell, or fell after a
+    single right answer, which settles at guessing.
     """
     x, y = np.asarray(intensity, np.float64), np.asarray(correct, np.float64)
     moved = np.flatnonzero(np.diff(x))
     runs = np.diff(np.concatenate([[-1], moved]))
     fell = runs[np.diff(x)[moved] < 0] if len(moved) else runs
-    # The first fall of a track may come early, where a session went on; most falls are of the rule.
+    # The first fall of a track may come early in a continued session; most falls follow the rule.
     n = int(np.median(fell)) if len(fell) and y.any() else 0
     share = 0.5 ** (1 / n) if n > 1 else None
     return share if share is not None and share < 1 - max(LAPSES) else None
@@ -142,7 +129,7 @@ def _places(levels: Numbers, step: float) -> Numbers:
 def _log_posterior(
     levels: Numbers, n: Numbers, k: Numbers, places: Numbers, slopes: Numbers, *, share: float, guess: float
 ) -> Numbers:
-    """Return the log posterior but for a constant, shape (lapse, slope, place)."""
+    """Return the log posterior up to a constant, shape (lapse, slope, place)."""
     prior = -((np.log(slopes * np.diff(levels).min()) / SLOPE_SD) ** 2) / 2
     found = []
     for lapse in LAPSES:
@@ -154,7 +141,7 @@ def _log_posterior(
 
 
 def _mode(places: Numbers, weight: Numbers) -> float:
-    """Return where a posterior is highest: the top of the parabola through the three highest neighbours."""
+    """Return the mode of a posterior: the top of the parabola through the three highest neighbours."""
     best = int(np.argmax(weight))
     if not 0 < best < len(places) - 1:
         return float(places[best])

@@ -1,4 +1,4 @@
-"""Study designs, one file or folder each, found by looking: there is no list of them anywhere."""
+"""Study designs, one file or folder each, discovered without a list."""
 
 from tactogram.study.designs.catalogue import designs as designs
 from tactogram.study.designs.catalogue import find_design as find_design

@@ -1,9 +1,9 @@
-"""ABX: whether X is the same as A or as B.
+"""ABX: X is either A or B.
 
 W. A. Munson and M. B. Gardner, "Standardizing auditory tests", J. Acoust. Soc. Am. 22, 675 (1950).
 
-Answers to the question ``which``: ``stimulus`` and ``condition`` are what X is, ``other`` what it is not; ``side`` and
-``answer`` are A or B; ``value`` is 1 if correct, else 0.
+Answers to the question ``which``: ``stimulus`` and ``condition`` are those of X, ``other`` is the other of the pair;
+``side`` and ``answer`` are A or B; ``value`` is 1 if correct, else 0.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ if TYPE_CHECKING:
     from tactogram.study.study_analysis import AnalysisPlan
 
 PLACES = ("A A", "A B", "B A", "B B")
-"""Where the pair's first is, and what X is: each once in four trials."""
+"""Slot of the pair's first stimulus, and that of X: each once in four trials."""
 
 
 class Abx(Design):
-    """Values of an ABX test."""
+    """Settings of an ABX test."""
 
     title: ClassVar[str] = "ABX"
     question_text: ClassVar[str] = "Is X the same as A or as B?"
@@ -57,9 +57,9 @@ class Abx(Design):
 
     kind: Literal["abx"] = "abx"
     pairs: tuple[tuple[str, str], ...] = ()
-    """Names of stimuli. By default all pairs of conditions within each item, or of all where no item has two."""
+    """Names of stimuli. By default all pairs of conditions within each item, or all pairs if no item has two."""
     repeats: int = Field(default=4, ge=1, le=1000)
-    """Trials of each pair; with a multiple of four each placing of A, B and X comes equally often."""
+    """Trials of each pair; with a multiple of four each arrangement of A, B and X comes equally often."""
     instructions: Wording = Wording(
         ja="A、B、Xに触れてください。XはAかBのどちらかと同じです。",
         en="Touch A, B and X. X is the same as A or as B.",
@@ -67,7 +67,7 @@ class Abx(Design):
     which: Wording = Wording(ja="Xはどちらと同じですか。", en="Which one is X?")
 
     def check(self, setting: DesignContext) -> None:
-        """Refuse pairs of what is not there, and a study without any pair."""
+        """Raise `ParameterError` for unknown stimuli in pairs, and for a study without any pair."""
         if not self._pairs(setting):
             raise ParameterError("abx needs at least two stimuli, got one")
 
@@ -76,28 +76,28 @@ class Abx(Design):
         return self.repeats * len(self._pairs(setting))
 
     def practice_design(self, names: Sequence[str]) -> Self:
-        """Return it with those pairs alone whose stimuli are practised on."""
+        """Return the design with only the pairs of these stimuli."""
         return self.model_copy(
             update={"pairs": tuple(pair for pair in self.pairs if set(pair) <= set(names))}
         )
 
     def next_page(
-        self, setting: DesignContext, participant: Participant, given: Sequence[PageAnswers]
+        self, setting: DesignContext, participant: Participant, history: Sequence[PageAnswers]
     ) -> Page | None:
         """Return the next trial."""
         pairs = self._pairs(setting)
-        if len(given) == self.repeats * len(pairs):
+        if len(history) == self.repeats * len(pairs):
             return None
         rule, seed, number = setting.order, setting.seed, participant.number
         order = ordered(range(len(pairs)), rule=rule, repeats=self.repeats, seed=seed, participant=number)
         rng = generator(seed, number, "places")
         places = [balanced_sides(self.repeats, rng, PLACES) for _ in pairs]
-        trial = len(given) + 1
+        trial = len(history) + 1
         block, repeat, which = order[trial - 1]
         first_at, x_is = places[which][repeat - 1].split()
         a, b = pairs[which] if first_at == "A" else pairs[which][::-1]
         x, not_x = (a, b) if x_is == "A" else (b, a)
-        asked = PageQuestion(
+        question = PageQuestion(
             ab_question("which", self.which),
             side=x_is,
             right=x_is,
@@ -116,12 +116,12 @@ class Abx(Design):
             total=len(order),
             presented=(PresentedStimulus("A", a), PresentedStimulus("B", b), PresentedStimulus("X", x)),
             text=self.instructions,
-            asked=(asked,),
+            questions=(question,),
         )
 
     @classmethod
     def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
-        """Return the share correct, over all and of each texture, with the d' of ABX."""
+        """Return the shares correct, over all and by texture, with the d' of ABX."""
         from tactogram.statistics.shares import d_prime_abx
         from tactogram.study.analysis.discrimination import analyse_discrimination
 
@@ -143,20 +143,20 @@ class Abx(Design):
 
     @classmethod
     def simulated_share(cls, page: Page, participant: SimulatedParticipant) -> float:
-        """Return the share correct in ABX of a simulated participant's d'."""
+        """Return the share correct in ABX at a simulated participant's d'."""
         from tactogram.statistics.shares import abx_share
 
         return abx_share(participant.d_prime)
 
     def _pairs(self, setting: DesignContext) -> list[tuple[Stimulus, Stimulus]]:
-        named = {stimulus.name: stimulus for stimulus in setting.stimuli}
+        stimuli = {stimulus.name: stimulus for stimulus in setting.stimuli}
         if self.pairs:
             for name in itertools.chain.from_iterable(self.pairs):
-                if name not in named:
+                if name not in stimuli:
                     raise ParameterError(
-                        f"pairs name {name!r}, which is no stimulus; there are {', '.join(named)}"
+                        f"pairs name {name!r}, which is no stimulus; there are {', '.join(stimuli)}"
                     )
-            return [(named[first], named[second]) for first, second in self.pairs]
+            return [(stimuli[first], stimuli[second]) for first, second in self.pairs]
         every = list(itertools.combinations(setting.stimuli, 2))
         within = [(first, second) for first, second in every if first.item == second.item]
         return within or every

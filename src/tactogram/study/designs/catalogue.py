@@ -1,4 +1,4 @@
-"""Catalogue of study designs: every design there is, found by looking."""
+"""Catalogue of study designs, discovered in the package, in installed packages and in folders."""
 
 from __future__ import annotations
 
@@ -15,31 +15,25 @@ from tactogram.plugins import entry_point_modules, further_folders, import_plugi
 from tactogram.study.designs.design import Design, MarginScale
 
 ENTRY_POINTS = "tactogram.designs"
-"""Group under which an installed package names modules with designs: ``tapping = "my_package.tapping"``."""
+"""Entry point group of an installed package's modules with designs: ``tapping = "my_package.tapping"``."""
 FOLDERS_VARIABLE = "TACTOGRAM_DESIGNS"
 """Environment variable with files and folders of further designs, separated as in PATH."""
 PACKAGE = __name__.rpartition(".")[0]
 
 
 def designs() -> Mapping[str, type[Design]]:
-    """Return every design by its kind: those of this package, of installed ones, and of ``TACTOGRAM_DESIGNS``.
+    """Return every design by kind: those of this package, of installed ones, and of ``TACTOGRAM_DESIGNS``.
 
     Raises
     ------
     ParameterError
-        If a file cannot be imported or holds no design, or two designs share a kind, a margin or a power table.
+        If a file cannot be imported or has no design, or two designs share a kind, a margin or a power table.
     """
     return _designs(tuple(folder.resolve() for folder in further_folders(FOLDERS_VARIABLE)))
 
 
 def find_design(kind: str) -> type[Design]:
-    """Return the design of a kind.
-
-    Raises
-    ------
-    ParameterError
-        If there is none, with the kinds there are.
-    """
+    """Return the design of a kind; raise `ParameterError`, listing the kinds, if there is none."""
     known = designs()
     if kind not in known:
         raise ParameterError(
@@ -49,12 +43,12 @@ def find_design(kind: str) -> type[Design]:
 
 
 def margin_scales() -> dict[str, MarginScale]:
-    """Return what a margin can be given for, over all designs, by name."""
+    """Return the scales of all designs' margins by name."""
     return {name: scale for design in designs().values() for name, scale in design.margins.items()}
 
 
 def margin_text(name: str, value: float) -> str:
-    """Return a margin as people read it."""
+    """Return a margin as text with its unit."""
     scales = margin_scales()
     unit = scales[name].unit if name in scales else ""
     return f"{name} ±{value:g}{' ' + unit if unit else ''}"
@@ -74,40 +68,40 @@ def _designs(folders: tuple[Path, ...]) -> Mapping[str, type[Design]]:
             raise ParameterError(
                 f"two designs are called {kind!r}: {found[kind].__module__}, {design.__module__}"
             )
-    for what, names in (
+    for label, names in (
         ("margins", [name for design in found.values() for name in design.margins]),
         ("power tables", [name for design in found.values() for name in design.power]),
     ):
         if twice := sorted({name for name in names if names.count(name) > 1}):
-            raise ParameterError(f"{what} of designs must differ in name, got {twice[0]!r} twice")
+            raise ParameterError(f"{label} of designs must differ in name, got {twice[0]!r} twice")
     return found
 
 
 def kind_of(design: type[Design]) -> str:
-    """Return the kind that a class fixes, "" where it leaves that to its subclasses."""
+    """Return the kind of a design class, "" of a base class."""
     kind = design.model_fields["kind"].default
     return kind if isinstance(kind, str) else ""
 
 
 def _classes(folders: tuple[Path, ...]) -> Iterator[type[Design]]:
     for found in iter_modules([str(Path(__file__).parent)]):
-        yield from _in(import_module(f"{PACKAGE}.{found.name}"))
+        yield from _module_designs(import_module(f"{PACKAGE}.{found.name}"))
     for name in entry_point_modules(ENTRY_POINTS):
-        yield from _some(import_plugin(name), name)
+        yield from _required(import_plugin(name), name)
     for folder in folders:
         for path in module_files(folder, "study design"):
-            yield from _some(import_plugin(path), str(path))
+            yield from _required(import_plugin(path), str(path))
 
 
-def _some(module: ModuleType, where: str) -> list[type[Design]]:
-    designs = list(_in(module))
+def _required(module: ModuleType, where: str) -> list[type[Design]]:
+    designs = list(_module_designs(module))
     if not designs:
         raise ParameterError(f"{where}: must hold a study design, got none")
     return designs
 
 
-def _in(module: ModuleType) -> Iterator[type[Design]]:
-    """Yield the designs that a module defines; one that it imports from elsewhere is not its own."""
+def _module_designs(module: ModuleType) -> Iterator[type[Design]]:
+    """Yield the designs that a module defines, without those that it imports from elsewhere."""
     for value in vars(module).values():
         if not (isinstance(value, type) and issubclass(value, Design)) or isabstract(value):
             continue

@@ -1,4 +1,4 @@
-"""Study design: what every design declares, and what follows from it where a design says nothing else.
+"""Study design: the declarations of every design, and their defaults.
 
 Analysis, figures and power import their libraries when they are called, so that designs can be listed without them.
 """
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict
 
+from tactogram.errors import ParameterError
 from tactogram.study.power.assumptions import PowerAssumptions
 from tactogram.study.questions import AnswerOption, Question
 from tactogram.study.stimuli import Stimulus
@@ -31,88 +32,69 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class MarginScale:
-    """Scale of a margin of equivalence.
-
-    Parameters
-    ----------
-    unit : str
-        As people read it after the number.
-    below : float
-        Every margin must be smaller: one half for a share around one half.
-    """
+    """Scale of a margin of equivalence: its unit as text, and a limit, one half for a share around one half."""
 
     unit: str
     below: float = math.inf
 
 
 class Design(BaseModel, ABC):
-    """A study design: its values from a study's file, and how it is asked, simulated, analysed and drawn.
+    """A study design: its settings in a study's file, and how it is presented, simulated, analysed and drawn.
 
-    A design names its ``kind``, and says with `next_page` and `total` what a participant is shown. Everything else has
-    a default. Its class variables and class methods hold for every study of the kind, also for a table of answers that
-    came without its study.
+    A design defines its ``kind``, `next_page` and `total`; everything else has a default. Class variables and class
+    methods hold for every study of the kind, also for a table of answers without its study.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     title: ClassVar[str] = ""
-    """What it is called in lists and reports."""
+    """Title in lists and reports."""
     question_text: ClassVar[str] = ""
-    """What it asks, in a sentence."""
+    """Its question, in a sentence."""
     has_right_answers: ClassVar[bool] = False
     """Whether an answer can be right or wrong."""
     gives_targets: ClassVar[bool] = False
-    """Whether its answers are scores of words by item, which another study's scores can be held against."""
+    """Whether its answers are scores of words by item, which can be targets of another study's scores."""
     margins: ClassVar[Mapping[str, MarginScale]] = {}
-    """What a margin of equivalence can be given for: a question, or a measure over all questions."""
+    """Scales of its margins of equivalence, by question, or by measure over all questions."""
     power: ClassVar[Mapping[str, PowerAssumptions]] = {}
-    """Its power tables by name, its own question first."""
+    """Power tables by name, that of its main question first."""
     columns: ClassVar[Mapping[str, str]] = {}
-    """Descriptions of further columns of its answers, and of columns that hold something else than elsewhere."""
+    """Descriptions of extra columns of its answers, and of columns that differ from other designs."""
     key_columns: ClassVar[tuple[str, ...]] = ()
-    """Further columns that hold keys of items, conditions or stimuli."""
+    """Extra columns with keys of items, conditions or stimuli."""
 
     kind: str
-    """What a study's file calls the design; a subclass fixes it: ``kind: Literal["abx"] = "abx"``."""
+    """Name of the design in a study's file; a subclass fixes it: ``kind: Literal["abx"] = "abx"``."""
     instructions: Wording = Wording()
-    """Shown above each trial; each design has its own by default."""
+    """Text above each trial; each design has a default."""
 
     def check(self, setting: DesignContext) -> None:
-        """Refuse stimuli that the design cannot ask about.
-
-        Raises
-        ------
-        ParameterError
-        """
+        """Raise `ParameterError` for stimuli that the design cannot ask about."""
 
     @abstractmethod
     def next_page(
-        self, setting: DesignContext, participant: Participant, given: Sequence[PageAnswers]
+        self, setting: DesignContext, participant: Participant, history: Sequence[PageAnswers]
     ) -> Page | None:
-        """Return the page after ``given``, the answers to this design's pages in order; None at the end.
+        """Return the page after ``history``, this design's answered pages in order; None at the end.
 
-        A pure function of the study, the participant and the answers so far: resuming after a crash is calling it with
-        the answers that were stored. What the page's ``layout`` can say is in ``studio/participants/static``:
-        ``presentation`` ("intervals": one stimulus after the other), ``area_mm`` and ``target_speed_mm_s`` (areas to
-        stroke), ``vas_mm``, ``image_mm``, ``at_most`` (whether the total is the most there can be).
+        A pure function of the study, the participant and the answers so far: a session resumes after a crash by calling
+        it with the stored answers. ``studio/participants/static`` reads the page's ``layout``: ``presentation``
+        ("intervals": one stimulus after the other), ``area_mm`` and ``target_speed_mm_s`` (areas to stroke),
+        ``vas_mm``, ``image_mm``, ``at_most`` (whether the total is an upper limit).
         """
 
     @abstractmethod
     def total(self, setting: DesignContext) -> int:
-        """Return how many trials a participant has, or has at most."""
+        """Return the number of trials of a participant, or its upper limit."""
 
     def practice_design(self, names: Sequence[str]) -> Self:
-        """Return the design that is practised on the stimuli of these names."""
+        """Return the design of a practice with the stimuli of these names."""
         return self
 
-    def check_margins(self, names_and_values: Mapping[str, float]) -> None:
-        """Refuse margins that the design does not take, or that are too wide.
-
-        Raises
-        ------
-        ValueError
-        """
-        for name, value in names_and_values.items():
+    def check_margins(self, margins: Mapping[str, float]) -> None:
+        """Raise ValueError for margins that the design lacks, or that are too wide."""
+        for name, value in margins.items():
             if name not in self.margins:
                 known = ", ".join(self.margins) or "nothing"
                 raise ValueError(
@@ -125,20 +107,16 @@ class Design(BaseModel, ABC):
 
     @classmethod
     def margin_for(cls, question: str) -> str:
-        """Return the name of the margin that answers to a question are held against, "" if there is none."""
+        """Return the name of a question's margin, "" if there is none."""
         names = tuple(cls.margins)
         return question if question in names else names[0] if len(names) == 1 else ""
 
     @classmethod
     def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
-        """Return what answers to trials of this kind show, a section per question.
+        """Return the analysis of answers to trials of this kind, a section per question.
 
-        By default means by participant, of every stimulus and condition, and the differences between conditions.
-
-        Raises
-        ------
-        DataError
-            If the answers cannot be analysed.
+        By default means by participant, of every stimulus and condition, and the differences between conditions. Raises
+        `DataError` if the answers cannot be analysed.
         """
         from tactogram.study.analysis.means import analyse_means
 
@@ -149,51 +127,43 @@ class Design(BaseModel, ABC):
 
     @classmethod
     def figures(cls, section: AnalysisSection, answers: Answers) -> dict[str, Figure]:
-        """Return the figures of a section by file name, without suffix.
-
-        Parameters
-        ----------
-        section : AnalysisSection
-            One that `analyse` returned.
-        answers : Answers
-            What it was made from.
-        """
+        """Return the figures of a section from `analyse` and its answers, by file name without suffix."""
         from tactogram.study.analysis.figures import means_figure
 
         return {f"{section.design}_{section.question}": means_figure(section)}
 
     @classmethod
     def power_method(cls, kind: str) -> PowerMethod:
-        """Return how the studies of a power table are simulated, by the ``kind`` of its assumptions."""
+        """Return the simulation of a power table's studies, by the ``kind`` of its assumptions."""
         from tactogram.study.power.methods import METHODS
 
         return METHODS[kind]
 
     def power_options(self, setting: DesignContext) -> dict[str, Any]:
-        """Return what the study says of the options of its power table: ``trials``, ``items``."""
+        """Return options of its power table that follow from the study: ``trials``, ``items``."""
         return {}
 
     @classmethod
-    def simulated_answer(cls, page: Page, asked: PageQuestion, participant: SimulatedParticipant) -> str:
-        """Return what a simulated participant answers to a question of a page.
+    def simulated_answer(cls, page: Page, question: PageQuestion, participant: SimulatedParticipant) -> str:
+        """Return a simulated participant's answer to a question of a page.
 
-        By default the right answer as often as `simulated_share` says; else by what is typical of the item, the effect
-        that was put in, the participant's bias and noise.
+        By default the right answer with probability `simulated_share`; without right answers from the item's typical
+        value, the true effect, the participant's bias and noise.
         """
-        if asked.right:
-            return participant.right_or_wrong(asked, cls.simulated_share(page, participant))
-        if asked.question.kind == "choice":
-            return participant.choice(asked)
-        return "(simulated)" if asked.question.kind == "text" else participant.on_scale(asked)
+        if question.right:
+            return participant.right_or_wrong(question, cls.simulated_share(page, participant))
+        if question.question.kind == "choice":
+            return participant.choice(question)
+        return "(simulated)" if question.question.kind == "text" else participant.on_scale(question)
 
     @classmethod
     def simulated_share(cls, page: Page, participant: SimulatedParticipant) -> float:
-        """Return how likely a simulated participant is right; by default as with two alternatives."""
+        """Return the probability that a simulated participant is right; by default that of two alternatives."""
         return participant.two_alternatives()
 
 
 def ab_question(identifier: str, text: Wording, **more: Any) -> Question:
-    """Return a choice between the two slots."""
+    """Return a choice between the slots A and B."""
     return Question(
         id=identifier,
         text=text,
@@ -203,10 +173,19 @@ def ab_question(identifier: str, text: Wording, **more: Any) -> Question:
     )
 
 
+def check_standard(name: str, setting: DesignContext) -> None:
+    """Raise `ParameterError` if a standard is given and no stimulus has its name."""
+    if name and setting.stimulus(name) is None:
+        names = ", ".join(stimulus.name for stimulus in setting.stimuli)
+        raise ParameterError(f"standard must be one of {names}, got {name!r}")
+
+
 def pairs_by_item(stimuli: Sequence[Stimulus], first: str, second: str) -> list[tuple[Stimulus, Stimulus]]:
     """Return the stimuli of each item that has both conditions, in the order of the file."""
-    of = {(stimulus.item, stimulus.condition): stimulus for stimulus in stimuli}
+    versions = {(stimulus.item, stimulus.condition): stimulus for stimulus in stimuli}
     items = dict.fromkeys(stimulus.item for stimulus in stimuli)
     return [
-        (of[item, first], of[item, second]) for item in items if (item, first) in of and (item, second) in of
+        (versions[item, first], versions[item, second])
+        for item in items
+        if (item, first) in versions and (item, second) in versions
     ]

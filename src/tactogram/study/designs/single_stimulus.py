@@ -1,4 +1,4 @@
-"""Designs that ask about one stimulus at a time, each as often as the others, in the study's order."""
+"""Base of designs that ask about one stimulus at a time, each equally often, in the study's order."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ from tactogram.study.trials import (
 
 
 class SingleStimulus(Design):
-    """A design with a page per stimulus; a subclass says with `asked_about` what is asked there."""
+    """A design with a page per stimulus; a subclass defines its questions in `questions_about`."""
 
     repeats: int = Field(default=1, ge=1, le=1000)
     """Trials of each stimulus."""
 
     @abstractmethod
-    def asked_about(
+    def questions_about(
         self, stimulus: Stimulus, *, setting: DesignContext, participant: Participant, trial: int
     ) -> tuple[PageQuestion, ...]:
         """Return the questions of a trial."""
 
     def stimuli_of(self, setting: DesignContext, participant: Participant) -> Sequence[Stimulus]:
-        """Return the stimuli that a participant is asked about; all by default."""
+        """Return a participant's stimuli; all by default."""
         return setting.stimuli
 
     def layout(self) -> dict[str, Any]:
-        """Return what the design says of how its pages look."""
+        """Return the layout of its pages."""
         return {}
 
     def total(self, setting: DesignContext) -> int:
@@ -46,11 +46,11 @@ class SingleStimulus(Design):
         return self.repeats * len(self.stimuli_of(setting, Participant("", 1)))
 
     def next_page(
-        self, setting: DesignContext, participant: Participant, given: Sequence[PageAnswers]
+        self, setting: DesignContext, participant: Participant, history: Sequence[PageAnswers]
     ) -> Page | None:
         """Return the page of the next stimulus."""
         stimuli = self.stimuli_of(setting, participant)
-        if len(given) == self.repeats * len(stimuli):
+        if len(history) == self.repeats * len(stimuli):
             return None
         order = ordered(
             range(len(stimuli)),
@@ -59,7 +59,7 @@ class SingleStimulus(Design):
             seed=setting.seed,
             participant=participant.number,
         )
-        trial = len(given) + 1
+        trial = len(history) + 1
         block, repeat, which = order[trial - 1]
         stimulus = stimuli[which]
         return Page(
@@ -71,6 +71,6 @@ class SingleStimulus(Design):
             total=len(order),
             presented=(PresentedStimulus("", stimulus),),
             text=self.instructions,
-            asked=self.asked_about(stimulus, setting=setting, participant=participant, trial=trial),
+            questions=self.questions_about(stimulus, setting=setting, participant=participant, trial=trial),
             layout=self.layout(),
         )

@@ -1,4 +1,4 @@
-"""Words, each on a scale, for one stimulus at a time: what ratings and evoked words share.
+"""Base of ratings and evoked words: several words about one stimulus at a time.
 
 [1] "Conditional Generative Adversarial Network-Based Tactile Stimulus Generation for Ultrasonic Tactile Display"
 (Sec. III-A and V-A); [2] "A Cross-Modal Tactile Reproduction …" (Sec. II-B and II-D).
@@ -19,9 +19,7 @@ from tactogram.study.wording import Wording
 
 
 def _ten_words() -> tuple[str, ...]:
-    from tactogram.datasets.ratings.words import (
-        WORDS,  # with it come libraries that listing designs does not need
-    )
+    from tactogram.datasets.ratings.words import WORDS  # imports libraries that listing designs does not need
 
     return WORDS
 
@@ -30,11 +28,11 @@ class WordScales(SingleStimulus):
     """A design that asks about each of several words."""
 
     words: tuple[str, ...] = Field(default_factory=_ten_words)
-    """What is asked (Table 1 of [1] and [2])."""
+    """Words in question (Table 1 of [1] and [2])."""
     word_texts: dict[str, Wording] = Field(default_factory=dict)
-    """How a word is shown; the ten words are known in both languages."""
+    """Texts of the words; the ten words have texts in both languages."""
     word_order: Literal["random", "as-listed"] = "random"
-    """Within a page. The papers only say that what is evaluated came in random order."""
+    """Within a page. The papers only state a random order of what was evaluated."""
 
     @field_validator("words")
     @classmethod
@@ -43,22 +41,22 @@ class WordScales(SingleStimulus):
             raise ValueError("words must differ, and there must be one at least")
         return words
 
-    def asked_about(
+    def questions_about(
         self, stimulus: Stimulus, *, setting: DesignContext, participant: Participant, trial: int
     ) -> tuple[PageQuestion, ...]:
-        """Return a question for each word, in an order of its own."""
+        """Return a question for each word, in the trial's order."""
         words = list(self.words)
         if self.word_order == "random":
             drawn = generator(setting.seed, participant.number, "words", trial).permutation(len(words))
             words = [words[i] for i in drawn]
-        return tuple(self.asked_of(word, stimulus) for word in words)
+        return tuple(self.word_question(word, stimulus) for word in words)
 
     @abstractmethod
-    def asked_of(self, word: str, stimulus: Stimulus) -> PageQuestion:
+    def word_question(self, word: str, stimulus: Stimulus) -> PageQuestion:
         """Return the question about one word."""
 
     def word_text(self, word: str) -> Wording:
-        """Return how a word is shown."""
+        """Return the text of a word."""
         from tactogram.datasets.ratings.words import JAPANESE
 
         return self.word_texts.get(word) or Wording(ja=JAPANESE.get(word, word), en=word)

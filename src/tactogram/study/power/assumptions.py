@@ -7,30 +7,26 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class PowerAssumptions:
-    """Assumptions of a power table where nothing else is given: typical sizes, to be replaced by those of a pilot.
+    """Default assumptions of a power table: typical sizes, to be replaced by those of a pilot.
 
     Parameters
     ----------
     kind : str
-        How its studies are simulated: the name of one of `tactogram.study.power.methods.METHODS`, or of a method of the
-        design's own.
+        Name of one of `tactogram.study.power.methods.METHODS`, or of the design's own method.
     effect : float
-        The truth that power is of.
-    effect_text : str
-        What it is, with its unit.
+        True effect, described with its unit by ``effect_text``.
     person_sd, trial_sd : float
-        Spread of people's own effects, and of a single answer.
+        Spread of effects between people, and of single answers.
     margin : float
-        A margin for equivalence; for the table only, a study gives its own.
-    participants, trials : tuple of int
+        Margin of equivalence of the table; a study has its own.
     trials_text : str
-        What a trial is.
+        Description of a trial.
     test, printed : str
-        The confirmatory test, and that of the publication ("" where there is none).
+        Confirmatory test, and that of the publication ("" if there is none).
     level_sd : float
-        Spread of people's levels, whatever the condition; matters to the publication's test only.
+        Spread of people's levels in all conditions; relevant to the publication's test only.
     items : int
-        How many are compared with each other; 0 where none are.
+        Number of items compared with each other, or 0.
     """
 
     kind: str

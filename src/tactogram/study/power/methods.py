@@ -1,4 +1,4 @@
-"""Power methods: how the studies of a power table are simulated, and what a row of the table holds."""
+"""Power methods: simulation of a power table's studies, and the rows of the table."""
 
 from __future__ import annotations
 
@@ -17,22 +17,12 @@ from tactogram.study.power.assumptions import PowerAssumptions
 
 Numbers = NDArray[np.float64]
 Truths = Mapping[str, float]
-"""The effect in the studies of which a share is reported: ``power``, and ``type_1``, where there is none."""
+"""True effect by name of the reported share: ``power``, and ``type_1`` without an effect."""
 
 
 @dataclass(frozen=True)
 class StudyBatch:
-    """Simulated studies of one size: a row of a power table.
-
-    Parameters
-    ----------
-    people, trials : int
-        Participants of a study, and trials of each.
-    assumed : PowerAssumptions
-    simulations : int
-        Studies.
-    alpha : float
-    """
+    """Simulated studies of one size: a row of a power table."""
 
     people: int
     trials: int
@@ -42,7 +32,7 @@ class StudyBatch:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Studies and participants."""
+        """Numbers of studies and participants."""
         return self.simulations, self.people
 
 
@@ -50,7 +40,7 @@ class PowerMethod:
     """Simulation and test of one kind of study."""
 
     null = 0.0
-    """The effect where there is no difference."""
+    """Effect without a difference."""
     of_pairs = False
     """Whether equivalence is that of a pair of items."""
 
@@ -58,39 +48,28 @@ class PowerMethod:
         """Return, for each of ``truths``, the share of studies in which the test shows a difference.
 
         With ``type_1`` also ``equivalence``, and with a publication's test ``printed_power`` and ``printed_type_1``.
-
-        Parameters
-        ----------
-        rng : numpy Generator
-        batch : StudyBatch
-        truths : mapping from str to float
         """
         raise NotImplementedError
 
     def row(self, rng: np.random.Generator, batch: StudyBatch) -> dict[str, Any]:
-        """Return what studies of one size show, as shares of them."""
+        """Return the results of studies of one size, as shares of studies."""
         truths = {"power": batch.assumed.effect, "type_1": self.null}
         return {**self.shares(rng, batch, truths)}
 
     def equivalence(self, rng: np.random.Generator, batch: StudyBatch) -> float:
-        """Return how often studies of one size show equivalence where there is no difference."""
+        """Return how often studies of one size show equivalence when there is no difference."""
         alone = replace(batch, assumed=replace(batch.assumed, printed=""))
         return float(self.shares(rng, alone, {"type_1": self.null})["equivalence"])
 
     def check(self, assumed: PowerAssumptions) -> None:
-        """Refuse assumptions that the method cannot simulate.
-
-        Raises
-        ------
-        ParameterError
-        """
+        """Raise `ParameterError` for assumptions that the method cannot simulate."""
         if assumed.items:
             raise ParameterError(f"items: this design compares no items with each other, got {assumed.items}")
         if assumed.trial_sd == 0:
             raise ParameterError("trial_sd must be > 0, got 0")
 
     def notes(self) -> list[str]:
-        """Return sentences that explain the columns of this method."""
+        """Return sentences on the columns of this method."""
         return []
 
 
@@ -105,7 +84,7 @@ class Shares(PowerMethod):
         assumed, alpha = batch.assumed, batch.alpha
         printed = exact_ps(batch.people * batch.trials) if assumed.printed else np.zeros(0)
         for name, truth in truths.items():
-            hits = rng.binomial(batch.trials, _own_shares(rng, truth, batch))
+            hits = rng.binomial(batch.trials, _personal_shares(rng, truth, batch))
             p, equal = clustered_ps(hits, batch.trials, margin=assumed.margin)
             found[name] = float((p < alpha).mean())
             if name == "type_1":
@@ -120,7 +99,7 @@ class Shares(PowerMethod):
         return super().row(rng, batch) | {f"exact_{name}": value for name, value in exact.items()}
 
     def check(self, assumed: PowerAssumptions) -> None:
-        """Refuse an effect that is no share."""
+        """Raise `ParameterError` for an effect that is no share."""
         if assumed.items:
             super().check(assumed)
         if not (0 < assumed.effect < 1 and assumed.margin < 0.5):
@@ -130,7 +109,7 @@ class Shares(PowerMethod):
             )
 
     def notes(self) -> list[str]:
-        """Return what the exact columns are."""
+        """Return the meaning of the exact columns."""
         return [
             "exact_…: exact binomial if answers were independent; equivalence 0.000 where it is impossible."
         ]
@@ -143,16 +122,16 @@ class Votes(Shares):
     """One yes or no of each person: the exact binomial test."""
 
     def shares(self, rng: np.random.Generator, batch: StudyBatch, truths: Truths) -> dict[str, float]:
-        """Return power of the exact test of one answer per person, where people differ in how easily they say yes."""
+        """Return power of the exact test of one answer per person, where people differ in their tendency to say yes."""
         ps = exact_ps(batch.people)
         found = {}
         for name, truth in truths.items():
-            yes = rng.binomial(1, _own_shares(rng, truth, batch)).sum(1)
+            yes = rng.binomial(1, _personal_shares(rng, truth, batch)).sum(1)
             found[name] = float((ps[yes] < batch.alpha).mean())
         return found
 
     def equivalence(self, rng: np.random.Generator, batch: StudyBatch) -> float:
-        """Return it exactly, without simulation."""
+        """Return the exact power, without simulation."""
         return share_equivalence_power(batch.people, margin=batch.assumed.margin, alpha=batch.alpha)
 
     def _answers(self, batch: StudyBatch) -> int:
@@ -177,7 +156,7 @@ class Means(PowerMethod):
         return found
 
     def noise(self, batch: StudyBatch) -> float:
-        """Return the standard error that single answers leave in a participant's difference."""
+        """Return the standard error of a participant's difference from single answers."""
         return float(batch.assumed.trial_sd / np.sqrt(batch.trials) * np.sqrt(2))
 
     def ps(self, gaps: Numbers) -> Numbers:
@@ -210,27 +189,20 @@ METHODS: Mapping[str, PowerMethod] = {
     "ranks": Ranks(),
     "slopes": Slopes(),
 }
-"""Those that any design may use, by ``kind`` of its assumptions."""
+"""Methods for any design, by ``kind`` of its assumptions."""
 
 
 def clustered_ps(hits: NDArray[np.int64], trials: int, *, margin: float) -> tuple[Numbers, Numbers]:
-    """Return p against one half and p of equivalence, as `pooled_share` gives them, for many studies at once.
+    """Return p against one half and p of equivalence of each study, as `pooled_share`.
 
-    Where all participants have as many trials, GEE with independence has a closed form.
-
-    Parameters
-    ----------
-    hits : int array, shape (study, participant)
-    trials : int
-        Of each participant.
-    margin : float
+    With equal numbers of trials, GEE with independence has a closed form. ``hits`` has shape (study, participant).
     """
     people = hits.shape[1]
-    own = hits / trials
-    share = own.mean(1)
+    shares = hits / trials
+    share = shares.mean(1)
     with np.errstate(divide="ignore", invalid="ignore"):
         spread = share * (1 - share)
-        se = np.sqrt(((own - share[:, None]) ** 2).sum(1)) / ((people - 1) * spread)
+        se = np.sqrt(((shares - share[:, None]) ** 2).sum(1)) / ((people - 1) * spread)
         se = np.where(se > 1e-9, se, 1 / np.sqrt(people * trials * spread))
         logit = special.logit(share)
         t = logit / se
@@ -242,31 +214,21 @@ def clustered_ps(hits: NDArray[np.int64], trials: int, *, margin: float) -> tupl
 
 
 def within_ps(gaps: Numbers, margin: float) -> Numbers:
-    """Return p of equivalence, as `paired_equivalence` gives it, for many studies at once.
-
-    Parameters
-    ----------
-    gaps : float64 array, shape (study, participant)
-    margin : float
-
-    Returns
-    -------
-    float64 array, shape (study,)
-    """
+    """Return p of equivalence of each study, as `paired_equivalence`, from gaps of shape (study, participant)."""
     people = gaps.shape[1]
     se = gaps.std(1, ddof=1) / np.sqrt(people)
-    with np.errstate(divide="ignore"):  # no spread: infinitely sure
+    with np.errstate(divide="ignore"):  # no spread: t is infinite
         return np.asarray(stats.t.sf((margin - np.abs(gaps.mean(1))) / se, people - 1))
 
 
-def _own_shares(rng: np.random.Generator, truth: float, batch: StudyBatch) -> Numbers:
-    """Return each participant's own share, whose logits are normal."""
+def _personal_shares(rng: np.random.Generator, truth: float, batch: StudyBatch) -> Numbers:
+    """Return each participant's true share, with normal logits."""
     logits = special.logit(truth) + rng.normal(0, batch.assumed.person_sd, batch.shape)
     return np.asarray(special.expit(logits))
 
 
 def _exact(n: int, assumed: PowerAssumptions, alpha: float) -> dict[str, Any]:
-    """Return what n independent answers can show, without any simulation."""
+    """Return the exact results of n independent answers, without simulation."""
     low, high = share_of(n // 2, n, confidence=1 - alpha).wilson
     return {
         "answers": n,
@@ -281,7 +243,7 @@ def _exact(n: int, assumed: PowerAssumptions, alpha: float) -> dict[str, Any]:
 def _student_ps(rng: np.random.Generator, gaps: Numbers, batch: StudyBatch) -> Numbers:
     """Return p of Student's t over all answers of two conditions; people's levels differ by ``level_sd``.
 
-    The less they differ, the more often the test shows what is not there; the more, the less it shows at all.
+    The less they differ, the more false alarms; the more they differ, the less the test shows at all.
     """
     trials, trial_sd, level_sd = batch.trials, batch.assumed.trial_sd, batch.assumed.level_sd
     n = gaps.shape[1] * trials
@@ -293,5 +255,5 @@ def _student_ps(rng: np.random.Generator, gaps: Numbers, batch: StudyBatch) -> N
 
 
 def _squares(values: Numbers) -> Numbers:
-    """Return the summed squares around each row's mean."""
+    """Return the sum of squares around each row's mean."""
     return np.asarray(((values - values.mean(1, keepdims=True)) ** 2).sum(1))

@@ -1,7 +1,7 @@
-"""Power table: what a study can show before it is run, by its numbers of participants and of trials.
+"""Power table: power of a study before it is run, by numbers of participants and trials.
 
-What an exact binomial test promises holds for independent answers only; people differ, which the simulated columns
-include.
+The power of an exact binomial test holds for independent answers only; the simulated columns include differences
+between people.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 MOST_TRIALS = 10_000
 MOST_PARTICIPANTS = 10_000
 ENOUGH = 0.8
-"""Share of studies that are to show equivalence, where the number of participants is looked for that reaches it."""
+"""Wanted share of studies that show equivalence, in the search for the number of participants."""
 TRIED = (6, 8, 10, 15, 20, 30, 40, 60, 80, 120, 160, 240)
 TRIED_SIMULATIONS = 200
 TAKING, LOOKING = "simulated participants", "how many for equivalence"
-"""Tasks that progress is told of."""
+"""Tasks of progress reports."""
 
 
 @dataclass(frozen=True)
@@ -36,18 +36,13 @@ class PowerTable:
 
     Parameters
     ----------
-    design : str
-    assumed : PowerAssumptions
-        With everything that was given in place of the typical.
-    simulations, seed : int
-    alpha : float
     rows : tuple of mapping
         ``participants``, ``trials``, and shares from 0 to 1: ``power`` and ``type_1`` of the confirmatory test,
-        ``equivalence`` (how often it is shown where the truth is no difference), ``printed_power`` and
-        ``printed_type_1`` of the publication's; further ones as the design's power method says.
+        ``equivalence`` (shown without a true difference), ``printed_power`` and ``printed_type_1`` of the
+        publication's; further ones of the design's power method.
     equivalence_from : mapping from int to int or None
-        By trials, the participants of `TRIED` from which on `ENOUGH` of the studies show equivalence where the truth is
-        no difference; None where even the most do not. Empty where it cannot be said.
+        By trials, the number of `TRIED` participants from which `ENOUGH` of the studies show equivalence without a true
+        difference; None if the largest is too small.
     """
 
     design: str
@@ -59,7 +54,7 @@ class PowerTable:
     equivalence_from: Mapping[int, int | None]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as plain values, for JSON."""
+        """Return plain values for JSON."""
         return {
             "design": self.design,
             "assumed": {**vars(self.assumed)},
@@ -88,34 +83,35 @@ def power_table(
     alpha: float = 0.05,
     progress: Callable[[str, int, int], None] = lambda task, done, total: None,
 ) -> PowerTable:
-    """Return how often a study of each size shows what is there, and what is not.
+    """Return the power of studies of each size, and their rate of false alarms.
 
     Parameters
     ----------
-    design : type of Design
     name : str
-        Of one of its ``power`` tables; what is not given is as assumed there.
-    participants, trials : sequence of int
-    effect, person_sd, trial_sd, margin : float, optional
+        Of one of the design's ``power`` tables, whose assumptions are the defaults.
     items : int, optional
-        How many are compared with each other, where items are.
+        Number of items compared with each other, if the design compares items.
     simulations : int
         Studies of simulated participants per row; a share near .05 is then known to about ± 2 sqrt(.05 .95 / n).
-    seed : int
-    alpha : float
     progress : callable, optional
-        Called with a task, and how many of its simulated participants, or sizes, are done of how many.
+        Called with a task, and the numbers of its simulated participants, or sizes, done and in all.
 
     Raises
     ------
     ParameterError
-        If a number is not one that the table can have.
+        If a number is out of range.
     """
     if simulations < 100 or not 0 < alpha < 0.5:
         raise ParameterError(f"simulations must be >= 100 and alpha < 0.5, got {simulations} and {alpha:g}")
-    given = {"effect": effect, "person_sd": person_sd, "trial_sd": trial_sd, "margin": margin, "items": items}
+    chosen = {
+        "effect": effect,
+        "person_sd": person_sd,
+        "trial_sd": trial_sd,
+        "margin": margin,
+        "items": items,
+    }
     sizes = {"participants": tuple(participants) or None, "trials": tuple(trials) or None}
-    values: dict[str, Any] = {key: value for key, value in (given | sizes).items() if value is not None}
+    values: dict[str, Any] = {key: value for key, value in (chosen | sizes).items() if value is not None}
     assumed = replace(design.power[name], **values)
     method = design.power_method(assumed.kind)
     _check(assumed)
@@ -130,24 +126,24 @@ def power_table(
             rows.append({"participants": people, "trials": count, **row})
             done += simulations * people
             progress(TAKING, done, whole)
-    enough = _enough(method, assumed, alpha, seed, progress)
-    return PowerTable(name, assumed, simulations, seed, alpha, tuple(rows), enough)
+    equivalence_from = _equivalence_from(method, assumed, alpha, seed, progress)
+    return PowerTable(name, assumed, simulations, seed, alpha, tuple(rows), equivalence_from)
 
 
-def _enough(
+def _equivalence_from(
     method: PowerMethod,
     assumed: PowerAssumptions,
     alpha: float,
     seed: int,
     progress: Callable[[str, int, int], None],
 ) -> dict[int, int | None]:
-    """Return from how many participants on equivalence is shown often enough, by trials of each."""
+    """Return the number of participants from which equivalence is shown often enough, by trials of each."""
     found: dict[int, int | None] = {}
     for trials in assumed.trials:
         progress(LOOKING, len(found), len(assumed.trials))
         rng = np.random.default_rng([seed, trials])
         low, high = 0, len(TRIED)
-        while low < high:  # more people show more: halved until one is left
+        while low < high:  # bisection: power grows with participants
             middle = (low + high) // 2
             batch = StudyBatch(TRIED[middle], trials, assumed, TRIED_SIMULATIONS, alpha)
             shown = method.equivalence(rng, batch)
@@ -158,7 +154,7 @@ def _enough(
 
 
 def _check(assumed: PowerAssumptions) -> None:
-    """Refuse sizes and spreads that no study has."""
+    """Raise `ParameterError` for sizes and spreads out of range."""
     if min(assumed.participants) < 2:
         raise ParameterError(f"participants must be 2 or more, got {min(assumed.participants)}")
     if max(assumed.participants) > MOST_PARTICIPANTS:

@@ -1,7 +1,7 @@
-"""Tables of answers that other programs wrote, read as ours.
+"""Import of tables of answers from other programs.
 
-jsPsych, lab.js, PsychoPy, Qualtrics and spreadsheets write one row per trial, under their own headings; a mapping says
-which heading is which column. Columns that are not named are kept as they are.
+jsPsych, lab.js, PsychoPy, Qualtrics and spreadsheets write one row per trial under their own headings; a mapping
+assigns headings to columns. Other columns are kept unchanged.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ class TableMapping:
     Parameters
     ----------
     columns : mapping from str to str
-        The table's heading of each of our columns, as ``{"participant": "subject", "value": "response"}``. A heading
-        that is called as ours needs no entry.
+        The table's heading of each column, as ``{"participant": "subject", "value": "response"}``. Equal names need no
+        entry.
     constants : mapping from str to str
-        What a column holds in every row: ``{"question": "which"}``.
+        Value of a column in every row: ``{"question": "which"}``.
     values : mapping from str to mapping
-        What a cell means, by our column: ``{"condition": {"0": "recorded", "1": "generated"}}``.
+        Meaning of cells by column: ``{"condition": {"0": "recorded", "1": "generated"}}``.
     encoding : str
-        Of a CSV or TSV file; ``cp932`` is what Japanese Excel writes.
+        Of a CSV or TSV file; Japanese Excel writes ``cp932``.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
@@ -51,23 +51,15 @@ class TableMapping:
 
 
 def import_answers(path: Path, mapped: TableMapping | None = None) -> Answers:
-    """Return another's table as ours.
+    """Return the answers of another program's table (``.csv``, ``.tsv`` or ``.parquet``).
 
-    ``answer`` is filled from ``value`` where only that is there, and the other way round where it is a number;
-    ``study`` is the file's name and ``question`` the design's first where nothing says them; ``trial`` counts the rows
-    of each participant where it is not given.
-
-    Parameters
-    ----------
-    path : Path
-        ``.csv``, ``.tsv`` or ``.parquet``.
-    mapped : Mapped, optional
+    A missing ``answer`` is filled from ``value``, and ``value`` from an ``answer`` that is a number; ``study`` defaults
+    to the file's name; without ``trial``, the rows of each participant are counted.
 
     Raises
     ------
     DataError
-        If a heading is not there, a column that is needed is neither there nor given, or a cell is not what its column
-        holds.
+        If a mapped heading or a required column is missing, or a cell is not of its column's type.
     """
     mapped = mapped or TableMapping()
     headings, rows = read_cells(path, encoding=mapped.encoding)
@@ -75,7 +67,7 @@ def import_answers(path: Path, mapped: TableMapping | None = None) -> Answers:
         if theirs not in headings:
             raise DataError(f"{path}: has no column {theirs!r} for {ours}, has {', '.join(headings)}")
     ours_of = {theirs: ours for ours, theirs in mapped.columns.items()}
-    # A heading that is ours in name but was mapped otherwise is kept under another name.
+    # A heading that equals a column but is mapped otherwise is kept under another name.
     taken = {*mapped.columns, *mapped.constants}
     named = [ours_of.get(h, f"their_{h}" if h in taken else h) for h in headings]
     tables = [dict(zip(named, (_plain(cell) for cell in row), strict=True)) for row in rows]
@@ -83,11 +75,11 @@ def import_answers(path: Path, mapped: TableMapping | None = None) -> Answers:
         raise DataError(f"{path}: holds no row below its headings")
     for number, row in enumerate(tables, 2):
         row.update(mapped.constants)
-        for name, meant in mapped.values.items():
-            if row.get(name, "") in meant:
-                row[name] = meant[row[name]]
-        _completed(row, path, number)
-    _numbered(tables)
+        for name, meanings in mapped.values.items():
+            if row.get(name, "") in meanings:
+                row[name] = meanings[row[name]]
+        _complete(row, path, number)
+    _count_trials(tables)
     full = list(dict.fromkeys(name for row in tables for name in row))
     return answers_of(full, [[row.get(name, "") for name in full] for row in tables], where=str(path))
 
@@ -96,7 +88,7 @@ def _plain(cell: str) -> str:
     return "" if cell.strip().casefold() in MISSING else cell.strip()
 
 
-def _completed(row: dict[str, str], path: Path, number: int) -> None:
+def _complete(row: dict[str, str], path: Path, number: int) -> None:
     row.setdefault("study", path.stem)
     row.setdefault("design", "")
     row.setdefault("question", "")
@@ -120,8 +112,8 @@ def _completed(row: dict[str, str], path: Path, number: int) -> None:
             row[name] = row[name].partition(".")[0]
 
 
-def _numbered(rows: list[dict[str, str]]) -> None:
-    """Count the rows of each participant where no trial is given."""
+def _count_trials(rows: list[dict[str, str]]) -> None:
+    """Set the trials to counts of each participant's rows if no row has one."""
     if any(row.get("trial") for row in rows):
         return
     counts: dict[str, int] = {}

@@ -1,6 +1,6 @@
 """Device facts of a participant: pixels per mm, refresh rate, measured speeds, audio latency.
 
-Facts come from a page. One that cannot be kept is left out: no answer is lost because a browser says something odd.
+A page sends them. Invalid ones are dropped: no answer is lost because a browser sends something odd.
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ from collections.abc import Mapping
 from typing import Any
 
 FACT = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
-"""Name of a fact: letters, digits and _; the unit stands in it, and after the unit the slot."""
+"""Name of a fact: letters, digits and _; it ends with the unit, and after that the slot."""
 MOST_FACTS = 40
 LONGEST_TEXT = 200
 LONGEST_LIST = 200
 COLUMN = "device_"
-"""What the columns of an answer's device facts begin with."""
+"""Prefix of the columns of an answer's device facts."""
 DESCRIPTIONS: Mapping[str, str] = {
     "px_per_mm": "CSS pixels for each mm of the screen, as calibrated",
     "calibrated": "Whether the screen was calibrated with a card held to it",
@@ -42,43 +42,37 @@ DESCRIPTIONS: Mapping[str, str] = {
     "vas_mm": "Length of the line as drawn, mm",
     "vas_asked_mm": "Length of the line that the study asks for, mm",
 }
-"""Those that the participant pages send."""
+"""Facts that the participant pages send. The texts are part of exported BIDS folders."""
 
 
-def kept_facts(device: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Return the facts that are kept: numbers, texts, yes or no, lists of numbers; a table's are ``outer_inner``.
-
-    Parameters
-    ----------
-    device : mapping, optional
-        As a page sent it: by name, JSON values.
-    """
-    found: dict[str, Any] = {}
+def valid_facts(device: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return the valid facts: numbers, texts, booleans, lists of numbers; nested ones as ``outer_inner``."""
+    facts: dict[str, Any] = {}
     for name, value in (device or {}).items():
-        inner = value.items() if isinstance(value, Mapping) else [("", value)]
-        for key, one in inner:
+        entries = value.items() if isinstance(value, Mapping) else [("", value)]
+        for key, entry in entries:
             whole = f"{name}_{key}" if key else str(name)
-            if FACT.fullmatch(whole) and len(found) < MOST_FACTS and (kept := _kept(one)) is not None:
-                found[whole] = kept
-    return found
+            if FACT.fullmatch(whole) and len(facts) < MOST_FACTS and (valid := _valid(entry)) is not None:
+                facts[whole] = valid
+    return facts
 
 
 def device_columns(facts: Mapping[str, Any]) -> dict[str, str]:
-    """Return the facts of an answer as further columns of its row."""
+    """Return the facts of an answer as extra columns of its row."""
     return {f"{COLUMN}{name}": fact_text(value) for name, value in facts.items()}
 
 
 def fact_text(value: Any) -> str:
-    """Return a fact as a cell holds it; numbers of a list are divided by spaces."""
+    """Return a fact as the text of a cell; the numbers of a list are separated by spaces."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, list):
-        return " ".join(fact_text(one) for one in value)
+        return " ".join(fact_text(number) for number in value)
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def described(name: str) -> str:
-    """Return what a fact is; of one that is not known, that the page sent it."""
+def fact_description(name: str) -> str:
+    """Return the description of a fact; of an unknown one, that the page sent it."""
     if name in DESCRIPTIONS:
         return DESCRIPTIONS[name]
     whole, _, slot = name.rpartition("_")
@@ -87,16 +81,16 @@ def described(name: str) -> str:
     return f"{name}, as the page sent it"
 
 
-def _kept(value: Any) -> Any:
+def _valid(value: Any) -> Any:
     if isinstance(value, bool):
         return value
     if isinstance(value, int | float):
-        # Not math.isfinite: it fails for whole numbers that no float holds. NaN and infinity are not below.
+        # Not math.isfinite: it fails for integers too large for a float. NaN and infinity are not below.
         return value if abs(value) < 1e15 else None
     if isinstance(value, str):
         text = " ".join("".join(c if c.isprintable() else " " for c in value).split())
         return text[:LONGEST_TEXT] or None
     if isinstance(value, list) and 0 < len(value) <= LONGEST_LIST:
-        numbers = [_kept(one) for one in value if isinstance(one, int | float)]
+        numbers = [_valid(number) for number in value if isinstance(number, int | float)]
         return numbers if len(numbers) == len(value) and None not in numbers else None
     return None

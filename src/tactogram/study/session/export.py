@@ -1,4 +1,4 @@
-"""Answers written for others: a tidy table, and a BIDS ``beh`` folder.
+"""Export of answers as a BIDS ``beh`` folder.
 
 BIDS is the Brain Imaging Data Structure, https://bids-specification.readthedocs.io, "Behavioral experiments (with no
 neural recordings)".
@@ -17,7 +17,7 @@ from typing import Any
 
 from tactogram.errors import DataError
 from tactogram.study.answers import Answers, cells
-from tactogram.study.session.device_facts import COLUMN, described
+from tactogram.study.session.device_facts import COLUMN, fact_description
 from tactogram.study.session.side_tables import column_description, notes_table, participants_table
 from tactogram.study.session.states import STATES
 from tactogram.study.session.store import SessionStore
@@ -57,25 +57,19 @@ DESCRIPTIONS: Mapping[str, str] = {
     "practice": "Design that was practised; such an answer does not count",
 }
 KEY_COLUMNS = ("stimulus", "other", "condition", "other_condition")
-"""Columns that hold keys, which a study may have names for."""
+"""Columns with keys, for which a study may have names."""
 
 
 def export_bids(store: SessionStore, out: Path) -> Path:
-    """Write a BIDS data set into a new folder, complete or not at all, and return it.
-
-    Parameters
-    ----------
-    store : SessionStore
-    out : Path
-        Must not be there, or be empty.
+    """Write a BIDS data set into a new or empty folder, complete or not at all, and return the folder.
 
     Raises
     ------
     DataError
-        If it holds something, or there is no answer.
+        If the folder is not empty, or there is no answer.
     """
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise DataError(f"{out}: holds something; give a new folder")
+        raise DataError(f"{out}: is not empty; give a new folder")
     answers = store.answers()
     if not len(answers):
         raise DataError(f"{store.path.parent}: holds no answer to export")
@@ -119,12 +113,12 @@ def _write(folder: Path, store: SessionStore, answers: Answers) -> None:
         },
     )
     task = re.sub("[^A-Za-z0-9]", "", study.name)
-    for code, own in answers.by("participant").items():
-        session = own.rows[0].session
+    for code, group in answers.by("participant").items():
+        session = group.rows[0].session
         place = folder / f"sub-{code}" / f"ses-{session}" / "beh"
         place.mkdir(parents=True)
         stem = f"sub-{code}_ses-{session}_task-{task}"
-        headings, table = cells(own)
+        headings, table = cells(group)
         kept = [i for i, name in enumerate(headings) if name not in ("study", "participant", "session")]
         names = [headings[i] for i in kept]
         rows = [[row[i] for i in kept] for row in table]
@@ -137,7 +131,7 @@ def _write(folder: Path, store: SessionStore, answers: Answers) -> None:
 
 
 def _notes(folder: Path, store: SessionStore) -> None:
-    """Write the experimenter's notes where BIDS has what it gives no form: in ``sourcedata``."""
+    """Write the experimenter's notes into ``sourcedata``, which BIDS leaves to its makers."""
     folder.mkdir()
     headings, rows = notes_table(store)
     _tsv(folder / "notes.tsv", headings, rows)
@@ -172,19 +166,19 @@ def _sidecar(study: Study, names: Sequence[str], rows: Sequence[Sequence[str]]) 
         "TaskDescription": study.title.en or study.title.ja,
         "Instructions": study.design.instructions.en or study.design.instructions.ja,
     }
-    called = {key: name.en or name.ja for key, name in study.called.items()}
+    labels = {key: name.en or name.ja for key, name in study.display_names.items()}
     for name, values in zip(names, zip(*rows, strict=True), strict=True):
         facts[name] = {"Description": study.design.columns.get(name) or _column(name)}
-        if called and name in (*KEY_COLUMNS, *study.design.key_columns):
-            # Whatever a column holds must be a level; those of practice trials have no name.
-            facts[name]["Levels"] = {value: value for value in sorted(set(values)) if value} | called
+        if labels and name in (*KEY_COLUMNS, *study.design.key_columns):
+            # Every value must be a level; those of practice trials have no name.
+            facts[name]["Levels"] = {value: value for value in sorted(set(values)) if value} | labels
     facts["rt_ms"]["Units"] = "ms"
     return facts
 
 
 def _column(name: str) -> str:
     if name.startswith(COLUMN):
-        return described(name.removeprefix(COLUMN))
+        return fact_description(name.removeprefix(COLUMN))
     return DESCRIPTIONS.get(name, name)
 
 
@@ -193,14 +187,14 @@ def _events(stem: Path, played: Sequence[Mapping[str, Any]]) -> None:
     headings = ["onset", "duration", "token", "slot", "sha256", "level", "display", "gain_db"]
     rows = [
         [
-            f"{(datetime.fromisoformat(one['at']) - start).total_seconds():.3f}",
+            f"{(datetime.fromisoformat(entry['at']) - start).total_seconds():.3f}",
             "",
-            *(str(one[name]) for name in headings[2:]),
+            *(str(entry[name]) for name in headings[2:]),
         ]
-        for one in played
+        for entry in played
     ]
     _tsv(stem.with_name(f"{stem.name}.tsv"), headings, rows)
-    described = {
+    sidecar = {
         "onset": {
             "Description": "When it was played, after the first; by the computer's clock, which may have been set",
             "Units": "s",
@@ -213,7 +207,7 @@ def _events(stem: Path, played: Sequence[Mapping[str, Any]]) -> None:
         "display": {"Description": DESCRIPTIONS["display"]},
         "gain_db": {"Description": "By how much stronger than the level says", "Units": "dB"},
     }
-    _json(stem.with_name(f"{stem.name}.json"), described)
+    _json(stem.with_name(f"{stem.name}.json"), sidecar)
 
 
 def _json(path: Path, value: Any) -> None:
@@ -221,7 +215,7 @@ def _json(path: Path, value: Any) -> None:
 
 
 def _tsv(path: Path, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Write a table as BIDS has it: tabs, no quotes, n/a where nothing is."""
+    """Write a table in BIDS form: tabs, no quotes, n/a for missing values."""
     lines = ["\t".join(headings)] + [
         "\t".join(re.sub(r"\s+", " ", cell) or "n/a" for cell in row) for row in rows
     ]

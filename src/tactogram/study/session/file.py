@@ -1,7 +1,7 @@
-"""The file of a session: SQLite, opened, switched to its log, written in transactions and compacted.
+"""Session file: SQLite with a write-ahead log, transactions and compaction.
 
-Write-ahead log and ``synchronous=FULL``: what was written is on the disk, and what a kill or a power cut leaves behind
-opens with it. Who reads has a connection of their own and sees what is on the disk; they never wait for who writes.
+With the log and ``synchronous=FULL`` whatever was stored survives a kill or a power cut. Readers have a connection of
+their own, see what is on the disk, and never wait for writers.
 """
 
 from __future__ import annotations
@@ -19,51 +19,58 @@ from typing import Any, Self, TypeVar
 
 from tactogram.errors import DataError
 from tactogram.signal.io.writable import check_writable
-from tactogram.study.session.tables import TABLES, VERSION
+from tactogram.study.session.salvage import (
+    DamagedSessionError,
+    UnreadableRowError,
+    is_damage,
+    parse_object,
+    session_file,
+)
+from tactogram.study.session.tables import FILE, TABLES, VERSION
 from tactogram.study.study_file import Study
 
 T = TypeVar("T")
 
-FILE = "answers.sqlite"
 TRIES = 40
-"""How often opening a file is tried that another process is making."""
-REST = "close all that has it open; what is left of it goes with that"
+"""Attempts to open a file that another process is creating."""
+REST = "close all programs that have it open; what is left of it goes with that"
 WAIT_S = 30.0
-"""For another writer. A write takes some ms; only a vacuum takes longer."""
+"""Timeout for another writer. A write takes some ms; only a vacuum takes longer."""
 
 
 class SessionFile:
-    """The file in which one study's session lies; safe for several threads and processes at once.
+    """File of one study session; safe for several threads and processes at once.
 
     Parameters
     ----------
     folder : Path
     study : Study, optional
-        Needed for a folder that is new; else it must be the one that was begun.
+        Required for a new folder; otherwise it must be the study that was begun there.
 
     Raises
     ------
     DataError
-        If the folder holds another study, or a file that is no session store.
+        If the folder holds another study, or a damaged file.
     ParameterError
         If a study cannot be begun or continued there.
     """
 
     def __init__(self, folder: Path, study: Study | None = None) -> None:
         self.path = folder / FILE
-        if study is None and not self.path.is_file():
-            raise DataError(f"{folder}: no study was begun here; run one, or say which folder holds it")
-        if study is not None:
+        if study is None:
+            session_file(folder)
+        else:
             check_writable(folder, folder=True)
         folder.mkdir(parents=True, exist_ok=True)
-        self._lock, self._looking = threading.RLock(), threading.Lock()
+        self._lock, self._reader_lock = threading.RLock(), threading.Lock()
         try:
-            self._connection = self._connected()
-            self.study = self._begun(study)
-            self._reader = self._connected()
-            self._reader.execute("PRAGMA query_only=ON")
+            with self._damage_reported():
+                self._connection = self._connect()
+                self.study = self._begin(study)
+                self._reader = self._connect()
+                self._reader.execute("PRAGMA query_only=ON")
         except sqlite3.DatabaseError as error:
-            raise DataError(f"{self.path}: no readable session store: {error}") from error
+            raise DataError(f"{self.path}: cannot be opened: {error}") from error
 
     def __enter__(self) -> Self:
         return self
@@ -74,32 +81,32 @@ class SessionFile:
         self.close()
 
     def close(self) -> None:
-        """Close the file; what was stored stays."""
-        with self._lock, self._looking:
+        """Close the file."""
+        with self._lock, self._reader_lock:
             self._connection.close()
             self._reader.close()
 
     @property
     def ended(self) -> str | None:
-        """When the experimenter ended the study, by the clock of then; None while it goes on."""
+        """Time at which the experimenter ended the study; None while it continues."""
         with self._reading() as rows:
             return ended_at(rows)
 
     def end(self) -> None:
-        """End the study: nobody joins, and who has not finished does not go on. What was answered stays."""
+        """End the study: nobody can join, and unfinished participants cannot continue. Answers are kept."""
         with self._writing() as rows:
             rows.execute("UPDATE study SET ended = ? WHERE ended IS NULL", (now_utc(),))
 
-    def go_on(self) -> None:
-        """Let a study go on that was ended."""
+    def reopen_study(self) -> None:
+        """Continue a study that was ended."""
         with self._writing() as rows:
             rows.execute("UPDATE study SET ended = NULL")
 
-    def together(self, writes: Sequence[Callable[[], T]]) -> list[T | Exception]:
-        """Do several writes in one transaction, which goes to the disk once, and return what each gave or raised.
+    def write_together(self, writes: Sequence[Callable[[], T]]) -> list[T | Exception]:
+        """Do several writes in one transaction, and return what each returned or raised.
 
-        One that raises has stored nothing, and harms no other. Nothing of this may be told to anybody before it
-        returns: until then nothing is on the disk.
+        A write that raises stores nothing, and the others are stored. Report none of them before this returns: until
+        then nothing is on the disk.
 
         Parameters
         ----------
@@ -109,42 +116,44 @@ class SessionFile:
         Raises
         ------
         DataError
-            If the file cannot be written to; nothing of any is stored then.
+            If the file cannot be written to; then none of them is stored.
         """
-        found: list[T | Exception] = []
+        results: list[T | Exception] = []
         with self._writing():
             for write in writes:
                 try:
-                    with self._part():
-                        found.append(write())
-                except sqlite3.OperationalError:  # the file's, not one write's
-                    raise
-                except Exception as error:  # an error in the program, too, is of one alone
-                    found.append(error)
-        return found
+                    with self._savepoint():
+                        results.append(write())
+                except Exception as error:  # a bug in one write, too, must not lose the others
+                    if isinstance(error, sqlite3.OperationalError | DamagedSessionError) or (
+                        isinstance(error, sqlite3.Error) and is_damage(error)
+                    ):
+                        raise  # of the file, not of one write
+                    results.append(error)
+        return results
 
     def compact(self) -> None:
-        """Write the file anew without what was deleted, and empty its log.
+        """Rewrite the file without deleted rows, and empty its log.
 
         Raises
         ------
         DataError
-            If another process reads it all the while; what was deleted is deleted, and may stand in the file or its log
-            until all have closed it.
+            If another process keeps reading it: deleted rows may then remain in the file or its log until all programs
+            have closed it.
         """
-        with self._lock, self._looking:
+        with self._lock, self._reader_lock, self._damage_reported():
             try:
                 self._connection.execute("VACUUM")
                 busy = self._connection.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0]
             except sqlite3.OperationalError as error:
-                raise DataError(f"{self.path}: deleted, but not written anew: {error}; {REST}") from error
+                raise DataError(f"{self.path}: deleted, but not rewritten: {error}; {REST}") from error
             if busy:
                 raise DataError(f"{self.path}: deleted, but its log could not be emptied; {REST}")
 
-    def _connected(self) -> sqlite3.Connection:
+    def _connect(self) -> sqlite3.Connection:
         return sqlite3.connect(self.path, timeout=WAIT_S, isolation_level=None, check_same_thread=False)
 
-    def _begun(self, study: Study | None) -> Study:
+    def _begin(self, study: Study | None) -> Study:
         connection = self._connection
         self._use_log()
         connection.execute("PRAGMA synchronous=FULL")
@@ -166,12 +175,14 @@ class SessionFile:
                     "INSERT INTO study (id, facts, begun) VALUES (1,?,?)", (study.as_json(), now_utc())
                 )
                 rows.execute(f"PRAGMA user_version = {VERSION}")
-            [facts] = rows.execute("SELECT facts FROM study").fetchone()
-        begun = Study.of(json.loads(facts), where=str(self.path))
+            row = rows.execute("SELECT facts FROM study").fetchone()
+            if row is None:
+                raise UnreadableRowError("the study's row is missing")
+        begun = Study.of(parse_object(row[0]), where=str(self.path))
         if study is not None and study.sha256 != begun.sha256:
             raise DataError(
                 f"{self.path.parent}: was begun with another {begun.name} than this {study.name} (they differ in "
-                f"{begun.differing(study)}); give another folder, or the file as it was"
+                f"{begun.first_difference(study)}); give another folder, or the file as it was"
             )
         return begun
 
@@ -180,53 +191,65 @@ class SessionFile:
         for attempt in range(TRIES):
             try:
                 self._connection.execute("PRAGMA journal_mode=WAL")
-            except sqlite3.OperationalError:
-                if attempt == TRIES - 1:
+            except sqlite3.OperationalError as error:
+                if attempt == TRIES - 1 or is_damage(error):
                     raise
                 time.sleep(0.05)
             else:
                 return
 
     @contextmanager
+    def _damage_reported(self) -> Iterator[None]:
+        """Raise what a damaged file raises within as one error that names the session."""
+        try:
+            yield
+        except UnreadableRowError as error:
+            raise DamagedSessionError(self.path.parent, error) from error
+        except sqlite3.Error as error:
+            if not is_damage(error):
+                raise
+            raise DamagedSessionError(self.path.parent, error) from error
+
+    @contextmanager
     def _reading(self) -> Iterator[sqlite3.Connection]:
-        """Give a connection that sees the file as it was at one instant; it waits for nobody who writes."""
-        with self._looking:
+        """Give a connection that sees the file as it was at one instant, without waiting for writers."""
+        with self._damage_reported(), self._reader_lock:
             self._reader.execute("BEGIN")
             try:
                 yield self._reader
             finally:
-                self._reader.execute("COMMIT")
+                if self._reader.in_transaction:
+                    self._reader.execute("COMMIT")
 
     @contextmanager
     def _writing(self) -> Iterator[sqlite3.Connection]:
-        """Give the connection in a transaction that no other writer is in; within `together`, in a part of its."""
+        """Give the connection in a transaction of its own; within `write_together`, in a savepoint of that one."""
         with self._lock:
-            within = self._connection.in_transaction  # of this thread, which has the lock
-            with self._part() if within else self._transaction():
+            nested = self._connection.in_transaction  # of this thread, which has the lock
+            with self._savepoint() if nested else self._transaction():
                 yield self._connection
 
     @contextmanager
     def _transaction(self) -> Iterator[None]:
         connection = self._connection
         try:
-            connection.execute("BEGIN IMMEDIATE")
-            try:
+            with self._damage_reported():
+                connection.execute("BEGIN IMMEDIATE")
                 yield
-            except BaseException:
-                # A full disk has rolled it back already.
-                if connection.in_transaction:
-                    connection.execute("ROLLBACK")
-                raise
-            connection.execute("COMMIT")
-        except sqlite3.OperationalError as error:
-            # A full disk, a file that went away, another writer that never ends.
+                connection.execute("COMMIT")
+        except BaseException as error:
+            # A full disk has rolled it back already.
             if connection.in_transaction:
                 connection.execute("ROLLBACK")
-            raise DataError(f"{self.path}: nothing was stored: {error}") from error
+            if isinstance(
+                error, sqlite3.OperationalError
+            ):  # full disk, removed file, another writer that never ends
+                raise DataError(f"{self.path}: nothing was stored: {error}") from error
+            raise
 
     @contextmanager
-    def _part(self) -> Iterator[None]:
-        """Undo what is written within, and nothing else of the transaction, where it raises."""
+    def _savepoint(self) -> Iterator[None]:
+        """Undo what was written within, and nothing else of the transaction, where it raises."""
         connection = self._connection
         connection.execute("SAVEPOINT part")
         try:
@@ -240,18 +263,20 @@ class SessionFile:
 
 
 def ended_at(rows: sqlite3.Connection) -> str | None:
-    """Return when the study was ended, None while it goes on."""
-    [ended] = rows.execute("SELECT ended FROM study").fetchone()
-    return None if ended is None else str(ended)
+    """Return the time at which the study was ended, None while it continues."""
+    row = rows.execute("SELECT ended FROM study").fetchone()
+    if row is None:
+        raise UnreadableRowError("the study's row is missing")
+    return None if row[0] is None else str(row[0])
 
 
 def now_utc() -> str:
-    """Return the time as the store writes it; it orders nothing."""
+    """Return the time as the file stores it; no order follows from it."""
     return datetime.now(UTC).isoformat(timespec="milliseconds")
 
 
 def add_device(rows: sqlite3.Connection, number: int, token: str, facts: Mapping[str, Any]) -> None:
-    """Write down what a device says of itself, within a transaction; nothing where it says nothing."""
+    """Store device facts within a transaction, unless there are none."""
     if facts:
         rows.execute(
             "INSERT INTO device (participant, token, facts, at) VALUES (?,?,?,?)",

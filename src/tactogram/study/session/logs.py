@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import sqlite3
 from collections.abc import Mapping
 from typing import Any
 
 from tactogram.errors import ParameterError
-from tactogram.study.session.device_facts import kept_facts
+from tactogram.study.session.device_facts import valid_facts
 from tactogram.study.session.file import add_device, now_utc
-from tactogram.study.session.participants import SessionPeople, active, find_participant
+from tactogram.study.session.participants import SessionPeople, find_participant
+from tactogram.study.session.salvage import parse_object
 from tactogram.study.trials import Participant
 
 
@@ -23,40 +23,33 @@ class SessionLogs(SessionPeople):
             return last_played(rows, find_participant(rows, code).participant, token)
 
     def played_log(self, code: str) -> list[dict[str, Any]]:
-        """Return all that was played to a participant: ``token``, ``slot``, ``sha256``, ``level`` … ``at``."""
-        names = ("token", "slot", "sha256", "level", "display", "gain_db", "at")
-        with self._reading() as rows:
-            found = rows.execute(
-                f"SELECT {', '.join(names)} FROM played WHERE participant = ? ORDER BY id",
-                (find_participant(rows, code).participant.number,),
-            ).fetchall()
-        return [dict(zip(names, row, strict=True)) for row in found]
+        """Return all playback to a participant: ``token``, ``slot``, ``sha256``, ``level`` … ``at``."""
+        return self._log(code, "played", ("token", "slot", "sha256", "level", "display", "gain_db", "at"))
 
-    def note_device(self, code: str, device: Mapping[str, Any]) -> None:
-        """Keep what a device says of itself as a participant begins or goes on with it."""
+    def log_device(self, code: str, device: Mapping[str, Any]) -> None:
+        """Store device facts as a participant begins or continues."""
         with self._writing() as rows:
-            add_device(rows, active(rows, code).number, "", kept_facts(device))
+            record = find_participant(rows, code)
+            record.check_active()
+            add_device(rows, record.participant.number, "", valid_facts(device))
 
     def device_log(self, code: str) -> list[dict[str, Any]]:
-        """Return what devices said: ``token`` ("" as the participant began or went on), ``facts``, ``at``."""
-        with self._reading() as rows:
-            found = rows.execute(
-                "SELECT token, facts, at FROM device WHERE participant = ? ORDER BY id",
-                (find_participant(rows, code).participant.number,),
-            ).fetchall()
-        return [{"token": token, "facts": json.loads(facts), "at": at} for token, facts, at in found]
+        """Return the device facts: ``token`` ("" as the participant began or continued), ``facts``, ``at``."""
+        log = self._log(code, "device", ("token", "facts", "at"))
+        with self._damage_reported():
+            return [entry | {"facts": parse_object(entry["facts"])} for entry in log]
 
     def device(self, code: str) -> dict[str, Any]:
-        """Return the last word on each fact of a participant's device."""
-        return {name: fact for one in self.device_log(code) for name, fact in one["facts"].items()}
+        """Return the latest value of each fact of a participant's device."""
+        return {name: fact for entry in self.device_log(code) for name, fact in entry["facts"].items()}
 
     def note(self, text: str, *, code: str | None = None) -> None:
-        """Write down what the experimenter saw, about one participant or the whole.
+        """Store a note of the experimenter, about one participant or the whole study.
 
         Raises
         ------
         ParameterError
-            If it is empty or longer than 4,000 characters, or nobody has the code.
+            If it is empty or longer than 4,000 characters, or no participant has the code.
         """
         if not 0 < len(text.strip()) <= 4000:
             raise ParameterError(f"a note must have 1 to 4000 characters, got {len(text.strip())}")
@@ -67,18 +60,26 @@ class SessionLogs(SessionPeople):
             )
 
     def notes(self) -> list[dict[str, Any]]:
-        """Return all notes, first ones first: ``participant`` (None is the whole study), ``text``, ``at``."""
+        """Return all notes, oldest first: ``participant`` (None is the whole study), ``text``, ``at``."""
         with self._reading() as rows:
-            found = rows.execute(
+            notes = rows.execute(
                 "SELECT code, text, at FROM notes LEFT JOIN participants ON number = participant ORDER BY id"
             ).fetchall()
-        return [{"participant": code, "text": text, "at": at} for code, text, at in found]
+        return [{"participant": code, "text": text, "at": at} for code, text, at in notes]
+
+    def _log(self, code: str, table: str, columns: tuple[str, ...]) -> list[dict[str, Any]]:
+        with self._reading() as rows:
+            entries = rows.execute(
+                f"SELECT {', '.join(columns)} FROM {table} WHERE participant = ? ORDER BY id",
+                (find_participant(rows, code).participant.number,),
+            ).fetchall()
+        return [dict(zip(columns, entry, strict=True)) for entry in entries]
 
 
 def last_played(rows: sqlite3.Connection, participant: Participant, token: str) -> dict[str, str]:
     """Return the hash of what was last played in each slot of a page."""
-    found = rows.execute(
+    hashes = rows.execute(
         "SELECT slot, sha256 FROM played WHERE participant = ? AND token = ? ORDER BY id",
         (participant.number, token),
     )
-    return dict(found.fetchall())
+    return dict(hashes.fetchall())

@@ -9,30 +9,23 @@ from dataclasses import dataclass
 from typing import Literal
 
 from tactogram.study.session.participants import ENDED, PageNotOpenError, ParticipantRecord
+from tactogram.study.session.salvage import UnreadableRowError, parse_object
 from tactogram.study.session.sitting import declined, next_page
 from tactogram.study.study_file import Study
 from tactogram.study.trials import Page, PageAnswers, Participant
 
 State = Literal["going", "done", "declined", "aborted"]
-Row = tuple[int, str, str, str]
-"""An answered page as the file has it: position from 1, token, responses and facts, both as JSON."""
+PageRow = tuple[int, str, str, str]
+"""An answered page as stored: position from 1, token, responses and facts, both as JSON."""
 FIELD, PAGE = "\x1f", "\x1e"
-"""What divides a record of pages; in JSON both are escaped."""
+"""Separators of a record of pages; JSON escapes both."""
 
 
 @dataclass(frozen=True)
 class ParticipantProgress:
-    """Answers of a participant, and the next page.
+    """Answers of a participant in order, and the next page; None at the end."""
 
-    Parameters
-    ----------
-    given : tuple of Given
-        In order.
-    page : Page or None
-        None at the end.
-    """
-
-    given: tuple[PageAnswers, ...]
+    history: tuple[PageAnswers, ...]
     page: Page | None
 
 
@@ -42,67 +35,74 @@ class ParticipantState:
 
     Parameters
     ----------
-    known : Known
-    ended : bool
+    stored : ParticipantRecord
+    study_ended : bool
         Whether the experimenter ended the study.
-    record : str
+    page_record : str
         Answered pages, as one text.
-    way : Way
+    progress : ParticipantProgress
         What follows from them.
     """
 
-    known: ParticipantRecord
-    ended: bool
-    record: str
+    stored: ParticipantRecord
+    study_ended: bool
+    page_record: str
     progress: ParticipantProgress
 
     @property
     def participant(self) -> Participant:
-        """Who it is."""
-        return self.known.participant
+        """The participant."""
+        return self.stored.participant
 
     @property
     def page(self) -> Page | None:
-        """What is shown now; None at the end, and where the experimenter ended it."""
+        """Current page; None at the end, and where the experimenter ended the session."""
         return self.progress.page if self.state == "going" else None
 
     @property
     def state(self) -> State:
-        """Whether a participant is going on, done, did not agree to take part, or was aborted."""
-        if not self.known.active:
+        """Whether the participant continues, is done, declined to take part, or was aborted."""
+        if not self.stored.active:
             return "aborted"
         if self.progress.page is not None:
-            return "aborted" if self.ended else "going"
-        return "declined" if declined(self.progress.given) else "done"
+            return "aborted" if self.study_ended else "going"
+        return "declined" if declined(self.progress.history) else "done"
 
-    def check_going(self) -> None:
-        """Refuse who may not go on, and has not come to the end.
-
-        Raises
-        ------
-        NotNowError
-            If the experimenter ended their session, or the study.
-        """
-        self.known.check_active()
+    def check_open(self) -> None:
+        """Raise `PageNotOpenError` if the experimenter ended the participant's session, or the study before its end."""
+        self.stored.check_active()
         if self.state == "aborted":
             raise PageNotOpenError(ENDED)
 
 
-def way(study: Study, participant: Participant, given: tuple[PageAnswers, ...]) -> ParticipantProgress:
-    """Return what follows from the pages that a participant answered."""
-    return ParticipantProgress(given, next_page(study, participant, given))
+def progress_after(
+    study: Study, participant: Participant, history: tuple[PageAnswers, ...]
+) -> ParticipantProgress:
+    """Return what follows from the pages that a participant answered.
+
+    Raises
+    ------
+    UnreadableRowError
+        If they are not answers to this study's pages.
+    """
+    try:
+        return ParticipantProgress(history, next_page(study, participant, history))
+    except (KeyError, IndexError) as error:
+        raise UnreadableRowError(
+            f"the pages of {participant.code} do not fit the study: {error!r}"
+        ) from error
 
 
-def row_of(position: int, given: PageAnswers) -> Row:
-    """Return an answered page as the file has it."""
-    return position, given.token, _text(given.responses), _text(given.facts)
+def page_row(position: int, answers: PageAnswers) -> PageRow:
+    """Return an answered page as it is stored."""
+    return position, answers.token, _json(answers.responses), _json(answers.facts)
 
 
-def record_of(rows: sqlite3.Connection, participant: Participant) -> str:
-    """Return the pages that a participant answered.
+def stored_pages(rows: sqlite3.Connection, participant: Participant) -> str:
+    """Return the pages that a participant answered, as a record.
 
-    As one text: SQLite makes it in one step, and the interpreter's lock, which each step gives away, is not waited for
-    as often as there are pages.
+    As one text: SQLite makes it in one step, while each step of a query releases the interpreter's lock and waits for
+    it again.
     """
     [record] = rows.execute(
         "SELECT group_concat(position || char(31) || token || char(31) || responses || char(31) || facts, char(30)) "
@@ -112,20 +112,29 @@ def record_of(rows: sqlite3.Connection, participant: Participant) -> str:
     return record or ""
 
 
-def extended(record: str, row: Row) -> str:
-    """Return a record with a page more."""
+def with_page(record: str, row: PageRow) -> str:
+    """Return a record with one more page."""
     page = FIELD.join(map(str, row))
     return f"{record}{PAGE}{page}" if record else page
 
 
-def parse_record(record: str) -> tuple[PageAnswers, ...]:
-    """Return the pages of a record, in the order in which they were answered."""
+def parse_pages(record: str) -> tuple[PageAnswers, ...]:
+    """Return the pages of a record, in the order in which they were answered.
+
+    Raises
+    ------
+    UnreadableRowError
+        If one does not hold what was stored.
+    """
     pages = [page.split(FIELD) for page in record.split(PAGE)] if record else []
+    if not all(len(page) == 4 and page[0].isdecimal() for page in pages):
+        raise UnreadableRowError("a row of pages is not readable")
     pages.sort(key=lambda page: int(page[0]))
     return tuple(
-        PageAnswers(token, json.loads(responses), json.loads(facts)) for _, token, responses, facts in pages
+        PageAnswers(token, parse_object(responses), parse_object(facts))
+        for _, token, responses, facts in pages
     )
 
 
-def _text(values: Mapping[str, str]) -> str:
+def _json(values: Mapping[str, str]) -> str:
     return json.dumps(dict(values), ensure_ascii=False)

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
 from pathlib import Path
 
 from tactogram.signal.io.atomic import atomic_write
-from tactogram.study.session.device_facts import COLUMN, described, fact_text
+from tactogram.study.session.device_facts import COLUMN, fact_description, fact_text
 from tactogram.study.session.store import SessionStore
 
 Table = tuple[list[str], list[list[str]]]
 """Headings, and rows as text."""
 PARTICIPANTS, NOTES = ".participants.csv", ".notes.csv"
-"""In the place of a table's suffix."""
+"""Suffixes that replace that of the table of answers."""
 DESCRIPTIONS = {
     "participant": "Code of the participant",
     "number": "In the order of enrolment; the counterbalancing follows it",
@@ -27,29 +26,29 @@ DESCRIPTIONS = {
 
 
 def participants_table(store: SessionStore) -> Table:
-    """Return a row per participant, with what the device said as they began (``device_…``)."""
-    known = store.progress()
+    """Return a row per participant, with the device facts of their start (``device_…``)."""
+    people = store.progress()
     devices = {
-        one["participant"]: {
+        person["participant"]: {
             name: fact
-            for said in store.device_log(one["participant"])
-            if said["token"] == ""
-            for name, fact in said["facts"].items()
+            for entry in store.device_log(person["participant"])
+            if entry["token"] == ""
+            for name, fact in entry["facts"].items()
         }
-        for one in known
+        for person in people
     }
     facts = sorted({name for device in devices.values() for name in device})
     rows = [
         [
-            one["participant"],
-            str(one["number"]),
-            one["language"],
-            fact_text(one["simulated"]),
-            one["status"],
-            str(one["trials"]),
-            *(fact_text(devices[one["participant"]].get(name, "")) for name in facts),
+            person["participant"],
+            str(person["number"]),
+            person["language"],
+            fact_text(person["simulated"]),
+            person["status"],
+            str(person["trials"]),
+            *(fact_text(devices[person["participant"]].get(name, "")) for name in facts),
         ]
-        for one in known
+        for person in people
     ]
     headings = ["participant", "number", "language", "simulated", "status", "trials"]
     return [*headings, *(f"{COLUMN}{name}" for name in facts)], rows
@@ -62,26 +61,21 @@ def notes_table(store: SessionStore) -> Table:
 
 
 def column_description(heading: str) -> str:
-    """Return what a column holds."""
+    """Return the description of a column."""
     if heading.startswith(COLUMN):
-        return described(heading.removeprefix(COLUMN))
+        return fact_description(heading.removeprefix(COLUMN))
     return DESCRIPTIONS[heading]
 
 
 def write_companion_tables(path: Path, store: SessionStore) -> list[Path]:
-    """Write participants and notes beside a table of answers, and return where they are.
+    """Write participants and notes beside a table of answers, and return their paths.
 
-    Both are written even if they hold no row: what an earlier export left there would be of people who withdrew.
+    Both are written even without rows: an earlier export there would keep data of participants who withdrew.
     """
     written = []
-    for suffix, table in ((PARTICIPANTS, participants_table(store)), (NOTES, notes_table(store))):
+    for suffix, (headings, rows) in ((PARTICIPANTS, participants_table(store)), (NOTES, notes_table(store))):
         target = path.with_suffix(suffix)
-        with atomic_write(target) as part:
-            _write(part, *table)
+        with atomic_write(target) as part, part.open("w", encoding="utf-8", newline="") as file:
+            csv.writer(file).writerows([headings, *rows])
         written.append(target)
     return written
-
-
-def _write(path: Path, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    with path.open("w", encoding="utf-8", newline="") as file:
-        csv.writer(file).writerows([headings, *rows])

@@ -1,6 +1,6 @@
 """One participant's way through a study: consent, questions, practice, trials, questions, end.
 
-All of it is a pure function of the study, the participant and the answers so far.
+A pure function of the study, the participant and the answers so far.
 """
 
 from __future__ import annotations
@@ -32,27 +32,19 @@ AGREE = Question(
 )
 
 
-def next_page(study: Study, participant: Participant, given: Sequence[PageAnswers]) -> Page | None:
-    """Return the page after ``given``, all that the participant answered so far in order; None at the end.
-
-    Parameters
-    ----------
-    study : Study
-    participant : Participant
-    given : sequence of Given
-    """
-    tokens = [one.token for one in given]
+def next_page(study: Study, participant: Participant, history: Sequence[PageAnswers]) -> Page | None:
+    """Return the page after ``history``, all answered pages of the participant in order; None at the end."""
+    tokens = [answered.token for answered in history]
     if CONSENT not in tokens:
         consent = {"consent_sha256": consent_sha256(study)}
         return Page(CONSENT, "consent", (PageQuestion(AGREE),), text=study.consent, more=consent)
-    if declined(given):
+    if declined(history):
         return None
     if study.before and BEFORE not in tokens:
-        return Page(BEFORE, "questions", tuple(PageQuestion(question) for question in study.before))
-    practice = practice_answers(given)
-    trials = [
-        one for one in given if one.token not in (CONSENT, BEFORE, AFTER) and not one.token.startswith(TOKEN)
-    ]
+        return Page(BEFORE, "questions", tuple(map(PageQuestion, study.before)))
+    practice = practice_answers(history)
+    around = (CONSENT, BEFORE, AFTER)
+    trials = [page for page in history if page.token not in around and not page.token.startswith(TOKEN)]
     if study.practice is not None and not trials:
         page = study.practice.next_page(study.design, study.setting, participant, practice)
         if page is not None:
@@ -64,17 +56,17 @@ def next_page(study: Study, participant: Participant, given: Sequence[PageAnswer
         due = study.rest_every and page.trial > 1 and page.step == 1
         return replace(page, rest=bool(due and (page.trial - 1) % study.rest_every == 0))
     if study.after and AFTER not in tokens:
-        return Page(AFTER, "questions", tuple(PageQuestion(question) for question in study.after))
+        return Page(AFTER, "questions", tuple(map(PageQuestion, study.after)))
     return None
 
 
-def declined(given: Sequence[PageAnswers]) -> bool:
-    """Return whether the participant did not agree to take part."""
-    return any(one.token == CONSENT and one.responses.get("consent") != "agreed" for one in given)
+def declined(history: Sequence[PageAnswers]) -> bool:
+    """Return whether the participant declined to take part."""
+    return any(page.token == CONSENT and page.responses.get("consent") != "agreed" for page in history)
 
 
 def consent_sha256(study: Study) -> str:
-    """Return the hash of the text that was agreed to, in all languages."""
+    """Return the hash of the consent text in all languages."""
     return hashlib.sha256(study.consent.model_dump_json().encode()).hexdigest()
 
 
@@ -89,102 +81,93 @@ def answer_rows(
     played: Mapping[str, str] | None = None,
     device: Mapping[str, Any] | None = None,
 ) -> tuple[Answer, ...]:
-    """Return the rows that the accepted answers to a page make.
+    """Return the rows of the accepted answers to a page.
 
     Parameters
     ----------
     responses : mapping from str to str
-        What `Page.accepted` returned.
+        From `Page.accepted`.
     at : str
         ISO time, UTC.
     rt_ms : mapping from str to float, optional
         By key; ``""`` stands for the page.
     played : mapping from str to str, optional
-        Hash of what was played, by slot.
+        Hash of the samples played, by slot.
     device : mapping, optional
-        What `device_facts.kept_facts` kept.
+        From `device_facts.valid_facts`.
     """
     columns = device_columns(device or {})
     times, hashes = rt_ms or {}, played or {}
-    return tuple(
-        Answer(
-            study=study.name,
-            participant=participant.code,
-            session=participant.session,
-            block=page.block,
-            trial=page.trial,
-            repeat=page.repeat,
-            design=_design(page),
-            question=asked.question.id,
-            condition=asked.condition,
-            stimulus=asked.stimulus,
-            other=asked.other,
-            side=asked.side,
-            answer=responses[asked.key],
-            value=value_of(asked, responses[asked.key]),
-            correct=responses[asked.key] == asked.right if asked.right else None,
-            scale_low=_scale(asked)[0],
-            scale_high=_scale(asked)[1],
-            rt_ms=times.get(asked.key, times.get("", math.nan)),
-            at=at,
-            played_sha256=_played(asked, hashes),
-            level=_level(study, page),
-            display=_display(study, page),
-            seed=study.seed,
-            simulated=participant.simulated,
-            more=_further(page, asked) | columns,
+    presented = [p.stimulus for p in page.presented if p.stimulus is not None and p.stimulus.is_played]
+    simulated = any(p.stimulus is not None and p.stimulus.is_simulated for p in page.presented)
+    levels = dict.fromkeys(stimulus.level or study.level for stimulus in presented)
+    displays = dict.fromkeys(stimulus.display or study.display for stimulus in presented)
+    rows = []
+    for question in page.questions:
+        response = responses[question.key]
+        low, high = _scale(question)
+        rows.append(
+            Answer(
+                study=study.name,
+                participant=participant.code,
+                session=participant.session,
+                block=page.block,
+                trial=page.trial,
+                repeat=page.repeat,
+                design=_design(page),
+                question=question.question.id,
+                condition=question.condition,
+                stimulus=question.stimulus,
+                other=question.other,
+                side=question.side,
+                answer=response,
+                value=_number(question, response),
+                correct=response == question.right if question.right else None,
+                scale_low=low,
+                scale_high=high,
+                rt_ms=times.get(question.key, times.get("", math.nan)),
+                at=at,
+                played_sha256=_played(question, hashes),
+                level="+".join(levels),
+                display="+".join(displays),
+                seed=study.seed,
+                simulated=participant.simulated,
+                more={
+                    "token": page.token,
+                    "step": str(page.step),
+                    **({"other_condition": question.other_condition} if question.other else {}),
+                    **({MARK: page.kind} if page.practice else {}),
+                    **({"simulated_stimuli": "true"} if simulated else {}),
+                    **page.more,
+                    **columns,
+                },
+            )
         )
-        for asked in page.asked
-    )
+    return tuple(rows)
 
 
-def value_of(asked: PageQuestion, answer: str) -> float:
-    """Return the number that an answer stands for, NaN if none."""
-    if answer in asked.values:
-        return asked.values[answer]
-    if asked.question.kind in ("steps", "vas", "number") and answer:
-        return float(answer)
-    return math.nan
+def _number(question: PageQuestion, response: str) -> float:
+    if response in question.values:
+        return question.values[response]
+    numeric = question.question.kind in ("steps", "vas", "number")
+    return float(response) if numeric and response else math.nan
 
 
-def _scale(asked: PageQuestion) -> tuple[float, float]:
-    """Return the ends of the scale that was offered; of a choice between no and yes, 0 and 1."""
-    if asked.values and not asked.right and len(set(asked.values.values())) == 2:
-        return min(asked.values.values()), max(asked.values.values())
-    return asked.question.low, asked.question.high
+def _scale(question: PageQuestion) -> tuple[float, float]:
+    """Return the ends of the scale; of a choice between no and yes, 0 and 1."""
+    values = question.values.values()
+    if values and not question.right and len(set(values)) == 2:
+        return min(values), max(values)
+    return question.question.low, question.question.high
 
 
-def _played(asked: PageQuestion, hashes: Mapping[str, str]) -> str:
-    if asked.slot:
-        return hashes.get(asked.slot, "")
+def _played(question: PageQuestion, hashes: Mapping[str, str]) -> str:
+    if question.slot:
+        return hashes.get(question.slot, "")
     return "+".join(hashes[slot] for slot in ("", "A", "B", "X") if hashes.get(slot))
-
-
-def _level(study: Study, page: Page) -> str:
-    levels = [p.stimulus.level or study.level for p in page.presented if p.stimulus and p.stimulus.is_played]
-    return "+".join(dict.fromkeys(levels))
-
-
-def _display(study: Study, page: Page) -> str:
-    shown = [
-        p.stimulus.display or study.display for p in page.presented if p.stimulus and p.stimulus.is_played
-    ]
-    return "+".join(dict.fromkeys(shown))
 
 
 def _design(page: Page) -> str:
     if page.practice:
         return MARK
     return "questions" if page.kind == "consent" else page.kind
-
-
-def _further(page: Page, asked: PageQuestion) -> dict[str, str]:
-    simulated = any(p.stimulus is not None and p.stimulus.is_simulated for p in page.presented)
-    return {
-        "token": page.token,
-        "step": str(page.step),
-        **({"other_condition": asked.other_condition} if asked.other else {}),
-        **({MARK: page.kind} if page.practice else {}),
-        **({"simulated_stimuli": "true"} if simulated else {}),
-        **page.more,
-    }

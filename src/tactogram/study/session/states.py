@@ -1,4 +1,4 @@
-"""Participant states: their names for readers, and counts of each."""
+"""Participant states, their labels and counts."""
 
 from __future__ import annotations
 
@@ -13,17 +13,19 @@ STATES: Mapping[str, str] = {
     "aborted": "ended by the experimenter",
     "declined": "did not agree to take part",
 }
-"""What `SessionStore.progress` and exports say of a participant, and what it means."""
+"""Meaning of the states in `SessionStore.progress` and exports."""
 
 
-def called(status: str) -> str:
-    """Return what people read of a state: who is active is going on."""
+def status_label(status: str) -> str:
+    """Return the label of a state on pages and in reports."""
     return "going on" if status == "active" else status
 
 
-def counted(statuses: Iterable[str]) -> str:
-    """Return how many stand how, in the order of `STATES`, then of others' tables: ``1 finished, 2 going on``."""
+def status_counts(statuses: Iterable[str]) -> str:
+    """Return counts in the order of `STATES`, then of states in foreign tables: ``1 finished, 2 going on``."""
     counts = Counter(statuses)
     return ", ".join(
-        f"{counts[status]} {called(status)}" for status in dict.fromkeys([*STATES, *counts]) if counts[status]
+        f"{counts[status]} {status_label(status)}"
+        for status in dict.fromkeys([*STATES, *counts])
+        if counts[status]
     )

@@ -1,8 +1,7 @@
-"""Answers on the disk before anything else happens: one SQLite file for each study.
+"""Session store: durable answers to one study, and each participant's progress.
 
-When `SessionStore.submit` returns, its page is on the disk (`SessionFile` says how); where it is called within
-`SessionFile.together`, when that returns. A page is stored once, whatever is sent again. What is next follows from what
-is stored, in the order of the rows' numbers; no clock decides anything.
+An answer is on the disk before the next page is known. A page is stored once, however often it is sent. The next page
+follows from the stored ones in the order of their positions; the clock decides nothing.
 """
 
 from __future__ import annotations
@@ -18,101 +17,77 @@ from typing import Any
 from tactogram.errors import ParameterError
 from tactogram.study.answers import Answer, Answers
 from tactogram.study.practice import practice_answers
-from tactogram.study.session.device_facts import kept_facts
+from tactogram.study.session.device_facts import valid_facts
 from tactogram.study.session.file import add_device, ended_at, now_utc
 from tactogram.study.session.logs import SessionLogs, last_played
 from tactogram.study.session.participants import (
     PageNotOpenError,
     ParticipantRecord,
-    everybody,
     find_participant,
+    participant_records,
 )
 from tactogram.study.session.progress import (
+    PageRow,
     ParticipantProgress,
     ParticipantState,
-    Row,
     State,
-    extended,
-    parse_record,
-    record_of,
-    row_of,
-    way,
+    page_row,
+    parse_pages,
+    progress_after,
+    stored_pages,
+    with_page,
 )
+from tactogram.study.session.salvage import parse_answer
 from tactogram.study.session.sitting import answer_rows, declined
 from tactogram.study.session.states import NOT_BEGUN
 from tactogram.study.study_file import Study
 from tactogram.study.trials import Page, PageAnswers, Participant
 
-MOST_WAYS = 1000
-"""Participants of whom what is next is kept: it is asked for as a page is answered, and as the next one is."""
+MOST_CACHED = 1000
+"""Participants whose progress is cached between a page's answer and the request for the next."""
 
 
 @dataclass(frozen=True)
 class SubmissionResult:
-    """Result of sending answers.
-
-    Parameters
-    ----------
-    stored : bool
-        False if the page was answered before; what was stored then stays.
-    standing : Standing
-        Where the participant is now.
-    """
+    """Result of submitting answers; not ``stored`` if the page was answered before, and its first answers stay."""
 
     stored: bool
-    standing: ParticipantState
+    state: ParticipantState
 
     @property
     def page(self) -> Page | None:
-        """Next one, None at the end."""
-        return self.standing.page
+        """Next page, None at the end."""
+        return self.state.page
 
 
 class SessionStore(SessionLogs):
-    """The answers to one study in a folder; safe for several threads and processes at once.
+    """The answers to one study in a folder; see `SessionFile` for parameters and errors.
 
-    Each of the classes that it rests on adds one thing to the file: `SessionPeople` who takes part, `SessionLogs` what
-    is kept beside answers, this one pages and answers.
-
-    Parameters
-    ----------
-    folder : Path
-    study : Study, optional
-        Needed for a folder that is new; else it must be the one that was begun.
-
-    Raises
-    ------
-    DataError
-        If the folder holds another study, or a file that is no session store.
+    Each base class adds one thing to the file: `SessionPeople` the participants, `SessionLogs` the logs beside the
+    answers, this one pages and answers.
     """
 
     def __init__(self, folder: Path, study: Study | None = None) -> None:
         super().__init__(folder, study)
-        # By number, with what each follows from: it counts only while the file says the same, whoever wrote there.
-        self._ways: dict[int, tuple[Participant, str, ParticipantProgress]] = {}
+        # By number, with what it was computed from: valid only while the file holds the same, whoever writes to it.
+        self._cache: dict[int, tuple[Participant, str, ParticipantProgress]] = {}
 
-    def standing(self, code: str) -> ParticipantState:
-        """Return where a participant is.
-
-        Raises
-        ------
-        NobodyError
-            If nobody has the code.
-        """
+    def participant_state(self, code: str) -> ParticipantState:
+        """Return the state of a participant; raise `UnknownParticipantError` if there is none."""
         with self._reading() as rows:
-            return self._standing(rows, find_participant(rows, code))
+            return self._state(rows, find_participant(rows, code))
 
     def page(self, code: str) -> Page | None:
-        """Return what a participant is shown now; None at the end.
+        """Return the current page of a participant; None at the end.
 
         Raises
         ------
         ParameterError
-            If nobody has the code, or the session was ended by the experimenter.
+            If no participant has the code, or the experimenter ended the session.
         """
-        standing = self.standing(code)
-        standing.check_going()
-        return standing.page
+        state = self.participant_state(code)
+        state.check_open()
+        return state.page
 
     def submit(
         self,
@@ -123,157 +98,155 @@ class SessionStore(SessionLogs):
         rt_ms: Mapping[str, float] | None = None,
         device: Mapping[str, Any] | None = None,
     ) -> SubmissionResult:
-        """Store the answers to a page; they are on the disk when this returns, or, within `together`, when that does.
+        """Store the answers to a page; they are on the disk on return, or when an enclosing `write_together` returns.
 
-        Sent again, by a double click, the back button or a reload, it stores nothing and answers the same.
+        A second submission, by a double click, the back button or a reload, stores nothing and returns the same.
 
         Parameters
         ----------
         code, token : str
-            Whose, and to which page.
+            Participant and page.
         responses : mapping from str to str
-            By the keys of the page's questions.
+            By key of the page's questions.
         rt_ms : mapping from str to float, optional
             By key; ``""`` stands for the page.
         device : mapping, optional
-            What the device says of itself and of this page: ``{"px_per_mm": 6.1, "refresh_hz": 60}``. What cannot be
-            kept is left out (see `study.session.device_facts`); the rest stands in the rows, as ``device_px_per_mm``.
+            Device facts: ``{"px_per_mm": 6.1, "refresh_hz": 60}``. Invalid ones are dropped (`valid_facts`); the rest
+            become columns such as ``device_px_per_mm``.
 
         Raises
         ------
-        NotNowError
-            If the page is neither the present one nor an answered one, or the experimenter ended the session.
+        PageNotOpenError
+            If the page is neither the current nor an answered one, or the experimenter ended the session.
         ParameterError
-            If nobody has the code, or an answer is none. Nothing is stored then.
+            If no participant has the code, or an answer is invalid. Nothing is stored then.
         """
         with self._writing() as rows:
-            standing = self._standing(rows, find_participant(rows, code))
-            standing.check_going()
-            if any(one.token == token for one in standing.progress.given):
-                return SubmissionResult(False, standing)
-            participant, page = standing.participant, standing.page
+            state = self._state(rows, find_participant(rows, code))
+            state.check_open()
+            if any(answered.token == token for answered in state.progress.history):
+                return SubmissionResult(False, state)
+            participant, page = state.participant, state.page
             if page is None or page.token != token:
                 now = "at the end" if page is None else f"at page {page.token}"
                 raise PageNotOpenError(
                     f"{participant.code} is {now}, got an answer to {token[:60]!r}; reload the page"
                 )
             accepted = page.accepted(responses)
-            facts = kept_facts(device)
+            facts = valid_facts(device)
             answers = answer_rows(
                 self.study,
                 participant,
                 page,
                 accepted,
                 at=now_utc(),
-                rt_ms=_times(rt_ms or {}, accepted),
+                rt_ms=_valid_times(rt_ms or {}, accepted),
                 played=last_played(rows, participant, token),
                 device=facts,
             )
-            new = PageAnswers(token, accepted, page.more)
-            row = row_of(len(standing.progress.given) + 1, new)
-            _store(rows, participant, row, answers)
+            submitted = PageAnswers(token, accepted, page.more)
+            row = page_row(len(state.progress.history) + 1, submitted)
+            _insert(rows, participant, row, answers)
             add_device(rows, participant.number, token, facts)
-            return SubmissionResult(True, self._further(standing, new, row))
+            history = (*state.progress.history, submitted)
+            record = with_page(state.page_record, row)
+            progress = self._cached(participant, record, progress_after(self.study, participant, history))
+            return SubmissionResult(True, replace(state, page_record=record, progress=progress))
 
     def log_played(
         self, code: str, token: str, slot: str, *, sha256: str, level: str, display: str, gain_db: float = 0.0
     ) -> None:
-        """Note what was played, before or while it is; it is on the disk when this returns.
+        """Log playback, before or during it; it is on the disk on return.
 
         Raises
         ------
-        NotNowError
+        PageNotOpenError
             If the participant is not at that page.
         ParameterError
-            If nobody has the code, or the page has no such slot.
+            If no participant has the code, or the page has no such slot.
         """
         if not re.fullmatch("[0-9a-f]{64}", sha256):
             raise ParameterError(f"sha256 must be 64 hexadecimal digits, got {sha256[:80]!r}")
         with self._writing() as rows:
-            standing = self._standing(rows, find_participant(rows, code))
-            standing.check_going()
-            if standing.page is None or standing.page.token != token:
+            state = self._state(rows, find_participant(rows, code))
+            state.check_open()
+            if state.page is None or state.page.token != token:
                 raise PageNotOpenError(f"{code} is not at page {token[:60]!r}; reload the page")
-            standing.page.slot(slot)
+            state.page.slot(slot)
             rows.execute(
                 "INSERT INTO played (participant, token, slot, sha256, level, display, gain_db, at) "
                 "VALUES (?,?,?,?,?,?,?,?)",
-                (standing.participant.number, token, slot, sha256, level, display, gain_db, now_utc()),
+                (state.participant.number, token, slot, sha256, level, display, gain_db, now_utc()),
             )
 
     def withdraw(self, code: str) -> int:
-        """Delete a participant and everything that is kept of them; see `SessionPeople.withdraw`."""
+        """Delete a participant with all their data; see `SessionPeople.withdraw`."""
         try:
             return super().withdraw(code)
         finally:
-            self._ways.clear()
+            self._cache.clear()
 
     def state(self, code: str) -> State:
-        """Return whether a participant is going on, done, did not agree to take part, or was aborted.
-
-        Raises
-        ------
-        ParameterError
-            If nobody has the code.
-        """
-        return self.standing(code).state
+        """Return whether a participant continues, is done, declined to take part, or was aborted."""
+        return self.participant_state(code).state
 
     def progress(self) -> list[dict[str, Any]]:
-        """Return where each participant stands, for the experimenter.
+        """Return the progress of each participant, for the experimenter.
 
-        Code, number, status, trials done and in all, practice trials begun, and when the last answer came.
+        Code, number, status, trials done and in all, practice trials begun, and the time of the last answer.
         """
         with self._reading() as rows:
-            return [self._progress(rows, self._standing(rows, one)) for one in everybody(rows)]
+            return [self._progress(rows, self._state(rows, record)) for record in participant_records(rows)]
 
     def answers(self) -> Answers:
         """Return every answer, by participant and in the order given."""
-        with self._reading() as rows:
-            found = rows.execute("SELECT row FROM answers ORDER BY participant, position, place").fetchall()
-        return Answers(tuple(_answer(row) for row in found))
+        return Answers(self._answers("ORDER BY participant, position, place"))
 
     def latest(self, count: int) -> tuple[Answer, ...]:
-        """Return the last answers of all participants, newest first; by the order in which they came, not the clock."""
-        with self._reading() as rows:
-            found = rows.execute("SELECT row FROM answers ORDER BY rowid DESC LIMIT ?", (count,)).fetchall()
-        return tuple(_answer(row) for row in found)
+        """Return the last answers of all participants, newest first, by the order of arrival."""
+        return self._answers("ORDER BY rowid DESC LIMIT ?", count)
 
     @property
     def count(self) -> int:
-        """How many answers there are."""
+        """Number of answers."""
         with self._reading() as rows:
             return int(rows.execute("SELECT count(*) FROM answers").fetchone()[0])
 
-    def _standing(self, rows: sqlite3.Connection, one: ParticipantRecord) -> ParticipantState:
-        participant, record = one.participant, record_of(rows, one.participant)
-        kept = self._ways.get(participant.number)
-        if kept is not None and kept[:2] == (participant, record):
-            found = kept[2]
+    def _answers(self, order: str, *values: int) -> tuple[Answer, ...]:
+        with self._reading() as rows:
+            found = rows.execute(f"SELECT row FROM answers {order}", values).fetchall()
+        with self._damage_reported():
+            return tuple(parse_answer(text) for (text,) in found)
+
+    def _state(self, rows: sqlite3.Connection, stored: ParticipantRecord) -> ParticipantState:
+        participant, record = stored.participant, stored_pages(rows, stored.participant)
+        cached = self._cache.get(participant.number)
+        if cached is not None and cached[:2] == (participant, record):
+            progress = cached[2]
         else:
-            found = self._kept(participant, record, way(self.study, participant, parse_record(record)))
-        return ParticipantState(one, ended_at(rows) is not None, record, found)
+            computed = progress_after(self.study, participant, parse_pages(record))
+            progress = self._cached(participant, record, computed)
+        return ParticipantState(stored, ended_at(rows) is not None, record, progress)
 
-    def _further(self, standing: ParticipantState, new: PageAnswers, row: Row) -> ParticipantState:
-        """Return where a participant is after another page."""
-        participant, record = standing.participant, extended(standing.record, row)
-        found = way(self.study, participant, (*standing.progress.given, new))
-        return replace(standing, record=record, progress=self._kept(participant, record, found))
+    def _cached(
+        self, participant: Participant, record: str, progress: ParticipantProgress
+    ) -> ParticipantProgress:
+        if len(self._cache) >= MOST_CACHED:
+            self._cache.clear()
+        self._cache[participant.number] = (participant, record, progress)
+        return progress
 
-    def _kept(self, participant: Participant, record: str, found: ParticipantProgress) -> ParticipantProgress:
-        if len(self._ways) >= MOST_WAYS:
-            self._ways.clear()
-        self._ways[participant.number] = (participant, record, found)
-        return found
-
-    def _progress(self, rows: sqlite3.Connection, standing: ParticipantState) -> dict[str, Any]:
-        participant, page, given = standing.participant, standing.progress.page, standing.progress.given
-        status = "active" if standing.known.active else "aborted"
-        if status == "active" and not given:
+    def _progress(self, rows: sqlite3.Connection, state: ParticipantState) -> dict[str, Any]:
+        participant, page, history = state.participant, state.progress.page, state.progress.history
+        status = "active" if state.stored.active else "aborted"
+        if status == "active" and not history:
             status = NOT_BEGUN
         elif status == "active" and page is None:
-            status = "declined" if declined(given) else "finished"
-        trials = {one.token.partition(".")[0] for one in given if one.token.startswith("trial-")}
-        finished_all = page is None or page.step == 1
+            status = "declined" if declined(history) else "finished"
+        trials = {
+            answered.token.partition(".")[0] for answered in history if answered.token.startswith("trial-")
+        }
+        all_complete = page is None or page.step == 1
         return {
             "participant": participant.code,
             "number": participant.number,
@@ -281,20 +254,22 @@ class SessionStore(SessionLogs):
             "language": participant.language,
             "status": status,
             "page": None if page is None else page.token,
-            "trials": len(trials) - (0 if finished_all else 1),
+            "trials": len(trials) - (0 if all_complete else 1),
             "of": self.study.trials,
-            "practice": len({one.token.partition(".")[0] for one in practice_answers(given)}),
-            "last": _last(rows, participant),
+            "practice": len({answered.token.partition(".")[0] for answered in practice_answers(history)}),
+            "last": _last_time(rows, participant),
         }
 
 
-def _times(rt_ms: Mapping[str, float], accepted: Mapping[str, str]) -> dict[str, float]:
-    """Return the times that can be: what a broken or changed clock made of the others is left out."""
+def _valid_times(rt_ms: Mapping[str, float], accepted: Mapping[str, str]) -> dict[str, float]:
+    """Return the times that are possible, without those of a broken or changed clock."""
     known = {key: value for key, value in rt_ms.items() if key == "" or key in accepted}
     return {key: float(value) for key, value in known.items() if 0 <= value < 86_400_000}
 
 
-def _store(rows: sqlite3.Connection, participant: Participant, row: Row, answers: Sequence[Answer]) -> None:
+def _insert(
+    rows: sqlite3.Connection, participant: Participant, row: PageRow, answers: Sequence[Answer]
+) -> None:
     number, position = participant.number, row[0]
     rows.execute(
         "INSERT INTO pages (participant, position, token, responses, facts) VALUES (?,?,?,?,?)",
@@ -302,17 +277,13 @@ def _store(rows: sqlite3.Connection, participant: Participant, row: Row, answers
     )
     rows.executemany(
         "INSERT INTO answers (participant, position, place, row) VALUES (?,?,?,?)",
-        [(number, position, place, json.dumps(vars(one))) for place, one in enumerate(answers)],
+        [(number, position, place, json.dumps(vars(answer))) for place, answer in enumerate(answers)],
     )
 
 
-def _last(rows: sqlite3.Connection, participant: Participant) -> str | None:
-    """Return when the last answer came, by the clock of then; None if none has."""
+def _last_time(rows: sqlite3.Connection, participant: Participant) -> str | None:
+    """Return the time of the last answer, by the clock of then; None if there is none."""
     row = rows.execute(
         "SELECT row FROM answers WHERE participant = ? ORDER BY position DESC LIMIT 1", (participant.number,)
     ).fetchone()
-    return None if row is None else str(json.loads(row[0])["at"])
-
-
-def _answer(row: tuple[str]) -> Answer:
-    return Answer(**json.loads(row[0]))
+    return None if row is None else parse_answer(row[0]).at

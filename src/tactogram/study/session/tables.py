@@ -1,7 +1,8 @@
-"""The tables of a session store."""
+"""Tables of a session file."""
 
+FILE = "answers.sqlite"
 VERSION = 3
-"""Kept as ``user_version`` of the file."""
+"""The file's ``user_version``."""
 TABLES = (
     "CREATE TABLE study (id INTEGER PRIMARY KEY CHECK (id = 1), facts TEXT NOT NULL, begun TEXT NOT NULL, "
     "withdrawn INTEGER NOT NULL DEFAULT 0, ended TEXT)",

@@ -175,9 +175,9 @@ def _figures(
     analysis: StudyAnalysis, answers: Answers, names: Mapping[str, str], study: Study | None
 ) -> list[dict[str, Figure]]:
     """Return each section's figures by name, with names whose letters a font has: these, English ones, or keys."""
-    from tactogram.study.analysis.lettering import OWN, font_with, letter
+    from tactogram.study.analysis.lettering import DEFAULT_FONT, font_with, letter
 
-    drawable, font = {}, OWN
+    drawable, font = {}, DEFAULT_FONT
     for offered in (names, {} if study is None else study.names_in("en")):
         if (found := font_with(offered.values())) is not None:
             drawable, font = dict(offered), found
@@ -186,7 +186,7 @@ def _figures(
     for section in analysis.sections:
         own = named_answers(answers.where(design=section.design), drawable)
         drawn.append(find_design(section.design).figures(_named(section, drawable), own))
-    for figure in (one for own_ones in drawn for one in own_ones.values()) if font != OWN else ():
+    for figure in (one for own_ones in drawn for one in own_ones.values()) if font != DEFAULT_FONT else ():
         letter(figure, font)
     return drawn
 

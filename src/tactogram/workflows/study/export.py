@@ -1,4 +1,4 @@
-"""Answers of a session given away: as a tidy table with what stands beside it, as a BIDS folder, as a ZIP file."""
+"""Export of a session's answers: as a tidy table with its companion files, a BIDS folder, or a ZIP file."""
 
 from __future__ import annotations
 
@@ -9,27 +9,21 @@ import zipfile
 from pathlib import Path
 from typing import Any, Literal
 
-from tactogram.errors import ParameterError
+from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import write_text
-from tactogram.study.answers import write_answers
+from tactogram.study.answers import Answers, write_answers
 from tactogram.study.session.export import export_bids
+from tactogram.study.session.salvage import salvage_session
 from tactogram.study.session.side_tables import write_companion_tables
 from tactogram.study.session.store import SessionStore
+from tactogram.study.study_file import Study
 
 STUDY_SUFFIX = ".study.json"
-"""Of the file beside a table that holds the study it is of."""
+"""Suffix of the file beside a table that holds its study."""
 
 
 def export_zip(folder: Path | str, *, kind: Literal["tables", "bids"]) -> tuple[str, bytes]:
-    """Return the name and the bytes of a ZIP file with the answers of a session.
-
-    Parameters
-    ----------
-    folder : Path
-        Of the session.
-    kind : {"tables", "bids"}
-        What `export_study` writes as a table with what stands beside it, or as a BIDS folder.
-    """
+    """Return the name and the bytes of a ZIP file with the tables or the BIDS folder of `export_study`."""
     name = Path(folder).resolve().name
     with tempfile.TemporaryDirectory(prefix="tactogram-export-") as temporary:
         whole = Path(temporary) / f"{name}-{kind}"
@@ -47,7 +41,11 @@ def export_zip(folder: Path | str, *, kind: Literal["tables", "bids"]) -> tuple[
 
 
 def export_study(
-    folder: Path | str, *, table: Path | str | None = None, bids: Path | str | None = None
+    folder: Path | str,
+    *,
+    table: Path | str | None = None,
+    bids: Path | str | None = None,
+    salvage: bool = False,
 ) -> dict[str, Any]:
     """Write the answers of a session folder as a tidy table, as a BIDS folder, or both.
 
@@ -55,36 +53,72 @@ def export_study(
     ----------
     folder : Path
     table : Path, optional
-        ``.csv``, ``.tsv`` or ``.parquet``. Beside it stand the study (``.study.json``), the participants with what
-        their devices said (``.participants.csv``), and the experimenter's notes (``.notes.csv``).
+        ``.csv``, ``.tsv`` or ``.parquet``. Its companion files are the study (``.study.json``), the participants with
+        device facts (``.participants.csv``), and the experimenter's notes (``.notes.csv``).
     bids : Path, optional
         A new folder.
+    salvage : bool
+        Whether to read a damaged session: the table holds every readable answer, with the study beside it where that is
+        readable. The result has the number of answers ``lost``, which is a minimum unless ``lost_is_exact``.
+
+    Raises
+    ------
+    DamagedSessionError
+        If the session is damaged, without ``salvage``.
     """
     if table is None and bids is None:
-        raise ParameterError("export needs where to: --out F.csv, --bids DIR, or both")
+        raise ParameterError("export needs a target: table, bids, or both")
+    if salvage:
+        if table is None or bids is not None:
+            raise ParameterError("salvage writes a table alone: give table, and no bids")
+        return _salvage(Path(folder), Path(table))
     with SessionStore(Path(folder)) as store:
         answers = store.answers()
-        facts: dict[str, Any] = {
+        facts = _facts(answers) | {
             "study": store.study.name,
-            "answers": len(answers),
-            "participants": len(answers.unique("participant")),
-            "simulated_participants": len(answers.where(simulated=True).unique("participant")),
             "withdrawn": store.withdrawn,
             "notes": len(store.notes()),
         }
         if table is not None:
             path = Path(table)
             write_answers(path, answers)
-            described = path.with_suffix(STUDY_SUFFIX)
-            text = json.dumps(json.loads(store.study.as_json()), ensure_ascii=False, indent=1)
-            write_text(described, text + "\n")
             participants, notes = write_companion_tables(path, store)
             facts |= {
                 "table": str(path),
-                "study_file": str(described),
+                "study_file": _write_study(path, store.study),
                 "participants_table": str(participants),
                 "notes_table": str(notes),
             }
         if bids is not None:
             facts["bids"] = str(export_bids(store, Path(bids)))
     return facts
+
+
+def _salvage(folder: Path, table: Path) -> dict[str, Any]:
+    salvaged = salvage_session(folder)
+    if not len(salvaged.answers):
+        raise DataError(f"{folder}: no answer can be read")
+    write_answers(table, salvaged.answers)
+    study_file = None if salvaged.study is None else _write_study(table, salvaged.study)
+    return _facts(salvaged.answers) | {
+        "study": salvaged.answers.rows[0].study,
+        "lost": salvaged.lost,
+        "lost_is_exact": salvaged.lost_is_exact,
+        "table": str(table),
+        "study_file": study_file,
+    }
+
+
+def _facts(answers: Answers) -> dict[str, Any]:
+    return {
+        "study": "",
+        "answers": len(answers),
+        "participants": answers.people,
+        "simulated_participants": answers.where(simulated=True).people,
+    }
+
+
+def _write_study(table: Path, study: Study) -> str:
+    path = table.with_suffix(STUDY_SUFFIX)
+    write_text(path, json.dumps(json.loads(study.as_json()), ensure_ascii=False, indent=1) + "\n")
+    return str(path)

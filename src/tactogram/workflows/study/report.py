@@ -23,10 +23,10 @@ from tactogram.evaluation.report import (
 from tactogram.study.analysis.findings import AnalysisSection as Said
 from tactogram.study.analysis.findings import Finding, number, p_text
 from tactogram.study.answers import Answers
-from tactogram.study.session.device_facts import COLUMN, described
+from tactogram.study.session.device_facts import COLUMN, fact_description
 from tactogram.study.session.side_tables import NOTES, PARTICIPANTS, notes_table, participants_table
 from tactogram.study.session.sitting import consent_sha256
-from tactogram.study.session.states import counted
+from tactogram.study.session.states import status_counts
 from tactogram.study.session.store import SessionStore
 from tactogram.study.study_analysis import StudyAnalysis
 from tactogram.study.study_file import Study
@@ -278,7 +278,7 @@ def _design(taken: StudyData) -> list[Block]:
         ("SHA-256 of the consent", consent_sha256(study)),
     ]
     text = study.description.en or study.description.ja
-    names = [(key, name.en, name.ja) for key, name in study.called.items()]
+    names = [(key, name.en, name.ja) for key, name in study.display_names.items()]
     called = (
         [ReportTable(("key", "en", "ja"), names, folded=f"What is called how ({len(names)})")]
         if names
@@ -293,7 +293,7 @@ def _participants(taken: StudyData, analysis: StudyAnalysis) -> list[Block]:
     blocks: list[Block] = [ReportText(f"Analysed: {analysed}.")]
     if rows:
         column = list(headings).index("status")
-        blocks.append(ReportText(f"Enrolled: {counted(row[column] for row in rows)}."))
+        blocks.append(ReportText(f"Enrolled: {status_counts(row[column] for row in rows)}."))
         blocks.append(
             ReportTable(headings, rows, folded=f"Each participant and what the device said ({len(rows)})")
         )
@@ -321,7 +321,7 @@ def _measured(answers: Answers) -> list[list[object]]:
         if held:
             values = sorted(value for _, value in held)
             people = len({participant for participant, _ in held})
-            named = described(column.removeprefix(COLUMN))
+            named = fact_description(column.removeprefix(COLUMN))
             rows.append([named, statistics.median(values), values[0], values[-1], len(values), people])
     return rows
 

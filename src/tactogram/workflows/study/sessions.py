@@ -106,7 +106,7 @@ def abort_participant(folder: Path | str, code: str, *, undo: bool = False) -> d
 def end_session(folder: Path | str, *, undo: bool = False) -> dict[str, Any]:
     """End a study, so that nobody joins or goes on, or let it go on again."""
     with SessionStore(Path(folder)) as store:
-        (store.go_on if undo else store.end)()
+        (store.reopen_study if undo else store.end)()
         return {"folder": str(folder), "ended": store.ended}
 
 

@@ -15,7 +15,7 @@ from tactogram.studio.pages.studies.experiment_view import report_of
 from tactogram.studio.workspace.folder import Workspace
 from tactogram.study.designs import designs
 from tactogram.study.designs.catalogue import margin_text
-from tactogram.study.session.states import counted
+from tactogram.study.session.states import status_counts
 from tactogram.study.session.store import SessionStore
 from tactogram.study.study_file import shipped_studies
 from tactogram.workflows.study.simulation import SIMULATED
@@ -221,7 +221,7 @@ def _begun(workspace: Workspace, folder: Path) -> SessionEntry:
         with SessionStore(folder) as store:
             progress = store.progress()
             simulated = any(one["simulated"] for one in progress)
-            stand = counted(one["status"] for one in progress)
+            stand = status_counts(one["status"] for one in progress)
             who = f"{len(progress)} {'simulated ' if simulated else ''}participant{'' if len(progress) == 1 else 's'}"
             title = store.study.title.en or store.study.title.ja
             line = (

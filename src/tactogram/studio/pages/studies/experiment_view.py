@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.study.answers import Answer
-from tactogram.study.session.states import NOT_BEGUN, counted
+from tactogram.study.session.states import NOT_BEGUN, status_counts
 from tactogram.study.session.store import SessionStore
 
 LATEST = 15
@@ -98,7 +98,7 @@ class SessionView:
     def summary(self) -> str:
         """Return in a line how far all are."""
         kind = f"{'simulated ' if self.simulated else ''}participant{'' if len(self.rows) == 1 else 's'}"
-        stand = counted(row.status for row in self.rows)
+        stand = status_counts(row.status for row in self.rows)
         parts = [f"{len(self.rows)} {kind}", *([stand] if stand else [])]
         parts += [f"{self.withdrawn} withdrew"] if self.withdrawn else []
         return f"{', '.join(parts)}; {self.answers} answers"

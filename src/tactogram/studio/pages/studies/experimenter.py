@@ -27,7 +27,7 @@ from tactogram.studio.pages.studies.experiment_view import (
 )
 from tactogram.studio.pages.studies.joining import JoinCard
 from tactogram.studio.server.guard import REPORT_POLICY
-from tactogram.study.session.states import NOT_BEGUN, called
+from tactogram.study.session.states import NOT_BEGUN, status_label
 from tactogram.workflows.study.export import export_zip
 from tactogram.workflows.study.simulation import simulate_session
 
@@ -234,7 +234,7 @@ class ExperimenterPage:
 
     async def _end(self) -> None:
         if await in_background(lambda: self.store.ended):
-            await in_background(self.store.go_on)
+            await in_background(self.store.reopen_study)
         else:
             left = self.view.unfinished if self.view else 0
             who = f" {left} who have not finished, or not begun, can answer no more." if left else ""
@@ -319,7 +319,7 @@ class _ParticipantRowView:
 
     def update(self, row: ParticipantRow) -> None:
         """Show what is so now."""
-        self.status.text = called(row.status)
+        self.status.text = status_label(row.status)
         self.where.text = row.where
         self.bar.value = row.share
         self.since.text = row.since

@@ -1,4 +1,4 @@
-"""Evoked words: whether the sight of an image evokes what each word says.
+"""Evoked words: which words the sight of an image evokes.
 
 [1], [2] as in `tactogram.study.designs.word_scales`. Answers: a question per word; ``answer`` is ``evoked`` or
 ``not evoked``, ``value`` 1 or 0.
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class EvokedWords(WordScales):
-    """Words evoked by the sight of an image, yes or no; images come in sets, each shown to some people."""
+    """Words evoked by the sight of an image, yes or no; images come in sets, each for some participants."""
 
     title: ClassVar[str] = "Evoked words"
     question_text: ClassVar[str] = "Which words does an image evoke?"
@@ -46,8 +46,8 @@ class EvokedWords(WordScales):
     set_size: int = Field(default=80, ge=1)
     """[2], Sec. II-B: "320 images were divided into four sets, each containing 80 images"."""
     sets: int = Field(default=1, ge=1)
-    """How many sets each participant judges, the next ones for the next participant. The paper had 30 participants per
-    set and 37 in all, so that most judged several."""
+    """Sets per participant, the next ones for the next participant. The paper had 30 participants per set and 37 in
+    all, so that most rated several."""
     instructions: Wording = Wording(
         ja="画像を見て、それぞれのことばの触感が喚起されるかどうか答えてください。",
         en="Look at the image, and say whether it evokes each word.",
@@ -56,7 +56,7 @@ class EvokedWords(WordScales):
     not_evoked: Wording = Wording(ja="喚起されない", en="not evoked")
 
     def check(self, setting: DesignContext) -> None:
-        """Refuse stimuli without an image, and more sets than there are."""
+        """Raise `ParameterError` for stimuli without an image, and for more sets than there are."""
         for stimulus in setting.stimuli:
             if not stimulus.is_seen:
                 raise ParameterError(
@@ -68,7 +68,7 @@ class EvokedWords(WordScales):
             )
 
     def practice_design(self, names: Sequence[str]) -> Self:
-        """Return it with one set: there are few images to practise on."""
+        """Return the design with one set: a practice has few images."""
         return self.model_copy(update={"sets": 1})
 
     @classmethod
@@ -90,14 +90,16 @@ class EvokedWords(WordScales):
 
     def stimuli_of(self, setting: DesignContext, participant: Participant) -> Sequence[Stimulus]:
         """Return the images of a participant's sets."""
-        # Which images make a set is drawn once for the study; which sets come, follows the participant's number.
+        # The images of a set are drawn once for the study; the sets follow from the participant's number.
         count = self._set_count(setting)
         drawn = generator(setting.seed, 0, "sets").permutation(len(setting.stimuli))
         first = (participant.number - 1) * self.sets
-        own = [(first + i) % count for i in range(self.sets)]
-        return [setting.stimuli[i] for s in own for i in drawn[s * self.set_size : (s + 1) * self.set_size]]
+        chosen = [(first + i) % count for i in range(self.sets)]
+        return [
+            setting.stimuli[i] for s in chosen for i in drawn[s * self.set_size : (s + 1) * self.set_size]
+        ]
 
-    def asked_of(self, word: str, stimulus: Stimulus) -> PageQuestion:
+    def word_question(self, word: str, stimulus: Stimulus) -> PageQuestion:
         """Return the question about one word."""
         question = Question(
             id=word,

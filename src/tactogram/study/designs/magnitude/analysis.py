@@ -1,12 +1,13 @@
 """Magnitude estimation: geometric means, and Stevens' exponent by participant.
 
 S. S. Stevens, "On the psychophysical law", Psychological Review 64 (1957): estimate = k intensity**exponent. Everyone
-picks numbers of their own size, so that each participant's estimates are divided by their geometric mean first.
+chooses numbers of another size, so that each participant's estimates are first divided by their geometric mean.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,13 +16,19 @@ from scipy import stats
 from tactogram.errors import DataError, ParameterError
 from tactogram.statistics.equivalence import paired_equivalence
 from tactogram.statistics.summary import summary
-from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, section_of, verdict_of
+from tactogram.study.analysis.findings import (
+    AnalysisSection,
+    Finding,
+    numeric_answers,
+    section_of,
+    verdict_of,
+)
 from tactogram.study.analysis.paired import paired_findings
 from tactogram.study.answers import Answer, Answers
 
 
 def analyse_magnitude(answers: Answers, *, margin: float | None = None) -> AnalysisSection:
-    """Return geometric means of estimates per stimulus, and where intensities are known the exponent.
+    """Return geometric means of estimates by stimulus, and the exponent where intensities are known.
 
     Confirmatory is the mean over participants of the slopes of log estimate over log intensity, with Student's t
     interval and p against 0 (no growth).
@@ -29,9 +36,8 @@ def analyse_magnitude(answers: Answers, *, margin: float | None = None) -> Analy
     Parameters
     ----------
     answers : Answers
-        ``value`` is the number given. The intensity is the further column ``intensity``, else the decibels of
-        ``intensity_db``, else what ``level`` says as gain=FACTOR, peak=SHARE or sensation=DB, else ``stimulus`` or
-        ``condition`` where that is a number.
+        ``value`` is the estimate. The intensity is the extra column ``intensity``, else ``intensity_db`` in decibels,
+        else ``level`` as gain=FACTOR, peak=SHARE or sensation=DB, else ``stimulus`` or ``condition`` if it is a number.
     margin : float, optional
         Of the exponent's difference from 1 (estimates in proportion), and from 0 (no growth).
 
@@ -40,17 +46,15 @@ def analyse_magnitude(answers: Answers, *, margin: float | None = None) -> Analy
     DataError
         If no estimate is above 0.
     """
-    kept, notes = answered(answers, "magnitude")
+    kept, notes = numeric_answers(answers, "magnitude")
     above = kept.where(lambda row: row.value > 0)
     if not len(above):
         raise DataError("magnitude: must have an estimate above 0, got none")
     if lost := len(kept) - len(above):
         notes += (f"{lost} estimates of 0 or below are left out: they have no logarithm",)
-    logs, means = np.log(above.numbers()), {}
-    for person in above.unique("participant"):
-        own = np.array([row.participant == person for row in above])
-        means[person] = float(logs[own].mean())
-    level = np.array([means[row.participant] for row in above])
+    logs, people = np.log(above.numbers()), np.array(above.column("participant"))
+    means = {person: float(logs[people == person].mean()) for person in above.unique("participant")}
+    level = np.array([means[person] for person in people])
     scale = float(np.mean(list(means.values())))
     rows = _stimuli(above, logs - level + scale)
     findings, slopes = _exponents(above, logs, margin)
@@ -66,7 +70,7 @@ def analyse_magnitude(answers: Answers, *, margin: float | None = None) -> Analy
 
 
 def intensity_of(row: Answer) -> float:
-    """Return the intensity of an answer's stimulus, > 0; NaN where it is not known."""
+    """Return the intensity of an answer's stimulus, > 0; NaN if it is unknown."""
     if db := row.more.get("intensity_db", ""):
         return float(10 ** (_number(db) / 20))
     kind, _, amount = row.level.partition("=")
@@ -88,21 +92,22 @@ def _number(text: str) -> float:
 
 
 def _stimuli(above: Answers, logs: Any) -> list[dict[str, Any]]:
-    """Return the geometric mean of each stimulus, its interval over participants' own means."""
-    cells: dict[tuple[str, str], dict[str, list[float]]] = {}
-    where: dict[tuple[str, str], float] = {}
-    for row, log in zip(above, logs, strict=True):
-        key = (row.stimulus, row.condition)
-        cells.setdefault(key, {}).setdefault(row.participant, []).append(float(log))
-        where.setdefault(key, intensity_of(row))
+    """Return the geometric mean of each stimulus, with its interval over participants' means."""
+    scaled = Answers(tuple(replace(row, value=float(log)) for row, log in zip(above, logs, strict=True)))
+    intensities: dict[tuple[str, str], float] = {}
+    for row in above:
+        intensities.setdefault((row.stimulus, row.condition), intensity_of(row))
+    cells: dict[tuple[str, str], list[float]] = {}
+    for (stimulus, condition, _), values in scaled.values_by("stimulus", "condition", "participant").items():
+        cells.setdefault((stimulus, condition), []).append(float(np.mean(values)))
     rows = []
-    for (stimulus, condition), people in cells.items():
-        found = summary([np.mean(values) for values in people.values()])
+    for (stimulus, condition), means in cells.items():
+        found = summary(means)
         rows.append(
             {
                 "stimulus": stimulus,
                 "condition": condition,
-                "intensity": where[stimulus, condition],
+                "intensity": intensities[stimulus, condition],
                 "geometric_mean": math.exp(found.mean),
                 "low": math.exp(found.low) if found.n > 1 else None,
                 "high": math.exp(found.high) if found.n > 1 else None,
@@ -119,9 +124,9 @@ def _exponents(above: Answers, logs: Any, margin: float | None) -> tuple[list[Fi
     people = np.array(above.column("participant"))
     rows: list[dict[str, Any]] = []
     for person in dict.fromkeys(people.tolist()):
-        own = (people == person) & np.isfinite(x)
-        if len(np.unique(x[own])) > 1:
-            fit = stats.linregress(x[own], logs[own])
+        rated = (people == person) & np.isfinite(x)
+        if len(np.unique(x[rated])) > 1:
+            fit = stats.linregress(x[rated], logs[rated])
             rows.append(
                 {"participant": person, "exponent": float(fit.slope), "r_squared": float(fit.rvalue) ** 2}
             )
@@ -136,7 +141,7 @@ def _exponents(above: Answers, logs: Any, margin: float | None) -> tuple[list[Fi
         )  # fmt: skip
         return [one], rows
     p = float(stats.ttest_1samp(slopes, 0.0).pvalue) if found.sd > 0 else float(found.mean == 0)
-    flat = None if margin is None else paired_equivalence(slopes, margin=margin).p
+    flat = None if margin is None else paired_equivalence(slopes, margin=margin)
     findings = [
         Finding(
             "all",

@@ -2,7 +2,7 @@
 
 S. S. Stevens, "On the psychophysical law", Psychol. Rev. 64, 153-181 (1957).
 
-Answers to the question ``magnitude``: ``value`` is the number given.
+Answers to the question ``magnitude``: ``value`` is the estimate.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 from pydantic import Field
 
 from tactogram.errors import ParameterError
-from tactogram.study.designs.design import MarginScale
+from tactogram.study.designs.design import MarginScale, check_standard
 from tactogram.study.designs.single_stimulus import SingleStimulus
 from tactogram.study.power.assumptions import PowerAssumptions
 from tactogram.study.questions import Question
@@ -39,11 +39,11 @@ if TYPE_CHECKING:
     from tactogram.study.study_analysis import AnalysisPlan
 
 SMALLEST = 1e-9
-"""Smallest number that is taken: magnitudes are ratios, so 0 is none."""
+"""Smallest valid number: magnitudes are ratios, so 0 is none."""
 
 
 class MagnitudeEstimation(SingleStimulus):
-    """Values of a magnitude estimation."""
+    """Settings of a magnitude estimation."""
 
     title: ClassVar[str] = "Magnitude estimation"
     question_text: ClassVar[str] = "How strong does it feel, as a number?"
@@ -58,7 +58,7 @@ class MagnitudeEstimation(SingleStimulus):
 
     kind: Literal["magnitude"] = "magnitude"
     standard: str = ""
-    """Name of a stimulus shown as A on each page, whose number is ``modulus``; "" lets people choose their own."""
+    """Name of a stimulus that is A on each page and counts as ``modulus``; without one, people choose their scale."""
     modulus: float = Field(default=10.0, gt=0, allow_inf_nan=False)
     repeats: int = Field(default=3, ge=1, le=1000)
     instructions: Wording = Wording(
@@ -72,23 +72,21 @@ class MagnitudeEstimation(SingleStimulus):
     magnitude: Wording = Wording(ja="強さ", en="How strong is it?")
 
     def check(self, setting: DesignContext) -> None:
-        """Refuse a standard that is not there."""
-        names = [stimulus.name for stimulus in setting.stimuli]
-        if self.standard and self.standard not in names:
-            raise ParameterError(f"standard must be one of {', '.join(names)}, got {self.standard!r}")
-        if not self._estimated(setting):
+        """Raise `ParameterError` for an unknown standard, or nothing to estimate."""
+        check_standard(self.standard, setting)
+        if not self.stimuli_of(setting, Participant("", 1)):
             raise ParameterError("magnitude needs a stimulus besides its standard, got none")
 
     def stimuli_of(self, setting: DesignContext, participant: Participant) -> Sequence[Stimulus]:
         """Return all stimuli but the standard."""
-        return self._estimated(setting)
+        return [stimulus for stimulus in setting.stimuli if stimulus.name != self.standard]
 
     def next_page(
-        self, setting: DesignContext, participant: Participant, given: Sequence[PageAnswers]
+        self, setting: DesignContext, participant: Participant, history: Sequence[PageAnswers]
     ) -> Page | None:
-        """Return the page of the next stimulus, beside the standard where there is one."""
-        page = super().next_page(setting, participant, given)
-        standard = self._standard(setting)
+        """Return the page of the next stimulus, with the standard if there is one."""
+        page = super().next_page(setting, participant, history)
+        standard = setting.stimulus(self.standard)
         if page is None or standard is None:
             return page
         return replace(
@@ -98,19 +96,19 @@ class MagnitudeEstimation(SingleStimulus):
             more={"modulus": f"{self.modulus:g}"},
         )
 
-    def asked_about(
+    def questions_about(
         self, stimulus: Stimulus, *, setting: DesignContext, participant: Participant, trial: int
     ) -> tuple[PageQuestion, ...]:
         """Return the question for a number."""
-        standard = self._standard(setting)
-        asked = PageQuestion(
+        standard = setting.stimulus(self.standard)
+        question = PageQuestion(
             Question(id="magnitude", text=self.magnitude, kind="number", low=SMALLEST),
             stimulus=stimulus.item,
             condition=stimulus.condition,
             other=standard.item if standard else "",
             other_condition=standard.condition if standard else "",
         )
-        return (asked,)
+        return (question,)
 
     @classmethod
     def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
@@ -127,20 +125,14 @@ class MagnitudeEstimation(SingleStimulus):
         return {"magnitude": magnitude_figure(section)}
 
     @classmethod
-    def simulated_answer(cls, page: Page, asked: PageQuestion, participant: SimulatedParticipant) -> str:
-        """Return a number that grows with intensity by the participant's own power law."""
-        return participant.number(asked, participant.exponent * _log_intensity(page))
-
-    def _standard(self, setting: DesignContext) -> Stimulus | None:
-        return next((stimulus for stimulus in setting.stimuli if stimulus.name == self.standard), None)
-
-    def _estimated(self, setting: DesignContext) -> list[Stimulus]:
-        return [stimulus for stimulus in setting.stimuli if stimulus.name != self.standard]
+    def simulated_answer(cls, page: Page, question: PageQuestion, participant: SimulatedParticipant) -> str:
+        """Return a number that grows with intensity by the participant's power law."""
+        return participant.number(question, participant.exponent * _log_intensity(page))
 
 
 def _log_intensity(page: Page) -> float:
-    """Return log10 of the intensity of what is estimated on a page, 0 where the level does not say."""
-    judged = page.presented[-1]
-    kind, _, number = (judged.stimulus.level if judged.stimulus else "").partition("=")
-    known = math.log10(float(number)) if kind in ("gain", "peak") else 0.0
-    return known + judged.gain_db / 20
+    """Return log10 of the estimated stimulus's intensity, 0 where the level does not give it."""
+    estimated = page.presented[-1]
+    kind, _, number = (estimated.stimulus.level if estimated.stimulus else "").partition("=")
+    level = math.log10(float(number)) if kind in ("gain", "peak") else 0.0
+    return level + estimated.gain_db / 20

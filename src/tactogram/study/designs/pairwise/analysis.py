@@ -22,7 +22,13 @@ from tactogram.study.analysis.bradley_terry import (
     strengths_by_participant,
 )
 from tactogram.study.analysis.exact import exact_finding
-from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, section_of, verdict_of
+from tactogram.study.analysis.findings import (
+    AnalysisSection,
+    Finding,
+    numeric_answers,
+    section_of,
+    verdict_of,
+)
 from tactogram.study.answers import Answer, Answers
 
 Numbers = NDArray[np.float64]
@@ -32,12 +38,12 @@ ALIKE = "all participants say the same of the two: error as of independent answe
 
 
 def analyse_preference(answers: Answers, *, margin: float | None = None) -> AnalysisSection:
-    """Return the strength of each item, and of every two whether one is preferred.
+    """Return the strength of each item, and the preference in each pair.
 
     Confirmatory are the differences of strengths by participant (`strengths_by_participant`), Student's t with
     participants - 1 degrees of freedom, and Holm's correction over all pairs; with two items this is the share that
     prefers the first. Intervals, p and equivalence rest on one standard error. Two items that were never compared, not
-    even through others, are not tested: between them stands the prior alone.
+    even through others, are not tested: their difference follows from the prior alone.
 
     Parameters
     ----------
@@ -45,14 +51,14 @@ def analyse_preference(answers: Answers, *, margin: float | None = None) -> Anal
         ``stimulus`` (with ``condition``) and ``other`` (with ``other_condition``) are the pair; ``value`` is 1 where
         ``stimulus`` was preferred, 0 where ``other`` was, 0.5 for a tie.
     margin : float, optional
-        Of a difference of log strengths, given before the answers were seen: 0.4 is 60 % who prefer the first.
+        Of a difference of log strengths, set before the answers were seen: 0.4 is 60 % who prefer the first.
 
     Raises
     ------
     DataError
-        If an answer is none of these, or there are fewer than two items, or a pair is of one item.
+        If a value is none of these, or there are fewer than two items, or a pair is of one item.
     """
-    kept, notes = answered(answers, "pairwise")
+    kept, notes = numeric_answers(answers, "pairwise")
     pairs = [(_item(row.stimulus, row.condition), _item(row.other, _other(row))) for row in kept]
     items = tuple(dict.fromkeys(name for pair in pairs for name in pair))
     if len(items) < 2 or any(a == b for a, b in pairs):
@@ -75,14 +81,13 @@ def analyse_preference(answers: Answers, *, margin: float | None = None) -> Anal
     findings = _pairs(items, table, strengths, covariance, margin)
     if len(people) == 1:
         notes += ("one participant: no interval over people",)
-    if _joined(table.sum(0)).any():
+    if _components(table.sum(0)).any():
         notes += (
             "some items were never compared, not even through others: their strengths rest on the prior",
         )
-    transitive = _circular(table)
     notes += (
         f"strengths have a weak prior (SD {PRIOR_SD:g}), so that what always wins stays finite",
-        f"{transitive} circular triads in participants' own choices: what no order of strengths explains",
+        f"{_circular_triads(table)} circular triads in participants' own choices: what no order of strengths explains",
     )
     return section_of(kept, "Preference", findings, {"strengths (log, mean 0)": rows}, notes)
 
@@ -101,8 +106,8 @@ def _rows(
     wins = table.sum(0)
     middle = np.eye(len(items)) - 1 / len(items)
     alone = np.diag(middle @ np.linalg.inv(curvature(wins, strengths)) @ middle)
-    own = np.diag(covariance)
-    halves = _t95(len(table)) * np.sqrt(np.where(own < LEAST**2, alone, own))
+    variances = np.diag(covariance)
+    halves = _t95(len(table)) * np.sqrt(np.where(variances < LEAST**2, alone, variances))
     order = np.argsort(-strengths, kind="stable")
     return [
         {
@@ -124,12 +129,12 @@ def _t95(people: int) -> float:
 def _pairs(
     items: Sequence[str], table: Numbers, strengths: Numbers, covariance: Numbers, margin: float | None
 ) -> list[Finding]:
-    """Return every two items: the difference of strengths, and the exact binomial of their own comparisons."""
+    """Return the difference of strengths of each pair, and the exact binomial of its own comparisons."""
     names = list(combinations(range(len(items)), 2))
     wins, people = table.sum(0), len(table)
     first, second = (np.array([pair[k] for pair in names]) for k in (0, 1))
     gaps = strengths[first] - strengths[second]
-    part = _joined(wins)
+    part = _components(wins)
     notes = [APART if part[a] != part[b] else "" for a, b in names]
     tested = [k for k, note in enumerate(notes) if not note] if people > 1 else []
     ps: list[float | None] = [None] * len(names)
@@ -186,14 +191,14 @@ def _pairs(
     return findings
 
 
-def _joined(wins: Numbers) -> NDArray[np.int64]:
-    """Return of each item which of the parts it is in: items of a part are compared, or through others of it."""
+def _components(wins: Numbers) -> NDArray[np.int64]:
+    """Return the component of each item: those that were compared, directly or through others."""
     from scipy.sparse.csgraph import connected_components
 
     return np.asarray(connected_components(wins + wins.T, directed=False)[1], np.int64)
 
 
-def _circular(table: Numbers) -> int:
+def _circular_triads(table: Numbers) -> int:
     """Return the circular triads (a over b over c over a) among each participant's majorities."""
     beats = (table > table.transpose(0, 2, 1)).astype(np.float64)
     return round(float(np.einsum("pij,pjk,pki->", beats, beats, beats)) / 3)

@@ -1,12 +1,12 @@
-"""Pairwise preference, asking next about the pair whose answer says most.
+"""Pairwise preference, with the most informative pair next.
 
 Bradley-Terry: the first of a pair is preferred with probability 1 / (1 + exp(-(u_i - u_j))) (R. A. Bradley and M. E.
 Terry, Biometrika 39, 324-345, 1952). Utilities have a normal prior; the posterior is taken as normal at its mode
 (Laplace). The expected information of a pair is that between its answer and the difference of utilities (D. V. Lindley,
 "On a measure of the information provided by an experiment", Ann. Math. Stat. 27, 986-1005, 1956), in bits, by
-Gauss-Hermite quadrature. Chosen so from the answers of one participant alone.
+Gauss-Hermite quadrature. Pairs follow from the answers of one participant alone.
 
-Answers to the question ``preferred``: ``stimulus`` and ``other`` are the pair, ``side`` is where ``stimulus`` was;
+Answers to the question ``preferred``: ``stimulus`` and ``other`` are the pair, ``side`` is the slot of ``stimulus``;
 ``answer`` is A or B, ``value`` 1 if ``stimulus`` was chosen, else 0.
 """
 
@@ -49,7 +49,7 @@ Comparison = tuple[int, int]
 
 
 class PairwiseComparison(Design):
-    """Values of a test by pairs."""
+    """Settings of a test by pairs."""
 
     title: ClassVar[str] = "Pairwise preference"
     question_text: ClassVar[str] = "Which of two is preferred?"
@@ -69,17 +69,17 @@ class PairwiseComparison(Design):
 
     kind: Literal["pairwise"] = "pairwise"
     choice: Literal["informative", "listed"] = "informative"
-    """``listed`` asks about every pair ``repeats`` times by the study's order rule."""
+    """``listed`` presents every pair ``repeats`` times by the study's order rule."""
     comparisons: int = Field(default=0, ge=0, le=100_000)
-    """How many are asked where pairs are chosen; 0 is three for each stimulus."""
+    """Number of comparisons of informative pairs; 0 for three per stimulus."""
     repeats: int = Field(default=1, ge=1, le=1000)
     prior_sd: float = Field(default=2.0, gt=0, le=100)
-    """Of the utilities, in logits. 2 lets the best of many be preferred to the worst nearly always."""
+    """Of the utilities, in logits. With 2, the best of many is nearly always preferred to the worst."""
     instructions: Wording = Wording(ja="AとBに触れてください。", en="Touch A and B.")
     preferred: Wording = Wording(ja="どちらが良いですか。", en="Which one do you prefer?")
 
     def check(self, setting: DesignContext) -> None:
-        """Refuse fewer than two stimuli."""
+        """Raise `ParameterError` for fewer than two stimuli."""
         if len(setting.stimuli) < 2:
             raise ParameterError(f"pairwise needs at least two stimuli, got {len(setting.stimuli)}")
 
@@ -91,17 +91,17 @@ class PairwiseComparison(Design):
         return self.comparisons or 3 * count
 
     def next_page(
-        self, setting: DesignContext, participant: Participant, given: Sequence[PageAnswers]
+        self, setting: DesignContext, participant: Participant, history: Sequence[PageAnswers]
     ) -> Page | None:
         """Return the next comparison."""
         total = self.total(setting)
-        if len(given) == total:
+        if len(history) == total:
             return None
-        trial = len(given) + 1
-        block, repeat, first, second, information = self._pair(setting, participant, given)
+        trial = len(history) + 1
+        block, repeat, first, second, information = self._pair(setting, participant, history)
         one, two = setting.stimuli[first], setting.stimuli[second]
         side = self._sides(setting, participant)[trial - 1]
-        asked = PageQuestion(
+        question = PageQuestion(
             ab_question("preferred", self.preferred),
             side=side,
             stimulus=one.item,
@@ -120,14 +120,14 @@ class PairwiseComparison(Design):
             total=total,
             presented=(PresentedStimulus("A", a), PresentedStimulus("B", b)),
             text=self.instructions,
-            asked=(asked,),
+            questions=(question,),
             more={"first": str(first), "second": str(second)}
             | ({} if information is None else {"expected_bits": f"{information:.4f}"}),
         )
 
     @classmethod
     def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
-        """Return the strength of each item, and of every two which is preferred."""
+        """Return the strength of each item, and the preference in each pair."""
         from tactogram.study.designs.pairwise.analysis import analyse_preference
 
         return [analyse_preference(answers, margin=plan.margins.get("preference"))]
@@ -141,7 +141,7 @@ class PairwiseComparison(Design):
 
     @classmethod
     def power_method(cls, kind: str) -> PowerMethod:
-        """Return that of strengths."""
+        """Return the method of strengths."""
         from tactogram.study.designs.pairwise.power import Strengths
 
         return Strengths()
@@ -151,60 +151,49 @@ class PairwiseComparison(Design):
         return {"trials": (self.total(setting),), "items": len(setting.stimuli)}
 
     @classmethod
-    def simulated_answer(cls, page: Page, asked: PageQuestion, participant: SimulatedParticipant) -> str:
-        """Return the item that a participant prefers, by the difference of their own strengths."""
-        gap = participant.strength(asked.stimulus, asked.condition)
-        gap -= participant.strength(asked.other, asked.other_condition)
-        return asked.side if participant.yes(gap) else participant.other_option(asked, asked.side)
+    def simulated_answer(cls, page: Page, question: PageQuestion, participant: SimulatedParticipant) -> str:
+        """Return the item that a participant prefers, by the difference of strengths for this participant."""
+        gap = participant.strength(question.stimulus, question.condition)
+        gap -= participant.strength(question.other, question.other_condition)
+        return question.side if participant.yes(gap) else participant.other_option(question, question.side)
 
     def _sides(self, setting: DesignContext, participant: Participant) -> list[str]:
-        """Return where the first of the pair of each trial is: drawn, whatever was answered."""
+        """Return the slot of the first of the pair in each trial: drawn independently of the answers."""
         drawn = generator(setting.seed, participant.number, "sides").integers(2, size=self.total(setting))
         return ["AB"[i] for i in drawn]
 
     def _pair(
-        self, setting: DesignContext, participant: Participant, given: Sequence[PageAnswers]
+        self, setting: DesignContext, participant: Participant, history: Sequence[PageAnswers]
     ) -> tuple[int, int, int, int, float | None]:
         """Return block, repeat, the pair and its expected information."""
         count, rule, seed = len(setting.stimuli), setting.order, setting.seed
         pairs = list(itertools.combinations(range(count), 2))
         if self.choice == "listed":
             order = ordered(pairs, rule=rule, repeats=self.repeats, seed=seed, participant=participant.number)
-            block, repeat, (first, second) = order[len(given)]
+            block, repeat, (first, second) = order[len(history)]
             return block, repeat, first, second, None
-        asked = [(int(one.facts["first"]), int(one.facts["second"])) for one in given]
+        presented = [(int(page.facts["first"]), int(page.facts["second"])) for page in history]
         won = [
-            pair if one.responses["preferred"] == side else pair[::-1]
-            for one, pair, side in zip(given, asked, self._sides(setting, participant), strict=False)
+            pair if page.responses["preferred"] == side else pair[::-1]
+            for page, pair, side in zip(history, presented, self._sides(setting, participant), strict=False)
         ]
         mean, covariance = posterior(won, count, prior_sd=self.prior_sd)
         expected = expected_information(mean, covariance, pairs)
-        if len(pairs) > 1 and asked:
-            expected[pairs.index(asked[-1])] = -np.inf
-        # To rounding equal: which of them is drawn, so that no stimulus is favoured for its place in the file.
+        if len(pairs) > 1 and presented:
+            expected[pairs.index(presented[-1])] = -np.inf
+        # Ties up to rounding are drawn, so that no stimulus is favoured for its place in the file.
         best = np.flatnonzero(expected >= expected.max() - 1e-9)
-        rng = generator(seed, participant.number, "pair", len(given) + 1)
+        rng = generator(seed, participant.number, "pair", len(history) + 1)
         chosen = int(best[rng.integers(len(best))])
         first, second = pairs[chosen]
-        return 1, 1 + asked.count((first, second)), first, second, float(expected[chosen])
+        return 1, 1 + presented.count((first, second)), first, second, float(expected[chosen])
 
 
 def posterior(won: Sequence[Comparison], count: int, *, prior_sd: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return mode and covariance of the utilities of ``count`` stimuli.
+    """Return mode, shape (stimulus,), and covariance of the utilities of ``count`` stimuli, in logits.
 
-    Parameters
-    ----------
-    won : sequence of (int, int)
-        Which was preferred to which.
-    count : int
-    prior_sd : float
-        In logits.
-
-    Returns
-    -------
-    mean : float64 array, shape (stimulus,)
-    covariance : float64 array, shape (stimulus, stimulus)
-        Inverse of the negative Hessian at the mode.
+    ``won`` lists winner and loser of each comparison; the covariance is the inverse of the negative Hessian at the
+    mode.
     """
     wins = np.zeros((count, count))
     for winner, loser in won:
@@ -214,7 +203,7 @@ def posterior(won: Sequence[Comparison], count: int, *, prior_sd: float) -> tupl
 
 
 def expected_information(mean: np.ndarray, covariance: np.ndarray, pairs: Sequence[Comparison]) -> np.ndarray:
-    """Return how much the answer to each pair is expected to tell about its difference: float64 array, bits.
+    """Return the expected information of each pair's answer about its difference, in bits.
 
     H(E p) - E H(p), with p = 1 / (1 + exp(-d)) and d normal.
     """

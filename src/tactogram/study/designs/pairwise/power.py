@@ -1,8 +1,8 @@
 """Power of pairwise preferences: how often strengths are shown to differ, or to be equivalent, in many studies.
 
-What is said is what `strengths_by_participant` and Holm's correction say. But no table is made of each participant, who
-answers about few of the many pairs: the jackknife's equations are solved by conjugate gradients, preconditioned with
-the inverse for all participants, which leaving one out changes little.
+Results equal those of `strengths_by_participant` with Holm's correction, without a table for each participant, who
+compares few of the many pairs: the jackknife's equations are solved by conjugate gradients, preconditioned with the
+inverse for all participants, which changes little when one is left out.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from tactogram.study.power.methods import PowerMethod, StudyBatch, Truths
 Numbers = NDArray[np.float64]
 Counts = NDArray[np.int64]
 AT_ONCE = 400_000
-"""Numbers that are held at the same time, of participants and of tables of items: what a processor's cache takes."""
+"""Numbers per batch of studies, of participants and of tables of items: as many as fit a processor's cache."""
 SOLVED = 1e-7
-"""Residual of the jackknife's equations, as a share of what it began with."""
+"""Residual of the jackknife's equations, relative to the first."""
 
 
 class Strengths(PowerMethod):
@@ -36,7 +36,7 @@ class Strengths(PowerMethod):
     of_pairs = True
 
     def shares(self, rng: np.random.Generator, batch: StudyBatch, truths: Truths) -> dict[str, float]:
-        """Return power of pairs that differ; with ``type_1`` that any pair is shown, and equivalence."""
+        """Return power of pairs that differ; for ``type_1`` that any pair is shown, and equivalence."""
         found: dict[str, float] = {}
         assumed = batch.assumed
         for name, truth in truths.items():
@@ -62,12 +62,12 @@ class Strengths(PowerMethod):
         return found
 
     def check(self, assumed: PowerAssumptions) -> None:
-        """Refuse too few or too many items."""
+        """Raise `ParameterError` for too few or too many items."""
         if not 2 <= assumed.items <= 100:
             raise ParameterError(f"items must be from 2 to 100, got {assumed.items}")
 
     def notes(self) -> list[str]:
-        """Return what the shares are of."""
+        """Return the meaning of the columns."""
         return [
             "power: of a pair that differs; type_1: that any pair is shown where none differs; equivalence: of a pair, "
             "all_equivalent: of all pairs at once."
@@ -76,15 +76,14 @@ class Strengths(PowerMethod):
 
 @dataclass(frozen=True)
 class ComparisonCounts:
-    """Answers of the participants of many studies, without the pairs that were not asked about.
+    """Answers of the participants of many studies, by presented pair.
 
     Parameters
     ----------
-    first, second : int64 array, shape (study, participant, asked)
+    first, second : int64 array, shape (study, participant, pair)
         Items of a pair.
-    count, won : int64 array, shape (study, participant, asked)
-        How often the pair was asked about, and the first preferred.
-    items : int
+    count, won : int64 array, shape (study, participant, pair)
+        How often the pair was presented, and the first preferred.
     """
 
     first: Counts
@@ -94,7 +93,7 @@ class ComparisonCounts:
     items: int
 
     def tables(self) -> Numbers:
-        """Return how often the row's was preferred to the column's by all, shape (study, item, item)."""
+        """Return how often all preferred the row's item to the column's, shape (study, item, item)."""
         studies, n = self.first.shape[0], self.items
         study = np.arange(studies)[:, None, None] * n
         summed = np.zeros(studies * n * n)
@@ -116,58 +115,42 @@ def simulated_preferences(
     studies: int,
     rng: np.random.Generator,
 ) -> Iterator[tuple[Numbers, Numbers]]:
-    """Yield, of some studies at a time, every two items' difference of log strengths and its standard error.
+    """Yield, in batches of studies, each pair's difference of log strengths and its standard error.
 
-    The first item is stronger by ``effect`` than the others, which are alike. Pairs are asked about equally often, as
-    near as the number of comparisons lets them be: where items are alike that is what choosing the most informative
-    pair comes to.
+    Both are of shape (study, pair); the first ``items - 1`` pairs are those of the first item, which is stronger by
+    ``effect`` than the others. Pairs are presented as equally often as the number of comparisons allows: with equal
+    items, the choice of the most informative pair comes to the same.
 
     Parameters
     ----------
     people, comparisons : int
         Participants of each study, and comparisons of each of them over all pairs.
-    items : int
     effect : float
         Log strength.
     person_sd : float
-        Spread of people's own log strength of each item.
-    studies : int
-    rng : numpy Generator
-
-    Yields
-    ------
-    tuple of float64 array
-        Both of shape (study, pair); the first ``items - 1`` pairs are those of the first item.
+        Spread between people of the log strength of each item.
     """
     pairs = np.array(list(combinations(range(items), 2)))
     first, second = pairs.T
-    some = max(1, AT_ONCE // (people * (items + min(comparisons, len(pairs))) + items**2))
-    for begin in range(0, studies, some):
-        count = min(some, studies - begin)
+    batch = max(1, AT_ONCE // (people * (items + min(comparisons, len(pairs))) + items**2))
+    for begin in range(0, studies, batch):
+        count = min(batch, studies - begin)
         strengths = person_sd * rng.standard_normal((count, people, items))
         strengths[..., 0] += effect
-        place, asked = _asked(comparisons, len(pairs), (count, people), rng)
+        place, times = _presented(comparisons, len(pairs), (count, people), rng)
         one, other = first[place], second[place]
         gap = np.take_along_axis(strengths, one, -1) - np.take_along_axis(strengths, other, -1)
-        won = rng.binomial(asked, special.expit(gap))
-        answers = ComparisonCounts(one, other, asked, won, items)
+        won = rng.binomial(times, special.expit(gap))
+        answers = ComparisonCounts(one, other, times, won, items)
         found, covariance = jackknifed(answers)
         errors, _ = gap_errors(covariance, curvature(answers.tables(), found), first, second)
         yield found[:, first] - found[:, second], errors
 
 
 def jackknifed(answers: ComparisonCounts) -> tuple[Numbers, Numbers]:
-    """Return log strengths and their covariance by participant: those of `strengths_by_participant`.
+    """Return log strengths, shape (study, item), and their covariance by participant, as `strengths_by_participant`.
 
-    Parameters
-    ----------
-    answers : Compared
-
-    Returns
-    -------
-    strengths : float64 array, shape (study, item)
-    covariance : float64 array, shape (study, item, item)
-        Of differences between items; what is the same for all of them is left in.
+    The covariance, shape (study, item, item), is exact for differences between items only.
     """
     studies, people, _ = answers.first.shape
     n, size = answers.items, studies * people * answers.items
@@ -205,19 +188,9 @@ def jackknifed(answers: ComparisonCounts) -> tuple[Numbers, Numbers]:
 def shown_and_equal(
     gaps: Numbers, errors: Numbers, *, people: int, margin: float, alpha: float
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return which pairs are shown to differ and which to be within the margin, each with Holm's correction.
+    """Return which pairs are shown to differ, and which to be within the margin, each with Holm's correction.
 
-    As `analyse_preference` says it, for many studies.
-
-    Parameters
-    ----------
-    gaps, errors : float64 array, shape (study, pair)
-    people : int
-    margin, alpha : float
-
-    Returns
-    -------
-    tuple of bool array, shape (study, pair)
+    As `analyse_preference`, for many studies: all arrays are of shape (study, pair).
     """
     far = np.abs(gaps)
     shown = _holm_above(far / errors, people - 1, alpha / 2)
@@ -226,9 +199,9 @@ def shown_and_equal(
 
 
 def _holm_above(t: Numbers, freedom: int, alpha: float) -> NDArray[np.bool_]:
-    """Return which t of each row are shown, one-sided, with Holm's correction.
+    """Return which t of each row are significant, one-sided, with Holm's correction.
 
-    As many as are shown so far say how large the next has to be, until no more are: without a p of each, or an order.
+    The number of significant ones so far gives the next critical value, until no more are: without sorting or p-values.
     """
     tests = t.shape[1]
     needed = _needed(tests, freedom, alpha)
@@ -243,14 +216,14 @@ def _holm_above(t: Numbers, freedom: int, alpha: float) -> NDArray[np.bool_]:
 
 @lru_cache(maxsize=8)
 def _needed(tests: int, freedom: int, alpha: float) -> Numbers:
-    """Return how large the next t has to be by how many of the tests are shown; after the last anything will do."""
+    """Return the critical t by the number of tests that are significant already; after the last, any t is."""
     return np.append(stats.t.isf(alpha / np.arange(tests, 0, -1), freedom), -np.inf)
 
 
-def _asked(
+def _presented(
     comparisons: int, pairs: int, shape: tuple[int, int], rng: np.random.Generator
 ) -> tuple[Counts, Counts]:
-    """Return which pairs each participant is asked about, and how often: all equally often, the rest at random."""
+    """Return the pairs of each participant, and how often each comes: all equally often, the remainder at random."""
     each, rest = divmod(comparisons, pairs)
     if each or 4 * rest > pairs:
         places = np.argsort(rng.random((*shape, pairs)), axis=-1)

@@ -1,8 +1,8 @@
-"""Analysis of word scores: errors to target scores, per condition and word, by participant and as published.
+"""Analysis of word scores: errors to target scores, by condition and word, by participant and as published.
 
-Printed were the mean absolute error of all scores with its standard error (n = 2,400), Student's t [1, Fig. 7] and
-Steel-Dwass [2, Fig. 5 and 6]. Both take each score as independent, which the 120 of one person are not. Here: each
-participant's own mean error, Friedman and Wilcoxon's signed ranks, intervals by bootstrap over participants.
+The publications print the mean absolute error of all scores with its standard error (n = 2,400), Student's t [1, Fig.
+7] and Steel-Dwass [2, Fig. 5 and 6]. Both take each score as independent, which the 120 of one person are not. Here:
+each participant's mean error, Friedman and Wilcoxon's signed ranks, intervals by bootstrap over participants.
 
 [1], [2] as in `tactogram.datasets.ratings.words`.
 """
@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
 
@@ -29,26 +29,28 @@ from tactogram.statistics.comparison import (
     student_t,
 )
 from tactogram.statistics.multiplicity import holm
-from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, section_of, verdict_of
+from tactogram.study.analysis.findings import (
+    AnalysisSection,
+    Finding,
+    Role,
+    numeric_answers,
+    section_of,
+    verdict_of,
+)
 from tactogram.study.analysis.item_contrasts import item_contrasts
 from tactogram.study.analysis.ordinal import ordinal_findings
 from tactogram.study.analysis.paired import holm_paired
-from tactogram.study.answers import Answers, Targets
+from tactogram.study.answers import Answer, Answers, Targets
 
 Numbers = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class AnswerErrors:
-    """Errors of answers, or the scores where there is no target.
+    """Errors of answers, or the scores without targets.
 
-    Parameters
-    ----------
-    conditions, words, participants : tuple of str
-    values : mapping from (condition, word) to float64 array, shape (answer,)
-    people : float64 array, shape (participant, condition, word)
-        Means of each participant, NaN where there is none.
-    measure : str
+    ``values`` by condition and word have shape (answer,); ``people``, the means of each participant, have shape
+    (participant, condition, word), with NaN where there is none.
     """
 
     conditions: tuple[str, ...]
@@ -59,9 +61,17 @@ class AnswerErrors:
     measure: str
 
     def of(self, condition: str) -> Numbers:
-        """Return all errors under a condition."""
-        held = [self.values[condition, word] for word in self.words if (condition, word) in self.values]
-        return np.concatenate(held)
+        """Return all errors in a condition."""
+        return np.concatenate(list(self.by_word(condition).values()))
+
+    def by_word(self, condition: str) -> dict[str, Numbers]:
+        """Return the errors in a condition by word."""
+        return {word: self.values[condition, word] for word in self.words if (condition, word) in self.values}
+
+    @property
+    def difference(self) -> str:
+        """Measure of a difference between conditions."""
+        return f"difference of {self.measure}"
 
 
 def analyse_words(
@@ -73,11 +83,11 @@ def analyse_words(
     margin: float | None = None,
     draws: int = 2000,
 ) -> AnalysisSection:
-    """Return what is said of scores of words under conditions.
+    """Return the analysis of scores of words by condition.
 
     Confirmatory is Friedman's test over the conditions, of two Wilcoxon's signed ranks, on each participant's mean over
-    words, and between every two conditions Wilcoxon's with Holm's correction. With one condition each item is held
-    against the mean of the others, by participant.
+    words, and between every two conditions Wilcoxon's with Holm's correction. With one condition each item is compared
+    with the mean of the others, by participant.
 
     Parameters
     ----------
@@ -86,21 +96,20 @@ def analyse_words(
     rng : numpy Generator
         For the bootstrap.
     targets : mapping, optional
-        What scores are held against: errors are analysed. Without any, the scores themselves are.
+        Target scores, whose errors are analysed; without any, the scores themselves are.
     reference : str, optional
-        Instead of ``targets``: the condition of these answers whose mean scores are the targets.
+        Condition whose mean scores are the targets instead.
     margin : float, optional
-        Of the mean absolute error (or score), in points, given before the answers were seen.
-    draws : int
+        Of the mean absolute error (or score), in points, set before the answers were seen.
 
     Raises
     ------
     DataError
         If no answer is a number, the reference is no condition, or a stimulus or word has no target.
     """
-    kept, notes = answered(answers, "rating")
+    kept, notes = numeric_answers(answers, "rating")
     if reference is not None:
-        kept, targets = _against(kept, reference)
+        kept, targets = _reference_targets(kept, reference)
     errors = errors_of(kept, targets)
     rows, overall = _table(kept, errors, rng, draws)
     findings = _by_participant(errors, margin) + _printed(errors) + _per_word(errors, margin)
@@ -111,7 +120,7 @@ def analyse_words(
     else:
         notes += ("one condition: items are held against each other, and nothing is confirmatory",)
         if targets is None:
-            findings += item_contrasts(kept, f"difference of {errors.measure}", margin=margin, per_word=True)
+            findings += item_contrasts(kept, errors.difference, margin=margin, per_word=True)
     if targets is None:
         notes += ("no target scores were given: scores are compared, not their errors",)
     return section_of(
@@ -125,36 +134,35 @@ def analyse_words(
 
 
 def errors_of(answers: Answers, targets: Targets | None) -> AnswerErrors:
-    """Return the absolute errors of scores to their targets; the scores, without targets.
+    """Return the absolute errors of scores to their targets, or the scores without targets.
 
     Raises
     ------
     DataError
-        Naming the first stimulus or word that has no target.
+        Naming the first stimulus or word without a target.
     """
+    if targets is not None:
+        answers = Answers(
+            tuple(replace(row, value=abs(row.value - _target(targets, row))) for row in answers)
+        )
     conditions = tuple(sorted(answers.unique("condition"), key=_by_size))
     words = tuple(sorted(answers.unique("question"), key=_as_listed))
     people = answers.unique("participant")
     place = {name: number for number, name in enumerate(people)}
-    held: dict[tuple[str, str], list[float]] = {}
-    cells: dict[tuple[int, str, str], list[float]] = {}
-    for row in answers:
-        value = (
-            row.value if targets is None else abs(row.value - _target(targets, row.stimulus, row.question))
-        )
-        held.setdefault((row.condition, row.question), []).append(value)
-        cells.setdefault((place[row.participant], row.condition, row.question), []).append(value)
     means = np.full((len(people), len(conditions), len(words)), np.nan)
-    for (person, condition, word), values in cells.items():
-        means[person, conditions.index(condition), words.index(word)] = np.mean(values)
+    for (person, condition, word), values in answers.values_by(
+        "participant", "condition", "question"
+    ).items():
+        means[place[person], conditions.index(condition), words.index(word)] = np.mean(values)
+    cells = {
+        (c, w): np.array(values) for (c, w), values in answers.values_by("condition", "question").items()
+    }
     measure = "score, points" if targets is None else "mean absolute error, points"
-    return AnswerErrors(
-        conditions, words, people, {key: np.array(v) for key, v in held.items()}, means, measure
-    )
+    return AnswerErrors(conditions, words, people, cells, means, measure)
 
 
 def _by_size(name: str) -> tuple[float, str]:
-    """Return what sorts conditions: names first, then numbers by size."""
+    """Return the sort key of conditions: names first, then numbers by size."""
     try:
         return float(name.replace(",", "")), name
     except ValueError:
@@ -162,29 +170,29 @@ def _by_size(name: str) -> tuple[float, str]:
 
 
 def _as_listed(word: str) -> tuple[int, str]:
-    """Return what sorts words: the ten words as the publications list them, then others by name."""
+    """Return the sort key of words: the ten words as the publications list them, then others by name."""
     return (WORDS.index(word), "") if word in WORDS else (len(WORDS), word)
 
 
-def _target(targets: Targets, stimulus: str, word: str) -> float:
+def _target(targets: Targets, row: Answer) -> float:
     try:
-        return float(targets[stimulus][word])
+        return float(targets[row.stimulus][row.question])
     except KeyError:
         raise DataError(
-            f"targets: must have a score of {stimulus!r} for {word!r}, have {len(targets)} stimuli "
+            f"targets: must have a score of {row.stimulus!r} for {row.question!r}, have {len(targets)} stimuli "
             f"({', '.join(list(targets)[:5])})"
         ) from None
 
 
-def _against(answers: Answers, reference: str) -> tuple[Answers, Targets]:
-    given = answers.where(condition=reference)
-    if not len(given):
-        known = ", ".join(str(name) for name in answers.unique("condition"))
-        raise DataError(f"reference must be one of the conditions {known}, got {reference!r}")
-    sums: dict[str, dict[str, list[float]]] = {}
-    for row in given:
-        sums.setdefault(row.stimulus, {}).setdefault(row.question, []).append(row.value)
-    targets = {s: {w: float(np.mean(v)) for w, v in words.items()} for s, words in sums.items()}
+def _reference_targets(answers: Answers, reference: str) -> tuple[Answers, Targets]:
+    """Return the answers of the other conditions, and the mean scores of the reference."""
+    rated = answers.where(condition=reference)
+    if not len(rated):
+        conditions = ", ".join(answers.unique("condition"))
+        raise DataError(f"reference must be one of the conditions {conditions}, got {reference!r}")
+    targets: dict[str, dict[str, float]] = {}
+    for (stimulus, word), values in rated.values_by("stimulus", "question").items():
+        targets.setdefault(stimulus, {})[word] = float(np.mean(values))
     rest = answers.where(lambda row: row.condition != reference)
     if not len(rest):
         raise DataError(f"reference {reference!r} is the only condition: nothing is left to hold against it")
@@ -197,37 +205,34 @@ def _by_participant(errors: AnswerErrors, margin: float | None) -> list[Finding]
         return []
     means = dict(zip(errors.conditions, _nanmean(errors.people, 2).T, strict=True))
     found = friedman_wilcoxon(means)
-    findings = _friedman(found, "all words", "confirmatory", errors) if found.overall else []
+    findings = [_friedman(found, "all words", "confirmatory", errors)] if found.overall else []
     gaps = {}
     for first, second in combinations(errors.conditions, 2):
         apart = means[first] - means[second]
         count = len(errors.of(first)) + len(errors.of(second))
         gaps[f"{first} minus {second}"] = (apart[~np.isnan(apart)], count)
-    measure = f"difference of {errors.measure}"
-    return findings + holm_paired(gaps, measure, margin, ("check", "confirmatory"))
+    return findings + holm_paired(gaps, errors.difference, margin, ("check", "confirmatory"))
 
 
 def _friedman(
-    found: Comparison, of: str, role: Any, errors: AnswerErrors, p: float | None = None
-) -> list[Finding]:
+    found: Comparison, of: str, role: Role, errors: AnswerErrors, p: float | None = None
+) -> Finding:
     statistic, raw = found.overall or (0.0, 1.0)
     means = [group.mean for group in found.groups.values()]
     p = raw if p is None else p
-    return [
-        Finding(
-            of,
-            f"Friedman over {len(means)} conditions",
-            role,
-            f"largest difference of {errors.measure}",
-            max(means) - min(means),
-            p=p,
-            verdict=verdict_of(p),
-            participants=len(errors.participants) - found.left_out,
-            n=sum(len(values) for values in errors.values.values()),
-            statistic=statistic,
-            correction="none" if of == "all words" else "Holm over words",
-        )
-    ]
+    return Finding(
+        of,
+        f"Friedman over {len(means)} conditions",
+        role,
+        f"largest {errors.difference}",
+        max(means) - min(means),
+        p=p,
+        verdict=verdict_of(p),
+        participants=len(errors.participants) - found.left_out,
+        n=sum(len(values) for values in errors.values.values()),
+        statistic=statistic,
+        correction="none" if of == "all words" else "Holm over words",
+    )
 
 
 def _printed(errors: AnswerErrors) -> list[Finding]:
@@ -252,7 +257,7 @@ def _printed(errors: AnswerErrors) -> list[Finding]:
                 f"{of}, {pair.first} minus {pair.second}",
                 test.test,
                 "as printed",
-                f"difference of {errors.measure}",
+                errors.difference,
                 pair.difference,
                 p=pair.p,
                 verdict=verdict_of(pair.p),
@@ -286,21 +291,21 @@ def _per_word(errors: AnswerErrors, margin: float | None) -> list[Finding]:
     findings = []
     overall = holm([found.overall[1] if found.overall else 1.0 for found in friedmans.values()])
     for (word, found), p in zip(friedmans.items(), overall, strict=True):
-        findings += _friedman(found, word, "check", errors, p)
+        findings.append(_friedman(found, word, "check", errors, p))
     if gaps:
-        findings += holm_paired(gaps, f"difference of {errors.measure}", margin)
+        findings += holm_paired(gaps, errors.difference, margin)
     return findings
 
 
 def _table(
     kept: Answers, errors: AnswerErrors, rng: np.random.Generator, draws: int
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Return rows per condition and word, and per condition, with intervals by participant."""
+    """Return rows by condition and word, and by condition, with intervals by participant."""
     words = bootstrap_by_participant(errors.people, lambda t: _nanmean(t, 0), rng=rng, draws=draws)
     whole = bootstrap_by_participant(
         errors.people, lambda t: _nanmean(_nanmean(t, 2), 0), rng=rng, draws=draws
     )
-    others, again = _one_rater(kept), _retest(kept)
+    one_rater, retest = _one_rater(kept), _retest(kept)
     rows, overall = [], []
     for c, condition in enumerate(errors.conditions):
         values = errors.of(condition)
@@ -312,62 +317,59 @@ def _table(
                 "mean": float(whole[0][c]),
                 "low": float(whole[1][c]),
                 "high": float(whole[2][c]),
-                "se_as_printed": float(values.std(ddof=1) / np.sqrt(len(values)))
-                if len(values) > 1
-                else None,
+                "se_as_printed": _printed_se(values),
             }
         )
-        for w, word in enumerate(errors.words):
-            if (condition, word) in errors.values:
-                held = errors.values[condition, word]
-                rows.append(
-                    {
-                        "condition": condition,
-                        "word": word,
-                        "n": len(held),
-                        "mean": float(words[0][c, w]),
-                        "low": float(words[1][c, w]),
-                        "high": float(words[2][c, w]),
-                        "se_as_printed": float(held.std(ddof=1) / np.sqrt(len(held)))
-                        if len(held) > 1
-                        else None,
-                        "one_rater": others.get((condition, word)),
-                        "retest": again.get((condition, word)),
-                    }
-                )
+        for word, values in errors.by_word(condition).items():
+            w = errors.words.index(word)
+            rows.append(
+                {
+                    "condition": condition,
+                    "word": word,
+                    "n": len(values),
+                    "mean": float(words[0][c, w]),
+                    "low": float(words[1][c, w]),
+                    "high": float(words[2][c, w]),
+                    "se_as_printed": _printed_se(values),
+                    "one_rater": one_rater.get((condition, word)),
+                    "retest": retest.get((condition, word)),
+                }
+            )
     return rows, overall
 
 
+def _printed_se(values: Numbers) -> float | None:
+    return float(values.std(ddof=1) / np.sqrt(len(values))) if len(values) > 1 else None
+
+
 def _one_rater(kept: Answers) -> dict[tuple[str, str], float]:
-    """Return the mean absolute error of one participant to the mean of the others, of the same thing."""
-    cells: dict[tuple[str, str, str], dict[str, list[float]]] = {}
-    for row in kept:
-        key = (row.condition, row.question, row.stimulus)
-        cells.setdefault(key, {}).setdefault(row.participant, []).append(row.value)
-    found: dict[tuple[str, str], list[float]] = {}
-    for (condition, word, _), people in cells.items():
-        own = np.array([np.mean(values) for values in people.values()])
-        if len(own) > 1:
-            gaps = np.abs(own - (own.sum() - own) / (len(own) - 1))
-            found.setdefault((condition, word), []).append(float(gaps.mean()))
-    return {key: float(np.mean(values)) for key, values in found.items()}
+    """Return the mean absolute error of one participant to the mean of the others about the same item."""
+    cells: dict[tuple[str, str, str], list[float]] = {}
+    columns = ("condition", "question", "stimulus", "participant")
+    for (*item, _), values in kept.values_by(*columns).items():
+        cells.setdefault(tuple(item), []).append(float(np.mean(values)))
+    errors: dict[tuple[str, str], list[float]] = {}
+    for (condition, word, _), means in cells.items():
+        people = np.array(means)
+        if len(people) > 1:
+            gaps = np.abs(people - (people.sum() - people) / (len(people) - 1))
+            errors.setdefault((condition, word), []).append(float(gaps.mean()))
+    return {key: float(np.mean(values)) for key, values in errors.items()}
 
 
 def _retest(kept: Answers) -> dict[tuple[str, str], float]:
-    """Return the mean absolute difference of a participant's answers to the same thing, where it was repeated."""
-    cells: dict[tuple[str, str, str, str], list[float]] = {}
-    for row in kept:
-        cells.setdefault((row.condition, row.question, row.stimulus, row.participant), []).append(row.value)
-    found: dict[tuple[str, str], list[float]] = {}
+    """Return the mean absolute difference of a participant's repeated answers about the same item."""
+    differences: dict[tuple[str, str], list[float]] = {}
+    cells = kept.values_by("condition", "question", "stimulus", "participant")
     for (condition, word, *_), values in cells.items():
         if len(values) > 1:
             gaps = [abs(a - b) for a, b in combinations(values, 2)]
-            found.setdefault((condition, word), []).append(float(np.mean(gaps)))
-    return {key: float(np.mean(values)) for key, values in found.items()}
+            differences.setdefault((condition, word), []).append(float(np.mean(gaps)))
+    return {key: float(np.mean(values)) for key, values in differences.items()}
 
 
 def _nanmean(table: Numbers, axis: int) -> Numbers:
-    there = ~np.isnan(table)
+    present = ~np.isnan(table)
     with np.errstate(invalid="ignore"):
-        means: Numbers = np.where(there, table, 0).sum(axis) / there.sum(axis)
+        means: Numbers = np.where(present, table, 0).sum(axis) / present.sum(axis)
     return means

@@ -1,6 +1,6 @@
-"""Ratings: each of several words on a scale of steps, felt with or without an image in the line of sight.
+"""Ratings: several words on scales of steps, felt with or without an image in the line of sight.
 
-[1], [2] as in `tactogram.study.designs.word_scales`. Answers: a question per word, whose ``value`` is the step.
+[1], [2] as in `tactogram.study.designs.word_scales`. Answers: a question per word; ``value`` is the step.
 """
 
 from __future__ import annotations
@@ -56,13 +56,13 @@ class WordRating(WordScales):
     )
 
     def check(self, setting: DesignContext) -> None:
-        """Refuse a scale without length."""
+        """Raise `ParameterError` unless low < high."""
         if self.low >= self.high:
             raise ParameterError(f"rating needs low < high, got {self.low} and {self.high}")
 
     @classmethod
     def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
-        """Return the errors of scores to the plan's targets, or the scores, under each condition."""
+        """Return the errors of scores to the plan's targets, or the scores, by condition."""
         from tactogram.study.designs.rating.analysis import analyse_words
 
         return [
@@ -87,7 +87,7 @@ class WordRating(WordScales):
         """Return the size of images."""
         return {"image_mm": self.image_mm}
 
-    def asked_of(self, word: str, stimulus: Stimulus) -> PageQuestion:
+    def word_question(self, word: str, stimulus: Stimulus) -> PageQuestion:
         """Return the question about one word."""
         question = Question(
             id=word,

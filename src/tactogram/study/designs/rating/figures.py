@@ -1,4 +1,4 @@
-"""Figures of ratings: the means of conditions, and of each word under each."""
+"""Figures of ratings: the means of conditions, and of words by condition."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from tactogram.study.analysis.figures import title_of
 from tactogram.study.analysis.findings import SHOWN, AnalysisSection
 
 MOST_BRACKETS = 6
-"""Above it only those with the first condition are drawn."""
+"""With more, only those with the first condition are drawn."""
 
 
 def conditions_figure(section: AnalysisSection) -> Figure:
-    """Draw the mean of each condition as Fig. 7 and Fig. 5 do, bracketed where participants show a difference.
+    """Draw the mean of each condition like Fig. 7 and Fig. 5, with brackets where participants show a difference.
 
-    Bars have the standard error of all scores, as printed; brackets are of Wilcoxon's signed ranks by participant, with
+    Bars have the standard error of all scores, as printed; brackets follow Wilcoxon's signed ranks by participant, with
     Holm's correction.
     """
     measure, rows = next(iter(section.tables.items()))
@@ -46,9 +46,9 @@ def words_figure(section: AnalysisSection) -> Figure:
     width = 0.8 / len(conditions)
     colours = (GRAY, *AXIS_COLOURS)
     for k, condition in enumerate(conditions):
-        held = {row["word"]: row for row in rows if row["condition"] == condition}
+        by_word = {row["word"]: row for row in rows if row["condition"] == condition}
         table = np.array(
-            [[held[w][key] if w in held else np.nan for key in ("mean", "low", "high")] for w in words], float
+            [[by_word.get(w, {}).get(key, np.nan) for key in ("mean", "low", "high")] for w in words], float
         )
         at = np.arange(len(words)) + width * (k - (len(conditions) - 1) / 2)
         away = np.nan_to_num(np.abs(table[:, 1:] - table[:, :1]).T)
@@ -56,15 +56,12 @@ def words_figure(section: AnalysisSection) -> Figure:
             at, table[:, 0], 0.92 * width, yerr=away, color=colours[k % len(colours)], label=condition,
             error_kw={"lw": 0.8}, capsize=1.5,
         )  # fmt: skip
-    raters = [
-        np.nanmean(
-            [row["one_rater"] if row["one_rater"] is not None else np.nan for row in rows if row["word"] == w]
-        )
-        if any(row["word"] == w and row["one_rater"] is not None for row in rows)
-        else np.nan
-        for w in words
-    ]
     if "error" in name:
+        one_rater = {
+            w: [row["one_rater"] for row in rows if row["word"] == w and row["one_rater"] is not None]
+            for w in words
+        }
+        raters = [np.mean(values) if values else np.nan for values in one_rater.values()]
         axes.plot(
             range(len(words)), raters, "_", color=INK, ms=28, mew=1.5, label="one rater and the others' mean"
         )

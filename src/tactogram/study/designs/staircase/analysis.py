@@ -1,4 +1,4 @@
-"""Staircases: each participant's threshold by a psychometric function and by reversals, and that of people."""
+"""Analysis of staircases: thresholds by psychometric functions and by reversals, of each participant and over all."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import DataError
 from tactogram.statistics.summary import summary
-from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, section_of
+from tactogram.study.analysis.findings import AnalysisSection, Finding, Role, numeric_answers, section_of
 from tactogram.study.analysis.paired import paired_findings
 from tactogram.study.analysis.psychometric import PsychometricFit, fit_psychometric, reversal_threshold
 from tactogram.study.analysis.threshold import SETTLED_3_DOWN, Threshold, estimate_threshold, settled_share
@@ -18,7 +18,7 @@ from tactogram.study.answers import Answers
 from tactogram.study.designs.staircase.reversals import in_order, reversals_of
 
 ENOUGH_REVERSALS = 12
-"""With fewer the bias exceeds 0.3 dB where the function is as flat as four steps (docs/studies.md)."""
+"""With fewer, the bias exceeds 0.3 dB where the function is as flat as four steps (docs/studies.md)."""
 FITTED = "logistic fits of each participant, Student's t"
 
 
@@ -30,13 +30,12 @@ def analyse_staircases(
     guess: float = 0.5,
     share: float | None = None,
     draws: int = 200,
-    unit: str = "dB",
 ) -> AnalysisSection:
     """Return thresholds of two-alternative staircases, by participant and over all.
 
-    Confirmatory is the mean over participants of the thresholds that `estimate_threshold` finds, with an interval by
-    Student's t; between two staircases the paired difference. Means of reversals stand beside them as a check: they
-    err more, and lie higher the fewer there are.
+    Confirmatory is the mean over participants of the thresholds of `estimate_threshold`, with an interval by Student's
+    t; between two staircases the paired difference. Means of reversals are a check: they err more, and are higher the
+    fewer there are.
 
     Parameters
     ----------
@@ -45,22 +44,20 @@ def analyse_staircases(
     rng : numpy Generator
         For the bootstrap.
     margin : float, optional
-        Of a difference between two staircases, in their unit.
+        Of a difference between two staircases, dB.
     guess : float
         Share correct without any signal.
     share : float, optional
-        Share correct at the threshold; by default that at which the staircases settle by their own rule
-        (`settled_share`), .794 where that cannot be seen.
+        Share correct at the threshold; by default that at which the staircases settle by their rule
+        (`settled_share`), .794 if the rule is unknown.
     draws : int
-    unit : str
-        Of the intensities; the function is logistic over them as they are, so decibels.
 
     Raises
     ------
     DataError
-        If no answer has both a number and an outcome, or no threshold could be had.
+        If no answer has both a number and an outcome, or no threshold can be estimated.
     """
-    kept, notes = answered(answers.where(lambda row: row.correct is not None), "staircase")
+    kept, notes = numeric_answers(answers.where(lambda row: row.correct is not None), "staircase")
     tracks = {
         (staircase, person): in_order(own)
         for staircase, group in kept.by("condition").items()
@@ -74,31 +71,32 @@ def analyse_staircases(
             "staircase: must have reversals, or right and wrong answers at two intensities; no threshold could be had"
         )
     names = kept.unique("condition")
-    at = f"threshold at {share:.3f} correct, {unit}"
+    at = f"threshold at {share:.3f} correct, dB"
     findings: list[Finding] = []
-    for role, held, how, measure in (
+    estimates: tuple[tuple[Role, dict[tuple[str, str], float], str, str], ...] = (
         ("confirmatory", {key: fit.threshold for key, fit in fits.items()}, FITTED, at),
-        ("check", turned, "mean of reversals, Student's t over participants", f"threshold, {unit}"),
-    ):
+        ("check", turned, "mean of reversals, Student's t over participants", "threshold, dB"),
+    )
+    for role, thresholds, test, measure in estimates:
         for name in names:
-            values = np.array([value for (staircase, _), value in held.items() if staircase == name])
+            values = np.array([value for (staircase, _), value in thresholds.items() if staircase == name])
             if len(values):
-                findings.append(_mean(values, name, role, how, measure, kept))
-        findings += _between(held, names, role, unit, margin, len(kept))
+                findings.append(_mean(values, name, role, test, measure, kept))
+        findings += _between(thresholds, names, role, margin, len(kept))
     findings += [_pooled(name, kept, guess, share, rng, draws, at) for name in names if _fits(kept, name)]
     return section_of(
         kept,
         "Staircases",
         findings,
-        {f"thresholds, {unit}": [_row(key, own, fits, turned) for key, own in tracks.items()]},
+        {"thresholds, dB": [_row(key, own, fits, turned) for key, own in tracks.items()]},
         (*notes, *_notes(tracks, fits, turned, share)),
     )
 
 
 def _settled(tracks: Mapping[tuple[str, str], Answers]) -> float:
     """Return the share at which most staircases settle by their rule."""
-    found = [settled_share(own.numbers("value"), own.numbers("correct")) for own in tracks.values()]
-    known = [share for share in found if share is not None]
+    shares = [settled_share(own.numbers("value"), own.numbers("correct")) for own in tracks.values()]
+    known = [share for share in shares if share is not None]
     return float(np.median(known)) if known else SETTLED_3_DOWN
 
 
@@ -145,7 +143,7 @@ def _notes(
 ) -> tuple[str, ...]:
     outside = sum(not fit.inside for fit in fits.values())
     few = sum(int(reversals_of(own).sum()) < ENOUGH_REVERSALS for own in tracks.values())
-    said = {
+    counts = {
         f"{len(tracks) - len(fits)} staircases gave no fit": len(tracks) - len(fits),
         f"{outside} fitted thresholds lie outside the intensities that were shown": outside,
         f"{len(tracks) - len(turned)} staircases had too few reversals for a mean": len(tracks) - len(turned),
@@ -153,48 +151,46 @@ def _notes(
         "they settle, and thresholds come out high (docs/studies.md, Staircases)": few,
     }
     return (
-        *(text for text, count in said.items() if count),
+        *(text for text, count in counts.items() if count),
         f"thresholds are read at {share:.3f} correct, where 1 up n down settles (p**n = 1/2: .707 of 2 down, .794 of "
         "3 down): read elsewhere they lean on a slope that so few trials do not know",
     )
 
 
 def _mean(
-    values: NDArray[np.float64], name: str, role: Any, how: str, measure: str, kept: Answers
+    values: NDArray[np.float64], name: str, role: Role, test: str, measure: str, kept: Answers
 ) -> Finding:
     found = summary(values)
-    one = len(values) == 1
+    single = len(values) == 1
     return Finding(
         name,
-        how,
+        test,
         role,
         measure,
         found.mean,
-        None if one else found.low,
-        None if one else found.high,
+        None if single else found.low,
+        None if single else found.high,
         n=len(kept.where(condition=name)),
         participants=len(values),
-        note="one participant: no interval over people" if one else "",
+        note="one participant: no interval over people" if single else "",
     )
 
 
 def _between(
-    held: dict[tuple[str, str], float],
+    thresholds: dict[tuple[str, str], float],
     names: tuple[str, ...],
-    role: Any,
-    unit: str,
+    role: Role,
     margin: float | None,
     n: int,
 ) -> list[Finding]:
-    """Return the paired difference of two staircases."""
     if len(names) != 2:
         return []
-    people = [p for staircase, p in held if staircase == names[0] and (names[1], p) in held]
+    people = [p for staircase, p in thresholds if staircase == names[0] and (names[1], p) in thresholds]
     if len(people) < 2:
         return []
-    gaps = np.array([held[names[0], p] - held[names[1], p] for p in people])
+    gaps = np.array([thresholds[names[0], p] - thresholds[names[1], p] for p in people])
     return paired_findings(
-        gaps, "all", f"{names[0]} minus {names[1]}, {unit}", margin=margin, n=n, roles=(role, "check")
+        gaps, "all", f"{names[0]} minus {names[1]}, dB", margin=margin, n=n, roles=(role, "check")
     )
 
 
@@ -206,7 +202,7 @@ def _fits(kept: Answers, name: str) -> bool:
 def _pooled(
     name: str, kept: Answers, guess: float, share: float, rng: np.random.Generator, draws: int, at: str
 ) -> Finding:
-    """Return the function of all answers together, its interval by participants drawn with replacement."""
+    """Return the threshold of all answers together, with a bootstrap interval by participant."""
     groups = [in_order(own) for own in kept.where(condition=name).by("participant").values()]
     data = [(own.numbers("value"), own.numbers("correct")) for own in groups]
 

@@ -1,10 +1,10 @@
-"""Two alternatives and an intensity that follows the answers: transformed up-down staircases.
+"""Transformed up-down staircases with two alternatives.
 
 H. Levitt, "Transformed up-down methods in psychoacoustics", J. Acoust. Soc. Am. 49, 467-477 (1971): with 1 up and n
 down the intensity settles where p**n = 1/2: 70.7 % correct for 2 down, 79.4 % for 3 down.
 
 Answers to the question ``which``: ``condition`` is the staircase; ``side`` and ``answer`` are A or B; ``value`` is the
-intensity in dB above the level, ``correct`` the outcome; the further column ``reversals`` counts those before it.
+intensity in dB above the level, ``correct`` the outcome; the extra column ``reversals`` counts those before the trial.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError
-from tactogram.study.designs.design import Design, MarginScale, ab_question
+from tactogram.study.designs.design import Design, MarginScale, ab_question, check_standard
 from tactogram.study.orders import generator
 from tactogram.study.power.assumptions import PowerAssumptions
 from tactogram.study.stimuli import Stimulus
@@ -49,13 +49,12 @@ class StaircaseTrack:
     ----------
     intensity : float
         Of its next trial, dB.
-    trials : int
     reversals : tuple of float
-        Intensities at which it turned, dB.
+        Intensities of its reversals, dB.
     run : int
-        Answers that were correct (> 0) or wrong (< 0) since the intensity changed.
+        Number of correct (> 0) or wrong (< 0) answers since the intensity changed.
     heading : int
-        1 while going up, -1 while going down, 0 before the first change.
+        1 upwards, -1 downwards, 0 before the first change.
     """
 
     intensity: float
@@ -66,7 +65,7 @@ class StaircaseTrack:
 
 
 class Staircase(Design):
-    """Values of a 2AFC staircase; one for each target, mixed at random."""
+    """Settings of 2AFC staircases: one for each target, mixed at random."""
 
     title: ClassVar[str] = "Staircases"
     question_text: ClassVar[str] = "How weak may it be and still be felt?"
@@ -79,7 +78,7 @@ class Staircase(Design):
             (6, 12), (40, 80), "trials of each staircase", "paired t of thresholds by reversals",
         )
     }  # fmt: skip
-    """person_sd is of people's differences."""
+    """person_sd is the spread of people's differences."""
     columns: ClassVar[Mapping[str, str]] = {
         "value": "The intensity in dB",
         "staircase": "Which staircase",
@@ -89,38 +88,38 @@ class Staircase(Design):
 
     kind: Literal["staircase"] = "staircase"
     standard: str = ""
-    """Name of the stimulus beside each target; "" is silence, and what is found a detection threshold."""
+    """Name of the stimulus in the other interval; "" is silence, for detection thresholds."""
     start_db: float = Field(default=0.0, allow_inf_nan=False)
-    """Intensity of the first trial, dB above the level of the file."""
+    """Intensity of the first trial, dB above the study's level."""
     steps_db: tuple[float, ...] = (8.0, 4.0, 2.0)
-    """Size of a step before the first reversal, before the second, …; the last one stays."""
+    """Step before the first reversal, before the second, …; the last one remains."""
     up: int = Field(default=1, ge=1, le=10)
     """Wrong answers in a row after which the intensity rises."""
     down: int = Field(default=3, ge=1, le=10)
     """Correct answers in a row after which it falls."""
     reversals: int = Field(default=8, ge=2, le=100)
-    """After how many a staircase ends."""
+    """Number of reversals after which a staircase ends."""
     most_trials: int = Field(default=80, ge=1, le=10_000)
-    """After how many it ends anyway."""
+    """Number of trials after which it ends in any case."""
     lowest_db: float = Field(default=-80.0, allow_inf_nan=False)
     highest_db: float = Field(default=20.0, allow_inf_nan=False)
-    """Where it stays, as nothing weaker or stronger is played."""
+    """Limits of the intensity."""
     instructions: Wording = Wording(ja="AとBに触れてください。", en="Touch A and B.")
     which: Wording = Wording(ja="振動を感じたのはどちらですか。", en="Which one did you feel?")
 
     @model_validator(mode="after")
     def _in_range(self) -> Self:
         if not self.lowest_db <= self.start_db <= self.highest_db or self.lowest_db == self.highest_db:
-            raise ValueError("a staircase needs lowest_db <= start_db <= highest_db, and a way between them")
+            raise ValueError(
+                "a staircase needs lowest_db <= start_db <= highest_db and lowest_db < highest_db"
+            )
         if not self.steps_db or not all(0 < step < 1000 for step in self.steps_db):
             raise ValueError("steps_db must be > 0 dB, and there must be one at least")
         return self
 
     def check(self, setting: DesignContext) -> None:
-        """Refuse a standard that is not there, and targets that are not played."""
-        names = [stimulus.name for stimulus in setting.stimuli]
-        if self.standard and self.standard not in names:
-            raise ParameterError(f"standard must be one of {', '.join(names)}, got {self.standard!r}")
+        """Raise `ParameterError` for an unknown standard, and for targets without a signal."""
+        check_standard(self.standard, setting)
         for target in self._targets(setting):
             if not target.is_played:
                 raise ParameterError(
@@ -130,32 +129,32 @@ class Staircase(Design):
             raise ParameterError("a staircase needs a stimulus besides its standard, got none")
 
     def total(self, setting: DesignContext) -> int:
-        """Return the trials after which all have ended anyway."""
+        """Return the trials after which all have ended in any case."""
         return self.most_trials * len(self._targets(setting))
 
     def next_page(
-        self, setting: DesignContext, participant: Participant, given: Sequence[PageAnswers]
+        self, setting: DesignContext, participant: Participant, history: Sequence[PageAnswers]
     ) -> Page | None:
         """Return the next trial of one of the staircases that have not ended."""
         targets = self._targets(setting)
         tracks = {target.name: self.start() for target in targets}
-        # Drawn at once: the draws of a trial depend on its number alone.
+        # All at once: the draws of a trial depend on its number alone.
         draws = generator(setting.seed, participant.number, "staircase").random((self.total(setting), 2))
-        going = [target for target in targets if not self.ended(tracks[target.name])]
-        for one, draw in zip(given, draws, strict=False):
-            target, side = _drawn(going, draw)
-            track = self.after(tracks[target.name], correct=one.responses["which"] == side)
+        active = [target for target in targets if not self.ended(tracks[target.name])]
+        for answered, draw in zip(history, draws, strict=False):
+            target, side = _drawn(active, draw)
+            track = self.after(tracks[target.name], correct=answered.responses["which"] == side)
             tracks[target.name] = track
             if self.ended(track):
-                going = [other for other in going if other is not target]
-        if not going:
+                active = [other for other in active if other is not target]
+        if not active:
             return None
-        target, side = _drawn(going, draws[len(given)])
-        return self._page(setting, target, side, tracks[target.name], len(given) + 1)
+        target, side = _drawn(active, draws[len(history)])
+        return self._page(setting, target, side, tracks[target.name], len(history) + 1)
 
     @classmethod
     def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
-        """Return the thresholds, of each participant and over all."""
+        """Return the thresholds of each participant and over all."""
         from tactogram.study.designs.staircase.analysis import analyse_staircases
 
         margin = plan.margins.get("staircase")
@@ -170,13 +169,13 @@ class Staircase(Design):
 
     @classmethod
     def power_method(cls, kind: str) -> PowerMethod:
-        """Return that of staircases."""
+        """Return the method of staircases."""
         from tactogram.study.designs.staircase.power import Staircases
 
         return Staircases()
 
     def power_options(self, setting: DesignContext) -> dict[str, Any]:
-        """Return the trials after which a staircase typically ends."""
+        """Return the typical number of trials of a staircase."""
         from tactogram.study.designs.staircase.power import typical_trials
 
         return {"trials": (typical_trials(self),)}
@@ -186,20 +185,20 @@ class Staircase(Design):
         """Return the share correct at the intensity of a trial: a cumulative normal above guessing, with lapses."""
         from scipy.special import ndtr
 
-        asked = page.asked[0]
-        above = asked.values["A"] - participant.threshold_db - participant.shift(asked)
+        question = page.questions[0]
+        above = question.values["A"] - participant.threshold_db - participant.shift(question)
         return float(0.5 + (0.5 - participant.effect.lapse) * ndtr(above / participant.effect.spread_db))
 
     def start(self) -> StaircaseTrack:
-        """Return a staircase before its first trial."""
+        """Return the track before its first trial."""
         return StaircaseTrack(self.start_db)
 
     def ended(self, track: StaircaseTrack) -> bool:
-        """Return whether a staircase is at its end."""
+        """Return whether a track is complete."""
         return len(track.reversals) >= self.reversals or track.trials >= self.most_trials
 
     def after(self, track: StaircaseTrack, *, correct: bool) -> StaircaseTrack:
-        """Return where a staircase stands after one more answer."""
+        """Return the track after one more answer."""
         run = max(track.run, 0) + 1 if correct else min(track.run, 0) - 1
         heading = -1 if run >= self.down else 1 if -run >= self.up else 0
         if heading == 0:
@@ -217,12 +216,14 @@ class Staircase(Design):
     def _page(
         self, setting: DesignContext, target: Stimulus, side: str, track: StaircaseTrack, trial: int
     ) -> Page:
-        standard = next((s for s in setting.stimuli if s.name == self.standard), None)
-        found, beside = (
-            PresentedStimulus("A" if side == "A" else "B", target, track.intensity),
-            PresentedStimulus("B" if side == "A" else "A", standard),
+        standard = setting.stimulus(self.standard)
+        slots: tuple[PresentedStimulus, ...] = (
+            PresentedStimulus("A", target, track.intensity),
+            PresentedStimulus("B", standard),
         )
-        asked = PageQuestion(
+        if side == "B":
+            slots = PresentedStimulus("A", standard), PresentedStimulus("B", target, track.intensity)
+        question = PageQuestion(
             ab_question("which", self.which),
             side=side,
             right=side,
@@ -238,15 +239,15 @@ class Staircase(Design):
             trial=trial,
             repeat=track.trials + 1,
             total=self.total(setting),
-            presented=(found, beside) if side == "A" else (beside, found),
+            presented=slots,
             text=self.instructions,
-            asked=(asked,),
+            questions=(question,),
             more={"staircase": target.name, "reversals": str(len(track.reversals))},
             layout={"presentation": "intervals", "at_most": True},
         )
 
 
-def _drawn(going: Sequence[Stimulus], draw: np.ndarray) -> tuple[Stimulus, str]:
-    """Return which staircase a trial belongs to, of those that have not ended, and where its target is."""
+def _drawn(active: Sequence[Stimulus], draw: np.ndarray) -> tuple[Stimulus, str]:
+    """Return the target of a trial, of the staircases that have not ended, and its slot."""
     which, side = draw
-    return going[int(which * len(going))], "A" if side < 0.5 else "B"
+    return active[int(which * len(active))], "A" if side < 0.5 else "B"

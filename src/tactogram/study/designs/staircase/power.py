@@ -1,4 +1,4 @@
-"""Power of staircases: many of simulated participants at once, and how well reversals find a threshold."""
+"""Power of staircases: many simulated observers at once, with thresholds by reversals."""
 
 from __future__ import annotations
 
@@ -16,25 +16,27 @@ if TYPE_CHECKING:
 Numbers = NDArray[np.float64]
 STEPS_DB = (8.0, 4.0, 2.0)
 BELOW_START_DB = 20.0
-"""Where a typical observer's function has its middle, as the tables assume it."""
+"""Middle of a typical observer's function in the tables, below the start."""
 
 
 class Staircases(PowerMethod):
     """Paired differences of two thresholds by reversals."""
 
     def shares(self, rng: np.random.Generator, batch: StudyBatch, truths: Truths) -> dict[str, float]:
-        """Return power of the paired difference; with ``type_1`` the error of a threshold, dB."""
+        """Return power of the paired difference; for ``type_1`` the error of a threshold, dB."""
         found: dict[str, float] = {}
         for name, truth in truths.items():
             level = rng.normal(-BELOW_START_DB, 4.0, batch.shape)
             gaps = rng.normal(truth, batch.assumed.person_sd, level.shape)
             both = np.stack([level, level + gaps], -1)
             thresholds = simulated_thresholds(both, batch.trials, slope=batch.assumed.trial_sd, rng=rng)
-            got = thresholds[..., 1] - thresholds[..., 0]
-            p = np.asarray(stats.ttest_1samp(got, 0.0, axis=1).pvalue)
+            estimates = thresholds[..., 1] - thresholds[..., 0]
+            p = np.asarray(stats.ttest_1samp(estimates, 0.0, axis=1).pvalue)
             found[name] = float((p < batch.alpha).mean())
             if name == "type_1":
-                found["equivalence"] = float((within_ps(got, batch.assumed.margin) < batch.alpha).mean())
+                found["equivalence"] = float(
+                    (within_ps(estimates, batch.assumed.margin) < batch.alpha).mean()
+                )
                 found["threshold_error_db"] = float((thresholds - both).std())
         return found
 
@@ -45,42 +47,28 @@ def simulated_thresholds(
     *,
     slope: float,
     rng: np.random.Generator,
-    down: int = 3,
-    start_db: float = 0.0,
-    leave_out: int = 2,
 ) -> Numbers:
-    """Return the mean of reversals of 1 up n down staircases with two alternatives, for every observer.
+    """Return the mean of reversals of 1 up 3 down staircases with two alternatives, for each simulated observer, dB.
+
+    Without the first two reversals; the last intensity where there are too few.
 
     Parameters
     ----------
     place : float64 array, any shape
-        Middle of each simulated observer's logistic function, dB.
-    trials : int
-        Of each staircase.
+        Middle of each observer's logistic function, dB above the start.
     slope : float
         Of the function, per dB.
-    rng : numpy Generator
-    down : int
-        Right answers in a row before the intensity falls.
-    start_db : float
-    leave_out : int
-        First reversals that are not counted.
-
-    Returns
-    -------
-    float64 array, shape of ``place``
-        dB; the last intensity where there are too few reversals.
     """
-    x = np.full(place.shape, start_db)
+    x = np.zeros(place.shape)
     run, heading, turned, counted = (np.zeros(place.shape, int) for _ in range(4))
     total = np.zeros(place.shape)
     for _ in range(trials):
         right = rng.random(place.shape) < 0.5 + 0.5 * special.expit(slope * (x - place))
         run = np.where(right, run + 1, 0)
-        move = np.where(~right, 1, np.where(run >= down, -1, 0))
+        move = np.where(~right, 1, np.where(run >= 3, -1, 0))
         reversal = (move != 0) & (heading != 0) & (move != heading)
         turned += reversal
-        taken = reversal & (turned > leave_out)
+        taken = reversal & (turned > 2)
         total += np.where(taken, x, 0.0)
         counted += taken
         x = x + move * np.asarray(STEPS_DB)[np.minimum(turned, len(STEPS_DB) - 1)]
@@ -89,20 +77,14 @@ def simulated_thresholds(
     return np.where(counted > 1, total / np.maximum(counted, 1), x)
 
 
-def typical_trials(design: Staircase, *, slope: float = 0.5, observers: int = 200, seed: int = 0) -> int:
-    """Return after how many trials a staircase of a study ends: the median of simulated observers.
+def typical_trials(design: Staircase, *, slope: float = 0.5) -> int:
+    """Return the median number of trials of a study's staircase over 200 simulated observers.
 
-    Parameters
-    ----------
-    design : Staircase
-        It ends after so many reversals, which is mostly long before the most trials.
-    slope : float
-        Of the observers' logistic function, per dB.
-    observers, seed : int
+    ``slope`` is that of their logistic function, per dB.
     """
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     middle, trials = design.start_db - BELOW_START_DB, []
-    for _ in range(observers):
+    for _ in range(200):
         track = design.start()
         while not design.ended(track):
             right = rng.random() < 0.5 + 0.5 * special.expit(slope * (track.intensity - middle))

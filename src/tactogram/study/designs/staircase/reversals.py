@@ -1,4 +1,4 @@
-"""The answers of one staircase in order, and where it turned."""
+"""Answers of one staircase in order, and its reversals."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from tactogram.study.answers import Answers
 
 
 def reversals_of(own: Answers) -> NDArray[np.bool_]:
-    """Return which trials of one staircase turned it, bool, shape (trial,).
+    """Return which trials of one staircase are reversals: bool, shape (trial,).
 
-    From the column ``reversal`` (true), else from ``reversals`` (how many there were before the trial), else from the
-    steps of the intensity. Of these two the last trial's follows from what made the staircase turn before.
+    From the column ``reversal`` (true), else from ``reversals`` (their number before the trial), else from the steps of
+    the intensity. For the latter two, whether the last trial is one follows from the rule of the earlier ones.
     """
     if "reversal" in own.extra_columns:
         return np.array([text.casefold() in ("true", "1") for text in own.column("reversal")])
@@ -32,7 +32,7 @@ def reversals_of(own: Answers) -> NDArray[np.bool_]:
 
 
 def _ends_turning(values: NDArray[np.float64], right: NDArray[np.float64]) -> bool:
-    """Return whether the last answer turned the staircase: against its heading, after as many as moved it before."""
+    """Return whether the last answer is a reversal: against the heading, after as many answers as earlier moves."""
     steps = np.sign(np.diff(values))
     moves = np.flatnonzero(steps).tolist()
     direction = -1 if right[-1] else 1
@@ -44,7 +44,7 @@ def _ends_turning(values: NDArray[np.float64], right: NDArray[np.float64]) -> bo
 
 
 def _run(right: NDArray[np.float64]) -> int:
-    """Return how many answers at the end were alike."""
+    """Return the number of equal answers at the end."""
     other = np.flatnonzero(right != right[-1])
     return len(right) - (int(other[-1]) + 1 if len(other) else 0)
 

@@ -1,13 +1,13 @@
-"""Two areas side by side, one real and one generated: which is which, and how real each is.
+"""Two areas side by side, one recorded and one generated: which is generated, and how real is each.
 
 The experiment of Saga, Agatsuma, Vasilache and Takahashi, "Machine Learning-based Classification and Generation of
 Vibrotactile Information" (Sec. IV-A), by the method of Ujitoko et al.: "Either tactile sensation derived from training
 data or the generated data is presented in A or B"; a target moves at 500 mm/s and the finger follows; after that the
 real texture is stroked and a 100 mm visual analogue scale is marked for each. Ten trials for each of nine textures.
 
-Answers to the question ``which``: ``stimulus`` and ``condition`` are the version asked for, ``other`` is the same
-texture in the other version; ``side`` and ``answer`` are A or B; ``value`` is 1 if correct, else 0. To ``realism``: the
-version that is rated; ``value`` is the mark in mm, ``side`` where it was.
+Answers to the question ``which``: ``stimulus`` and ``condition`` are those of the target, ``other`` is the same texture
+in the other version; ``side`` and ``answer`` are A or B; ``value`` is 1 if correct, else 0. To ``realism``: those of
+the rated version; ``value`` is the mark in mm, ``side`` its slot.
 """
 
 from __future__ import annotations
@@ -42,11 +42,10 @@ if TYPE_CHECKING:
     from tactogram.study.study_analysis import AnalysisPlan
 
 WHICH, REALISM = "which", "realism"
-"""Its questions."""
 
 
 class TwoArea(Design):
-    """Values of a two-area test; the defaults are those of the paper."""
+    """Settings of a two-area test; the defaults are those of the paper."""
 
     title: ClassVar[str] = "Two areas"
     question_text: ClassVar[str] = "Which of two areas is generated, and how real is each?"
@@ -69,9 +68,9 @@ class TwoArea(Design):
 
     kind: Literal["two_area"] = "two_area"
     asked_for: str = "generated"
-    """The condition that is to be found."""
+    """Condition of the target."""
     against: str = "recorded"
-    """The condition beside it."""
+    """Condition of the other area."""
     repeats: int = Field(default=10, ge=1, le=1000)
     """Trials of each texture (Sec. IV-A: "Ten trials were performed for each texture")."""
     sides: Literal["random", "balanced"] = "random"
@@ -101,7 +100,7 @@ class TwoArea(Design):
     most: Wording = Wording(ja="本物そのもの", en="just like the real one")
 
     def check(self, setting: DesignContext) -> None:
-        """Refuse a texture that lacks one of the two conditions."""
+        """Raise `ParameterError` for a texture that lacks one of the two conditions."""
         pairs = pairs_by_item(setting.stimuli, self.asked_for, self.against)
         paired = {stimulus.item for pair in pairs for stimulus in pair}
         for stimulus in setting.stimuli:
@@ -116,16 +115,16 @@ class TwoArea(Design):
         return self.repeats * len(pairs_by_item(setting.stimuli, self.asked_for, self.against))
 
     def next_page(
-        self, setting: DesignContext, participant: Participant, given: Sequence[PageAnswers]
+        self, setting: DesignContext, participant: Participant, history: Sequence[PageAnswers]
     ) -> Page | None:
         """Return the next of the two pages of each trial."""
         trials = self._trials(setting, participant.number)
-        done, step = divmod(len(given), 2 if self.realism else 1)
+        done, step = divmod(len(history), 2 if self.realism else 1)
         if done == len(trials):
             return None
         block, repeat, pair, side = trials[done]
-        asked_for, against = pair
-        a, b = (asked_for, against) if side == "A" else (against, asked_for)
+        target, other = pair
+        a, b = pair if side == "A" else pair[::-1]
         return Page(
             token=f"trial-{done + 1}.{step + 1}",
             kind=self.kind,
@@ -135,12 +134,10 @@ class TwoArea(Design):
             repeat=repeat,
             total=len(trials),
             presented=(PresentedStimulus("A", a), PresentedStimulus("B", b)),
-            text=self.instructions
-            if step == 0
-            else self.reference.filled(item=setting.names.get(a.item, a.item)),
-            asked=(self._which(asked_for, against, side),)
-            if step == 0
-            else (self._real("A", a, b), self._real("B", b, a)),
+            text=self.reference.filled(item=setting.names.get(a.item, a.item)) if step else self.instructions,
+            questions=(self._realism("A", a, b), self._realism("B", b, a))
+            if step
+            else (self._which(target, other, side),),
             layout={
                 "target_speed_mm_s": self.speed_mm_s,
                 "area_mm": list(self.area_mm),
@@ -150,13 +147,7 @@ class TwoArea(Design):
 
     @classmethod
     def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
-        """Return the share correct, and the difference of the marks for realism.
-
-        Raises
-        ------
-        DataError
-            If answers are to another question, or realism was not marked in two conditions by two participants.
-        """
+        """Return the share correct, and the difference of the marks for realism."""
         from tactogram.statistics.shares import d_prime_2afc
         from tactogram.study.analysis.discrimination import analyse_discrimination
         from tactogram.study.designs.two_area.realism import analyse_realism
@@ -193,34 +184,33 @@ class TwoArea(Design):
     def _trials(
         self, setting: DesignContext, number: int
     ) -> list[tuple[int, int, tuple[Stimulus, Stimulus], str]]:
-        """Return (block, repeat, pair, side of what is asked for) of each trial."""
+        """Return (block, repeat, pair, side of the target) of each trial."""
         pairs = pairs_by_item(setting.stimuli, self.asked_for, self.against)
         order = ordered(
             range(len(pairs)), rule=setting.order, repeats=self.repeats, seed=setting.seed, participant=number
         )
         rng = generator(setting.seed, number, "sides")
         if self.sides == "random":
-            drawn = [["A", "B"][i] for i in rng.integers(2, size=len(order))]
+            drawn = rng.integers(2, size=len(order))
             return [
-                (block, repeat, pairs[i], side) for (block, repeat, i), side in zip(order, drawn, strict=True)
+                (block, repeat, pairs[i], "AB"[k]) for (block, repeat, i), k in zip(order, drawn, strict=True)
             ]
         sides = [balanced_sides(self.repeats, rng) for _ in pairs]
         return [(block, repeat, pairs[i], sides[i][repeat - 1]) for block, repeat, i in order]
 
-    def _which(self, asked_for: Stimulus, against: Stimulus, side: str) -> PageQuestion:
-        other = "B" if side == "A" else "A"
+    def _which(self, target: Stimulus, other: Stimulus, side: str) -> PageQuestion:
         return PageQuestion(
             ab_question(WHICH, self.which),
             side=side,
             right=side,
-            stimulus=asked_for.item,
-            condition=asked_for.condition,
-            other=against.item,
-            other_condition=against.condition,
-            values={side: 1.0, other: 0.0},
+            stimulus=target.item,
+            condition=target.condition,
+            other=other.item,
+            other_condition=other.condition,
+            values={slot: float(slot == side) for slot in "AB"},
         )
 
-    def _real(self, slot: Slot, judged: Stimulus, beside: Stimulus) -> PageQuestion:
+    def _realism(self, slot: Slot, rated: Stimulus, other: Stimulus) -> PageQuestion:
         question = Question(
             id=REALISM,
             text=self.real,
@@ -234,8 +224,8 @@ class TwoArea(Design):
             question,
             slot=slot,
             side=slot,
-            stimulus=judged.item,
-            condition=judged.condition,
-            other=beside.item,
-            other_condition=beside.condition,
+            stimulus=rated.item,
+            condition=rated.condition,
+            other=other.item,
+            other_condition=other.condition,
         )

@@ -37,7 +37,7 @@ def realism_figure(section: AnalysisSection) -> Figure:
 
 
 def _forest(axes: Axes, findings: Sequence[Finding]) -> None:
-    """Draw estimates with intervals below each other, and the margin."""
+    """Draw estimates with intervals as rows, and the margin."""
     for k, finding in enumerate(findings):
         last = finding.of == "all"
         if finding.low is not None and finding.high is not None:

@@ -1,4 +1,4 @@
-"""Marks on a visual analogue scale under two conditions that the same people met.
+"""Marks on a visual analogue scale under two conditions, by the same people.
 
 As printed (Saga et al., Fig. 13): Student's t per texture, every mark taken as independent. Here: differences of each
 participant's means, paired.
@@ -15,13 +15,20 @@ from tactogram.errors import DataError
 from tactogram.statistics.clustered import mixed_difference
 from tactogram.statistics.comparison import student_t
 from tactogram.statistics.summary import summary
-from tactogram.study.analysis.findings import AnalysisSection, Finding, answered, section_of, verdict_of
+from tactogram.study.analysis.findings import (
+    AnalysisSection,
+    Finding,
+    estimate_finding,
+    numeric_answers,
+    section_of,
+    verdict_of,
+)
 from tactogram.study.analysis.paired import holm_paired, paired_findings
 from tactogram.study.answers import Answers
 
 
-def analyse_realism(answers: Answers, *, margin: float | None = None, unit: str = "mm") -> AnalysisSection:
-    """Return what is said of marks in two conditions.
+def analyse_realism(answers: Answers, *, margin: float | None = None) -> AnalysisSection:
+    """Return the analysis of marks in two conditions.
 
     Confirmatory is the paired t-test of the participants' means over all textures.
 
@@ -30,28 +37,26 @@ def analyse_realism(answers: Answers, *, margin: float | None = None, unit: str 
     answers : Answers
         ``value`` is the mark, ``condition`` one of two, ``stimulus`` the texture.
     margin : float, optional
-        In the unit of the scale, given before the answers were seen.
-    unit : str
-        Of the marks.
+        In mm, set before the answers were seen.
 
     Raises
     ------
     DataError
-        If there are not two conditions, or no two participants who met both.
+        If there are not two conditions, or fewer than two participants answered both.
     ParameterError
         If the margin is not > 0.
     """
-    kept, notes = answered(answers, "realism")
-    names = tuple(sorted(set(kept.column("condition"))))
+    kept, notes = numeric_answers(answers, "realism")
+    names = tuple(sorted(kept.unique("condition")))
     if len(names) != 2:
         raise DataError(
             f"realism: must have two conditions to compare, got {len(names)} ({', '.join(names) or 'none'})"
         )
-    measure = f"{names[0]} minus {names[1]}, {unit}"
+    measure = f"{names[0]} minus {names[1]}, mm"
     whole = _differences(kept, names)
     if len(whole) < 2:
         raise DataError(f"realism: two participants must have met both conditions, got {len(whole)}")
-    if left := len(set(kept.column("participant"))) - len(whole):
+    if left := kept.people - len(whole):
         notes += (f"{left} participants who met one condition only are left out",)
     values = np.array(list(whole.values()))
     findings = [
@@ -66,16 +71,14 @@ def analyse_realism(answers: Answers, *, margin: float | None = None, unit: str 
         kept,
         f"Realism: {names[0]} and {names[1]}",
         (*findings, *per),
-        {f"marks per texture, {unit}": rows},
+        {"marks per texture, mm": rows},
         notes,
     )
 
 
 def _differences(kept: Answers, names: tuple[str, ...]) -> dict[str, float]:
-    """Return each participant's difference: textures that both conditions have, each weighing the same."""
-    cells: dict[tuple[str, str, str], list[float]] = {}
-    for row in kept:
-        cells.setdefault((row.participant, row.stimulus, row.condition), []).append(row.value)
+    """Return each participant's difference over the textures with both conditions, with equal weights."""
+    cells = kept.values_by("participant", "stimulus", "condition")
     per: dict[str, list[float]] = {}
     for (person, item, condition), marks in cells.items():
         if condition == names[0] and (person, item, names[1]) in cells:
@@ -86,21 +89,8 @@ def _differences(kept: Answers, names: tuple[str, ...]) -> dict[str, float]:
 def _mixed(kept: Answers, names: tuple[str, ...], measure: str) -> Finding:
     first = np.array([row.condition == names[0] for row in kept])
     found = mixed_difference(kept.numbers(), first, kept.column("participant"), kept.column("stimulus"))
-    return Finding(
-        "all",
-        "linear mixed model, participants and textures at random",
-        "check",
-        measure,
-        found.estimate,
-        found.low,
-        found.high,
-        found.p,
-        verdict_of(found.p),
-        len(kept),
-        len(set(kept.column("participant"))),
-        found.statistic,
-        note=found.note,
-    )
+    test = "linear mixed model, participants and textures at random"
+    return estimate_finding("all", test, measure, found, n=len(kept), participants=kept.people)
 
 
 def _textures(
@@ -129,7 +119,7 @@ def _textures(
                     p=pair.p,
                     verdict=verdict_of(pair.p),
                     n=len(group),
-                    participants=len(set(group.column("participant"))),
+                    participants=group.people,
                     statistic=pair.statistic,
                 )
             )
