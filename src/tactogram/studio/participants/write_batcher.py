@@ -40,7 +40,7 @@ class WriteBatcher:
                 writes = [write for write, _ in batch]
                 try:
                     results = await anyio.to_thread.run_sync(
-                        self._file.together, writes, limiter=self._thread
+                        self._file.write_together, writes, limiter=self._thread
                     )
                 except Exception as error:
                     # Fails all of them: the disk is full, the session was closed, there is no thread.
