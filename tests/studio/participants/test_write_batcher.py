@@ -116,7 +116,7 @@ def test_what_fails_for_all_is_told_to_all_and_the_next_are_stored(session, monk
 
     async def run():
         with monkeypatch.context() as change:
-            change.setattr(session.store, "together", full)
+            change.setattr(session.store, "write_together", full)
             failed = await asyncio.gather(*await begun(session, *writes), return_exceptions=True)
         return failed, await session.writes.store(writes[0])
 
