@@ -1,6 +1,6 @@
 /**
- * Draws what a sensor sends: traces, level meter, what a classifier makes of it, and a session's beat.
- * Each picture is asked for once the one before it is drawn, so that a slow tab waits instead of piling up requests.
+ * Draws a sensor's traces and level, a classifier's output, and a session's beat.
+ * Each request waits until the data before it are drawn, so that a slow tab does not pile them up.
  */
 
 import { keepAwake } from "/participants/static/awake.js";
@@ -15,17 +15,14 @@ const QUIET = "#51606e";
 const LINE = "#d5dce2";
 const LOST = "#f3c6c6";
 
-const state = { number: 0, next: 0, first: 0, binS: 0.01, low: [], high: [], lost: [], axes: [], told: -1, beat: 0, drawn: 0, since: performance.now() };
+const state = { number: 0, next: 0, first: 0, binS: 0.01, low: [], high: [], lost: [], axes: [], described: -1, beat: 0, drawn: 0, since: performance.now() };
 /** @type {AudioContext | null} */
 let sound = null;
 
 /** @param {string} id */
 const find = (id) => document.getElementById(id);
 
-/**
- * Add what came to what is kept; begin anew where something else runs.
- * @param {any} now
- */
+/** Append new bins, or start over after another request. @param {any} now */
 function take(now) {
   const t = now.traces;
   if (now.number !== state.number || t.from !== state.next) {
@@ -50,21 +47,18 @@ function take(now) {
   if (now.axes) state.axes = now.axes;
 }
 
-/**
- * Round to a scale that people read, and that does not change with every sample.
- * @param {number} value
- */
+/** Round up to 1, 2 or 5 times a power of ten, so that scales rarely change. @param {number} value */
 function nice(value) {
   if (!(value > 0)) return 1;
   const power = 10 ** Math.floor(Math.log10(value));
   return [1, 2, 5, 10].map((f) => f * power).find((f) => f >= value) ?? value;
 }
 
-/** Write a unit as people do; a ratio has none. @param {string} unit */
-const shown = (unit) => (unit === "1" ? "" : unit.replace("^2", "²"));
+/** Return a unit for people; a ratio has none. @param {string} unit */
+const unitText = (unit) => (unit === "1" ? "" : unit.replace("^2", "²"));
 
 /**
- * Draw one row for each axis, each about its own middle, all to one scale.
+ * Draw one row for each axis, centred on its own middle, on one scale.
  * @param {HTMLCanvasElement} canvas
  * @param {string} unit
  */
@@ -129,7 +123,7 @@ function draw(canvas, unit) {
     pen.textAlign = "left";
     pen.fillText(state.axes[i] ?? `axis ${i + 1}`, 4, centre - 4);
     pen.fillStyle = QUIET;
-    pen.fillText(`±${scale} ${shown(unit)}`, 4, centre + 11);
+    pen.fillText(`±${scale} ${unitText(unit)}`, 4, centre + 11);
   });
 }
 
@@ -144,7 +138,7 @@ function meter(now) {
   const levels = now.levels;
   const bar = find("live-level"), clip = find("live-clip");
   if (!levels || now.state === "idle") {
-    write("live-facts", now.state === "idle" ? "" : "opening the source …");
+    write("live-facts", now.state === "idle" ? "" : "Opening the source …");
     write("live-rms", "");
     if (bar) bar.style.width = "0";
     if (clip) clip.hidden = true;
@@ -154,27 +148,27 @@ function meter(now) {
   const share = Math.min(1, Math.max(0, 1 + 20 * Math.log10(Math.max(levels.rms, 1e-9) / top) / 60));
   if (bar) { bar.style.width = `${100 * share}%`; bar.dataset.clipped = levels.clipped ? "1" : "0"; }
   if (clip) clip.hidden = !levels.clipped;
-  const unit = shown(now.unit) && ` ${shown(now.unit)}`;
-  const rate = levels.rate === null ? "rate not known yet" : `${levels.rate.toFixed(1)} Hz measured`;
-  const lost = now.samples ? `${levels.lost} of ${now.samples} samples lost (${((100 * levels.lost) / now.samples).toFixed(2)} %)` : "nothing has come yet";
-  const silent = now.silent_s > 2 ? `; nothing has come for ${now.silent_s.toFixed(0)} s: is it switched on, and in reach?` : "";
+  const unit = unitText(now.unit) && ` ${unitText(now.unit)}`;
+  const rate = levels.rate === null ? "rate unknown" : `${levels.rate.toFixed(1)} Hz measured`;
+  const lost = now.samples ? `${levels.lost} of ${now.samples} samples lost (${((100 * levels.lost) / now.samples).toFixed(2)} %)` : "no samples yet";
+  const silent = now.silent_s > 2 ? `; no samples for ${now.silent_s.toFixed(0)} s: is the sensor on and in range?` : "";
   write("live-facts", `${rate} · ${lost}${silent}`);
   write("live-rms", `${levels.rms.toFixed(3)}${unit} rms · peak ${levels.peak.toFixed(2)}${unit}`);
-  const told = Math.floor(performance.now() / 2000);
-  if (told !== state.told) {
-    state.told = told;
+  const period = Math.floor(performance.now() / 2000);
+  if (period !== state.described) {
+    state.described = period;
     const text = `Traces of the last ${SHOWN_S} seconds, axes ${state.axes.join(", ")}. ${rate}, ${lost}, level ${levels.rms.toFixed(2)}${unit} rms.`;
     find("live-traces")?.setAttribute("aria-label", text);
   }
 }
 
 /** @param {any} guess */
-function guessed(guess) {
+function classification(guess) {
   const place = find("live-guess");
   if (!place || !guess) return;
   const none = find("live-none");
   if (none) none.hidden = !guess.none_of_these;
-  if (!guess.probabilities) { write("live-guess-told", "Too much of the window was lost to judge it."); return; }
+  if (!guess.probabilities) { write("live-guess-line", "Too many samples of this window were lost to classify it."); return; }
   const ranked = Object.entries(guess.probabilities).sort((a, b) => b[1] - a[1]).slice(0, 6);
   while (place.children.length < ranked.length) {
     const row = document.createElement("div");
@@ -189,7 +183,7 @@ function guessed(guess) {
     /** @type {HTMLElement} */ (row.children[2]).textContent = share.toFixed(2);
   });
   const latency = guess.latency_s === null ? "" : ` · ${(1000 * guess.latency_s).toFixed(0)} ms after the last sample`;
-  write("live-guess-told", `${guess.none_of_these ? "None of these" : ranked[0][0]}${latency}`);
+  write("live-guess-line", `${guess.none_of_these ? "None of these" : ranked[0][0]}${latency}`);
 }
 
 /** @param {any} now */
@@ -197,7 +191,7 @@ function session(now) {
   const status = now.status;
   const bar = find("session-share");
   if (status && status.phase !== "question") {
-    const words = { countdown: "Begins in", recording: "Recording", waiting: "Waiting" };
+    const words = { countdown: "Starts in", recording: "Recording", waiting: "Waiting" };
     write("session-phase", `${words[status.phase] ?? status.phase} ${status.text}`);
     if (bar) bar.style.width = `${100 * Math.min(1, status.share)}%`;
   } else {
@@ -225,7 +219,7 @@ function session(now) {
   requestAnimationFrame(move);
 }
 
-/** Sound a beat: 1200 Hz out, 800 Hz back, as the terminal's. @param {boolean} back */
+/** Play a beat: 1200 Hz out, 800 Hz back, as on the terminal. @param {boolean} back */
 function tick(back) {
   const on = /** @type {HTMLInputElement | null} */ (document.querySelector("#session-sound input"));
   if (find("session-sound")?.getAttribute("data-on") === "0" || (on && !on.checked)) return;
@@ -240,14 +234,14 @@ function tick(back) {
   tone.stop(t + 0.04);
 }
 
-/** Browsers let sound begin by a gesture only, and the first beat comes after it. */
-function readied() {
+/** Prepare the sound: browsers start it in a gesture only, and the first beat comes after one. */
+function prepareSound() {
   if (sound || !find("session-sound")) return;
   sound = new AudioContext();
   keepAwake(sound);
 }
 
-for (const name of ["click", "keydown"]) document.addEventListener(name, readied, true);
+for (const name of ["click", "keydown"]) document.addEventListener(name, prepareSound, true);
 
 async function loop() {
   for (;;) {
@@ -268,14 +262,14 @@ async function loop() {
           traces.dataset.samples = String(now.samples ?? 0);
         }
         meter(now);
-        guessed(now.guess);
+        classification(now.guess);
         session(now);
         if (now.state === "idle") wait = 400;
       } else {
         wait = 1000;
       }
     } catch {
-      wait = 1000; // the server is away: NiceGUI says so, and reloads the page when it is back
+      wait = 1000; // the server is down: NiceGUI shows it, and reloads the page when it is back
     }
     await new Promise((done) => setTimeout(done, Math.max(0, wait - (performance.now() - began))));
   }

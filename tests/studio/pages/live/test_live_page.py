@@ -33,7 +33,7 @@ def test_traces_two_takes_and_a_crash_between_them(browser, workspace, served, w
         tab.wait_for_function("document.getElementById('live-traces').dataset.pictures > 20")
         with watched(context, address) as other:
             other.goto(f"{address}/live")
-            other.get_by_text("this one watches").wait_for()
+            other.get_by_text("this tab only watches").wait_for()
             other.wait_for_function("+document.getElementById('live-traces').dataset.samples > 100")
             assert other.get_by_role("button", name="Stop").count() == 0
             other.close()
@@ -43,7 +43,7 @@ def test_traces_two_takes_and_a_crash_between_them(browser, workspace, served, w
         tab.get_by_role("combobox", name="Plan").click()
         tab.get_by_role("option", name="two.toml").click()
         tab.get_by_label("Store (folder)").fill("rec")
-        tab.get_by_role("button", name="Begin or go on").click()
+        tab.get_by_role("button", name="Start or continue").click()
         tab.get_by_role("button", name="Begin (B)").wait_for()
         tab.keyboard.press("b")
         tab.get_by_role("button", name="Accept (A)").click()
@@ -62,7 +62,7 @@ def test_traces_two_takes_and_a_crash_between_them(browser, workspace, served, w
     ):
         tab.goto(f"{address}/live")
         tab.get_by_text("1 of 2 takes are in the store").wait_for()
-        tab.get_by_role("button", name="Go on with it").click()
+        tab.get_by_role("button", name="Continue the session").click()
         tab.get_by_role("button", name="Begin (B)").click()
         tab.get_by_role("button", name="Accept (A)").wait_for()
         tab.close()  # nobody has to look for a take to stay
@@ -72,7 +72,7 @@ def test_traces_two_takes_and_a_crash_between_them(browser, workspace, served, w
             again.get_by_role("button", name="Repeat (R)").click()
             again.get_by_text("-> redo").wait_for()
             again.get_by_role("button", name="Accept (A)").click()
-            again.get_by_text("1 takes accepted, 1 made again, 0 skipped, 0 left").wait_for()
+            again.get_by_text("1 takes accepted, 1 repeated, 0 skipped, 0 left").wait_for()
             again.close()
     context.close()
     recorded = open_store(workspace / "rec")

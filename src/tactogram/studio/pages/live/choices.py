@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,73 +10,63 @@ from urllib.parse import quote, unquote
 
 from tactogram import models
 from tactogram.capture.catalogue import parsed
-from tactogram.capture.session.journal import FILE as DIARY
+from tactogram.capture.session.journal import FILE as JOURNAL
 from tactogram.capture.session.plan import SessionPlan, shipped_plans
 from tactogram.datasets import open_store
-from tactogram.errors import TactogramError
+from tactogram.errors import DataError, TactogramError
 from tactogram.studio.workspace.folder import Workspace
+from tactogram.text_files import parse_json, read_json, read_text, read_toml
 
 SIMULATED = "simulated:twelite?rate=330&loss=0.02"
 
 
 @dataclass(frozen=True)
 class SourceChoice:
-    """A source that can be opened, or why there is none of its kind.
+    """A source to record from.
 
     Parameters
     ----------
     address : str or None
-    what : str
+        None if no sensor of this kind is available.
+    description : str
     missing : str or None
-        One line: what is not installed or not plugged in.
+        Why there is none: what is not installed or not plugged in.
     simulated : bool
     """
 
     address: str | None
-    what: str
+    description: str
     missing: str | None = None
     simulated: bool = False
 
 
-def source_choices(workspace: Workspace, found: list[dict[str, Any]]) -> list[SourceChoice]:
-    """Return what can be recorded from: devices, then the simulated ones, which are always there.
-
-    Parameters
-    ----------
-    workspace : Workspace
-    found : list of dict
-        As `tactogram.workflows.capture.logs.list_sources` gives it.
-    """
+def source_choices(workspace: Workspace, sources: list[dict[str, Any]]) -> list[SourceChoice]:
+    """Return the devices among ``sources`` (of `list_sources`), then the simulated sources."""
     devices = [
         SourceChoice(
             entry["address"],
             entry["what"],
-            entry["missing"] or (None if entry["address"] else f"{entry['what']}: plug it in and look again"),
+            entry["missing"]
+            or (None if entry["address"] else f"{entry['what']}: plug it in and look for devices again"),
         )
-        for entry in found
+        for entry in sources
         if entry["kind"] != "simulated"
     ]
+    stores = [workspace.name_of(store) for store in workspace.stores() if _can_be_played(store)]
     simulated = [
         SourceChoice(
-            f"played:{workspace.name_of(store)}?rate=330&loss=0.01&materials=all",
-            f"recordings of {workspace.name_of(store)}, through a simulated TWE-Lite receiver",
+            f"played:{name}?rate=330&loss=0.01&materials=all",
+            f"recordings of {name} through a simulated TWE-Lite receiver",
             simulated=True,
         )
-        for store in workspace.stores()
-        if _can_be_played(store)
+        for name in stores
     ]
-    receiver = SourceChoice(SIMULATED, "simulated TWE-Lite receiver that strokes noise", simulated=True)
+    receiver = SourceChoice(SIMULATED, "simulated TWE-Lite receiver stroking a noise texture", simulated=True)
     return [*devices, *simulated, receiver]
 
 
-def confined(workspace: Workspace, address: str) -> str:
-    """Return an address whose files lie in the workspace, by whole paths.
-
-    Raises
-    ------
-    ParameterError
-        If it is no address, or one of its files lies outside.
-    """
+def confine_address(workspace: Workspace, address: str) -> str:
+    """Return an address with full paths; `ParameterError` if it is invalid or names a file outside of the workspace."""
     kind, place, _ = parsed(address)
     head, sign, query = address.partition("?")
     if kind in ("played", "log") and place:
@@ -92,8 +80,8 @@ def confined(workspace: Workspace, address: str) -> str:
     return head + sign + "&".join(pairs)
 
 
-def needs_material(address: str) -> str:
-    """Return an address of recordings that are played without what is stroked: a session says that."""
+def without_materials(address: str) -> str:
+    """Return the address of played recordings without their materials, which a session sets itself."""
     head, sign, query = address.partition("?")
     if not head.startswith("played:") or not sign:
         return address
@@ -102,55 +90,53 @@ def needs_material(address: str) -> str:
 
 
 def classifiers(workspace: Workspace) -> dict[str, str]:
-    """Return the finished runs of classifiers: what they know, by folder relative to the workspace."""
-    known, found = models.available(), {}
+    """Return the titles of finished classifier runs, by folder relative to the workspace."""
+    known, titles = models.available(), {}
     for run in workspace.finished_runs():
         try:
-            facts = json.loads((run / "model.json").read_text(encoding="utf-8"))
-            model = tomllib.loads((run / "recipe.toml").read_text(encoding="utf-8")).get("model")
-        except (OSError, ValueError):
+            facts = read_json(run / "model.json")
+            model = read_toml(run / "recipe.toml").get("model")
+            count = len(facts.get("kind", {}).get("materials", ()))
+        except (DataError, AttributeError):  # damaged: the page Reports says so
             continue
         if model in known and known[model].task == "classification":
             name = workspace.name_of(run)
-            count = len(facts.get("kind", {}).get("materials", ()))
-            found[name] = f"{name} ({count} materials)" if count else name
-    return found
+            titles[name] = f"{name} ({count} materials)" if count else name
+    return titles
 
 
 def plan_choices(workspace: Workspace) -> dict[str, str]:
-    """Return session plans by name or by file relative to the workspace: a line on each."""
-    found = {name: SessionPlan.load(name).title or name for name in shipped_plans()}
-    for path in workspace.files(".toml"):
+    """Return the titles of session plans, by name or by file relative to the workspace."""
+    titles = {name: SessionPlan.load(name).title or name for name in shipped_plans()}
+    for path, values in workspace.toml_files():
+        if "materials" not in values:
+            continue
         try:
-            if (
-                "materials" not in tomllib.loads(path.read_text(encoding="utf-8"))
-                or path.stat().st_size > 1e6
-            ):
-                continue
             title = SessionPlan.load(path).title
-        except (OSError, ValueError, TactogramError):
+        except TactogramError:
             continue
         name = workspace.name_of(path)
-        found[name] = f"{name}: {title}" if title else name
-    return found
+        titles[name] = f"{name}: {title}" if title else name
+    return titles
 
 
 def session_state(workspace: Workspace, data: str, session: str) -> Mapping[str, Any] | None:
-    """Return how far a session is: ``total``, ``accepted``, ``skipped``, ``left``, ``open`` (if it was not ended).
+    """Return a session's ``total``, ``accepted``, ``skipped`` and ``left`` takes, and whether it is ``open``.
 
-    None where there is none. What was accepted stands in the store, whatever the diary says.
+    None if there is no such session. The store decides which takes are accepted, whatever the journal says.
     """
     store = workspace.inside(data)
-    diary = workspace.inside(store.with_name(f"{store.name}.sessions") / session / DIARY)
+    journal = workspace.inside(store.with_name(f"{store.name}.sessions") / session / JOURNAL)
     try:
-        lines = diary.read_text(encoding="utf-8").split("\n")[:-1]
-        events = [json.loads(line) for line in lines]
-    except (OSError, ValueError):
+        lines = read_text(journal).split("\n")[:-1]  # the last line may be cut short
+        events = [parse_json(line, journal) for line in lines]
+        begun = [event for event in events if event["event"] == "begun"]
+        if not begun:
+            return None
+        total, plan = len(begun[-1]["order"]), str(begun[-1]["plan"])[:16]
+        skipped = {int(event["trial"]) for event in events if event["event"] == "skipped"}
+    except (DataError, KeyError, TypeError, ValueError):
         return None
-    begun = [event for event in events if event["event"] == "begun"]
-    if not begun:
-        return None
-    total, plan = len(begun[-1]["order"]), str(begun[-1]["plan"])[:16]
     accepted: set[int] = set()
     try:
         index = open_store(store).index if store.is_dir() else ()
@@ -161,7 +147,7 @@ def session_state(workspace: Workspace, data: str, session: str) -> Mapping[str,
         }
     except TactogramError:
         pass
-    skipped = {int(event["trial"]) for event in events if event["event"] == "skipped"} - accepted
+    skipped -= accepted
     return {
         "total": total,
         "accepted": len(accepted),
@@ -172,7 +158,7 @@ def session_state(workspace: Workspace, data: str, session: str) -> Mapping[str,
 
 
 def _can_be_played(store: Path) -> bool:
-    """Return whether a store holds three axes in m/s^2, which is what the simulated receiver sends."""
+    """Return whether a store has three axes in m/s^2, which the simulated receiver sends."""
     try:
         facts = open_store(store).streams.get("acceleration")
     except TactogramError:

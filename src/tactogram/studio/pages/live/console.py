@@ -1,18 +1,17 @@
-"""A recording session's console on a page: what `tactogram.capture.session.terminal` is for a terminal."""
+"""Console of a recording session on a page, as `tactogram.capture.session.terminal` is on a terminal."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from threading import Lock
 from time import monotonic
 from typing import Any
 
 from tactogram.capture.session.console import CaptureStatus
 
-LINES = 40
-"""That are kept of what a session says."""
+MOST_LINES = 40
 
 
 @dataclass(frozen=True)
@@ -22,74 +21,67 @@ class ConsoleQuestion:
     Parameters
     ----------
     number : int
-        From 1; an answer says which question it is to.
+        From 1; an answer names the question by it.
     text : str
-    keys : mapping
-        What each key means.
+    keys : dict
+        Meaning of each key.
     default : str
         One of ``keys``.
     """
 
     number: int
     text: str
-    keys: Mapping[str, str]
+    keys: dict[str, str]
     default: str
 
     def facts(self) -> dict[str, Any]:
-        """Return it as JSON values."""
-        return {
-            "number": self.number,
-            "text": self.text,
-            "keys": dict(self.keys),
-            "default": self.default,
-        }
+        """Return JSON values."""
+        return asdict(self)
 
 
 class PageConsole:
-    """Keeps what a session shows, and waits for answers of any number of pages; see `Console`."""
+    """Stores a session's output and waits for answers from any number of pages; see `Console`."""
 
     def __init__(self) -> None:
         self.status: CaptureStatus | None = None
         self.question: ConsoleQuestion | None = None
-        self.lines: deque[str] = deque(maxlen=LINES)
-        self._asked = 0
+        self.lines: deque[str] = deque(maxlen=MOST_LINES)
+        self._count = 0
         self._answer: str | None = None
         self._ended = False
         self._changed = Lock()
 
     def show(self, status: CaptureStatus) -> None:
-        """Keep it for whoever looks."""
+        """Store the status."""
         self.status = status
 
     def say(self, text: str) -> None:
-        """Keep a line."""
+        """Store a line."""
         self.lines.append(text)
 
     def ask(self, question: str, keys: Mapping[str, str], *, default: str, idle: Callable[[], None]) -> str:
-        """Return what a page answers; ``q`` once the session is to end."""
+        """Return a page's answer, calling ``idle`` meanwhile; ``q`` once the session is ending."""
         with self._changed:
-            self._asked += 1
+            self._count += 1
             self._answer = None
-            self.question = ConsoleQuestion(self._asked, question, dict(keys), default)
+            self.question = ConsoleQuestion(self._count, question, dict(keys), default)
         try:
-            while True:
-                answered = self._answered()
-                if answered is not None:
-                    return answered
+            while (answer := self._current_answer()) is None:
                 idle()
+            return answer
         finally:
             with self._changed:
                 self.question = None
 
-    def _answered(self) -> str | None:
+    def _current_answer(self) -> str | None:
         with self._changed:
             return self._answer or ("q" if self._ended else None)
 
     def answer(self, number: int, key: str) -> bool:
-        """Answer question ``number``; False if it is not the one that is asked, so that nothing is answered twice."""
+        """Answer question ``number`` once; False if it is not the open question, or the key is not one of its keys."""
         with self._changed:
-            asked = self.question
-            if asked is None or asked.number != number or key not in asked.keys or self._answer is not None:
+            question = self.question
+            if question is None or question.number != number or key not in question.keys or self._answer:
                 return False
             self._answer = key
             return True
@@ -101,13 +93,7 @@ class PageConsole:
 
 
 class PageMetronome:
-    """A beat that pages show and sound; see `tactogram.capture.session.metronome.Metronome`.
-
-    Parameters
-    ----------
-    clock : callable
-        As ``time.monotonic``.
-    """
+    """Beat that pages show and play; see `tactogram.capture.session.metronome.Metronome`."""
 
     def __init__(self, clock: Callable[[], float] = monotonic) -> None:
         self._clock = clock
@@ -115,16 +101,16 @@ class PageMetronome:
         self._count = 0
 
     def start(self, interval_s: float, seconds: float, *, back_and_forth: bool) -> None:
-        """Beat from now on."""
+        """Start the beat."""
         self._count += 1
         self._beat = (self._count, self._clock(), interval_s, seconds, back_and_forth)
 
     def stop(self) -> None:
-        """Stop."""
+        """Stop the beat."""
         self._beat = None
 
     def facts(self) -> dict[str, Any] | None:
-        """Return ``number``, ``elapsed_s``, ``interval_s``, ``back_and_forth``; None while it is silent."""
+        """Return ``number``, ``elapsed_s``, ``interval_s`` and ``back_and_forth``; None without a beat."""
         beat = self._beat
         if beat is None:
             return None

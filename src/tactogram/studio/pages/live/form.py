@@ -1,4 +1,4 @@
-"""Form of the page Live: source, classifier, plan; kept for the next visit."""
+"""Form of the page Live: source, classifier and plan, stored in the browser for its next visit."""
 
 from __future__ import annotations
 
@@ -10,130 +10,124 @@ from nicegui import app, ui
 from tactogram.capture.session.plan import SessionPlan, shipped_plans
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.studio.context import Studio
-from tactogram.studio.layout import in_background, report_errors
+from tactogram.studio.layout import heading, hint, in_background, report_errors
 from tactogram.studio.pages.live.choices import (
     SourceChoice,
     classifiers,
-    confined,
-    needs_material,
+    confine_address,
     plan_choices,
     session_state,
     source_choices,
+    without_materials,
 )
-from tactogram.studio.pages.live.desk import LiveRequest, LiveRunner
+from tactogram.studio.pages.live.runner import LiveRequest, LiveRunner
 from tactogram.workflows.capture.logs import list_sources
 
-KEPT = "live"
-"""Under which the form is kept for a browser."""
+STATE = "live"
+"""Key of the form in the browser's storage."""
+PLAN_FIELDS = {
+    "materials": "Materials",
+    "speeds": "Speeds, mm/s",
+    "repetitions": "Repetitions",
+    "seconds": "Seconds per take",
+}
+"""Labels of the plan's values that can be changed, by name in the browser's storage."""
 
 
 class LiveForm:
-    """The cards on the left.
+    """Cards with the settings.
 
     Parameters
     ----------
     studio : Studio
-    desk : Desk
-    begin : callable
-        Begins what `order` says.
+    runner : LiveRunner
+    start : callable
+        Starts the request that `request` returns.
     data : str
         Store that the page was opened with.
     """
 
     def __init__(
-        self, studio: Studio, desk: LiveRunner, begin: Callable[[], Awaitable[None]], *, data: str = ""
+        self, studio: Studio, runner: LiveRunner, start: Callable[[], Awaitable[None]], *, data: str = ""
     ) -> None:
-        self.studio, self.desk, self._begin_order = studio, desk, begin
-        kept: dict[str, Any] = app.storage.user.setdefault(KEPT, {})
-        self.kept = kept
+        self.studio, self._start_request = studio, start
+        self.state: dict[str, Any] = app.storage.user.setdefault(STATE, {})
         self._choices: list[SourceChoice] = []
-        self._buttons: list[ui.button] = []
+        self._recording = False
         with ui.element("section").classes("card w-full").props('aria-label="Source"'):
-            ui.label("Source").classes("h2")
-            self._address = ui.input("Address").classes("w-full").props('hint="choose below, or type one"')
-            self._address.value = kept.get("source", "")
+            heading("Source")
+            self._address = self._text("source", "Address", hint="choose one below, or type it")
             with ui.column().classes("gap-3 mt-4 w-full"):
                 self._sources()
             ui.button("Look for devices again", icon="refresh", on_click=self._look).props("flat dense")
-        self._listen_card()
-        self._record_card(data)
-        self.enable(enabled=not desk.running)
+        self._buttons = [self._listen_card(), self._record_card(data)]
+        self.enable(enabled=not runner.running)
         ui.timer(0.05, self._look, once=True)
 
-    def _listen_card(self) -> None:
+    def _text(self, name: str, label: str, *, hint: str = "", default: str = "") -> ui.input:
+        """Draw a text field with its last value."""
+        field = ui.input(label, value=self.state.get(name, default)).classes("w-full")
+        return field.props(f'hint="{hint}"') if hint else field
+
+    def _listen_card(self) -> ui.button:
         with ui.element("section").classes("card w-full").props('aria-label="Listen"'):
-            ui.label("Listen").classes("h2")
+            heading("Listen")
             names = classifiers(self.studio.workspace)
             options = {"": "no classifier: traces only", **names}
-            run = self.kept.get("run", "")
+            run = self.state.get("run", "")
             self._run = ui.select(options, label="Classifier", value=run if run in options else "").classes(
                 "w-full"
             )
             if not names:
-                ui.label("No classifier in this workspace yet: train stroke_cnn on the page Train.").classes(
-                    "small quiet"
-                )
-            self._buttons.append(
-                ui.button(
-                    "Listen", icon="hearing", on_click=report_errors(lambda: self._start(recording=False))
-                )
-            )
+                hint("No classifier in this workspace yet: train stroke_cnn on the page Train.")
+            return ui.button("Listen", icon="hearing", on_click=lambda: self._start(recording=False))
 
-    def _record_card(self, data: str) -> None:
-        kept, plans = self.kept, plan_choices(self.studio.workspace)
-        with ui.element("section").classes("card w-full").props('aria-label="Record by a session plan"'):
-            ui.label("Record by a session plan").classes("h2")
-            plan = kept.get("plan", "")
+    def _record_card(self, data: str) -> ui.button:
+        plans = plan_choices(self.studio.workspace)
+        with ui.element("section").classes("card w-full").props('aria-label="Record a session"'):
+            heading("Record a session")
+            plan = self.state.get("plan", "")
             self._plan = ui.select(
                 plans,
                 label="Plan",
                 value=plan if plan in plans else next(iter(plans), None),
-                on_change=self._plan_chosen,
+                on_change=self._describe_plan,
             ).classes("w-full")
-            self._told = ui.label().classes("small quiet")
-            self._data = ui.input("Store (folder)", value=data or kept.get("data", "recordings")).classes(
-                "w-full"
-            )
-            self._subject = ui.input("Subject (a code, no name)", value=kept.get("subject", "")).classes(
-                "w-full"
-            )
-            self._session = ui.input("Session", value=kept.get("session", "")).classes("w-full")
-            self._session.props('hint="empty: the plan and the subject"')
+            self._plan_line = hint("")
+            self._data = self._text("data", "Store (folder)", default="recordings")
+            if data:
+                self._data.value = data
+            self._subject = self._text("subject", "Subject (a code, not a name)")
+            self._session = self._text("session", "Session", hint="empty: named after plan and subject")
             with ui.expansion("Change values of the plan").classes("w-full"):
-                self._materials = ui.input("Materials", value=kept.get("materials", "")).classes("w-full")
-                self._speeds = ui.input("Speeds, mm/s", value=kept.get("speeds", "")).classes("w-full")
-                self._repetitions = ui.input("Repetitions", value=kept.get("repetitions", "")).classes(
-                    "w-full"
-                )
-                self._seconds = ui.input("Seconds a take", value=kept.get("seconds", "")).classes("w-full")
-                ui.label("Empty: as the plan says.").classes("small quiet")
-            self._buttons.append(
-                ui.button(
-                    "Begin or go on",
-                    icon="fiber_manual_record",
-                    on_click=report_errors(lambda: self._start(recording=True)),
-                )
+                self._changes = {name: self._text(name, label) for name, label in PLAN_FIELDS.items()}
+                hint("Empty fields keep the plan's values.")
+            button = ui.button(
+                "Start or continue",
+                icon="fiber_manual_record",
+                on_click=lambda: self._start(recording=True),
             )
-        self._plan_chosen()
+        self._describe_plan()
+        return button
 
     def sound_switch(self) -> None:
         """Draw the switch of the metronome's sound."""
-        switch = ui.switch("Sound the beat in this tab", value=self.kept.get("sound", True))
+        switch = ui.switch("Play the beat in this tab", value=self.state.get("sound", True))
         switch.props('id="session-sound"').props(f'data-on="{int(bool(switch.value))}"')
 
         def changed() -> None:
-            self.kept["sound"] = switch.value
+            self.state["sound"] = switch.value
             switch.props(f'data-on="{int(bool(switch.value))}"')
 
         switch.on_value_change(changed)
 
     async def _look(self) -> None:
         try:
-            found = await in_background(list_sources)
+            sources = await in_background(list_sources)
         except TactogramError as error:
-            found = [{"kind": "device", "address": None, "what": "device", "missing": str(error)}]
-        self._choices = source_choices(self.studio.workspace, found)
-        # A serial port is nearly always there, and nearly never has a sensor on it: begin with what surely works.
+            sources = [{"kind": "device", "address": None, "what": "device", "missing": str(error)}]
+        self._choices = source_choices(self.studio.workspace, sources)
+        # Not the first serial port: nearly every machine has one, and nearly none has a sensor on it.
         simulated = [choice.address for choice in self._choices if choice.simulated]
         if not self._address.value and simulated:
             self._address.value = simulated[0]
@@ -144,119 +138,100 @@ class LiveForm:
         if not self._choices:
             with ui.row().classes("items-center"):
                 ui.spinner(size="sm")
-                ui.label("looking for devices").classes("quiet small")
+                hint("Looking for devices …")
         for choice in self._choices:
             if choice.address is None:
                 continue
             with ui.row().classes("items-center no-wrap w-full gap-2"):
-                ui.button("Use", on_click=lambda c=choice: self._use(c)).props(
+                ui.button("Use", on_click=lambda a=choice.address: self._address.set_value(a)).props(
                     f'outline dense aria-label="Use {choice.address}"'
                 )
                 with ui.column().classes("gap-0"):
                     ui.label(choice.address).classes("small").style("overflow-wrap:anywhere")
-                    ui.label(choice.what).classes("small quiet")
+                    hint(choice.description)
         missing = [choice for choice in self._choices if choice.address is None]
         if missing:
-            with ui.expansion(f"{len(missing)} kinds of sensor are not there").classes("w-full"):
+            with ui.expansion(f"{len(missing)} kinds of sensor are not available").classes("w-full"):
                 for choice in missing:
-                    ui.label(choice.missing or choice.what).classes("small quiet").style(
-                        "overflow-wrap:anywhere"
-                    )
+                    hint(choice.missing or choice.description).style("overflow-wrap:anywhere")
 
-    def _use(self, choice: SourceChoice) -> None:
-        self._address.value = choice.address or ""
-
-    def _plan_chosen(self) -> None:
-        name = str(self._plan.value or "")
+    def _describe_plan(self) -> None:
         try:
-            values = SessionPlan.load(self._plan_path(name))
+            plan = SessionPlan.load(self._plan_path())
         except TactogramError as error:
-            self._told.text = str(error)
+            self._plan_line.text = str(error)
             return
-        count = values.combinations * values.repetitions
-        self._told.text = (
-            f"{count} takes of {values.seconds:g} s: {len(values.materials)} materials "
-            f"({', '.join(values.materials[:4])}{' …' if len(values.materials) > 4 else ''}), "
-            f"{', '.join(f'{speed:g}' for speed in values.speeds_mm_s)} mm/s"
+        self._plan_line.text = (
+            f"{plan.combinations * plan.repetitions} takes of {plan.seconds:g} s: {len(plan.materials)} materials "
+            f"({', '.join(plan.materials[:4])}{' …' if len(plan.materials) > 4 else ''}), "
+            f"{', '.join(f'{speed:g}' for speed in plan.speeds_mm_s)} mm/s"
         )
 
-    def _plan_path(self, name: str) -> str:
+    def _plan_path(self) -> str:
+        name = str(self._plan.value or "")
         return name if name in shipped_plans() else str(self.studio.workspace.inside(name))
 
     def enable(self, *, enabled: bool) -> None:
-        """Let begin, or not while something runs."""
+        """Enable or disable the buttons that start a request."""
         for button in self._buttons:
             button.set_enabled(enabled)
 
+    @report_errors
     async def _start(self, *, recording: bool) -> None:
         self._recording = recording
-        await self._begin_order()
+        await self._start_request()
 
-    def order(self) -> LiveRequest:
-        """Return what is asked for.
-
-        Raises
-        ------
-        TactogramError
-            If something of it cannot be; one sentence.
-        """
+    def request(self) -> LiveRequest:
+        """Return the request that the form describes; `TactogramError` if a field is invalid."""
         workspace = self.studio.workspace
-        address = str(self._address.value or "").strip()
+        address = _stripped(self._address)
         if not address:
             raise ParameterError("choose a source, or type its address")
-        source = confined(workspace, address)
+        source = confine_address(workspace, address)
         run = str(workspace.inside(self._run.value)) if self._run.value else ""
         if not self._recording:
             return LiveRequest(source, run)
-        data = str(self._data.value or "").strip()
+        data = _stripped(self._data)
         if not data:
-            raise ParameterError("a session needs a store to record into: give it a folder's name")
-        changes = self._changes()
-        order = LiveRequest(
-            needs_material(source),
+            raise ParameterError("a session needs a store; enter a folder's name")
+        request = LiveRequest(
+            without_materials(source),
             run,
-            self._plan_path(str(self._plan.value)),
+            self._plan_path(),
             str(workspace.inside(data)),
-            str(self._session.value or "").strip(),
-            changes,
+            _stripped(self._session),
+            self._plan_changes(),
         )
-        session_state(workspace, order.data, order.session_name)  # refuses a name that leads out
-        return order
+        session_state(workspace, request.data, request.session_name)  # refuses a name that leads out
+        return request
 
-    def _changes(self) -> dict[str, Any]:
-        changes: dict[str, Any] = {}
-        for key, field in (("subject", self._subject), ("materials", self._materials)):
-            if str(field.value or "").strip():
-                changes[key] = str(field.value).strip()
-        for key, field, kind in (
-            ("speeds_mm_s", self._speeds, "numbers"),
-            ("repetitions", self._repetitions, "whole"),
-            ("seconds", self._seconds, "number"),
+    def _plan_changes(self) -> dict[str, Any]:
+        texts = {name: _stripped(field) for name, field in self._changes.items()}
+        changes: dict[str, Any] = {"subject": _stripped(self._subject), "materials": texts["materials"]}
+        for name, key, convert in (
+            ("speeds", "speeds_mm_s", lambda text: [float(part) for part in text.split(",")]),
+            ("repetitions", "repetitions", int),
+            ("seconds", "seconds", float),
         ):
-            text = str(field.value or "").strip()
-            if not text:
-                continue
             try:
-                if kind == "numbers":
-                    changes[key] = [float(part) for part in text.split(",")]
-                else:
-                    changes[key] = int(text) if kind == "whole" else float(text)
+                changes[key] = convert(texts[name]) if texts[name] else ""
             except ValueError:
-                label = str(field.props.get("label", key))
-                raise ParameterError(f"{label} must be a number, got {text!r}") from None
-        return changes
+                raise ParameterError(f"{PLAN_FIELDS[name]} must be a number, got {texts[name]!r}") from None
+        return {key: value for key, value in changes.items() if value != ""}
 
     def remember(self) -> None:
-        """Keep the form for the next visit of this browser."""
-        self.kept.update(
-            source=self._address.value,
-            run=self._run.value,
-            plan=self._plan.value,
-            data=self._data.value,
-            subject=self._subject.value,
-            session=self._session.value,
-            materials=self._materials.value,
-            speeds=self._speeds.value,
-            repetitions=self._repetitions.value,
-            seconds=self._seconds.value,
-        )
+        """Store the form in the browser."""
+        fields = {
+            "source": self._address,
+            "run": self._run,
+            "plan": self._plan,
+            "data": self._data,
+            "subject": self._subject,
+            "session": self._session,
+            **self._changes,
+        }
+        self.state.update({name: field.value for name, field in fields.items()})
+
+
+def _stripped(field: ui.input) -> str:
+    return str(field.value or "").strip()

@@ -1,4 +1,4 @@
-"""The page Live: a sensor's traces, what a classifier makes of it, and recording by a session plan."""
+"""The page Live: a sensor's traces, a classifier's output, and recording by a session plan."""
 
 from __future__ import annotations
 
@@ -10,32 +10,47 @@ from nicegui.events import KeyEventArguments
 
 from tactogram.errors import ParameterError
 from tactogram.studio.context import Studio
-from tactogram.studio.layout import in_background, page, report_errors
+from tactogram.studio.layout import heading, hint, in_background, page, report_errors
 from tactogram.studio.pages.live.choices import session_state
-from tactogram.studio.pages.live.desk import LiveRunner
 from tactogram.studio.pages.live.form import LiveForm
+from tactogram.studio.pages.live.runner import LiveRequest, LiveRunner
 
 LABELS = {"accept": "Accept", "redo": "Repeat", "skip": "Skip", "stop": "Break", "begin": "Begin"}
-"""What a session's keys are called here; a break is a stop from which the session goes on later."""
-LOOK_S = 0.15
-CANVAS = '<canvas id="live-traces" role="img" aria-label="Traces: nothing has come yet"></canvas>'
+"""Labels of a session's keys; a session continues after a break."""
+STATES = {
+    "idle": "Not listening",
+    "opening": "Opening the source …",
+    "watching": "Listening",
+    "recording": "Recording a session",
+}
+UPDATE_S = 0.15
+LINES = 6
+CANVAS = '<canvas id="live-traces" role="img" aria-label="Traces: no samples yet"></canvas>'
 METER = (
     '<div class="track" aria-hidden="true"><span id="live-level"></span></div>'
     '<p class="small figures"><span id="live-rms"></span> '
     '<span id="live-clip" class="clipped" hidden>CLIPPED</span></p>'
     '<p class="small quiet figures" id="live-facts"></p>'
 )
+PHASE = (
+    '<p class="figures" id="session-phase" aria-hidden="true"></p>'
+    '<div class="track" aria-hidden="true"><span id="session-share"></span></div>'
+)
+BEAT = (
+    '<p class="small quiet mt-2">Move with the dot: one stroke per beat.</p>'
+    '<div class="stroke" data-still aria-hidden="true"><span id="session-dot"></span></div>'
+)
 
 
 def add(studio: Studio) -> None:
-    """Register the page and the route that its pictures are drawn from."""
-    desk = LiveRunner(studio.workspace.studio_folder)
+    """Register the page and the route of its data."""
+    runner = LiveRunner(studio.workspace.studio_folder)
 
     @app.get("/live/now")
     def now(after: int = 0, number: int = 0) -> dict[str, Any]:
-        return desk.now(max(0, after), number)
+        return runner.now(max(0, after), number)
 
-    app.on_shutdown(desk.stop)
+    app.on_shutdown(runner.stop)
 
     @ui.page("/live")
     def show(data: str = "") -> None:
@@ -43,71 +58,76 @@ def add(studio: Studio) -> None:
         ui.add_head_html('<link rel="stylesheet" href="/static/live.css">')
         ui.add_body_html('<script type="module" src="/static/live.js"></script>')
         with page("Live"):
-            LivePage(studio, desk, data=data)
+            LivePage(studio, runner, data=data)
 
 
 class LivePage:
-    """One tab that looks at the desk, and may answer while no other tab holds it."""
+    """One tab; it may answer questions while no other tab controls the sensor."""
 
-    def __init__(self, studio: Studio, desk: LiveRunner, *, data: str = "") -> None:
-        self.studio, self.desk = studio, desk
+    def __init__(self, studio: Studio, runner: LiveRunner, *, data: str = "") -> None:
+        self.studio, self.runner = studio, runner
         self.tab = ui.context.client.id
-        ui.context.client.on_disconnect(self._gone)
+        ui.context.client.on_disconnect(self._release)
         self._unfinished()
         with ui.element("div").classes("grid-2") as self._grid:
             with ui.column().classes("items-stretch gap-4"):
-                self.form = LiveForm(studio, desk, self._begin, data=data)
+                self.form = LiveForm(studio, runner, self._start, data=data)
             with ui.column().classes("items-stretch gap-4 happening"):
                 self._controls()
                 self._session()
-                self._traces()
-                self._guesses()
-        self._seen = self._look()
-        self._in_order()
-        ui.timer(LOOK_S, self._refresh)
+                with ui.element("section").classes("card w-full").props('aria-label="Traces"'):
+                    heading("Traces")
+                    ui.html(CANVAS, sanitize=False).classes("w-full")
+                    ui.html(METER, sanitize=False).classes("w-full")
+                self._classification()
+        self._drawn = self._snapshot()
+        self._order_columns()
+        ui.timer(UPDATE_S, self._refresh)
         ui.keyboard(on_key=self._pressed, ignore=["input", "select", "textarea"])
 
     @property
-    def holds(self) -> bool:
-        """Whether this tab may answer."""
-        return self.desk.holder in (None, self.tab)
+    def controls_sensor(self) -> bool:
+        """Whether this tab may answer questions."""
+        return self.runner.holder in (None, self.tab)
 
-    def _gone(self) -> None:
-        if self.desk.holder == self.tab:
-            self.desk.holder = None
+    def _release(self) -> None:
+        if self.runner.holder == self.tab:
+            self.runner.holder = None
 
-    async def _begin(self) -> None:
-        order = self.form.order()
-        await in_background(self.desk.start, order)
-        self.desk.holder = self.tab
+    async def _start(self) -> None:
+        await self._run(self.form.request())
         self.form.remember()
-        self._refresh()
         ui.run_javascript("document.querySelector('.happening').scrollIntoView({block: 'start'})")
+
+    async def _run(self, request: LiveRequest) -> None:
+        await in_background(self.runner.start, request)
+        self.runner.holder = self.tab
+        self._refresh()
 
     @report_errors
     async def _stop(self) -> None:
-        self._take_part()
-        await in_background(self.desk.stop)
+        self._take_control()
+        await in_background(self.runner.stop)
         self._refresh()
 
     @report_errors
     def _answer(self, number: int, key: str) -> None:
-        self._take_part()
-        self.desk.console.answer(number, key)
+        self._take_control()
+        self.runner.console.answer(number, key)
         self._refresh()
 
-    def _take_part(self) -> None:
-        if not self.holds:
-            raise ParameterError("another tab holds the sensor; take over first")
-        self.desk.holder = self.tab
+    def _take_control(self) -> None:
+        if not self.controls_sensor:
+            raise ParameterError("another tab controls the sensor; take over first")
+        self.runner.holder = self.tab
 
     def _take_over(self) -> None:
-        self.desk.holder = self.tab
+        self.runner.holder = self.tab
         self._refresh()
 
     def _pressed(self, event: KeyEventArguments) -> None:
-        question = self.desk.console.question
-        if not event.action.keydown or event.action.repeat or question is None or not self.holds:
+        question = self.runner.console.question
+        if not event.action.keydown or event.action.repeat or question is None or not self.controls_sensor:
             return
         if event.modifiers.ctrl or event.modifiers.alt or event.modifiers.meta:
             return
@@ -115,130 +135,96 @@ class LivePage:
         if key in question.keys:
             self._answer(question.number, key)
 
-    def _look(self) -> tuple[Any, ...]:
-        desk = self.desk
-        question = desk.console.question
-        held = None if not desk.running else self.holds
-        asked = None if question is None else question.number
+    def _snapshot(self) -> tuple[Any, ...]:
+        """Return everything that requires redrawing when it changes."""
+        runner, question = self.runner, self.runner.console.question
         return (
-            desk.number,
-            desk.state,
-            asked,
-            len(desk.console.lines),
-            held,
-            desk.error,
-            desk.result is None,
+            runner.number,
+            runner.state,
+            None if question is None else question.number,
+            len(runner.console.lines),
+            self.controls_sensor if runner.running else None,
+            runner.error,
+            runner.result is None,
         )
 
     def _refresh(self) -> None:
-        seen = self._look()
-        if seen == self._seen:
+        snapshot = self._snapshot()
+        if snapshot == self._drawn:
             return
-        self._seen = seen
+        self._drawn = snapshot
         self._controls.refresh()
         self._session.refresh()
-        self._guesses.refresh()
+        self._classification.refresh()
         self._unfinished.refresh()
-        self.form.enable(enabled=not self.desk.running)
-        self._in_order()
+        self.form.enable(enabled=not self.runner.running)
+        self._order_columns()
 
-    def _in_order(self) -> None:
-        """Put what happens before what can be chosen on a narrow screen, while something happens."""
-        running = self.desk.running
+    def _order_columns(self) -> None:
+        """Put the form last on a narrow screen while a request is running."""
+        running = self.runner.running
         self._grid.classes(add="running" if running else "", remove="" if running else "running")
 
     @ui.refreshable_method
     def _unfinished(self) -> None:
-        """Offer to go on with a session that a crash, a pulled plug or a break ended."""
-        order = self.desk.last_order()
-        if order is None or not order.plan or self.desk.running:
+        """Offer to continue a session after a crash, a disconnected sensor or a break."""
+        request = self.runner.last_request()
+        if request is None or not request.plan or self.runner.running:
             return
-        found = session_state(self.studio.workspace, order.data, order.session_name)
-        if found is None or not found["left"]:
+        state = session_state(self.studio.workspace, request.data, request.session_name)
+        if state is None or not state["left"]:
             return
         with ui.element("section").classes("card w-full").props('aria-label="Unfinished session"'):
-            ui.label(f"Session {order.session_name} is not finished").classes("h2")
-            ended = "It was cut short. " if found["open"] else ""
-            skipped = f", {found['skipped']} skipped" if found["skipped"] else ""
+            heading(f"Session {request.session_name} is not finished")
+            ended = "It was interrupted. " if state["open"] else ""
+            skipped = f", {state['skipped']} skipped" if state["skipped"] else ""
             ui.label(
-                f"{ended}{found['accepted']} of {found['total']} takes are in the store{skipped}; "
-                f"{found['left']} are left."
+                f"{ended}{state['accepted']} of {state['total']} takes are in the store{skipped}, "
+                f"{state['left']} left."
             )
-
-            @report_errors
-            async def go_on() -> None:
-                await in_background(self.desk.start, order)
-                self.desk.holder = self.tab
-                self._refresh()
-
-            ui.button("Go on with it", icon="play_arrow", on_click=go_on)
+            ui.button(
+                "Continue the session", icon="play_arrow", on_click=report_errors(lambda: self._run(request))
+            )
 
     @ui.refreshable_method
     def _controls(self) -> None:
-        desk = self.desk
+        runner = self.runner
         with ui.element("section").classes("card w-full").props('aria-label="State"'):
             with ui.row().classes("items-center justify-between w-full"):
                 with ui.column().classes("gap-0"):
-                    ui.label(self._state_line()).classes("h2").props('role="status"')
-                    if desk.order is not None:
+                    ui.label(STATES[runner.state]).classes("h2").props('role="status"')
+                    if runner.request is not None:
                         with ui.row().classes("items-center gap-2"):
-                            ui.label(self._source_line()).classes("small quiet")
-                            if desk.order.source.startswith(("simulated:", "played:")):
+                            hint(self._relative(runner.request.source))
+                            if runner.request.source.startswith(("simulated:", "played:")):
                                 ui.label("simulated").classes("simulated")
-                if desk.running and self.holds:
+                if runner.running and self.controls_sensor:
                     ui.button("Stop", icon="stop", on_click=self._stop, color="negative")
-                elif desk.running:
+                elif runner.running:
                     with ui.row().classes("items-center"):
-                        ui.label("Another tab holds it; this one watches.").classes("quiet")
+                        ui.label("Another tab controls the sensor; this tab only watches.").classes("quiet")
                         ui.button("Take over", on_click=self._take_over).props("outline")
-            if desk.error is not None:
-                ui.label(desk.error).classes("text-negative").props('role="alert"')
-            elif desk.result is not None and not desk.running:
-                for line in result_lines(desk.result):
+            if runner.error is not None:
+                ui.label(runner.error).classes("text-negative").props('role="alert"')
+            elif runner.result is not None and not runner.running:
+                for line in result_lines(runner.result):
                     ui.label(line)
-            command = self._command()
-            if command is not None:
+            if runner.request is not None and (runner.request.plan or runner.request.run):
                 with ui.expansion("The same on the command line").classes("w-full"):
-                    ui.label(command).classes("code")
+                    ui.label(self._relative(_command(runner.request))).classes("code")
 
-    def _command(self) -> str | None:
-        """Return how the command line does the same; traces alone it does not show."""
-        order, folder = self.desk.order, f"{self.studio.workspace.folder}/"
-        if order is None or not (order.plan or order.run):
-            return None
-        if not order.plan:
-            words = ["tactogram", "live", order.run, "--source", order.source]
-        else:
-            words = ["tactogram", "capture", order.plan, "--source", order.source, "--data", order.data]
-            words += ["--session", order.session] if order.session else []
-            words += ["--recognise", order.run] if order.run else []
-            for key, value in order.changes.items():
-                words += ["--set", f"{key}={value}"]
-        return shlex.join(word.replace(folder, "") for word in words)
-
-    def _state_line(self) -> str:
-        return {
-            "idle": "Nothing is listened to",
-            "opening": "Opening the source …",
-            "watching": "Listening",
-            "recording": "Recording a session",
-        }[self.desk.state]
-
-    def _source_line(self) -> str:
-        order = self.desk.order
-        if order is None:
-            return ""
-        return order.source.replace(f"{self.studio.workspace.folder}/", "")
+    def _relative(self, text: str) -> str:
+        return text.replace(f"{self.studio.workspace.folder}/", "")
 
     @ui.refreshable_method
     def _session(self) -> None:
-        desk = self.desk
-        if desk.order is None or not desk.order.plan or not desk.running:
+        runner = self.runner
+        if runner.request is None or not runner.request.plan or not runner.running:
             return
-        question = desk.console.question
+        question = runner.console.question
         with ui.element("section").classes("card w-full").props('aria-label="Session"'):
             with ui.element("div").props('aria-live="assertive"'):
-                place = desk.console.status.place if desk.console.status else "Opening"
+                place = runner.console.status.place if runner.console.status else "Opening"
                 ui.label(place).classes("prompt")
                 if question is not None and question.text != place:
                     ui.label(question.text.removeprefix(f"{place}: "))
@@ -251,61 +237,59 @@ class LivePage:
                         ).props(f'data-key="{key}"')
                         if key != question.default:
                             button.props("outline")
-                        if not self.holds:
+                        if not self.controls_sensor:
                             button.disable()
             else:
-                ui.html(
-                    '<p class="figures" id="session-phase" aria-hidden="true"></p>'
-                    '<div class="track" aria-hidden="true"><span id="session-share"></span></div>',
-                    sanitize=False,
-                )
-            ui.html(
-                '<p class="small quiet mt-2">Move with the dot: one stroke a beat.</p>'
-                '<div class="stroke" data-still aria-hidden="true"><span id="session-dot"></span></div>',
-                sanitize=False,
-            )
+                ui.html(PHASE, sanitize=False)
+            ui.html(BEAT, sanitize=False)
             self.form.sound_switch()
-            if desk.console.lines:
+            if runner.console.lines:
                 with ui.element("ul").classes("said small quiet"):
-                    for line in list(desk.console.lines)[-6:][::-1]:
+                    for line in list(runner.console.lines)[: -LINES - 1 : -1]:
                         ui.element("li")._text = line
 
-    def _traces(self) -> None:
-        with ui.element("section").classes("card w-full").props('aria-label="Traces"'):
-            ui.label("Traces").classes("h2")
-            ui.html(CANVAS, sanitize=False).classes("w-full")
-            ui.html(METER, sanitize=False).classes("w-full")
-
     @ui.refreshable_method
-    def _guesses(self) -> None:
-        order = self.desk.order
-        if order is None or not order.run or order.plan:
+    def _classification(self) -> None:
+        request = self.runner.request
+        if request is None or not request.run or request.plan:
             return
-        with ui.element("section").classes("card w-full").props('aria-label="What it is taken for"'):
+        with ui.element("section").classes("card w-full").props('aria-label="Classified as"'):
             with ui.row().classes("items-center"):
-                ui.label("What it is taken for").classes("h2")
+                heading("Classified as")
                 ui.html('<span id="live-none" class="clipped" hidden>none of these</span>', sanitize=False)
-            ui.html('<p id="live-guess-told" class="quiet small figures"></p>', sanitize=False)
+            ui.html('<p id="live-guess-line" class="quiet small figures"></p>', sanitize=False)
             ui.html('<div id="live-guess"></div>', sanitize=False).classes("w-full")
 
 
+def _command(request: LiveRequest) -> str:
+    """Return the equivalent command; there is none for traces alone."""
+    if not request.plan:
+        return shlex.join(["tactogram", "live", request.run, "--source", request.source])
+    words = ["tactogram", "capture", request.plan, "--source", request.source, "--data", request.data]
+    words += ["--session", request.session] if request.session else []
+    words += ["--recognise", request.run] if request.run else []
+    for key, value in request.changes.items():
+        words += ["--set", f"{key}={value}"]
+    return shlex.join(words)
+
+
 def result_lines(result: dict[str, Any]) -> list[str]:
-    """Return what came of what was listened to, a line each."""
+    """Return a request's result in lines for people."""
     simulated = " (simulated)" if result.get("simulated") else ""
     if "accepted" in result:
-        why = f" {result['stopped']}." if result["stopped"] else ""
+        reason = f" {result['stopped']}." if result["stopped"] else ""
         return [
-            f"Session {result['session']}{simulated}: {result['accepted']} takes accepted, {result['redone']} made "
-            f"again, {result['skipped']} skipped, {result['left']} left.{why}",
+            f"Session {result['session']}{simulated}: {result['accepted']} takes accepted, {result['redone']} "
+            f"repeated, {result['skipped']} skipped, {result['left']} left.{reason}",
             f"{result['recordings']} recordings are in {result['store']}.",
         ]
     if "windows" in result:
         latency = result["latency"]
-        late = (
+        delay = (
             ""
             if latency["p50_ms"] is None
             else f"; p50 {latency['p50_ms']:.0f} ms, p99 {latency['p99_ms']:.0f} ms after the last sample"
         )
-        return [f"{result['judged']} of {result['windows']} windows judged{simulated}{late}."]
+        return [f"{result['judged']} of {result['windows']} windows classified{simulated}{delay}."]
     source = result["source"]
     return [f"{source['samples']} samples{simulated}, {source['lost']} lost; {result['stopped']}."]

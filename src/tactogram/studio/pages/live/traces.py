@@ -11,27 +11,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-BIN_S = 0.01
-KEPT_S = 10.0
 MOST_PENDING = 2_000_000
-"""Samples per axis that are kept while nobody knows the rate."""
+"""Samples per axis that wait for the rate."""
 
 
 @dataclass
 class Traces:
-    """Bins of a source's samples, numbered from 0; safe to add to and to read from different threads.
+    """Bins of ``bin_s`` (at least one sample) over the last ``kept_s``, numbered from 0; thread-safe."""
 
-    Parameters
-    ----------
-    bin_s : float, s
-        A bin holds at least one sample.
-    kept_s : float, s
-    """
-
-    bin_s: float = BIN_S
-    kept_s: float = KEPT_S
+    bin_s: float = 0.01
+    kept_s: float = 10.0
     rate: float | None = None
-    """Of the samples, Hz, as it was when the first bin was made; None while unknown."""
+    """Rate when the first bin was made, Hz; None while unknown."""
     _waiting: list[NDArray[np.float32]] = field(default_factory=list, repr=False)
     _bins: deque[tuple[NDArray[np.float32], NDArray[np.float32], bool]] = field(
         default_factory=deque, repr=False
@@ -41,19 +32,11 @@ class Traces:
 
     @property
     def per_bin(self) -> int:
-        """How many samples a bin holds; 0 while the rate is unknown."""
+        """Samples in a bin; 0 while the rate is unknown."""
         return 0 if self.rate is None else max(1, round(self.bin_s * self.rate))
 
     def add(self, samples: NDArray[np.float32], rate: float | None) -> None:
-        """Take in what came.
-
-        Parameters
-        ----------
-        samples : float32 array, shape (axis, n)
-            NaN where lost.
-        rate : float, optional
-            Hz, as far as it is known.
-        """
+        """Add samples (axis, n), NaN where lost, at a rate in Hz, None if unknown."""
         with self._lock:
             self._waiting.append(samples)
             if self.rate is None:
@@ -81,26 +64,26 @@ class Traces:
             self._bins.popleft()
 
     def since(self, after: int) -> Mapping[str, Any]:
-        """Return the bins from number ``after`` on that are still kept, as JSON values.
+        """Return the bins from number ``after`` on that are still stored, as JSON values.
 
         Returns
         -------
         dict
-            ``from`` (number of the first), ``next`` (of the one that comes), ``bin_s``, ``low`` and ``high`` (by axis,
-            by bin; None where all of a bin was lost), ``lost`` (by bin, whether a sample of it was).
+            ``from`` (number of the first), ``next`` (number of the next new one), ``bin_s``, ``low`` and ``high`` (by
+            axis and bin; None where all samples were lost), ``lost`` (by bin, 1 if a sample was lost).
         """
         with self._lock:
             first = max(after, self._next - len(self._bins), 0)
             first = first if first <= self._next else self._next - len(self._bins)
             bins = list(self._bins)[len(self._bins) - (self._next - first) :]
             seconds = 0.0 if self.rate is None else self.per_bin / self.rate
-            there = self._next
+            end = self._next
         low = [[_number(v) for v in row] for row in zip(*(b[0].tolist() for b in bins), strict=True)]
         high = [[_number(v) for v in row] for row in zip(*(b[1].tolist() for b in bins), strict=True)]
         lost = [int(b[2]) for b in bins]
-        return {"from": first, "next": there, "bin_s": seconds, "low": low, "high": high, "lost": lost}
+        return {"from": first, "next": end, "bin_s": seconds, "low": low, "high": high, "lost": lost}
 
 
 def _number(value: float) -> float | None:
-    """Return four significant digits, as far as a picture shows them; None for what did not come."""
+    """Return four significant digits, enough for a picture; None if the sample was lost."""
     return float(f"{value:.4g}") if np.isfinite(value) else None

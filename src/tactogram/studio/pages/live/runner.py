@@ -1,8 +1,7 @@
-"""The one sensor that a studio listens to at a time: traces, what a classifier makes of it, a session by a plan.
+"""Live runner: the one sensor that a studio listens to at a time, for traces, a classifier or a recording session.
 
-What runs is `workflows.capture.live` and `tactogram.workflows.capture.session`, in a thread of their own: no tab has
-to stay open. What
-was begun last is kept in a file, so that a session goes on after a crash.
+It runs `tactogram.workflows.capture.live` or `tactogram.workflows.capture.session` in a thread, so that no tab has to
+stay open. The last request is stored in a file: a session continues after a crash.
 """
 
 from __future__ import annotations
@@ -21,16 +20,15 @@ from tactogram.capture.live.recognition import WindowClassification
 from tactogram.capture.session.feed import Feed
 from tactogram.capture.session.plan import SessionPlan
 from tactogram.capture.stream.monitor import TappedSource
-from tactogram.errors import ParameterError, TactogramError
+from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.signal.io.atomic import write_text
 from tactogram.studio.pages.live.console import PageConsole, PageMetronome
 from tactogram.studio.pages.live.traces import Traces
+from tactogram.text_files import read_json
 
 State = Literal["idle", "opening", "watching", "recording"]
 LEVELS_S = 0.08
-"""How often the level meter is worked out, s."""
-QUIET_S = 2.0
-"""After so long without a block the page says that nothing comes."""
+"""Interval between updates of the level meter, s."""
 STOP_S = 6.0
 
 
@@ -43,11 +41,11 @@ class LiveRequest:
     source : str
         An address.
     run : str
-        Folder of a classifier's run; empty for none.
+        Folder of a classifier run; empty for none.
     plan, data, session : str
-        Of a recording session: plan by name or file, store, name; empty to look only.
+        Plan (name or file), store and name of a recording session; empty without one.
     changes : mapping
-        Values of the plan that differ.
+        Values of the plan to change.
     """
 
     source: str
@@ -59,7 +57,7 @@ class LiveRequest:
 
     @property
     def session_name(self) -> str:
-        """What the session is called: as said, else as `tactogram.workflows.capture.session.capture` calls it."""
+        """Name of the session; by default as `tactogram.workflows.capture.session.capture` chooses it."""
         if self.session or not self.plan:
             return self.session
         subject = str(self.changes.get("subject", ""))
@@ -70,7 +68,7 @@ class LiveRequest:
 
 
 class _SharedSource:
-    """A source whose blocks were read by somebody else, for a `Feed` of one's own."""
+    """A source whose blocks another reader passes on, for a second `Feed`."""
 
     def __init__(self, source: Source) -> None:
         self._source = source
@@ -84,13 +82,7 @@ class _SharedSource:
 
 
 class LiveRunner:
-    """Runs one order at a time.
-
-    Parameters
-    ----------
-    folder : Path
-        For ``live.json``, what was begun last.
-    """
+    """Runs one request at a time, and stores it as ``live.json`` in ``folder``."""
 
     def __init__(self, folder: Path) -> None:
         self._file = folder / "live.json"
@@ -99,54 +91,52 @@ class LiveRunner:
         self._stop = threading.Event()
         self.state: State = "idle"
         self.number = 0
-        """Of what runs, or ran last; every start counts."""
-        self.order: LiveRequest | None = None
+        """Number of the current or last request."""
+        self.request: LiveRequest | None = None
         self.console, self.metronome = PageConsole(), PageMetronome()
         self.traces = Traces()
         self.result: dict[str, Any] | None = None
         self.error: str | None = None
         self.holder: str | None = None
-        """The tab that may answer; others look on."""
+        """Tab that may answer questions; others only watch."""
         self._clear()
 
     def _clear(self) -> None:
         self._feed: Feed | None = None
-        self._handed: _SharedSource | None = None
+        self._shared: _SharedSource | None = None
         self._facts: dict[str, Any] = {}
         self._guess: dict[str, Any] | None = None
-        self._looked = 0.0
-        self._came = monotonic()
+        self._levels_at = 0.0
+        self._block_at = monotonic()
 
-    def last_order(self) -> LiveRequest | None:
-        """Return what was begun last, also before a restart; None if nothing was, or it cannot be read."""
+    def last_request(self) -> LiveRequest | None:
+        """Return the last request, also after a restart; None if there is none, or it cannot be read."""
         try:
-            return LiveRequest(**json.loads(self._file.read_text(encoding="utf-8")))
-        except (OSError, ValueError, TypeError):
+            return LiveRequest(**read_json(self._file))
+        except (DataError, TypeError):
             return None
 
-    def start(self, order: LiveRequest) -> None:
-        """Begin, in a thread.
+    def start(self, request: LiveRequest) -> None:
+        """Start a request in a thread.
 
         Raises
         ------
         ParameterError
-            If something runs, or the plan is none.
-        TactogramError
-            If the address is none.
+            If another request is running, or source, plan or store are invalid.
         """
-        open_source(order.source)  # refuses what is no address before anything begins
-        if order.plan:
-            SessionPlan.load(order.plan, changes=order.changes)
-            if not order.data:
-                raise ParameterError("a session needs a store to record into: give it a folder's name")
+        open_source(request.source)  # checks the address
+        if request.plan:
+            SessionPlan.load(request.plan, changes=request.changes)
+            if not request.data:
+                raise ParameterError("a session needs a store; enter a folder's name")
         with self._lock:
             if self.running:
-                raise ParameterError("something else is being listened to: stop it first")
+                raise ParameterError("the sensor is in use; stop it first")
             self._file.parent.mkdir(parents=True, exist_ok=True)
-            write_text(self._file, json.dumps(asdict(order), ensure_ascii=False, indent=1))
+            write_text(self._file, json.dumps(asdict(request), ensure_ascii=False, indent=1))
             self._stop.clear()
             self.number += 1
-            self.order, self.result, self.error, self.state = order, None, None, "opening"
+            self.request, self.result, self.error, self.state = request, None, None, "opening"
             self.console, self.metronome, self.traces = PageConsole(), PageMetronome(), Traces()
             self._clear()
             self._thread = threading.Thread(target=self._run, name="live", daemon=True)
@@ -154,11 +144,11 @@ class LiveRunner:
 
     @property
     def running(self) -> bool:
-        """Whether something is being listened to."""
+        """Whether a request is running."""
         return self._thread is not None and self._thread.is_alive()
 
     def stop(self) -> None:
-        """End what runs, and wait until the device is let go; a take that is asked about is not kept."""
+        """Stop the request and wait until the device is free; a take without an answer is discarded."""
         self._stop.set()
         self.console.end()
         thread = self._thread
@@ -166,38 +156,38 @@ class LiveRunner:
             thread.join(STOP_S)
 
     def _run(self) -> None:
-        order = self.order
-        if order is None:
+        request = self.request
+        if request is None:
             return
         try:
-            self.result = self._work(order)()
+            self.result = self._work(request)()
         except (TactogramError, OSError) as error:
             self.error = str(error)
         except Exception as error:
-            self.error = f"Something unexpected ended it: {type(error).__name__}: {error}"
+            self.error = f"Unexpected error: {type(error).__name__}: {error}"
         finally:
             self.state = "idle"
 
-    def _work(self, order: LiveRequest) -> Callable[[], dict[str, Any]]:
-        if order.plan:
+    def _work(self, request: LiveRequest) -> Callable[[], dict[str, Any]]:
+        if request.plan:
             from tactogram.workflows.capture.session import capture
 
             return lambda: capture(
-                order.plan,
-                order.source,
-                order.data,
-                session=order.session_name,
-                changes=order.changes,
-                recognise=order.run or None,
+                request.plan,
+                request.source,
+                request.data,
+                session=request.session_name,
+                changes=request.changes,
+                recognise=request.run or None,
                 console=self.console,
                 metronome=self.metronome,
                 heard=self._hear,
             )
-        if order.run:
+        if request.run:
             from tactogram.workflows.capture.live import live
 
-            return lambda: live(order.run, order.source, show=self._guessed, heard=self._hear)
-        return lambda: self._watch(order.source)
+            return lambda: live(request.run, request.source, show=self._show_guess, heard=self._hear)
+        return lambda: self._watch(request.source)
 
     def _watch(self, address: str) -> dict[str, Any]:
         why = "stopped"
@@ -213,21 +203,21 @@ class LiveRunner:
         return {"source": facts, "stopped": why, "simulated": bool(facts.get("simulated"))}
 
     def _hear(self, source: Source, block: Block | None) -> None:
-        if self._stop.is_set() and not (self.order and self.order.plan):
+        session = self.request is not None and bool(self.request.plan)
+        # An open question of a session is answered with q instead.
+        if self._stop.is_set() and not (session and self.console.question is not None):
             raise KeyboardInterrupt
-        if self._stop.is_set() and self.console.question is None:
-            raise KeyboardInterrupt  # in the middle of a take; where a question stands, it is answered with q
         if self._feed is None:
-            self._handed = _SharedSource(source)
-            self._feed = Feed(self._handed, silence_s=float("inf"))
-            self.state = "recording" if self.order and self.order.plan else "watching"
-        if block is not None and self._handed is not None:
-            self._came = monotonic()
-            self._handed.blocks.put(block)
+            self._shared = _SharedSource(source)
+            self._feed = Feed(self._shared, silence_s=float("inf"))
+            self.state = "recording" if session else "watching"
+        if block is not None and self._shared is not None:
+            self._block_at = monotonic()
+            self._shared.blocks.put(block)
             self._feed.poll(0.0)
             self.traces.add(block.samples, self._feed.rate)
-        if monotonic() - self._looked > LEVELS_S:
-            self._looked = monotonic()
+        if monotonic() - self._levels_at > LEVELS_S:
+            self._levels_at = monotonic()
             levels = self._feed.levels()
             self._facts = {
                 "axes": list(source.axes),
@@ -240,10 +230,10 @@ class LiveRunner:
 
     @property
     def simulated(self) -> bool:
-        """Whether what is heard is simulated."""
+        """Whether the source is simulated."""
         return bool(self._facts.get("simulated"))
 
-    def _guessed(self, guess: WindowClassification) -> None:
+    def _show_guess(self, guess: WindowClassification) -> None:
         self._guess = guess.facts()
 
     def now(self, after: int = 0, number: int = 0) -> dict[str, Any]:
@@ -252,9 +242,9 @@ class LiveRunner:
         Parameters
         ----------
         after : int
-            Bin from which on the page has not drawn yet; see `Traces.since`.
+            Bin from which on the page needs the traces; see `Traces.since`.
         number : int
-            What the page drew last: where something else began since, it gets all bins.
+            Request that the page drew last; if another was started since, it gets all bins.
         """
         status = self.console.status
         question = self.console.question
@@ -265,7 +255,7 @@ class LiveRunner:
             "number": self.number,
             "state": self.state,
             **self._facts,
-            "silent_s": round(monotonic() - self._came, 1) if self.running else 0.0,
+            "silent_s": round(monotonic() - self._block_at, 1) if self.running else 0.0,
             "traces": self.traces.since(after if number == self.number else 0),
             "guess": self._guess,
             "status": shown,

@@ -7,14 +7,14 @@ from tactogram.capture.session.console import CaptureStatus
 from tactogram.errors import DataError, ParameterError
 from tactogram.studio.pages.live.choices import (
     classifiers,
-    confined,
-    needs_material,
+    confine_address,
     plan_choices,
     session_state,
     source_choices,
+    without_materials,
 )
 from tactogram.studio.pages.live.console import PageConsole, PageMetronome
-from tactogram.studio.pages.live.desk import LiveRequest, LiveRunner
+from tactogram.studio.pages.live.runner import LiveRequest, LiveRunner
 from tactogram.studio.pages.live.traces import Traces
 from tactogram.studio.workspace.folder import Workspace
 from tactogram.workflows.capture.session import capture
@@ -97,35 +97,35 @@ def test_the_metronome_says_where_its_beat_is():
     assert metronome.facts() is None
 
 
-def test_a_desk_listens_draws_and_lets_the_device_go(tmp_path, until):
-    desk = LiveRunner(tmp_path)
-    desk.start(LiveRequest(SIMULATED))
-    until(lambda: desk.now()["traces"]["next"] > 40)
-    now = desk.now()
+def test_a_runner_listens_draws_and_lets_the_device_go(tmp_path, until):
+    runner = LiveRunner(tmp_path)
+    runner.start(LiveRequest(SIMULATED))
+    until(lambda: runner.now()["traces"]["next"] > 40)
+    now = runner.now()
     assert (now["state"], now["axes"], now["simulated"]) == ("watching", ["x", "y", "z"], True)
     assert now["levels"]["rms"] > 0
     with pytest.raises(ParameterError, match="stop it first"):
-        desk.start(LiveRequest(SIMULATED))
-    desk.stop()
-    assert not desk.running
-    assert desk.result["simulated"]
-    assert desk.last_order() == LiveRequest(SIMULATED)
+        runner.start(LiveRequest(SIMULATED))
+    runner.stop()
+    assert not runner.running
+    assert runner.result["simulated"]
+    assert runner.last_request() == LiveRequest(SIMULATED)
 
 
 @pytest.mark.parametrize("address", ["nothing:", "simulated:twelite?rate=fast"])
 def test_what_is_no_address_begins_nothing(tmp_path, address):
-    desk = LiveRunner(tmp_path)
+    runner = LiveRunner(tmp_path)
     with pytest.raises(ParameterError):
-        desk.start(LiveRequest(address))
-    assert (desk.state, desk.last_order()) == ("idle", None)
+        runner.start(LiveRequest(address))
+    assert (runner.state, runner.last_request()) == ("idle", None)
 
 
 def test_a_device_that_does_not_open_is_told(tmp_path, until):
-    desk = LiveRunner(tmp_path)
-    desk.start(LiveRequest("serial:/dev/no-such-port"))
-    until(lambda: not desk.running)
-    assert "no-such-port" in desk.error
-    assert desk.state == "idle"
+    runner = LiveRunner(tmp_path)
+    runner.start(LiveRequest("serial:/dev/no-such-port"))
+    until(lambda: not runner.running)
+    assert "no-such-port" in runner.error
+    assert runner.state == "idle"
 
 
 @pytest.fixture(name="plan")
@@ -141,27 +141,27 @@ def plan_fixture(tmp_path):
 
 def test_a_session_is_the_terminals_and_says_how_far_it_is(tmp_path, plan, until):
     workspace = Workspace.at(tmp_path)
-    desk = LiveRunner(workspace.studio_folder)
-    order = LiveRequest(SIMULATED, plan=str(plan), data=str(tmp_path / "rec"), changes={"subject": "K7"})
-    desk.start(order)
+    runner = LiveRunner(workspace.studio_folder)
+    request = LiveRequest(SIMULATED, plan=str(plan), data=str(tmp_path / "rec"), changes={"subject": "K7"})
+    runner.start(request)
     for key in ("b", "a"):
-        until(lambda k=key: desk.console.question is not None and k in desk.console.question.keys)
-        assert desk.console.answer(desk.console.question.number, key)
-    until(lambda: desk.console.question is not None and "b" in desk.console.question.keys)
-    desk.stop()
-    assert (desk.result["session"], desk.result["accepted"], desk.result["left"]) == ("tiny-K7", 1, 1)
-    state = session_state(workspace, "rec", order.session_name)
+        until(lambda k=key: runner.console.question is not None and k in runner.console.question.keys)
+        assert runner.console.answer(runner.console.question.number, key)
+    until(lambda: runner.console.question is not None and "b" in runner.console.question.keys)
+    runner.stop()
+    assert (runner.result["session"], runner.result["accepted"], runner.result["left"]) == ("tiny-K7", 1, 1)
+    state = session_state(workspace, "rec", request.session_name)
     assert state == {"total": 2, "accepted": 1, "skipped": 0, "left": 1, "open": False}
     rest = capture(plan, SIMULATED, tmp_path / "rec", changes={"subject": "K7"}, yes=True, sound=False)
     assert (rest["accepted"], rest["left"], rest["recordings"]) == (1, 0, 2)
 
 
 def test_a_session_needs_a_plan_that_is_one_and_a_store(tmp_path, plan):
-    desk = LiveRunner(tmp_path / "own")
+    runner = LiveRunner(tmp_path / "own")
     with pytest.raises(ParameterError, match="needs a store"):
-        desk.start(LiveRequest(SIMULATED, plan=str(plan)))
+        runner.start(LiveRequest(SIMULATED, plan=str(plan)))
     with pytest.raises(ParameterError, match="no such session plan"):
-        desk.start(LiveRequest(SIMULATED, plan="none such", data=str(tmp_path / "rec")))
+        runner.start(LiveRequest(SIMULATED, plan="none such", data=str(tmp_path / "rec")))
 
 
 def test_simulated_sources_are_always_there(surfaces):
@@ -177,7 +177,7 @@ def test_simulated_sources_are_always_there(surfaces):
     addresses = [choice.address for choice in found if choice.simulated]
     assert "played:studio/first/surfaces?rate=330&loss=0.01&materials=all" in addresses
     assert any(address.startswith("simulated:twelite") for address in addresses)
-    assert needs_material(addresses[0]) == "played:studio/first/surfaces?rate=330&loss=0.01"
+    assert without_materials(addresses[0]) == "played:studio/first/surfaces?rate=330&loss=0.01"
 
 
 @pytest.mark.parametrize(
@@ -191,13 +191,23 @@ def test_simulated_sources_are_always_there(surfaces):
 )
 def test_a_source_reads_and_writes_nothing_outside_of_the_workspace(tmp_path, address):
     with pytest.raises(ParameterError, match="outside"):
-        confined(Workspace.at(tmp_path), address)
+        confine_address(Workspace.at(tmp_path), address)
 
 
 def test_a_confined_address_stays_what_it_is(tmp_path):
     workspace = Workspace.at(tmp_path)
-    assert confined(workspace, "serial:/dev/ttyACM0?unit=g") == "serial:/dev/ttyACM0?unit=g"
-    assert confined(workspace, "played:s?loss=0.1") == f"played:{tmp_path / 's'}?loss=0.1"
+    assert confine_address(workspace, "serial:/dev/ttyACM0?unit=g") == "serial:/dev/ttyACM0?unit=g"
+    assert confine_address(workspace, "played:s?loss=0.1") == f"played:{tmp_path / 's'}?loss=0.1"
+
+
+@pytest.mark.parametrize("text", ["{", "[]", '{"source": "a", "other": 1}', "\xff"])
+def test_a_damaged_request_or_journal_is_none(tmp_path, text):
+    (tmp_path / "live.json").write_bytes(text.encode("latin-1"))
+    assert LiveRunner(tmp_path).last_request() is None
+    journal = tmp_path / "rec.sessions" / "one" / "session.jsonl"
+    journal.parent.mkdir(parents=True)
+    journal.write_bytes(text.encode("latin-1") + b"\n")
+    assert session_state(Workspace.at(tmp_path), "rec", "one") is None
 
 
 def test_plans_and_classifiers_of_the_workspace_are_found(tmp_path, plan):
@@ -209,6 +219,8 @@ def test_plans_and_classifiers_of_the_workspace_are_found(tmp_path, plan):
     (run / "recipe.toml").write_text('model = "stroke_cnn"\n')
     (run / "model.json").write_text('{"kind": {"materials": ["a", "b"]}}')
     assert classifiers(workspace) == {"runs/nine": "runs/nine (2 materials)"}
+    (run / "model.json").write_text("[1]")
+    assert classifiers(workspace) == {}
 
 
 def test_a_session_that_is_none_has_no_state(tmp_path):
@@ -228,9 +240,9 @@ def test_what_a_classifier_makes_of_it_is_shown(tmp_path, monkeypatch, until):
         return {"windows": 1, "judged": 1}
 
     monkeypatch.setattr(tactogram.workflows.capture.live, "live", live)
-    desk = LiveRunner(tmp_path)
-    desk.start(LiveRequest(SIMULATED, run="runs/nine"))
-    until(lambda: desk.result is not None)
-    shown = desk.now()["guess"]
+    runner = LiveRunner(tmp_path)
+    runner.start(LiveRequest(SIMULATED, run="runs/nine"))
+    until(lambda: runner.result is not None)
+    shown = runner.now()["guess"]
     assert (shown["material"], shown["none_of_these"], shown["latency_s"]) == ("tile", True, 0.02)
     assert shown["probabilities"] == {"cork": 0.2, "tile": 0.8}
