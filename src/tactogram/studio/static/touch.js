@@ -1,4 +1,4 @@
-/** The page Touch: what is chosen goes to the sound, what the hand does too, and what the sound does is shown. */
+/** The page Touch: passes textures and the hand's motion to the sound, and shows its reports. */
 
 import { BEGINS_MS } from "/participants/static/awake.js";
 
@@ -8,11 +8,11 @@ import { ASSUMED, calibrate, measured } from "./touch_scale.js";
 import { Sound, drawSpectrum, quantile } from "./touch_sound.js";
 import { Vibration } from "./touch_vibration.js";
 
-/** The loudest moment of what is felt first, in dB of full scale: heard, and harmless on headphones. */
+/** Peak of the first textures, in dB of full scale: audible, and harmless on headphones. */
 const SAFE_DB = -20;
-/** Louder textures than this make the gain go down to `SAFE_DB` when they are chosen. */
+/** Textures with a higher peak reduce the gain to `SAFE_DB` when they are chosen. */
 const LOUD_DB = -6;
-/** By how much the loudest bin of a texture is below its strongest moment, about. */
+/** Approximate difference between a texture's peak and the loudest bin of its spectrum. */
 const HEADROOM_DB = 20;
 const SETTINGS = "tactogram.touch";
 const $ = (id) => document.getElementById(`touch-${id}`);
@@ -31,19 +31,19 @@ let gain = 0;
 /** Largest magnitude of the textures under a simulated hand, and their unit. */
 let strongest = { peak: 0, unit: "" };
 let limitedSince = 0;
-/** When the sound was asked for last. */
-let asked = Infinity;
+/** Time of the last request to start the sound. */
+let startedAt = Infinity;
 
-/** For looking at from outside: the tests move the pointer and read this. */
+/** For tests and other scripts. */
 window.tactogramTouch = { pad, rows, sound, report, vibration, loaded: () => $("pad") && rows.ready };
 
-function reported(told) {
-  if (told.limited > report.limited) limitedSince = performance.now();
-  Object.assign(report, told);
-  vibration.follow(told, rows.fields()[told.field] ?? []);
+function reported(update) {
+  if (update.limited > report.limited) limitedSince = performance.now();
+  Object.assign(report, update);
+  vibration.follow(update, rows.fields()[update.field] ?? []);
 }
 
-/** Textures were chosen, or their weights moved. */
+/** Apply a change of textures or weights. */
 async function loaded({ changed }) {
   const tables = rows.tables();
   const fields = rows.fields();
@@ -61,7 +61,7 @@ async function loaded({ changed }) {
   $("pad").closest(".touch-page").dataset.ready = String(tables.length > 0);
 }
 
-/** The gain stays, so that what is stronger feels stronger, unless it would be too much or means something else. */
+/** Keep the gain, so that strengths can be compared, unless it is too high or the unit differs. */
 function setStrongest(heads) {
   if (!heads.length) return;
   const peak = Math.max(...heads.map((head) => head.peak));
@@ -81,20 +81,20 @@ function setGain(to) {
   const db = Math.round(20 * Math.log10(peak));
   $("volume").value = String(db);
   $("volume-value").value = `${db} dB`;
-  const unit = strongest.unit === "1" ? "of the signal" : `per ${named(strongest.unit)}`;
+  const unit = strongest.unit === "1" ? "of the signal" : `per ${unitText(strongest.unit)}`;
   $("gain").textContent =
-    `gain=${figure(gain)}: parts of full scale ${unit}; the strongest moment is peak=${figure(peak)}. ` +
-    "What full scale is in m/s² is the sound card's, amplifier's and actuator's to say, and is not known here.";
+    `gain=${figure(gain)}: parts of full scale ${unit}; the largest sample is peak=${figure(peak)}. ` +
+    "The output in m/s² depends on sound card, amplifier and actuator, which are not known here.";
   sound.tell({ kind: "output", gain });
 }
 
 async function begin(on) {
   if (on) {
-    asked = performance.now();
+    startedAt = performance.now();
     await sound.begin();
   }
   sound.wanted = open = on;
-  // Who began by keys goes on by keys: on the pad.
+  // A user who started with the keyboard continues with it, on the pad.
   if (document.activeElement === $("begin")) $("pad").focus();
   $("begin").hidden = true;
   $("mute").setAttribute("aria-pressed", String(on));
@@ -114,8 +114,8 @@ function scale() {
   $("scale").textContent =
     `The pad is ${width.toFixed(0)} by ${height.toFixed(0)} mm, ` +
     (known
-      ? `measured with a card: ${known.toFixed(2)} pixels for each mm.`
-      : `assumed: ${ASSUMED.toFixed(2)} pixels for each mm, as CSS has it. Measure it for true speeds.`);
+      ? `measured with a card: ${known.toFixed(2)} pixels per mm.`
+      : `assumed: ${ASSUMED.toFixed(2)} pixels per mm, the CSS default. Measure it for true speeds.`);
   sound.tell({ kind: "fields", fields: rows.fields(), width_mm: width / rows.fields().length });
 }
 
@@ -123,17 +123,17 @@ function showNumbers() {
   const sliding = report.state === "slide";
   $("speed").value = `${sliding ? report.speed.toFixed(0) : 0} mm/s`;
   $("force").value = report.state === "lost" || report.state === "air" ? "lifted" : `${report.force.toFixed(2)} N`;
-  const level = report.rms < 1e-4 ? 0 : report.rms; // what fades out is not told in powers of ten
-  $("level").value = strongest.unit ? `${figure(level)} ${named(strongest.unit)}` : "–";
+  const level = report.rms < 1e-4 ? 0 : report.rms; // a fading level is not shown in powers of ten
+  $("level").value = strongest.unit ? `${figure(level)} ${unitText(strongest.unit)}` : "–";
   const late = sound.latencies;
   $("latency").value = late.length > 4 ? `${(1e3 * quantile(late, 0.5)).toFixed(0)} ms` : "–";
-  const told = sound.told();
-  const ms = (value) => (value === null ? "not said" : `${(1e3 * value).toFixed(1)} ms`);
+  const delays = sound.delays();
+  const ms = (value) => (value === null ? "not reported" : `${(1e3 * value).toFixed(1)} ms`);
   const facts = {
     "pointer to output, median": late.length > 4 ? ms(quantile(late, 0.5)) : "–",
-    "95 % are below": late.length > 4 ? ms(quantile(late, 0.95)) : "–",
-    "in it: the browser's own buffer": ms(told.base),
-    "in it: output, as the system says": ms(told.output),
+    "95 % below": late.length > 4 ? ms(quantile(late, 0.95)) : "–",
+    "including the browser's buffer": ms(delays.base),
+    "including output, as reported by the system": ms(delays.output),
     "samples made in": sound.threaded ? "the audio thread" : "the page's thread",
     "motion used / dropped": `${report.counts?.used ?? 0} / ${(report.counts?.late ?? 0) + (report.counts?.out_of_order ?? 0)}`,
   };
@@ -146,11 +146,11 @@ function showNumbers() {
 function warn() {
   const now = performance.now();
   const limiting = now - limitedSince < 2000 && limitedSince > 0;
-  const silent = sound.wanted && sound.context.state !== "running" && now - asked > BEGINS_MS;
+  const silent = sound.wanted && sound.context.state !== "running" && now - startedAt > BEGINS_MS;
   const text = silent
-    ? "The browser has not begun the sound. Press again; if that does not help, look for a sound output, or for another program that holds it."
+    ? "The browser has not started the sound. Press again; if that does not help, check the sound output and other programs that use it."
     : limiting
-      ? "Limited: it would have been over full scale. Turn the volume down."
+      ? "The output exceeds full scale and is limited. Turn the volume down."
       : "";
   if ($("limited").textContent !== text) $("limited").textContent = text;
 }
@@ -162,12 +162,12 @@ function draw() {
   requestAnimationFrame(draw);
 }
 
-/** Return a unit as people write it. */
-function named(unit) {
+/** Return a unit for people. */
+function unitText(unit) {
   return unit === "1" ? "" : unit.replace("^2", "²");
 }
 
-/** Wait until the page is there: NiceGUI draws it after its scripts have begun. */
+/** Wait until the page is drawn: NiceGUI does that after starting the scripts. */
 async function present(absent) {
   while (absent) {
     await new Promise((resolve) => setTimeout(resolve, 20));
@@ -193,14 +193,14 @@ function stored() {
   }
 }
 
-/** Nothing is lost on a reload. */
+/** Store the settings, so that they survive a reload. */
 function keep() {
   const gains = { ...kept.gain, [strongest.unit]: gain };
   const values = { rows: rows.state(), gain: gains, force: pad.force, hover: pad.hover, vibrate: vibration.on };
   try {
     localStorage.setItem(SETTINGS, JSON.stringify(values));
   } catch {
-    // A browser that keeps nothing begins anew after a reload.
+    // Without storage, a reload starts over.
   }
 }
 
@@ -253,8 +253,8 @@ function begun() {
   $("vibrate").checked = vibration.on;
   $("vibrate").disabled = !able;
   $("vibrate-why").textContent = able
-    ? "Only where there is a vibrator: phones, not desktop computers. On and off follow the texture's strength; a phone has one frequency."
-    : "This browser has no vibration (Safari and Firefox have none); Chrome on Android has.";
+    ? "Works on phones, not on desktop computers. The vibration switches on and off with the texture's strength, at the phone's one frequency."
+    : "This browser cannot vibrate (nor can Safari or Firefox); Chrome on Android can.";
   showForce();
   listen();
   scale();

@@ -1,6 +1,6 @@
 /**
- * Motion in, samples out: `tactogram.rendering.streaming.engine` and `.contact` in the browser, and what goes to the
- * sound card after them. Nothing here knows of pages or audio contexts.
+ * Motion to samples: `tactogram.rendering.streaming.engine` and `.contact` in the browser, and the output stage after
+ * them. Independent of pages and audio contexts.
  */
 
 import { Finger, Follower } from "./touch_motion.js";
@@ -8,12 +8,12 @@ import { textureOf } from "./touch_textures.js";
 
 const GLIDE_S = 0.05;
 
-/** The transient of a landing, see `ContactSettings`. */
+/** Transient of a landing; see `ContactSettings`. */
 const CONTACT = { frequency_hz: 160, decay_s: 0.012, gain: 4, hardest_n: 3 };
 const AT_ONCE = 8;
 const OVER = 1e-4;
 
-/** Decaying sines that begin at once when a finger lands. */
+/** Decaying sines that start when a finger lands. */
 export class Transients {
   /** @param {number} rate */
   constructor(rate, settings = CONTACT) {
@@ -60,7 +60,7 @@ export class Transients {
   }
 }
 
-/** Textures under a finger; the pad may have several fields side by side, each with a mix of its own. */
+/** Textures under a finger; the pad may have several fields side by side, each with its own mix. */
 export class Engine {
   /**
    * @param {import("./touch_textures.js").Table[]} tables
@@ -143,27 +143,27 @@ export class Engine {
 
 const MUTING_S = 0.02;
 const RELEASE_S = 0.1;
-/** Largest magnitude that is sent: a little below full scale. */
+/** Largest output: a little below full scale. */
 export const CEILING = 0.89;
 
-/** From the textures' unit to parts of a sound card's full scale: gain, mute, and a limit that nothing gets over. */
+/** Output stage from the textures' unit to parts of full scale: gain, mute and limiter. */
 export class Output {
   /** @param {number} rate */
   constructor(rate) {
     /** Parts of full scale per unit. */
     this.gain = 0;
     this.open = false;
-    /** Samples that would have been over the ceiling. */
+    /** Samples that were limited. */
     this.limited = 0;
     this._gain = 0;
     this._share = 0;
-    this._held = 1;
+    this._limit = 1;
     this._step = 1 / (MUTING_S * rate);
     this._glide = 1 - Math.exp(-1 / (MUTING_S * rate));
     this._release = 1 - Math.exp(-1 / (RELEASE_S * rate));
   }
 
-  /** Whether it is silent, whatever comes in. */
+  /** Whether the output is silent for any input. */
   get silent() {
     return this._share === 0;
   }
@@ -180,16 +180,16 @@ export class Output {
       let x = out[i] * this._gain * this._share;
       if (!(x > -Infinity && x < Infinity)) x = 0;
       const size = Math.abs(x);
-      if (size * this._held > CEILING) {
-        this._held = CEILING / size; // at once: nothing is ever over it
+      if (size * this._limit > CEILING) {
+        this._limit = CEILING / size; // immediately: no sample exceeds it
         this.limited += 1;
       }
-      out[i] = x * this._held;
-      this._held += this._release * (1 - this._held);
+      out[i] = x * this._limit;
+      this._limit += this._release * (1 - this._limit);
     }
   }
 
-  /** Take up the gain at once, for a rendering that begins with it. */
+  /** Apply the gain immediately, for a rendering that starts with it. */
   settle() {
     this._gain = this.gain;
     this._share = this.open ? 1 : 0;

@@ -1,27 +1,27 @@
 /**
- * How the finger moves: `tactogram.rendering.streaming.motion` and `.following`, in the browser.
+ * Motion of the finger: `tactogram.rendering.streaming.motion` and `.following` in the browser.
  *
- * The same numbers in the same order as there, so that both make the same samples of the same motion; why each step is
- * as it is stands there. Lengths in mm, speeds in mm/s, forces in N, times in s.
+ * The same operations in the same order, so that both make the same samples from the same motion; reasons are given
+ * there. Lengths in mm, speeds in mm/s, forces in N, times in s.
  */
 
 /**
- * One message about the finger; what is not known is NaN.
+ * One message about the finger; unknown values are NaN.
  * @typedef {object} Sample
  * @property {number} time On the sender's clock.
  * @property {number} arrival On the engine's clock.
  * @property {number} x
  * @property {number} y
  * @property {number} force 0 is a lifted finger.
- * @property {boolean} [quiet] A landing that is not felt: a mouse that glides in from outside.
- * @property {boolean} [made] Not of a pointer: keys, a simulated hand, a finger that rests.
+ * @property {boolean} [quiet] A landing without a transient: a mouse that enters the pad.
+ * @property {boolean} [made] Not from a pointer: keys, a simulated hand, a resting finger.
  */
 
 const DRIFT = 2e-4;
 const RESTART_S = 1.0;
 const FARTHEST_MM = 1e6;
 
-/** A late sample is dropped after 30 ms there; a browser may hold pointer events back for two frames of 60 Hz. */
+/** Python drops samples after 30 ms; a browser may delay pointer events for two frames of 60 Hz. */
 export const SETTINGS = Object.freeze({
   smoothing_s: 0.01,
   late_s: 0.06,
@@ -33,7 +33,7 @@ export const SETTINGS = Object.freeze({
   jump_mm: 20.0,
 });
 
-/** What is known of the finger now: `hear` each sample, ask at the beginning of each block. */
+/** Present state of the finger: `hear` each sample, read at the start of each block. */
 export class Finger {
   /** @param {typeof SETTINGS} [settings] */
   constructor(settings = SETTINGS) {
@@ -44,9 +44,9 @@ export class Finger {
     this.force = NaN;
     this.heard_s = -Infinity;
     this.touching = false;
-    /** Force at a landing that no block has taken up yet. */
+    /** Force of a landing that no block contains yet. */
     this.landed_n = 0;
-    /** Whether the newest position is another place, not a stroke. */
+    /** Whether the newest position is a jump, not a stroke. */
     this.jumped = false;
     this.interval_s = 0;
     this._positions = 0;
@@ -204,7 +204,7 @@ const FORCE_S = 0.005;
 const LANDING_S = 0.003;
 const LIFTING_S = 0.012;
 
-/** The finger at each sample of a block: what comes in steps goes out without a jump. */
+/** The finger at each sample of a block, interpolated without jumps. */
 export class Follower {
   /**
    * @param {number} rate Hz.
@@ -245,7 +245,7 @@ export class Follower {
     }
     const elsewhere = finger.jumped && place !== null;
     if (elsewhere) {
-      // Fade where it is, and go there unheard.
+      // Fade out here, and move there silently.
       place = null;
       vx = vy = 0;
     }

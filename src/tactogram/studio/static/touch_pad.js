@@ -1,8 +1,8 @@
-/** The pad: pointer, keys or a simulated hand become samples of motion in mm; surface, trail and probe are drawn. */
+/** The pad: turns pointer, keys or a simulated hand into motion in mm; draws surface, trail and probe. */
 
 import { fitted } from "./touch_sound.js";
 
-/** A finger that rests sends no events; so long after the last one it is said to be where it was. */
+/** A resting finger sends no events; after this time its last position is sent again. */
 const HELD_MS = 25;
 const BEAT_MS = 8;
 const LIFTED_MS = 400;
@@ -10,7 +10,7 @@ const TRAIL_S = 0.7;
 const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 const KEY_MM_S = { slow: 80, fast: 250 };
 
-/** A pad over an element; `tell` gets each batch of samples. */
+/** A pad over an element; `tell` receives each batch of samples. */
 export class Pad {
   /**
    * @param {HTMLElement} element
@@ -21,15 +21,15 @@ export class Pad {
     this.canvas = element.querySelector("canvas");
     this._tell = tell;
     this.pxPerMm = 96 / 25.4;
-    /** Force of a finger or mouse, which say none, N. */
+    /** Force of a finger or mouse, which report none, N. */
     this.force = 0.6;
     /** Force at full pressure of a pen, N. */
     this.fullForce = 2;
-    /** Whether a mouse is felt without a button pressed. */
+    /** Whether a mouse touches without a pressed button. */
     this.hover = true;
-    /** Of each field from left to right the pictures that lie above each other: `{bitmap, mm_per_pixel, name, opacity}`. */
+    /** Stacked pictures of each field, from left to right: `{bitmap, mm_per_pixel, name, opacity}`. */
     this.fields = [];
-    /** What was sent lately, for tests and for looking at: `{time, x, y, force}`. */
+    /** Recent samples, for tests and the trail: `{time, x, y, force}`. */
     this.track = [];
     this._pointer = null;
     this._last = null;
@@ -47,7 +47,7 @@ export class Pad {
     return { width: clientWidth / this.pxPerMm, height: clientHeight / this.pxPerMm };
   }
 
-  /** Let a simulated hand stroke, or stop it. */
+  /** Start or stop the simulated hand. */
   set hand(on) {
     if (on) this._hand = { began: performance.now() };
     else if (this._hand) {
@@ -73,11 +73,9 @@ export class Pad {
     if (this._last) this._drawProbe(pen, report);
   }
 
-  // -- what comes in ---------------------------------------------------------------------------------
-
   _listen() {
     const { element } = this;
-    // Unlike pointermove, which waits for the next picture, it comes as the device sends it.
+    // Unlike pointermove, it does not wait for the next frame.
     const moved = "onpointerrawupdate" in element ? "pointerrawupdate" : "pointermove";
     element.addEventListener(moved, (event) => this._moved(event));
     element.addEventListener("pointerdown", (event) => {
@@ -89,7 +87,7 @@ export class Pad {
       try {
         element.setPointerCapture(event.pointerId);
       } catch {
-        // A pointer that is gone already, or one that a test made up.
+        // The pointer is gone, or was made by a test.
       }
       const tapped = this.hover && event.pointerType === "mouse" && this._last?.force > 0;
       this._send([this._sample(event)]);
@@ -137,7 +135,7 @@ export class Pad {
   }
 
   _forceOf(event) {
-    // Only a pen's pressure is measured: a mouse says 0.5, most screens say nothing of a finger.
+    // Only pens measure pressure: a mouse reports 0.5, most screens nothing for a finger.
     return event.pointerType === "pen" && event.pressure > 0 ? event.pressure * this.fullForce : this.force;
   }
 
@@ -154,12 +152,12 @@ export class Pad {
 
   _lift(ms) {
     if (!this._last || this._last.force === 0) return;
-    // After a resting finger was spoken of an older event may come; the lift must not be dropped for that.
+    // An older event may follow the repeated position of a resting finger; the lift must not be dropped for it.
     const time = Math.max(ms / 1e3, this._last.time + 1e-4);
     this._send([{ ...this._last, time, force: 0 }], true);
   }
 
-  /** Say again and again where a resting finger is; move keys and the simulated hand on. */
+  /** Repeat the position of a resting finger; advance keys and the simulated hand. */
   _beat(now) {
     if (this._hand) this._stroke(now);
     else if (this._keys.size || this._keyPlace) this._keyed(now);
@@ -201,7 +199,7 @@ export class Pad {
     if (lifted) this._keyPlace = null;
   }
 
-  /** Strokes of least jerk to and fro (Flash and Hogan 1985), a little lower each time. */
+  /** Minimum-jerk strokes back and forth (Flash and Hogan 1985), a little lower each time. */
   _stroke(now) {
     const { width, height } = this.size;
     const seconds = (now - this._hand.began) / 1e3;
@@ -214,8 +212,6 @@ export class Pad {
     this._send([{ time: now / 1e3, x, y, force: this.force, quiet: true }], true);
   }
 
-  // -- what is seen ----------------------------------------------------------------------------------
-
   _drawFields(pen, width, height) {
     const across = width / Math.max(1, this.fields.length);
     this.fields.forEach((layers, n) => {
@@ -226,7 +222,7 @@ export class Pad {
       pen.clip();
       for (const { bitmap, mm_per_pixel: scale, opacity } of layers) {
         if (!bitmap) continue;
-        // At its true size, laid out again and again; where that is not known it fills the field.
+        // Tiled at its true size; if that is unknown, the picture fills the field.
         const zoom = scale ? scale * this.pxPerMm : Math.max(across / bitmap.width, height / bitmap.height);
         const pattern = pen.createPattern(bitmap, "repeat");
         pattern.setTransform(new DOMMatrix([zoom, 0, 0, zoom, left, 0]));

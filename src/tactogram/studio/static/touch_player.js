@@ -1,7 +1,7 @@
 /**
- * What a page tells the sound, and what the sound tells the page: messages around an engine and its output.
+ * Messages from the page to the engine and its output, and reports back.
  *
- * Runs in an AudioWorklet (`touch_worklet.js`) or, where a page has none, beside it (`touch_sound.js`).
+ * Runs in an AudioWorklet (`touch_worklet.js`) or, if there is none, in the page (`touch_sound.js`).
  */
 
 import { Engine, Output } from "./touch_dsp.js";
@@ -11,7 +11,7 @@ import { tableOf } from "./touch_textures.js";
 const REPORT_S = 0.03;
 export const QUANTUM = 128;
 
-/** An engine that is told what to do. */
+/** An engine controlled by messages. */
 export class Player {
   /**
    * @param {number} rate
@@ -28,11 +28,11 @@ export class Player {
     this._next = null;
     this._changing = false;
     this._waiting = [];
-    /** Samples that are heard when their time comes, for renderings without a hand. */
+    /** Motion with fixed times, for rendering without a hand. */
     this._script = [];
-    this._told = -Infinity;
+    this._reported = -Infinity;
     this._square = this._peak = this._samples = 0;
-    /** The newest motion, on the page's clock, and the block that it was first played in. */
+    /** The newest motion, on the page's clock, and the block that first contains it. */
     this._newest = this._newestBlock = NaN;
     this._wanted = false;
   }
@@ -93,7 +93,7 @@ export class Player {
     else this._engine.render(now, out.length, out);
     this._measure(out);
     output.process(out, out.length);
-    if (now >= this._told + REPORT_S) this._tell(now);
+    if (now >= this._reported + REPORT_S) this._tell(now);
   }
 
   _change({ tables, seed, fields, width_mm, tap_gain }) {
@@ -150,7 +150,7 @@ export class Player {
       counts: { ...this._finger.counts },
     });
     this._newest = this._newestBlock = NaN;
-    this._told = now;
+    this._reported = now;
     this._square = this._peak = this._samples = 0;
   }
 }

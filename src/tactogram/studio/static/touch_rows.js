@@ -1,26 +1,26 @@
-/** Which textures are felt: a row for each, with what it follows and its weight, beside each other or mixed. */
+/** Textures to feel, side by side or mixed: a row for each, with what it follows and its weight. */
 
 import { readTable } from "./touch_textures.js";
 
 const MOST = 4;
-const WAYS = {
-  auto: "as it suits the texture",
+const LAYOUTS = {
+  auto: "automatic",
   table: "speed and force (models)",
-  path: "the way of the finger",
-  x: "the place from left to right",
-  y: "the place from top to bottom",
+  path: "the finger's path",
+  x: "the position from left to right",
+  y: "the position from top to bottom",
 };
 
 /**
  * @typedef {object} Row
- * @property {string} key Of the offer: where, of and material.
+ * @property {string} key JSON of where, of and material.
  * @property {string} lay
  * @property {number | null} speed
  * @property {number} weight
  * @property {any} [table]
  * @property {any} [picture]
  * @property {string} [error]
- * @property {URLSearchParams} [loading] What was asked for last.
+ * @property {URLSearchParams} [loading] The last request.
  */
 
 /** The rows of the page. */
@@ -50,7 +50,7 @@ export class Rows {
     return this._rows.length;
   }
 
-  /** Ask what there is, until there is something, and load what was chosen. */
+  /** Wait until there are textures, and load the chosen ones. */
   async begin() {
     for (;;) {
       const found = await offersNow();
@@ -68,7 +68,7 @@ export class Rows {
     this._tell(true);
   }
 
-  /** Look again at what there is, and feel the newest file or kept result with this name. */
+  /** Update the list, and choose the file or kept result with this name. */
   async choose(where, of) {
     this._offers = (await offersNow()).offers;
     await this._change(this._rows[0], { key: keyOf({ where, of, material: "" }), lay: "auto", speed: null });
@@ -91,7 +91,7 @@ export class Rows {
     this._tell(false);
   }
 
-  /** Return the tables that are there, in the order of the rows. */
+  /** Return the loaded tables, in the order of the rows. */
   tables() {
     return this._good().map(({ table }) => table);
   }
@@ -107,7 +107,7 @@ export class Rows {
     return [good.map(({ weight }) => (sum > 0 ? weight / sum : 1 / good.length))];
   }
 
-  /** Return what each field shows: pictures, each with how opaque it is above those before it. */
+  /** Return the pictures of each field, each with its opacity above those before it. */
   shown() {
     const good = this._good();
     if (this.arrangement === "beside" || good.length < 2) return good.map((row) => [{ ...picture(row), opacity: 1 }]);
@@ -121,21 +121,19 @@ export class Rows {
     ];
   }
 
-  /** Return what the pad shows, in words. */
+  /** Return a description of the pad. */
   words() {
     const good = this._good();
-    if (!good.length) return "Surface: nothing is chosen";
+    if (!good.length) return "Surface: nothing selected";
     const how = good.length < 2 ? "" : this.arrangement === "mixed" ? " Mixed." : " Side by side, from left to right.";
     return `Surface. ${good.map(({ picture: shown }) => shown?.words ?? "").join("; ")}.${how}`;
   }
 
-  /** Return what is kept over a reload. */
+  /** Return the settings to store. */
   state() {
     const rows = this._rows.map(({ key, lay, speed, weight }) => ({ key, lay, speed, weight }));
     return { rows, arrangement: this.arrangement };
   }
-
-  // -- loading ---------------------------------------------------------------------------------------
 
   _good() {
     return this._rows.filter((row) => row.table);
@@ -147,7 +145,7 @@ export class Rows {
   }
 
   _fresh(number) {
-    // Neighbours in a list are often alike: begin with some that differ.
+    // Neighbours in the list are often similar: start with some that differ.
     const offer = this._offers[(3 * number) % this._offers.length];
     return { key: keyOf(offer), lay: "auto", speed: null, weight: 1 };
   }
@@ -159,7 +157,7 @@ export class Rows {
     row.loading = query;
     row.table = row.picture = row.error = undefined;
     const found = await loadedFrom(query);
-    // What was chosen since is loaded by itself; this came too late.
+    // A later choice is loading; this response is outdated.
     if (row.loading === query) Object.assign(row, found);
   }
 
@@ -176,8 +174,6 @@ export class Rows {
     this._loaded({ changed });
     this.ready = true;
   }
-
-  // -- what is seen ----------------------------------------------------------------------------------
 
   _show() {
     const focused = document.activeElement?.id;
@@ -223,10 +219,10 @@ export class Rows {
     } else if (row.table) {
       const { head } = row.table;
       if (head.simulated) line.append(element("span", { className: "simulated", textContent: "simulated" }), " ");
-      const at = head.recorded_mm_s ? `, made or recorded at ${figure(head.recorded_mm_s)} mm/s` : "";
-      const said = [`follows ${head.follows}${at}`, ...head.notes, SHOWN[row.picture?.kind]].filter(Boolean);
-      line.append(said.map((text) => `${text[0].toUpperCase()}${text.slice(1)}.`).join(" "));
-    } else line.textContent = "Loading: the first texture takes some seconds.";
+      const at = head.recorded_mm_s ? `; generated or recorded at ${figure(head.recorded_mm_s)} mm/s` : "";
+      const facts = [`follows ${head.follows}${at}`, ...head.notes, SHOWN[row.picture?.kind]].filter(Boolean);
+      line.append(facts.map((text) => `${text[0].toUpperCase()}${text.slice(1)}.`).join(" "));
+    } else line.textContent = "Loading … the first texture takes some seconds.";
     return line;
   }
 
@@ -240,7 +236,7 @@ export class Rows {
       value.value = row.weight.toFixed(2);
       this._tell(false);
     };
-    label.append(element("span", { textContent: `Weight of ${"ABCD"[n]} (of power)` }), value, range);
+    label.append(element("span", { textContent: `Weight of ${"ABCD"[n]} (share of power)` }), value, range);
     return label;
   }
 
@@ -248,13 +244,13 @@ export class Rows {
     const details = element("details");
     const inner = element("div", { className: "touch-more" });
     const lay = element("select", { id: `touch-lay-${n}` });
-    lay.append(...Object.entries(WAYS).map(([value, textContent]) => element("option", { value, textContent })));
+    lay.append(...Object.entries(LAYOUTS).map(([value, textContent]) => element("option", { value, textContent })));
     lay.value = row.lay;
     lay.onchange = () => this._change(row, { lay: lay.value });
     const speed = element("input", { type: "number", id: `touch-recorded-${n}`, min: "1", max: "2000", step: "1" });
     speed.value = String(row.speed ?? row.table?.head.recorded_mm_s ?? "");
     speed.onchange = () => this._change(row, { speed: Number(speed.value) || null });
-    inner.append(labelled("Follows", lay), labelled("At, in mm/s", speed));
+    inner.append(labelled("Follows", lay), labelled("Speed, mm/s", speed));
     details.append(element("summary", { textContent: "How it follows the finger" }), inner);
     details.open = row.more === true;
     details.ontoggle = () => (row.more = details.open);
@@ -276,11 +272,11 @@ async function offersNow() {
   try {
     return await (await fetch("/touch/offers")).json();
   } catch {
-    return { offers: [], waiting: "The server does not answer: is tactogram studio still running? Trying again." };
+    return { offers: [], waiting: "The server does not respond: is tactogram studio still running? Trying again." };
   }
 }
 
-/** Return the table and the picture that an address asks for, or why they are not there. */
+/** Return a table and its picture, or the error. */
 async function loadedFrom(query) {
   try {
     const answer = await fetch(`/touch/table?${query}`);

@@ -1,14 +1,10 @@
-/** Pixels to millimetres by a card, in a dialog; one measurement serves this page and the participants'. */
+/** Pixels per millimetre, measured with a card; shared with participants' pages. */
 
 import { ASSUMED, CARD_MM, keepMeasured, measured } from "/participants/static/millimetres.js";
 
 export { ASSUMED, measured };
 
-/**
- * Let a card be matched in a dialog; `done` is called when it was.
- * @param {HTMLDialogElement} dialog
- * @param {() => void} done
- */
+/** Open the dialog for the card; `done` is called after a measurement. */
 export function calibrate(dialog, done) {
   const range = dialog.querySelector("input");
   const card = dialog.querySelector(".touch-card-shape");

@@ -1,26 +1,26 @@
-/** The audio side of the page Touch: context, worklet, spectrum, and how late the sound is. */
+/** Audio of the page Touch: context, worklet, spectrum and latency. */
 
 import { keepAwake } from "/participants/static/awake.js";
 
 import { Player, QUANTUM } from "./touch_player.js";
 
 const KEPT = 400;
-/** A block must not last more than 5 ms; headsets with a microphone have 16 or 24 kHz. */
+/** A block must last at most 5 ms; headsets with a microphone use 16 or 24 kHz. */
 const LEAST_HZ = QUANTUM / 0.005;
 const USUAL_HZ = 48_000;
 
-/** Sound that is told messages (see `touch_player.js`) and reports back. */
+/** Sound controlled by messages (see `touch_player.js`) that reports back. */
 export class Sound {
   /** @param {(report: Record<string, any>) => void} report */
   constructor(report) {
     this._report = report;
     this.context = contextOf();
-    /** Whether it is to be heard. */
+    /** Whether the sound is switched on. */
     this.wanted = false;
     keepAwake(this.context, () => this.wanted);
     this.analyser = new AnalyserNode(this.context, { fftSize: 8192, smoothingTimeConstant: 0.6 });
     this.analyser.connect(this.context.destination);
-    /** Whether the samples are made in the audio thread; without a worklet they are made in the page's. */
+    /** Whether the samples are made in the audio thread; without a worklet, in the page's. */
     this.threaded = this.context.audioWorklet !== undefined;
     /** Seconds from a pointer event to the output of the first block that follows it, newest last. */
     this.latencies = [];
@@ -40,12 +40,12 @@ export class Sound {
     this._send(message);
   }
 
-  /** Tell it at once, if it plays: motion that comes before is of no use later. */
+  /** Send a message immediately if the sound plays: motion is useless later. */
   tellNow(message) {
     if (this.context.state === "running") this._send?.(message);
   }
 
-  /** Begin; a browser allows it only when somebody has just pressed something. */
+  /** Start; browsers allow it only just after a user's gesture. */
   async begin() {
     this.wanted = true;
     const resumed = this.context.resume();
@@ -53,8 +53,8 @@ export class Sound {
     await resumed;
   }
 
-  /** Return what the browser says of its delays, s; null where it does not say. */
-  told() {
+  /** Return the delays that the browser reports, s; null if it does not. */
+  delays() {
     const { baseLatency, outputLatency } = this.context;
     return { base: baseLatency ?? null, output: outputLatency > 0 ? outputLatency : null };
   }
@@ -74,7 +74,7 @@ export class Sound {
     this._report(report);
   }
 
-  /** From the time stamp of a pointer event to when the block that it changed first leaves the browser, s. */
+  /** Time from a pointer event to the output of the first block that it changed, s. */
   _lateness({ motion, motion_block: block }) {
     const stamp = this.context.getOutputTimestamp?.();
     if (!stamp || !(stamp.performanceTime > 0)) return null;
@@ -94,7 +94,7 @@ export class Sound {
     this._send = (message) => worklet.port.postMessage(message);
   }
 
-  /** Over plain HTTP beyond this machine browsers give no worklet: then the page's own thread makes the samples. */
+  /** Browsers have no worklet over plain HTTP beyond this machine: then the page's thread makes the samples. */
   async _withoutWorklet() {
     this.threaded = false;
     const player = new Player(this.context.sampleRate, (report) => this._heard(report));
@@ -111,7 +111,7 @@ export class Sound {
   }
 }
 
-/** Return a context at the device's rate, or at one that the textures can be played at. */
+/** Return a context at the device's rate, or at one that suits the textures. */
 export function contextOf() {
   const own = new AudioContext({ latencyHint: "interactive" });
   if (own.sampleRate >= LEAST_HZ) return own;
@@ -122,10 +122,10 @@ export function contextOf() {
 const clocks = ({ contextTime, performanceTime }) => ({ heard: contextTime, at: performanceTime / 1e3 });
 
 /**
- * Return when a block leaves the browser, by the page's clock, s.
+ * Return when a block leaves the browser, on the page's clock, s.
  *
- * A browser says what is `heard`, and `at` which time. Some (Firefox) move both back by the output's latency: taken
- * together they say that a block is heard as soon as it is made, and the latency is to be added.
+ * A browser reports what is `heard`, and `at` which time. Some (Firefox) shift both by the output's latency, as if a
+ * block were heard as soon as it is made; then the latency is added.
  * @param {number} block On the context's clock, s.
  * @param {{heard: number, at: number, now: number, currentTime: number, outputLatency: number}} said
  */
@@ -134,11 +134,7 @@ export function leaves(block, { heard, at, now, currentTime, outputLatency }) {
   return at + block - heard + (behind < outputLatency / 2 ? outputLatency : 0);
 }
 
-/**
- * Return what a share of values does not exceed.
- * @param {number[]} values
- * @param {number} share
- */
+/** Return a quantile of values. */
 export function quantile(values, share) {
   const sorted = [...values].sort((a, b) => a - b);
   return sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))];
@@ -183,7 +179,7 @@ export function drawSpectrum(canvas, analyser, bins, high) {
 }
 
 /**
- * Give a canvas as many pixels as the screen has there; return its size in CSS pixels.
+ * Set a canvas to the screen's resolution; return its size in CSS pixels.
  * @param {HTMLCanvasElement} canvas
  */
 export function fitted(canvas) {

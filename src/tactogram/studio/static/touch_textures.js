@@ -1,8 +1,8 @@
 /**
- * Textures that follow a finger: `tactogram.rendering.streaming.textures` and `.surface`, of one axis, in the browser.
+ * Textures that follow a finger: `tactogram.rendering.streaming.textures` and `.surface`, for one axis, in the browser.
  *
- * What has to be worked out beforehand (models on a grid over speed and force, copies of a surface with less and less
- * detail, the kernel between two rates) comes with the table from `tactogram.studio.pages.touch.tables`.
+ * Everything computed in advance (models on a grid over speed and force, copies of a surface with decreasing detail, the
+ * kernel between two rates) is in the table from `tactogram.studio.pages.touch.tables`.
  */
 
 const PHASES = 128;
@@ -16,19 +16,19 @@ const MAGIC = "TGTT";
  */
 
 /**
- * Read what `/touch/table` sends: "TGTT", the length of a JSON text, the text, and little-endian arrays.
+ * Read a response of `/touch/table`: "TGTT", the length of a JSON text, the text, and little-endian arrays.
  * @param {ArrayBuffer} buffer
  * @returns {Table}
  */
 export function readTable(buffer) {
   const bytes = new Uint8Array(buffer);
-  if (String.fromCharCode(...bytes.subarray(0, 4)) !== MAGIC) throw new Error("this is no texture table");
+  if (String.fromCharCode(...bytes.subarray(0, 4)) !== MAGIC) throw new Error("not a texture table");
   const length = new DataView(buffer).getUint32(4, true);
   return tableOf(JSON.parse(new TextDecoder().decode(bytes.subarray(8, 8 + length))), buffer);
 }
 
 /**
- * Return a table whose text was read already: the audio thread has no decoder of texts.
+ * Return a table whose text is parsed already: the audio thread has no text decoder.
  * @param {Record<string, any>} head
  * @param {ArrayBuffer} buffer
  * @returns {Table}
@@ -42,7 +42,7 @@ export function tableOf(head, buffer) {
   return { head, buffer, arrays };
 }
 
-/** Normal noise from a seed: the small fast counter generator sfc32 (C. Doty-Humphrey), and Box and Muller's way. */
+/** Normal noise from a seed: the small fast counter generator sfc32 (C. Doty-Humphrey), and the Box-Muller transform. */
 export class Noise {
   /** @param {number} seed */
   constructor(seed) {
@@ -78,7 +78,7 @@ export class Noise {
   }
 }
 
-/** Noise through a ladder whose coefficients follow speed and force. */
+/** Noise through a ladder filter whose coefficients follow speed and force. */
 export class AutoregressiveTexture {
   /**
    * @param {Table} table
@@ -104,7 +104,7 @@ export class AutoregressiveTexture {
     this._history = new Float64Array(room);
     this._have = 0;
     this._place = Math.max(this._half - 1, 0);
-    // Parameters at the beginning and at the end of a block.
+    // Parameters at the start and end of a block.
     this._before = new Float64Array(this._order);
     this._after = new Float64Array(this._order);
     this._deviation = [0, 0];
@@ -165,7 +165,7 @@ export class AutoregressiveTexture {
     }
   }
 
-  /** The normalised ladder of Gray and Markel (1975), from the block's first parameters to its last. */
+  /** The normalised ladder of Gray and Markel (1975), interpolated from the block's first parameters to its last. */
   _ladder(count) {
     const { _before: before, _after: after, _state: state, _order: order } = this;
     const glide = Math.max(1, count);
@@ -205,7 +205,7 @@ export class AutoregressiveTexture {
   }
 }
 
-/** A signal over displacement, played where the finger is: f = v k. */
+/** A signal over displacement, played at the finger's position: f = v k. */
 export class SurfaceTexture {
   /**
    * @param {Table} table
@@ -238,7 +238,7 @@ export class SurfaceTexture {
       const i0 = i1 > 0 ? i1 - 1 : nodes - 1;
       const i2 = i1 + 1 < nodes ? i1 + 1 : 0;
       const i3 = i2 + 1 < nodes ? i2 + 1 : 0;
-      // Samples of the surface per sample of the engine; above 1 the finest detail would fold back.
+      // Samples of the surface per sample of the engine; above 1 the finest detail would alias.
       const ratio = motion.speed[i] * this._samplesPerSpeed;
       const copy = ratio > 0 ? 2 * Math.log2(ratio) : -4;
       let lower = 0;
@@ -274,7 +274,7 @@ export function textureOf(table, rate, most, seed) {
 }
 
 /**
- * Return the nodes on both sides of a value, and how far it is from the first to the second.
+ * Return the nodes on both sides of a value, and its relative position between them.
  * @param {number} value
  * @param {Float64Array | Float32Array} nodes Ascending.
  * @returns {[number, number, number]}

@@ -1,19 +1,19 @@
 /**
- * What a phone's vibrator is told: on and off, so that the share of time on follows the texture's strength.
+ * Phone vibration: on and off, with a share of time on that follows the texture's strength.
  *
  * The rules are those of the display `phone-on-off` (`tactogram.rendering.families.pattern`): steps of 20 ms, error diffusion,
- * no pulse or pause shorter than two steps. The strength is known beforehand, by speed, force and place, so that a
- * pattern is made for what comes next.
+ * no pulse or pause shorter than two steps. The strength is known in advance, by speed, force and position, so that
+ * patterns are made for the next moments.
  */
 
 import { node } from "./touch_textures.js";
 
-/** Steps that are sent at a time, and steps after which the next pattern is sent. */
+/** Steps per pattern, and steps until the next pattern is sent. */
 const AHEAD = 10;
 const EVERY = 5;
 
 /**
- * Return the amplitude of a table's texture, in its unit, of the sine with the power that is felt.
+ * Return the amplitude of the sine with a texture's power in the felt band, in its unit.
  * @param {import("./touch_textures.js").Table} table
  * @param {{speed: number, force: number, path: number, x: number, y: number}} at
  */
@@ -33,7 +33,7 @@ export function amplitudeAt({ head, arrays }, at) {
   return (1 - w) * upper + w * lower;
 }
 
-/** On and off whose running mean follows a share, each for `shortest` steps or more; silence at once. */
+/** On-off pattern whose running mean follows a share, in runs of at least `shortest` steps; silence is immediate. */
 export class OnOff {
   /** @param {number} shortest Steps. */
   constructor(shortest) {
@@ -43,7 +43,7 @@ export class OnOff {
     this.lasted = shortest;
   }
 
-  /** Return the same at this moment, to look ahead with. */
+  /** Return a copy of the state, to look ahead. */
   copy() {
     return Object.assign(new OnOff(this.shortest), this);
   }
@@ -70,7 +70,7 @@ export class OnOff {
 }
 
 /**
- * Return on, off, on … in ms, as `navigator.vibrate` takes them; empty where nothing vibrates.
+ * Return durations on, off, on … in ms for `navigator.vibrate`; empty without vibration.
  * @param {number[]} values 0 or 1.
  * @param {number} stepMs
  */
@@ -80,7 +80,7 @@ export function patternOf(values, stepMs) {
     if (n > 0 && value === values[n - 1]) pattern[pattern.length - 1] += stepMs;
     else pattern.push(stepMs);
   });
-  if (pattern.length % 2 === 0) pattern.pop(); // a pause at the end says nothing
+  if (pattern.length % 2 === 0) pattern.pop(); // a pause at the end has no effect
   return pattern.some((ms, n) => n % 2 === 0 && ms > 0) ? pattern : [];
 }
 
@@ -121,7 +121,7 @@ export class Vibration {
     const values = [];
     let later = this._onOff;
     for (let n = 0; n < AHEAD; n++) {
-      if (n === EVERY) later = this._onOff.copy(); // beyond this only if the page is late
+      if (n === EVERY) later = this._onOff.copy(); // beyond this only if the page is delayed
       const t = (n * stepMs) / 1e3;
       const at = { ...report, path: report.path + report.speed * t, x: report.x + vx * t, y: report.y + vy * t };
       values.push(later.next(this.share(at, weights)));
@@ -148,7 +148,7 @@ export class Vibration {
     return Math.min(1, Math.sqrt(power) / this._strongest);
   }
 
-  /** Be still. */
+  /** Stop the vibration. */
   stop() {
     if (this._sent) this._vibrate(0);
     this._sent = false;

@@ -513,7 +513,7 @@ def test_where_no_sound_begins_it_is_said(touch):
       const now = performance.now.bind(performance);
       performance.now = () => now() + 3100;
     }""")
-    touch.get_by_text("The browser has not begun the sound").wait_for()
+    touch.get_by_text("The browser has not started the sound").wait_for()
 
 
 def test_keys_stroke_the_surface(touch):
@@ -587,7 +587,7 @@ def test_what_was_chosen_last_is_felt_although_what_was_chosen_before_came_later
 def test_what_cannot_be_felt_is_said_in_its_row(tab):
     tab.goto("/touch?where=file&of=recordings/gone.wav")
     tab.wait_for_selector(".touch-error")
-    assert tab.inner_text(".touch-error") == "recordings/gone.wav: there is no such file in the workspace"
+    assert tab.inner_text(".touch-error") == "recordings/gone.wav: no such file in the workspace"
     tab.wrong.clear()  # the browser notes the refused requests
 
 
@@ -596,6 +596,6 @@ def test_a_dropped_recording_is_kept_and_felt(touch, workspace, tmp_path):
     write_signal(tmp_path / "mine.wav", wave)
     touch.get_by_text("Feel a recording of your own").click()
     touch.set_input_files("input[type=file]", tmp_path / "mine.wav")
-    touch.get_by_text("Nothing says how fast it was stroked: 100 mm/s is assumed.").wait_for()
+    touch.get_by_text("Its recording speed is unknown: 100 mm/s is assumed.").wait_for()
     assert touch.evaluate("window.tactogramTouch.rows.tables()[0].head.name") == "mine"
     assert (workspace / "uploads" / "mine.wav").is_file()

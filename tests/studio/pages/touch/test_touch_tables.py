@@ -20,6 +20,7 @@ from tactogram.signal.io import write_signal
 from tactogram.signal.synthesis import synthesise
 from tactogram.signal.texture_map import TextureMap
 from tactogram.studio.context import Studio
+from tactogram.studio.pages.touch.offers import texture_choices
 from tactogram.studio.pages.touch.pictures import drawn_surface, picture_of
 from tactogram.studio.pages.touch.sources import TextureRequest, TouchSources
 from tactogram.studio.pages.touch.tables import table_of_map, table_of_signal
@@ -129,7 +130,7 @@ def test_a_long_recording_is_cut_and_that_is_said():
     signal = Signal(random.normal(0, 1, (1, 400_000)).astype(np.float32), 10_000.0, "m/s^2")
     table = table_of_signal("long", signal, rate=RATE, speed_mm_s=100)
     assert table.arrays["nodes"].size <= 4_000_000
-    assert "too much to send" in table.head["notes"][-1]
+    assert "too long to send" in table.head["notes"][-1]
 
 
 def test_silence_is_refused():
@@ -187,8 +188,8 @@ def sources(studio):
     return TouchSources(studio.workspace, studio.shelf)
 
 
-def test_materials_kept_signals_and_files_are_offered(sources):
-    offers = sources.offers()
+def test_materials_kept_signals_and_files_are_offered(studio):
+    offers = texture_choices(studio.workspace, studio.shelf)
     assert [offer.title for offer in offers if offer.where == "run"][:3] == [
         "artificial-grass",
         "carpet",
@@ -252,7 +253,7 @@ def test_what_is_not_there_is_refused_with_a_sentence(sources, asked, error, wor
         ({"rate": 10.0}, "rate must be 8000 to 192000 Hz"),
         ({"speed_mm_s": 0.0}, "speed must be 1 to 2000 mm/s"),
         ({"seed": -1}, "seed must be 0"),
-        ({"of": ""}, "say what is to be felt"),
+        ({"of": ""}, "choose a texture"),
     ],
 )
 def test_what_makes_no_sense_is_refused_before_anything_is_read(values, words):

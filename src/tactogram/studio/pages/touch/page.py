@@ -1,4 +1,4 @@
-"""The page Touch: a surface under the hand, played in the browser's own sound thread."""
+"""The page Touch: a texture under the hand, played in the browser's audio thread."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from nicegui import app, events, ui
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.studio.context import Studio
 from tactogram.studio.layout import in_background, page, report_errors, upload
-from tactogram.studio.pages.touch.offers import TextureOrigin
+from tactogram.studio.pages.touch.offers import TextureOrigin, texture_choices
 from tactogram.studio.pages.touch.pictures import picture_of
 from tactogram.studio.pages.touch.sources import TextureLayout, TextureRequest, TouchSources
 from tactogram.studio.workspace.uploads import save_upload
 
 MARKUP = Path(__file__).parents[2] / "static" / "touch.html"
 UPLOADED = "uploads"
-"""Folder of the workspace that dropped files are kept in."""
+"""Folder of the workspace for dropped files."""
 LARGEST_UPLOAD = 100_000_000
 
 
 def add(studio: Studio) -> None:
-    """Register ``/touch``, and what its script asks for: offers, tables, pictures."""
+    """Register ``/touch`` and the routes of its script: offers, tables and pictures."""
     sources = TouchSources(studio.workspace, studio.shelf)
     _add_routes(studio, sources)
 
@@ -42,13 +42,7 @@ def add(studio: Studio) -> None:
 
 
 def parse_request(query: Any) -> TextureRequest:
-    """Return what the parameters of an address ask for.
-
-    Raises
-    ------
-    ParameterError
-        If a number is none, or something is out of range.
-    """
+    """Return the request of an address; `ParameterError` if a value is invalid."""
     return TextureRequest(
         where=cast(TextureOrigin, query.get("where", "")),
         of=query.get("of", ""),
@@ -74,8 +68,10 @@ def _number(query: Any, name: str) -> float:
 def _add_routes(studio: Studio, sources: TouchSources) -> None:
     @app.get("/touch/offers")
     async def offers() -> Response:
-        found = [asdict(offer) for offer in await in_background(sources.offers)]
-        return JSONResponse({"offers": found, "waiting": "" if found else _waiting(studio)})
+        choices = [
+            asdict(choice) for choice in await in_background(texture_choices, studio.workspace, studio.shelf)
+        ]
+        return JSONResponse({"offers": choices, "waiting": "" if choices else _waiting(studio)})
 
     @app.get("/touch/table")
     async def table(request: Request) -> Response:
@@ -83,22 +79,21 @@ def _add_routes(studio: Studio, sources: TouchSources) -> None:
             packed = sources.table(parse_request(request.query_params)).packed()
             return Response(packed, media_type="application/octet-stream")
 
-        return await in_background(_answer, made)
+        return await in_background(_response, made)
 
     @app.get("/touch/picture")
     async def picture(request: Request) -> Response:
         def made() -> Response:
-            found = picture_of(sources, parse_request(request.query_params))
-            headers = {"X-Picture": found.kind, "X-Words": quote(found.words)}
-            if found.mm_per_pixel is not None:
-                headers["X-Mm-Per-Pixel"] = f"{found.mm_per_pixel:.6g}"
-            return Response(found.png, media_type="image/png", headers=headers)
+            shown = picture_of(sources, parse_request(request.query_params))
+            headers = {"X-Picture": shown.kind, "X-Words": quote(shown.words)}
+            if shown.mm_per_pixel is not None:
+                headers["X-Mm-Per-Pixel"] = f"{shown.mm_per_pixel:.6g}"
+            return Response(shown.png, media_type="image/png", headers=headers)
 
-        return await in_background(_answer, made)
+        return await in_background(_response, made)
 
 
-def _answer(made: Callable[[], Response]) -> Response:
-    """Return what ``made`` returns, or its error as a sentence."""
+def _response(made: Callable[[], Response]) -> Response:
     try:
         return made()
     except (TactogramError, OSError) as error:
@@ -106,17 +101,17 @@ def _answer(made: Callable[[], Response]) -> Response:
 
 
 def _waiting(studio: Studio) -> str:
-    """Say why there is nothing to feel yet."""
+    """Return why there is nothing to feel yet."""
     match studio.starter.state:
         case "making":
-            return "Surfaces to begin with are being made from a simulation; this takes some seconds."
+            return "Example surfaces are being simulated; this takes some seconds."
         case "failed":
             return f"{studio.starter.line}. Drop a recording below, or train a run on the page Train."
-    return "There is nothing to feel yet: drop a recording below, or train a run on the page Train."
+    return "Nothing to feel yet: drop a recording below, or train a run on the page Train."
 
 
 def _dropping(studio: Studio) -> None:
-    """Show where a recording can be dropped; it is kept in the workspace and felt at once."""
+    """Draw the field for recordings, which are stored in the workspace and selected."""
 
     async def received(event: events.UploadEventArguments) -> None:
         data = await event.file.read()
@@ -124,12 +119,12 @@ def _dropping(studio: Studio) -> None:
         path = await in_background(save_upload, folder, event.file.name, data, kind="signal")
         name = json.dumps(studio.workspace.name_of(path))
         ui.run_javascript(f"window.tactogramTouch.rows.choose('file', {name})")
-        ui.notify(f"{path.name} is kept in the workspace and can be felt now.")
+        ui.notify(f"{path.name} is stored in the workspace and selected.")
 
     with ui.expansion("Feel a recording of your own").classes("w-full card"):
         ui.label(
-            "A signal over time is laid along the way of the finger at the speed at which it was recorded; one over "
-            "displacement as it is."
+            "A signal over time is laid out along the finger's path at the speed of its recording; a signal over "
+            "displacement is laid out as it is."
         ).classes("quiet")
         upload(
             "Drop a WAV, FLAC, CSV, NPZ or XLSX file",

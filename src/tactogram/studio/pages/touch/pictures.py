@@ -23,11 +23,11 @@ Kind = Literal["photograph", "rendered", "drawn"]
 MM_PER_PIXEL = 0.15
 ROWS, COLUMNS, MOST_COLUMNS = 256, 640, 4000
 ACROSS_MM = 1.2
-"""Over which neighbouring lines of a drawn surface agree; a finger's ridges are about half of that apart."""
+"""Correlation length between lines of a drawn surface; a finger's ridges are about half of that apart."""
 WAVY, REPEATS = 0.3, 0.5
-"""By how much of their period drawn ridges wander; and the autocorrelation from which on a line has ridges."""
+"""Deviation of drawn ridges as a share of their period; least autocorrelation of a line with ridges."""
 LIGHT = np.array([196.0, 187.0, 174.0])
-"""Colour of a drawn surface, sRGB: paper, so that nobody takes it for a photograph of anything."""
+"""Colour of a drawn surface, sRGB: paper, so that nobody mistakes it for a photograph."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,9 +40,9 @@ class PadPicture:
     kind : {"photograph", "rendered", "drawn"}
         Of the material, of a simulated surface, or drawn from the signal.
     mm_per_pixel : float, optional
-        None is not known: the picture fills the pad.
+        If unknown, the picture fills the pad.
     words : str
-        What it shows, for those who do not see it.
+        Description for screen readers.
     """
 
     png: bytes
@@ -51,31 +51,25 @@ class PadPicture:
     words: str
 
 
-def picture_of(sources: TouchSources, asked: TextureRequest) -> PadPicture:
-    """Return the photograph of what was asked for, or what its signal looks like as a surface.
-
-    Raises
-    ------
-    TactogramError
-        As for `TouchSources.table`.
-    """
-    name = asked.material or asked.of
-    found = sources.photograph(asked)
-    if found is not None:
-        image, simulated = found
+def picture_of(sources: TouchSources, request: TextureRequest) -> PadPicture:
+    """Return a photograph of the texture, or its signal drawn as a surface; errors as of `TouchSources.table`."""
+    name = request.material or request.of
+    photograph = sources.photograph(request)
+    if photograph is not None:
+        image, simulated = photograph
         kind: Kind = "rendered" if simulated else "photograph"
         words = f"{name}: rendered picture of the simulated surface" if simulated else f"Photograph of {name}"
         return PadPicture(_png(image.pixels), kind, image.mm_per_pixel, words)
-    signal, speed = sources.signal(asked)
-    drawn = drawn_surface(signal, speed or ASSUMED_SPEED_MM_S, registered=asked.lay in ("x", "y"))
-    pixels = drawn.pixels.transpose(1, 0, 2) if asked.lay == "y" else drawn.pixels
+    signal, speed = sources.signal(request)
+    drawn = drawn_surface(signal, speed or ASSUMED_SPEED_MM_S, registered=request.lay in ("x", "y"))
+    pixels = drawn.pixels.transpose(1, 0, 2) if request.lay == "y" else drawn.pixels
     return PadPicture(
         _png(pixels), "drawn", drawn.mm_per_pixel, f"{name}: drawn from the signal, no photograph"
     )
 
 
 def drawn_surface(signal: Signal, speed_mm_s: float, *, registered: bool = False) -> Image:
-    """Return a signal as a relief under a lamp from the left: its values are heights along the stroke.
+    """Return a signal as a relief lit from the left: its values are heights along the stroke.
 
     Parameters
     ----------
@@ -83,14 +77,13 @@ def drawn_surface(signal: Signal, speed_mm_s: float, *, registered: bool = False
         Over displacement, or over time at ``speed_mm_s``.
     speed_mm_s : float
     registered : bool
-        Every line is the loop that is played, as long as that is, so that what is seen lies where it is felt; else
-        ridges wander a little, and without ridges each line begins at another place and neighbours agree over
-        `ACROSS_MM`: a surface that would feel so, not a map of it.
+        Whether every line is the loop that is played, so that picture and texture match in position. Otherwise ridges
+        deviate a little; without ridges, lines start at random positions and neighbours correlate over `ACROSS_MM`.
 
     Returns
     -------
     Image
-        256 x 640 pixels of 0.15 mm; of a registered one as many columns as the loop is long, at most 4000.
+        256 x 640 pixels of 0.15 mm; if registered, as many columns as the loop is long, at most 4000.
     """
     steady = signal.samples - signal.samples.mean(axis=1, keepdims=True)
     one, _ = combined(signal.with_samples(steady), "dft321" if len(signal.axes) <= 3 else signal.axes[0])
@@ -115,10 +108,10 @@ def drawn_surface(signal: Signal, speed_mm_s: float, *, registered: bool = False
 
 
 def _at_pixels(one: Signal) -> Array:
-    """Return the signal's values a pixel apart, of variance 1."""
+    """Return the signal's values one pixel apart, with variance 1."""
     step = MM_PER_PIXEL * one.rate
     values = one.samples[0].astype(np.float64)
-    if step > 1:  # means over a pixel, so that what is finer does not fold back
+    if step > 1:  # means over a pixel prevent aliasing
         count = max(1, int(len(values) / step))
         edges = (np.arange(count + 1) * step).astype(int)
         line = np.add.reduceat(values, edges[:-1]) / np.diff(edges)
@@ -129,7 +122,7 @@ def _at_pixels(one: Signal) -> Array:
 
 
 def _period(line: Array) -> int:
-    """Return after how many pixels a line repeats itself, up to 15 mm; 0 where it does not."""
+    """Return the period of a line in pixels, up to 15 mm; 0 if it has none."""
     power = np.abs(np.fft.rfft(line - line.mean(), 2 * len(line))) ** 2
     correlation = np.fft.irfft(power)[: min(len(line) // 2, round(15 / MM_PER_PIXEL))]
     if len(correlation) < 4 or correlation[0] <= 0:
@@ -143,7 +136,7 @@ def _period(line: Array) -> int:
 
 
 def _smooth_down(rows: Array, length: float) -> Array:
-    """Return rows that resemble their neighbours over so many pixels, of the variance they had."""
+    """Return rows correlated with their neighbours over ``length`` pixels, with unchanged variance."""
     reach = int(3 * length)
     window = np.exp(-0.5 * (np.arange(-reach, reach + 1) / length) ** 2)
     spectrum = np.fft.rfft(rows, axis=0)
@@ -154,7 +147,7 @@ def _smooth_down(rows: Array, length: float) -> Array:
 
 
 def _lit(height: Array) -> NDArray[np.uint8]:
-    """Return pixels of a relief: brighter where it rises to the lamp."""
+    """Return the pixels of a relief, brighter on slopes that face the light."""
     slope = np.gradient(height, axis=1)
     size = float(np.quantile(np.abs(slope), 0.98)) or 1.0
     bright = 1 + 0.28 * np.clip(slope / size, -1, 1) + 0.08 * np.clip(height / 2, -1, 1)

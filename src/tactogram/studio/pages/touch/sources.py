@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import threading
 from collections import OrderedDict
@@ -21,15 +20,16 @@ from tactogram.signal.io import read_metadata, read_signal
 from tactogram.signal.io.files import READABLE
 from tactogram.signal.synthesis import synthesise
 from tactogram.signal.texture_map import TextureMap
-from tactogram.studio.pages.touch.offers import CAN_BE_GIVEN, TextureChoice, TextureOrigin, offers_of
+from tactogram.studio.pages.touch.offers import SUPPORTED, TextureOrigin
 from tactogram.studio.pages.touch.tables import (
     ASSUMED_SPEED_MM_S,
     TouchTexture,
     table_of_map,
     table_of_signal,
 )
-from tactogram.studio.workspace.folder import Workspace
+from tactogram.studio.workspace.folder import STORE, Workspace
 from tactogram.studio.workspace.shelf import ResultArchive
+from tactogram.text_files import read_json
 
 if TYPE_CHECKING:
     from tactogram.workflows.training.loaded_run import LoadedRun
@@ -38,32 +38,32 @@ T = TypeVar("T")
 TextureLayout = Literal["auto", "table", "path", "x", "y"]
 
 LAID_S = 6.0
-"""How much of a texture is laid out along the way, s; longer than the ear remembers a loop of noise."""
+"""Length of a generated texture, s; longer than the ear remembers a loop of noise."""
 LARGEST_FILE = 200_000_000
 MOST_TABLES, MOST_RUNS = 64, 3
-"""That are remembered."""
+"""In the cache."""
 RATES = (8000.0, 192_000.0)
 
 
 @dataclass(frozen=True)
 class TextureRequest:
-    """One texture that the page asks for.
+    """Request for a texture.
 
     Parameters
     ----------
     where : {"run", "kept", "file"}
     of : str
-        Folder of the run or the file, relative to the workspace; or the id of a kept result.
+        Folder of a run or a file, relative to the workspace; or the id of a kept result.
     material : str
-        Of a run.
+        Material of a run.
     speed_mm_s : float, optional
-        At which a signal over time was recorded, or shall be made, mm/s.
+        Speed of a recording over time, or of a generated signal.
     lay : {"auto", "table", "path", "x", "y"}
-        What it follows: a table over speed and force, or the place of the finger.
+        Whether it follows speed and force (table), or the position of the finger.
     axes : str
     seed : int
     rate : float
-        Of the browser's audio, Hz.
+        Rate of the browser's audio, Hz.
 
     Raises
     ------
@@ -96,116 +96,89 @@ class TextureRequest:
         if not 0 <= self.seed < 2**31:
             raise ParameterError(f"seed must be 0 to {2**31 - 1}, got {self.seed}")
         if not self.of or len(self.of) > 1000 or len(self.material) > 200 or len(self.axes) > 40:
-            raise ParameterError("say what is to be felt: a run, a kept result or a file")
+            raise ParameterError("choose a texture: a run, a kept result or a file")
 
 
 class TouchSources:
-    """Textures of a workspace and their tables, cached.
-
-    Parameters
-    ----------
-    workspace : Workspace
-    shelf : Shelf
-    """
+    """Textures of a workspace and their tables, cached."""
 
     def __init__(self, workspace: Workspace, shelf: ResultArchive) -> None:
         self._workspace, self._shelf = workspace, shelf
         self._tables = _ValueCache(MOST_TABLES)
         self._runs = _ValueCache(MOST_RUNS)
 
-    def offers(self) -> list[TextureChoice]:
-        """Return what can be felt: runs' materials (newest run first), kept signals, files."""
-        return offers_of(self._workspace, self._shelf)
+    def table(self, request: TextureRequest) -> TouchTexture:
+        """Return the table of a texture; `TactogramError` if it does not exist in the workspace, or cannot be felt."""
+        path = self._place(request)
+        return self._tables.get((request, _stamp(path)), lambda: self._made(request, path))
 
-    def table(self, asked: TextureRequest) -> TouchTexture:
-        """Return the table of what was asked for.
-
-        Raises
-        ------
-        TactogramError
-            If it is not there, lies outside of the workspace, or cannot be felt.
-        """
-        path = self._place(asked)
-        return self._tables.get((asked, _stamp(path)), lambda: self._made(asked, path))
-
-    def signal(self, asked: TextureRequest) -> tuple[Signal, float | None]:
-        """Return some seconds of what was asked for, and the speed at which they were recorded or made.
-
-        Raises
-        ------
-        TactogramError
-            As for `table`.
-        """
-        path = self._place(asked)
-        if asked.where == "run":
+    def signal(self, request: TextureRequest) -> tuple[Signal, float | None]:
+        """Return some seconds of a texture and the speed of their recording or generation; errors as of `table`."""
+        path = self._place(request)
+        if request.where == "run":
             run = self._loaded(path)
-            surface = _map_of(run, asked.material)
-            return _generated(run, asked) if surface is None else self._laid(surface, asked)
-        return self._recorded(asked, path)
+            surface = _map_of(run, request.material)
+            return _generated(run, request) if surface is None else self._laid(surface, request)
+        return self._recorded(request, path)
 
-    def photograph(self, asked: TextureRequest) -> tuple[Image, bool] | None:
-        """Return a picture of a run's material out of its data, and whether that was simulated; None without one."""
-        if asked.where != "run":
+    def photograph(self, request: TextureRequest) -> tuple[Image, bool] | None:
+        """Return a picture of a run's material from its data, and whether it is simulated; None if there is none."""
+        if request.where != "run":
             return None
         from tactogram.datasets import open_store
 
-        store_path = self._store_of(self._place(asked))
+        store_path = self._store_of(self._place(request))
         if store_path is None:
             return None
         store = open_store(store_path)
-        for key in store.photographs_of(asked.material):
+        for key in store.photographs_of(request.material):
             return store.photograph(key), store.simulated
         for info in store.index:
-            if info.material == asked.material and (image := store.image(info.id)) is not None:
+            if info.material == request.material and (image := store.image(info.id)) is not None:
                 return image, store.simulated
         return None
 
-    # -- loading -----------------------------------------------------------------------------------------
-
-    def _place(self, asked: TextureRequest) -> Path:
-        if asked.where == "kept":
-            return self._shelf.get(asked.of).folder
-        path = self._workspace.inside(asked.of)
-        if asked.where == "file" and not path.is_file():
-            raise DataError(f"{asked.of}: there is no such file in the workspace")
-        if asked.where == "run" and not path.is_dir():
-            raise DataError(f"{asked.of}: there is no such run in the workspace")
+    def _place(self, request: TextureRequest) -> Path:
+        if request.where == "kept":
+            return self._shelf.get(request.of).folder
+        path = self._workspace.inside(request.of)
+        if request.where == "file" and not path.is_file():
+            raise DataError(f"{request.of}: no such file in the workspace")
+        if request.where == "run" and not path.is_dir():
+            raise DataError(f"{request.of}: no such run in the workspace")
         return path
 
     def _store_of(self, run: Path) -> Path | None:
-        """Return the store that a run learned from, if it lies in the workspace, there or elsewhere."""
+        """Return the store that a run was trained on, if the workspace has it, moved or not."""
         try:
-            data = json.loads((run / "data.json").read_text(encoding="utf-8"))
+            data = read_json(run / "data.json")
             wanted = self._workspace.folder / str(data["path"])
-            if (
-                wanted.resolve().is_relative_to(self._workspace.folder)
-                and (wanted / "dataset.json").is_file()
-            ):
+            if wanted.resolve().is_relative_to(self._workspace.folder) and (wanted / STORE).is_file():
                 return wanted
             return next((path for path in self._workspace.stores() if _hash_of(path) == data["sha256"]), None)
-        except (OSError, ValueError, KeyError, TypeError):
+        except (DataError, KeyError, TypeError):
             return None
 
-    def _made(self, asked: TextureRequest, path: Path) -> TouchTexture:
-        if asked.where == "run":
+    def _made(self, request: TextureRequest, path: Path) -> TouchTexture:
+        if request.where == "run":
             run = self._loaded(path)
-            surface = _map_of(run, asked.material)
-            if surface is not None and _by_table(surface, asked):
+            surface = _map_of(run, request.material)
+            if surface is not None and _by_table(surface, request):
                 return table_of_map(
-                    asked.material, surface, rate=asked.rate, axes=asked.axes, simulated=run.simulated
+                    request.material, surface, rate=request.rate, axes=request.axes, simulated=run.simulated
                 )
-            simulated, name = run.simulated, asked.material
+            simulated, name = run.simulated, request.material
         else:
-            name = self._shelf.get(asked.of).title if asked.where == "kept" else path.stem
-            simulated = bool(self._facts(asked, path).get("simulated", False))
-        signal, speed = self.signal(asked)
+            name = self._shelf.get(request.of).title if request.where == "kept" else path.stem
+            simulated = bool(self._facts(request, path).get("simulated", False))
+        signal, speed = self.signal(request)
         return table_of_signal(
             name,
             signal,
-            rate=asked.rate,
+            rate=request.rate,
             speed_mm_s=speed,
-            along=asked.lay if asked.lay in ("x", "y") else "path",
-            axes=asked.axes if len(signal.axes) > 1 else signal.axes[0],
+            along=request.lay if request.lay in ("x", "y") else "path",
+            axes=request.axes if len(signal.axes) > 1 else signal.axes[0],
             simulated=simulated,
         )
 
@@ -217,34 +190,35 @@ class TouchSources:
 
         return self._runs.get((path, _stamp(path)), load)
 
-    def _laid(self, surface: TextureMap, asked: TextureRequest) -> tuple[Signal, float | None]:
-        """Return some seconds of an autoregressive texture at a speed, and that speed."""
-        table = TextureTable(surface, axis=asked.axes)
+    def _laid(self, surface: TextureMap, request: TextureRequest) -> tuple[Signal, float | None]:
+        """Return some seconds of an autoregressive texture, and their speed."""
+        table = TextureTable(surface, axis=request.axes)
         own = float(np.median(table.grid.speeds)) if surface.known[0] else ASSUMED_SPEED_MM_S
-        speed = own if asked.speed_mm_s is None else asked.speed_mm_s
+        speed = own if request.speed_mm_s is None else request.speed_mm_s
         force = float(np.median(table.grid.forces))
-        return synthesise(table.at(speed, force), LAID_S, seed=asked.seed), speed
+        return synthesise(table.at(speed, force), LAID_S, seed=request.seed), speed
 
-    def _recorded(self, asked: TextureRequest, path: Path) -> tuple[Signal, float | None]:
-        if asked.where == "kept":
-            signal = self._shelf.get(asked.of).signal()
+    def _recorded(self, request: TextureRequest, path: Path) -> tuple[Signal, float | None]:
+        if request.where == "kept":
+            signal = self._shelf.get(request.of).signal()
         elif path.suffix.lower() not in READABLE:
-            raise ParameterError(f"{asked.of}: expected a file of {', '.join(READABLE)}, got {path.suffix!r}")
+            raise ParameterError(
+                f"{request.of}: expected a file of {', '.join(READABLE)}, got {path.suffix!r}"
+            )
         elif path.stat().st_size > LARGEST_FILE:
-            raise ParameterError(f"{asked.of}: larger than {LARGEST_FILE // 1_000_000} MB; cut it first")
+            raise ParameterError(f"{request.of}: larger than {LARGEST_FILE // 1_000_000} MB; cut it first")
         else:
             signal = read_signal(path)
-        said = _speed_in(self._facts(asked, path))
-        return signal, said if asked.speed_mm_s is None else asked.speed_mm_s
+        return signal, request.speed_mm_s or _speed_in(self._facts(request, path))
 
-    def _facts(self, asked: TextureRequest, path: Path) -> dict[str, Any]:
-        if asked.where == "kept":
-            return dict(self._shelf.get(asked.of).facts)
+    def _facts(self, request: TextureRequest, path: Path) -> dict[str, Any]:
+        if request.where == "kept":
+            return dict(self._shelf.get(request.of).facts)
         return read_metadata(path) if path.suffix.lower() in READABLE else {}
 
 
 class _ValueCache:
-    """The last values that were made, each once however many ask for it at the same time."""
+    """The last ``most`` values; concurrent calls for one key make its value once."""
 
     def __init__(self, most: int) -> None:
         self._most, self._kept = most, OrderedDict[Any, Any]()
@@ -269,7 +243,7 @@ class _ValueCache:
 
 
 def _map_of(run: LoadedRun, material: str) -> TextureMap | None:
-    """Return a material's autoregressive models; None for a run of another kind."""
+    """Return a material's autoregressive models; None if the run has no such models."""
     if material not in run.kind.materials:
         raise ParameterError(
             f"{run.run.name} has no material {material[:60]!r}; it has {', '.join(run.kind.materials)}"
@@ -279,34 +253,34 @@ def _map_of(run: LoadedRun, material: str) -> TextureMap | None:
     return run.model.maps[run.kind.materials.index(material)]
 
 
-def _by_table(surface: TextureMap, asked: TextureRequest) -> bool:
-    """Tell whether models are played as a table: where they know more than one speed, unless asked otherwise."""
-    if asked.lay != "auto":
-        return asked.lay == "table"
+def _by_table(surface: TextureMap, request: TextureRequest) -> bool:
+    """Return whether models follow speed and force: by default if they know more than one speed."""
+    if request.lay != "auto":
+        return request.lay == "table"
     known = surface.known[0]
-    return len(np.unique(surface.conditions[:, 0])) > 1 if known else asked.speed_mm_s is None
+    return len(np.unique(surface.conditions[:, 0])) > 1 if known else request.speed_mm_s is None
 
 
-def _generated(run: LoadedRun, asked: TextureRequest) -> tuple[Signal, float | None]:
-    """Return what a run makes of a material, and the speed it was asked for."""
+def _generated(run: LoadedRun, request: TextureRequest) -> tuple[Signal, float | None]:
+    """Return a generated signal of a material, and its speed."""
     from tactogram.workflows.generation.generate import generate
 
-    if lacking := set(run.facts.needs) - CAN_BE_GIVEN:
+    if lacking := set(run.facts.needs) - SUPPORTED:
         raise ParameterError(
-            f"{run.run.name} needs {', '.join(sorted(lacking))}: make a result on the page Make, keep it, and feel that"
+            f"{run.run.name} needs {', '.join(sorted(lacking))}: generate a result on the page Make and keep it"
         )
-    condition: dict[str, Any] = {"material": {asked.material: 1.0}}
+    condition: dict[str, Any] = {"material": {request.material: 1.0}}
     if "speed_mm_s" in (*run.facts.needs, *run.facts.takes):
-        condition["speed_mm_s"] = asked.speed_mm_s or ASSUMED_SPEED_MM_S
+        condition["speed_mm_s"] = request.speed_mm_s or ASSUMED_SPEED_MM_S
     seconds = LAID_S if run.kind.domain == "time" else None
-    made = next(iter(generate(run, condition, seconds=seconds, seed=asked.seed)))
+    made = next(iter(generate(run, condition, seconds=seconds, seed=request.seed)))
     if not isinstance(made, Signal):
-        raise ParameterError(f"{run.run.name}: {run.facts.name} makes images; there is nothing to feel")
-    return made, condition.get("speed_mm_s", asked.speed_mm_s)
+        raise ParameterError(f"{run.run.name}: {run.facts.name} generates images, which cannot be felt")
+    return made, condition.get("speed_mm_s", request.speed_mm_s)
 
 
 def _speed_in(facts: dict[str, Any]) -> float | None:
-    """Return the speed that a file or a kept result says of itself."""
+    """Return the speed in the facts of a file or a kept result."""
     condition = facts.get("condition")
     for values in (facts, condition if isinstance(condition, dict) else {}):
         value = values.get("speed_mm_s")
@@ -316,13 +290,13 @@ def _speed_in(facts: dict[str, Any]) -> float | None:
 
 
 def _stamp(path: Path) -> tuple[int, ...]:
-    """Return what changes when a run, a kept result or a file changes."""
+    """Return a key that changes with a run, a kept result or a file."""
     inner = [path, path / "model.safetensors", path / "facts.json"]
     return tuple(file.stat().st_mtime_ns for file in inner if file.exists())
 
 
 def _hash_of(store: Path) -> str:
     try:
-        return str(json.loads((store / "dataset.json").read_text(encoding="utf-8")).get("sha256", ""))
-    except (OSError, ValueError):
+        return str(read_json(store / STORE).get("sha256", ""))
+    except (DataError, AttributeError):
         return ""

@@ -1,8 +1,8 @@
-"""Texture tables of the page Touch, as the browser's audio thread reads them.
+"""Texture tables of the page Touch, for the browser's audio thread.
 
-The table holds what `tactogram.rendering.streaming` works out beforehand, so that the browser makes the same samples:
-models on a grid over speed and force, or a surface in copies of less and less detail. Beside it stands how strong the
-texture is (tried under a simulated hand, as `workflows.streaming.stream` does) and how strong a phone would vibrate.
+A table holds what `tactogram.rendering.streaming` computes in advance, so that the browser makes the same samples:
+models on a grid over speed and force, or a surface in copies of decreasing detail. It includes the texture's strength
+(measured under a simulated hand, as in `workflows.streaming.stream`) and that of a phone's vibration.
 """
 
 from __future__ import annotations
@@ -34,17 +34,17 @@ from tactogram.signal.texture_map import TextureMap
 MAGIC = b"TGTT"
 VERSION = 1
 QUANTUM = 128
-"""Samples that an AudioWorklet makes at a time (Web Audio API)."""
+"""Samples per call of an AudioWorklet (Web Audio API)."""
 MOST_NODES = 4_000_000
-"""Of all copies of a surface together: 16 MB to send."""
-REHEARSAL_S = 3.0
-"""How long a texture is tried under a simulated hand, s."""
+"""Of all copies of a surface: 16 MB to send."""
+TRIAL_S = 3.0
+"""Length of the trial under a simulated hand, s."""
 ASSUMED_SPEED_MM_S = 100.0
-"""Where nothing says at which speed a signal over time was recorded."""
+"""Speed of a signal over time whose recording speed is unknown."""
 PHONE = "phone-on-off"
-"""What a browser's vibration is: times, no strengths."""
+"""Display equal to a browser's vibration: on and off, no strengths."""
 FREQUENCIES = 400
-"""At which a model's power in the felt band is added up."""
+"""Points at which a model's power in the felt band is integrated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ class TouchTexture:
     Parameters
     ----------
     head : mapping
-        JSON values: what it is, how strong, what it follows.
+        JSON values: kind, strength, and what the texture follows.
     arrays : mapping
         float32 or float64 arrays by name.
     """
@@ -65,12 +65,12 @@ class TouchTexture:
     def packed(self) -> bytes:
         """Return ``TGTT``, the length of a JSON text (uint32), the text, and the arrays; all little-endian.
 
-        ``arrays`` in the text says of each its type, where it begins (a multiple of 8) and how many numbers it has.
+        ``arrays`` in the text holds the type, offset (a multiple of 8) and length of each array.
         """
         places: dict[str, Any] = {}
         for name, array in self.arrays.items():
             places[name] = {"type": array.dtype.name, "offset": 0, "length": array.size}
-        # Room for offsets of any size, so that the text's length does not depend on them.
+        # Leaves room for offsets of any size: the text's length must not depend on them.
         length = -(-(len(self._text(places)) + 24 * len(places)) // 8) * 8
         offset = 8 + length
         for name, array in self.arrays.items():
@@ -96,11 +96,10 @@ def table_of_map(
     name : str
     surface : TextureMap
     rate : float
-        Of the browser's audio, Hz.
+        Rate of the browser's audio, Hz.
     axes : str
-        ``dft321`` or the name of one.
+        ``dft321`` or the name of an axis.
     simulated : bool
-        Whether it was learned from a simulation.
     """
     table = TextureTable(surface, axis=axes)
     texture = AutoregressiveTexture(name, table, rate=rate, most=QUANTUM, seed=0)
@@ -116,7 +115,9 @@ def table_of_map(
         "speeds_mm_s": _range(speeds),
         "forces_n": _range(forces),
         "follows": _followed(speeds, forces),
-        "notes": [f"{axes} of its axes" if axes == "dft321" else f"axis {axes} alone"] if several else [],
+        "notes": ["its axes combined by DFT321" if axes == "dft321" else f"axis {axes} only"]
+        if several
+        else [],
     }
     arrays: dict[str, NDArray[Any]] = {
         "speeds": table.grid.speeds,
@@ -141,8 +142,8 @@ def table_of_signal(
 ) -> TouchTexture:
     """Return the table of a signal that is laid out over the surface.
 
-    Its constant part (gravity, a sensor's zero) is taken out: a sound card has none. A friction coefficient's
-    deviations from its mean are played as a vibration is, silent at rest.
+    Its mean (gravity, a sensor's offset) is removed, since a sound card cannot play it. A friction coefficient's
+    deviations from its mean are played like a vibration, silent at rest.
 
     Parameters
     ----------
@@ -150,9 +151,9 @@ def table_of_signal(
     signal : Signal
         Over displacement, or over time.
     rate : float
-        Of the browser's audio, Hz.
+        Rate of the browser's audio, Hz.
     speed_mm_s : float, optional
-        Speed at which a signal over time was recorded or made; by default `ASSUMED_SPEED_MM_S`, which is noted.
+        Speed of a signal over time; by default `ASSUMED_SPEED_MM_S`, with a note.
     along : {"path", "x", "y"}
     axes : str
         See `tactogram.rendering.drive.axes`.
@@ -166,7 +167,7 @@ def table_of_signal(
     notes = []
     if signal.domain == "time" and speed_mm_s is None:
         speed_mm_s = ASSUMED_SPEED_MM_S
-        notes.append(f"nothing says how fast it was stroked: {speed_mm_s:g} mm/s is assumed")
+        notes.append(f"its recording speed is unknown: {speed_mm_s:g} mm/s is assumed")
     if signal.domain == "displacement":
         speed_mm_s = None
     steady = signal.samples - signal.samples.mean(axis=1, keepdims=True, dtype=np.float64)
@@ -175,18 +176,18 @@ def table_of_signal(
         notes.append(words)
     if len(one.axes) > 1:
         raise ParameterError(
-            f"axes must make one of several, got {axes!r}; use dft321, mean or an axis's name"
+            f"axes must combine several axes into one, got {axes!r}; use dft321, mean or an axis's name"
         )
     most = MOST_NODES // (OVERSAMPLED * _copies(one, rate, speed_mm_s))
     if len(one) > most:
-        notes.append(f"the first {100 * most / len(one):.0f} % of it: more is too much to send")
+        notes.append(f"only its first {100 * most / len(one):.0f} %: the rest is too long to send")
         one = one.cut(0, most)
     texture = SurfaceTexture(name, one, rate=rate, speed_mm_s=speed_mm_s, along=along)
     texture.holds_at_rest = False
-    strong = _head(name, texture, rate=rate, simulated=simulated)
+    common = _head(name, texture, rate=rate, simulated=simulated)
     envelope, step_mm = _envelope(texture, speed_mm_s or ASSUMED_SPEED_MM_S)
     head = {
-        **strong,
+        **common,
         "kind": "surface",
         "along": along,
         "copies": len(texture.nodes),
@@ -195,7 +196,7 @@ def table_of_signal(
         "length_mm": texture.length_mm,
         "recorded_mm_s": speed_mm_s,
         "vibration_step_mm": step_mm,
-        "follows": {"path": "the way of the finger", "x": "the place along x", "y": "the place along y"}[
+        "follows": {"path": "the finger's path", "x": "the position along x", "y": "the position along y"}[
             along
         ],
         "notes": notes,
@@ -204,8 +205,8 @@ def table_of_signal(
 
 
 def _head(name: str, texture: StreamingTexture, *, rate: float, simulated: bool) -> dict[str, Any]:
-    """Return what every table says; the texture's state is used up."""
-    rms, peak = _rehearsed(texture, rate)
+    """Return the facts of every table; the texture cannot be used afterwards."""
+    rms, peak = _measured(texture, rate)
     if peak == 0:
         raise ParameterError(f"{name} is silent: there is nothing to feel")
     phone = open_display(PHONE)
@@ -226,13 +227,13 @@ def _head(name: str, texture: StreamingTexture, *, rate: float, simulated: bool)
     }
 
 
-def _rehearsed(texture: StreamingTexture, rate: float) -> tuple[float, float]:
-    """Return the root mean square while sliding and the largest magnitude under a simulated hand, in the unit."""
+def _measured(texture: StreamingTexture, rate: float) -> tuple[float, float]:
+    """Return rms while sliding and peak under a simulated hand, in the unit."""
     engine = Engine(
-        [texture], SimulatedHand(REHEARSAL_S + 1, seed=1), rate=rate, most=QUANTUM, contact=ContactSettings()
+        [texture], SimulatedHand(TRIAL_S + 1, seed=1), rate=rate, most=QUANTUM, contact=ContactSettings()
     )
     peak, square, slid = 0.0, 0.0, 0
-    for number in range(int(REHEARSAL_S * rate / QUANTUM)):
+    for number in range(int(TRIAL_S * rate / QUANTUM)):
         block = engine.render(number * QUANTUM / rate).astype(np.float64)
         peak = max(peak, float(np.abs(block).max()))
         if engine.tracker.state == "slide":
@@ -242,7 +243,7 @@ def _rehearsed(texture: StreamingTexture, rate: float) -> tuple[float, float]:
 
 
 def _felt_amplitudes(table: TextureTable) -> NDArray[np.float32]:
-    """Return at every node the amplitude of the sine with the power that is felt as vibration, shape (S, F)."""
+    """Return at every node the amplitude of the sine with the model's power in the felt band, shape (S, F)."""
     low, high = open_display(PHONE).band or FELT_HZ
     high = min(high, table.rate / 2)
     frequency = np.linspace(low, high, FREQUENCIES) if low < high else np.array([low])
@@ -255,14 +256,14 @@ def _felt_amplitudes(table: TextureTable) -> NDArray[np.float32]:
 
 
 def _envelope(texture: SurfaceTexture, speed_mm_s: float) -> tuple[NDArray[np.float32], float]:
-    """Return the amplitude of a loop from place to place, in its unit, and the step in mm.
+    """Return the amplitude along a loop, in its unit, and the step in mm.
 
-    As a phone's strength is found, at the speed of the recording; at another speed the same places are as strong.
+    It is measured like a phone's strength, at the recording speed; it does not depend on the speed of the finger.
     """
     loop = looped(texture.signal)
     over_time = Signal(loop.samples, loop.rate * speed_mm_s, loop.unit, loop.axes)
     phone = open_display(PHONE)
-    # So little of full drive that nothing is limited.
+    # Far enough below full drive that nothing is limited.
     gain = 0.25 / float(np.abs(loop.samples).max())
     found = strength(over_time, _phone_settings(phone), display=phone, level=Level("gain", gain))
     return (found.share / gain).astype(np.float32), texture.length_mm / len(found.share)
@@ -275,7 +276,7 @@ def _phone_settings(phone: Display) -> StrengthSettings:
 
 
 def _copies(signal: Signal, rate: float, speed_mm_s: float | None) -> int:
-    """Return how many copies of a surface there will be: see `SurfaceTexture`."""
+    """Return the number of copies that `SurfaceTexture` makes."""
     per_mm = signal.rate if speed_mm_s is None else signal.rate / speed_mm_s
     return 2 + max(0, int(np.ceil(2 * np.log2(1000.0 * per_mm / rate))))
 
@@ -285,7 +286,7 @@ def _range(values: NDArray[np.float64] | None) -> list[float] | None:
 
 
 def _followed(speeds: NDArray[np.float64] | None, forces: NDArray[np.float64] | None) -> str:
-    """Say what a grid of models follows."""
+    """Return what a grid of models follows, for people."""
     parts = [
         f"{name} {values[0]:g} to {values[-1]:g} {unit}"
         for name, values, unit in (("speed", speeds, "mm/s"), ("force", forces, "N"))
