@@ -201,7 +201,7 @@ def noisy(name, surface, seed):
     """An autoregressive texture with the script's noise."""
     texture = AutoregressiveTexture(name, TextureTable(surface), rate=RATE, most=MOST, seed=0)
     noise = Sfc32(seed)
-    noise.standard_normal(texture._state)
+    noise.standard_normal(texture._filter.state)
     texture._random = noise
     return texture
 
